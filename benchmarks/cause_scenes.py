@@ -184,7 +184,8 @@ def _view(job: EvaluatedJob) -> JobView:
         )  # fmt: skip
     return JobView(
         job="causes", part="BLOCK", operator="", features=tuple(features), active="",
-        characteristics=job.results_of(job.plan.characteristics), refusal=None, complete=True, requirements=None,
+        characteristics=job.results_of(job.plan.characteristics), refusal=None, complete=True,
+        requirements=None,
     )  # fmt: skip
 
 

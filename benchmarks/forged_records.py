@@ -28,6 +28,8 @@ from typing import Any
 import msgspec
 import numpy as np
 from lxml import etree
+from signxml import methods
+from signxml.xades.xades import XAdESSigner
 from typer.testing import CliRunner
 
 from ocmm_core.acceptance import (
@@ -44,7 +46,6 @@ from ocmm_core.documents import resource
 from ocmm_core.errors import OcmmError
 from ocmm_core.export.audits import AuditedKind, audit, document_kind
 from ocmm_core.export.certificate import certificate_of_folder, write_certificate
-from ocmm_core.export.certificate._xml_signature import xml_signed
 from ocmm_core.export.template import load_paper, standard_template
 from ocmm_core.inspection.archive import RecallRecord
 from ocmm_core.inspection.plan import plan_release, release_plan
@@ -353,7 +354,9 @@ def _certificate(kind: Kind, rng: Rng, number: int) -> Mapping[Path, bytes | Non
     if how == "foreign":
         with other_station(kind.path.parent / "stranger"):
             key = document_key(KeyFolder().station_key(), "forged")
-        return {kind.path: xml_signed(etree.fromstring(bare), key)}
+        maker = XAdESSigner(method=methods.enveloped, signature_algorithm="ecdsa-sha256")
+        made = maker.sign(etree.fromstring(bare), key=key.private, cert=list(key.chain))
+        return {kind.path: etree.tostring(made)}
     # A detached signature, as versions before 2026-11-28 wrote it.
     file = {
         "schema": "ocmm.certificate-seal/1", "number": "V-1",

@@ -34,10 +34,13 @@ ERRORS_ONLY = (
 COMMANDS = "ocmm_core/cli"
 LEFT_OUT = (
     # Words that other programs read.
-    "ocmm_core/export/qif", "ocmm_core/export/aqdef", "ocmm_core/export/certificate/_dcc.py",
+    *(
+        f"ocmm_core/export/qif/_{one}.py"
+        for one in ("characteristics", "check", "document", "features", "qif", "terms", "writer")
+    ),
+    "ocmm_core/export/aqdef", "ocmm_core/export/certificate/_dcc.py",
     "ocmm_core/export/report/_json_schema.py", "ocmm_core/export/report/_polyworks.py",
     "ocmm_core/export/report/_first_article.py",
-    "ocmm_core/inspection/pmi/_",
     # For whoever builds a camera: the rules of a conforming one, by the words of the ETG.
     "ocmm_core/fieldbus/conform",
     # Documents of the cameras, in English as the ETG wants them.

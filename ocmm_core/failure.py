@@ -7,6 +7,7 @@ and passes through unchanged; anything else is a defect of the program and becom
 
 from __future__ import annotations
 
+import contextlib
 import itertools
 import os
 import platform
@@ -17,6 +18,7 @@ from collections.abc import Callable
 from datetime import UTC, datetime
 from pathlib import Path
 from types import TracebackType
+from typing import TextIO
 
 from ocmm_core import __version__
 from ocmm_core.console import print_in_any_encoding
@@ -106,6 +108,26 @@ def hold_standard_streams() -> None:
             stream = os.fdopen(number, mode, encoding="utf-8", errors="replace", closefd=False)
             setattr(sys, name, stream)
     print_in_any_encoding()
+
+
+def silence(stream: TextIO) -> None:
+    """Drop what cannot be written, so that Python does not end with a code of its own (120)."""
+    with contextlib.suppress(OSError, ValueError):
+        nothing = os.open(os.devnull, os.O_WRONLY)
+        os.dup2(nothing, stream.fileno())
+        os.close(nothing)
+        stream.flush()
+
+
+def write_last(text: str = "") -> None:
+    """Write the last words of a process; if they cannot be written, its exit code remains."""
+    with contextlib.suppress(OSError):
+        sys.stderr.write(text)
+    for stream in (sys.stdout, sys.stderr):
+        try:
+            stream.flush()
+        except OSError:
+            silence(stream)
 
 
 class ThreadNet:

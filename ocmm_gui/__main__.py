@@ -15,12 +15,16 @@ if __name__ == "__main__":
     hold_nothing()
     use_one_thread()
 
-    from ocmm_core.failure import EXIT_INTERNAL, contained
+    from ocmm_core.failure import EXIT_INTERNAL, contained, hold_standard_streams, write_last
+
+    hold_standard_streams()
 
     try:
         from ocmm_gui.app import main
     except Exception as error:
         told = contained(error, "The loading of the window")
-        sys.stderr.write(f"{told.what}\n{told.remedy}\n")
+        write_last(f"{told.what}\n{told.remedy}\n")
         sys.exit(EXIT_INTERNAL)
-    sys.exit(main())
+    code = main()
+    write_last()
+    sys.exit(code)

@@ -1,4 +1,4 @@
-"""Acceptance and reverification tests: procedure documents, engine, sealed records.
+"""Acceptance and reverification tests: procedures, engine, sealed records.
 
 In: a procedure, artefacts, ball centres in plan order, temperatures.
 Out: a plan, objections to recorded points, judged values, and a record.

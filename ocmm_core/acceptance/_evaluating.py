@@ -210,7 +210,7 @@ def ball_results(at: Situation) -> Values:
 
 
 def groups(at: Situation, count: int) -> list[list[int]]:
-    """Return complete groups of positions: those of one place, first and in every retest."""
+    """Return complete groups of positions at one place, first and in every retest."""
     found: dict[tuple[str, int], list[int]] = {}
     for position, plan in enumerate(at.plan):
         found.setdefault((plan.place, at.depth(position)), []).append(position)

@@ -22,7 +22,7 @@ from ocmm_core.acceptance._result import (
 
 
 class Begun(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, tag=True):
-    """First line; see `AcceptanceRecord`. ``reserved`` are hashes of spots used before."""
+    """First line; see `AcceptanceRecord`. ``reserved`` hashes spots used before."""
 
     utc: str
     procedure: Procedure

@@ -1,4 +1,4 @@
-"""Acceptance test as a guided procedure: frames in, points recorded, verdict stored.
+"""Acceptance test as a guided procedure, from frames to stored verdict.
 
 Window and scripts drive it like a calibration (`calibration.guided`). Every point is one line of
 the session file before `take` returns; the current page is not stored, so a resumed test starts

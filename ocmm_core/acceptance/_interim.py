@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from datetime import datetime
 from enum import StrEnum
 from pathlib import Path
@@ -83,6 +83,8 @@ class InterimChart:
     """`centre`, `sigma`: mm; NaN while learning."""
     last_good: datetime | None
     """Time of the last good check, or None."""
+    doubt: str = ""
+    """State of the signature if the chart is not vouched for, e.g. NOT SIGNED; else empty."""
 
     @property
     def word(self) -> InterimWord:
@@ -167,13 +169,11 @@ class InterimHistory:
 
     def chart(self, calibration: str, artefact: str, tip: str) -> InterimChart:
         """Return the chart of one calibration, artefact and tip."""
-        return interim_chart(
-            [
-                one
-                for one in self._chain.items
-                if (one.calibration, one.artefact, one.tip) == (calibration, artefact, tip)
-            ]
-        )
+        about = (calibration, artefact, tip)
+        items = self._chain.items
+        found = [one for one in items if (one.calibration, one.artefact, one.tip) == about]
+        signer = self._chain.signer.word.value if self.doubt else ""
+        return replace(interim_chart(found), doubt=signer)
 
     def add(self, check: InterimCheck) -> InterimChart:
         """Add a check and return its chart; raise StorageError if it cannot be written.
@@ -205,7 +205,7 @@ def check_of(record: AcceptanceRecord) -> InterimCheck:
 def note_check(
     history: InterimHistory, record: AcceptanceRecord, store: CalibrationStore | None, now: datetime
 ) -> InterimChart:
-    """Add the record of a check to its chart, and suspend measuring if required.
+    """Add a check's record to its chart; if out, mark the calibration suspect.
 
     Void checks are not added.
 
@@ -221,7 +221,7 @@ def note_check(
     chart = history.add(check)
     if chart.word is InterimWord.STOP and store is not None:
         reason = f"The interim check is out ({record.number}): {chart.points[-1].reason}"
-        # After an interruption this runs again; suspend only once.
+        # After an interruption this runs again; mark only once.
         if all(one.reason != reason for one in store.events):
             store.suspect(record.made_by, reason, chart.last_good, now)
     return chart

@@ -171,7 +171,7 @@ KINDS: dict[type[msgspec.Struct], TestKind] = {
 
 
 def kind_of(stage: Stage) -> TestKind:
-    """Return the entry of a procedure's kind; raise InputError for kinds without points."""
+    """Return the entry of a procedure's kind; InputError for kinds without points."""
     found = KINDS.get(type(stage.procedure.test))
     if found is None:
         raise InputError(

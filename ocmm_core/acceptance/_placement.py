@@ -37,7 +37,7 @@ _BLOCK_SPREAD = 0.15
 
 
 def judge_point(at: Situation, position: int, tip: Float) -> str:
-    """Return why a ball at rest is not the next point of a position; empty if it may be."""
+    """Return why a ball at rest is not the next point of a position, or empty."""
     plan, taken = at.plan[position], at.tips[position]
     points = np.array(plan.points_world)
     item = len(taken) % len(points)
@@ -196,7 +196,7 @@ def _empty_octants(at: Situation, positions: list[int]) -> set[int]:
 
 
 def missing_octants(at: Situation, numbers: VolumetricTest) -> str:
-    """Return the empty octants of the volume, or that placements are missing; or empty."""
+    """Return the empty octants of the volume, or that placements are missing."""
     volume = at.stage.volume
     filled = {octant_of(at.tips[one].mean(axis=0), volume) for one in at.complete()}
     if len(filled) >= numbers.octants:

@@ -68,7 +68,7 @@ class LengthTest(_Numbers, frozen=True, kw_only=True, tag="length"):
 
 
 class SphereTest(_Numbers, frozen=True, kw_only=True, tag="sphere"):
-    """A sphere probed with rings of points at several places (ISO 10360-5): P_Form, P_Size."""
+    """A sphere probed with rings of points in places (ISO 10360-5): P_Form, P_Size."""
 
     rings: tuple[tuple[float, int, float], ...]
     """(angle below the pole, number, azimuth of the first), degrees."""
@@ -152,7 +152,7 @@ class DiameterTest(_Numbers, frozen=True, kw_only=True, tag="diameter"):
 
 
 class PlateTest(_Numbers, frozen=True, kw_only=True, tag="plate"):
-    """Thickness and coplanarity of a plate (the thesis, Table 5): Thickness, Coplanarity."""
+    """Thickness and coplanarity of a plate (thesis, Table 5): Thickness, Coplanarity."""
 
     points: int
     size: tuple[float, float]
@@ -160,7 +160,7 @@ class PlateTest(_Numbers, frozen=True, kw_only=True, tag="plate"):
 
 
 class BallTest(_Numbers, frozen=True, kw_only=True, tag="ball"):
-    """Repeated measurement of a ball (the thesis, Tables 6 to 8): P_Size, P_Form, L_Dia."""
+    """Repeated measurement of a ball (thesis, Tables 6 to 8): P_Size, P_Form, L_Dia."""
 
     points: int
     repeats: int

@@ -23,7 +23,7 @@ from ocmm_core.calibration.records import ArtefactUse, LengthBar, Sphere
 from ocmm_core.chain_file import ChainFile
 from ocmm_core.documents import Document, digest, load_document
 from ocmm_core.errors import InputError, StorageError
-from ocmm_core.seals import SealState, Signed
+from ocmm_core.seals import KnownEnd, SealState, Signed, recall, remember
 
 ARTEFACT_SCHEMA = "ocmm.artefact/1"
 
@@ -40,13 +40,15 @@ _SIZES: dict[str, tuple[int, int]] = {
 _LARGEST_EXPANSION = 1e-4
 _ATTEMPTS = 5
 REGISTER = "artefacts.chain"
+_NEWEST = "newest-artefact-register"
+"""Name of the register of this station in its memory."""
 NOT_SIGNED_REMEDY = (
     "Compare it with its certificate, then enter it again: ocmm artefact add --replace --who NAME."
 )
 
 
 class ArtefactEntry(Document, frozen=True, kw_only=True):
-    """A calibrated artefact in the register; lengths in mm at 20 degrees, U with k = 2."""
+    """A registered calibrated artefact; lengths in mm at 20 degrees, U with k = 2."""
 
     id: str
     """Name in commands."""
@@ -114,12 +116,32 @@ class ArtefactRegister:
 
     def __init__(self, folder: Path | None = None) -> None:
         self.path = (folder or default_artefact_folder()) / REGISTER
+        self._own = folder is None
         self._read()
 
     def _read(self) -> None:
         self._chain: ChainFile[_Change] = ChainFile(
             self.path, _Change, signed=Signed.ARTEFACTS, remembered=True
         )
+        if self._own and self._chain.items:
+            self._require_newest(self._chain.links[0], self._chain.items[-1].utc)
+
+    def _require_newest(self, first: str, utc: str) -> None:
+        """Raise StorageError if this station used another register with later changes."""
+        seen = recall(_NEWEST)
+        if (
+            seen is not None
+            and seen.link != first
+            and datetime.fromisoformat(seen.moment) > datetime.fromisoformat(utc)
+        ):
+            raise StorageError(
+                "artefact.older",
+                f"{self.path}: this register is older than the one that this station used last "
+                f"({seen.moment[:10]}).",
+                "Restore the newest copy. If there is none, move this file away and add the "
+                "artefacts again.",
+            )
+        remember(KnownEnd(name=_NEWEST, count=1, link=first, moment=utc), sync=False)
 
     @property
     def signer(self) -> SealState:
@@ -146,7 +168,7 @@ class ArtefactRegister:
         return found
 
     def used(self, name: str) -> UsedArtefact:
-        """Return an artefact for a test; InputError if unknown or not signed by a trusted key."""
+        """Return an artefact for a test; InputError if unknown or not trusted."""
         entry, fault = self.entry(name), self.faults().get(name)
         if fault is not None:
             raise InputError(
@@ -239,7 +261,7 @@ def default_artefact_folder() -> Path:
 
 
 def load_artefact(path: Path | str) -> ArtefactEntry:
-    """Return the artefact of a document (`ocmm.artefact/1`); raise InputError if invalid."""
+    """Return the artefact of a document (`ocmm.artefact/1`); InputError if invalid."""
     entry = load_document(path, ArtefactEntry, ARTEFACT_SCHEMA)
     check_entry(entry, str(path))
     return entry

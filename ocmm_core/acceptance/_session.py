@@ -264,7 +264,7 @@ class AcceptanceSession:
 
     @property
     def head(self) -> str:
-        """Return the hash of the last line: `AcceptanceRecord.chain_head` of a finished test."""
+        """Return the hash of the last line, the `AcceptanceRecord.chain_head` at the end."""
         return self._chain.links[-1]
 
     def require_name(self) -> None:

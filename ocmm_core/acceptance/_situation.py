@@ -128,7 +128,7 @@ class Situation:
 
 
 def judge(error: float, expanded: float, limit: float, *, guarded: bool) -> Verdict:
-    """Return the verdict on a test value (ISO 14253-1; ISO 14253-5 for its uncertainty)."""
+    """Return the verdict on a test value (ISO 14253-1; uncertainty: ISO 14253-5)."""
     if not guarded:
         return Verdict.PASS if abs(error) <= limit else Verdict.FAIL
     if abs(error) + expanded <= limit:
@@ -177,7 +177,7 @@ def depth_share(point: Float, stage: Stage) -> float:
 
 
 def stand_at(place: str, stage: Stage, room: float) -> Float:
-    """Return the place of an object of radius `room` in a third of the volume, (3,), mm."""
+    """Return a place in a third of the volume for a radius `room`, (3,), mm."""
     away, volume = unit(np.array(stage.instrument.away)), stage.volume
     middle = volume.mean(axis=0)
     reach = float(np.abs(away) @ np.ptp(volume, axis=0))

@@ -61,7 +61,7 @@ def nest_lengths(nests: Points3) -> Float:
 
 
 def sphere_values(points: Points3) -> SphereValues:
-    """Return size and form of a sphere fitted to ball centres (n, 3), mm (ISO 10360-5).
+    """Return size and form of a sphere from ball centres (n, 3), mm (ISO 10360-5).
 
     From one least-squares fit. Raises CalibrationError if the points do not determine a sphere.
     """

@@ -1,7 +1,7 @@
 """Part frame from measured features.
 
-In: the rule of the plan, geometry and covariance of the measured datum features, saved frames. Out:
-the frame of the part with its derivative by the points, residuals, and free motions.
+In: the rule of the plan, geometry and covariance of the measured datum features, saved frames.
+Out: the frame of the part with its derivative by the points, residuals, and free motions.
 
 Read `_rules` (all kinds of alignment) and `_checks`. `_datums` selects the method:
 `_three_two_one`, `_datum_frame` and `_precedence` (ISO 5459), `_best_fit`, `_model_frame` with

@@ -36,7 +36,7 @@ def best_fit(
     nominals: Mapping[str, Float],
     start: RigidTransform | None,
 ) -> RigidTransform:
-    """Return the motion from the world to the part frame that fits centres to nominal places.
+    """Return the motion from world to part frame that fits centres to nominals.
 
     Parameters
     ----------
@@ -178,7 +178,7 @@ def _places(names: Sequence[str], geometries: Mapping[str, Float]) -> Points3:
 
 
 def left_jacobian(vector: Float) -> Float:
-    """Return d(rotation) / d(rotation vector), (3, 3), the rotation seen in the turned frame."""
+    """Return d(rotation) / d(rotation vector), (3, 3), seen in the turned frame."""
     angle = float(np.linalg.norm(vector))
     cross = skew(vector)
     if angle < 1e-4:

@@ -37,12 +37,7 @@ def alignment_fault(
 ) -> Fault | None:
     """Return field and fault of an impossible alignment, else None.
 
-    Parameters
-    ----------
-    shapes
-        Of all features of the plan, probed and constructed, by name.
-    field
-        Field of the rule in the plan.
+    ``shapes`` are those of all features of the plan; ``field`` is that of the rule in the plan.
     """
     match rule:
         case DatumAlignment():

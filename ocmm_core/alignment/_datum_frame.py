@@ -65,7 +65,7 @@ def datum_frame(
     Points and spheres constrain as points; lines, cylinders and circles as axes; cones and tori as
     axes with a point; ellipses, slots and rectangles as axes with a direction across; planes as
     planes. A cone's point is at its nominal radius. The depth of a circle or slot is that of
-    probing, hence unconstrained; its centre alone (`features.construct.PartOf`) also constrains it.
+    probing, hence unconstrained; its centre alone (`features.measured.PartOf`) also constrains it.
     Senses of measured axes are chosen so that the datums, or if undecided all features with a
     nominal, are as close to their nominals as possible; so pass all available features.
 

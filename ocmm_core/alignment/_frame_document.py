@@ -74,14 +74,10 @@ def frame_document(
 
     Parameters
     ----------
-    T_frame_from_world
-        The frame (`alignment.datums.frame_of`).
     control_world
         Centres (3,), mm, world, of features to be touched again, by name.
     covariance
         (6, 6), rad and mm, of the frame; None if unknown.
-    simulated
-        The job was measured on a virtual rig.
     """
     rows = [_vector(row) for row in T_frame_from_world.rotation]
     document = FrameDocument(

@@ -39,16 +39,7 @@ def frame_jacobian(
     """Return the derivatives of the part frame by the points, 6 rows.
 
     Rows are a small rotation, rad, about the axes of the part frame through its origin, and a
-    shift, mm, along them, of the measured part in its frame.
-
-    Parameters
-    ----------
-    rule
-        Of the frame, with fixed senses.
-    actual
-        All features involved.
-    T_part_from_world
-        The frame itself (`alignment.datums.frame_of`).
+    shift, mm, along them, of the measured part in its frame. The rule has fixed senses.
     """
     geometries = {name: actual[name].fit.geometry for name in rule.features}
     if isinstance(rule, BoundAlignment) and isinstance(rule.rule, ModelBestFit):

@@ -188,7 +188,7 @@ def rotation_between(first: Float, second: Float) -> Float:
 
 
 def cross(first: Float, second: Float) -> Float:
-    """Return the vector product (3,) of two vectors; for single ones much faster than numpy's."""
+    """Return the vector product (3,); for single vectors much faster than numpy's."""
     a, b, c = first.tolist()
     d, e, f = second.tolist()
     return np.array([b * f - c * e, c * d - a * f, a * e - b * d])

@@ -58,6 +58,5 @@ def misfit_of_all(
 
 
 def _from_axis(points: Float, centre: Float, axis: Float) -> Float:
-    """Return the distances (n,), mm, of points from an axis."""
     distances: Float = np.linalg.norm(np.cross(points - centre, axis), axis=1)
     return distances

@@ -46,7 +46,6 @@ class ConstrainedAssociation:
     """Features with re-associated datums."""
 
     features: Mapping[str, ActualFeature]
-    """All of them, by name."""
     turned: Mapping[str, float]
     """mm, by name of the datum: additional rotation over its points, from end to end, compared with
     the datum fitted alone. For a face out of square it depends on the touched places.
@@ -191,7 +190,6 @@ def _orientation(
 
 
 def _like(frames: Sequence[DatumFrame], T_frame_from_world: RigidTransform) -> DatumFrame:
-    """Return the frame with held directions as in another one."""
 
     def off(frame: DatumFrame) -> float:
         turned = frame.T_frame_from_world.rotation - T_frame_from_world.rotation

@@ -34,7 +34,6 @@ class AlignmentReport:
     """Preview of an alignment."""
 
     frame: str
-    """Name of the results' frame."""
     T_part_from_world: RigidTransform | None
     """None without a frame; ``advice`` then has the reason."""
     T_nominal_from_world: RigidTransform | None
@@ -62,16 +61,9 @@ def preview_alignment(
     actual: Mapping[str, ActualFeature | FitError],
     factors: PointFactors | None = None,
 ) -> AlignmentReport:
-    """Return the preview of an alignment from the measured features.
+    """Return the preview of an alignment from the measured or constructed features.
 
-    Parameters
-    ----------
-    bound
-        The rule with nominals (`inspection.plan.Plan.bound_alignment`).
-    actual
-        Measured or constructed features, or errors.
-    factors
-        Of all ball centres and the tip radius.
+    ``bound`` is the rule with nominals (`inspection.plan.Plan.bound_alignment`).
     """
     measured = {k: v for k, v in actual.items() if isinstance(v, ActualFeature)}
     geometries = geometries_of(measured)

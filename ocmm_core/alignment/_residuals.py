@@ -46,14 +46,9 @@ def residuals_of(
     frame_jacobian: Rows,
     factors: PointFactors | None,
 ) -> tuple[Residual, ...]:
-    """Return the residuals of all measured features, those of the frame first.
+    """Return the residuals of all features with a nominal, those of the frame first.
 
-    Parameters
-    ----------
-    measured
-        Measured features; those without a nominal have no residual.
-    frame_jacobian
-        6 rows: derivatives of the frame of the nominals (`alignment.frame_jacobian`).
+    ``frame_jacobian`` has 6 rows: derivatives of the nominals' frame (`alignment.frame_jacobian`).
     """
     nominals = _compared_with(bound)
     points = brought_together(bound.rule)

@@ -302,11 +302,7 @@ def _fill(
 def _main_blob(
     light: Float, threshold: float, least: int, mark: NDArray[np.uint8], stack: Int
 ) -> tuple[int, int]:
-    """Write the pixels of the main blob, that with the most light, to ``stack``.
-
-    A hot pixel may outshine an LED, but is too small. Returns the number of its pixels, and the
-    number of blobs of LED size.
-    """
+    """Write pixels of the brightest large blob to ``stack``; return pixel and blob counts."""
     height, width = light.shape
     main_i = main_j = count = blobs = spots = 0
     most, main_large = -1.0, False

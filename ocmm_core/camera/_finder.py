@@ -16,7 +16,6 @@ from ocmm_core.errors import InputError
 from ocmm_core.geometry import Float, Int
 
 NO_BLACK: NDArray[np.uint16] = np.zeros((0, 0), np.uint16)
-"""Subtract nothing."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,20 +42,8 @@ class FinderState:
 class SpotFinder:
     """Find and follow spots, frame by frame; one for each camera, for one thread.
 
-    Parameters
-    ----------
-    width, height
-        Of the sensor, px.
-    options
-        Detection and validation of spots.
-    start
-        Search regions of the slots, one each, in order; further slots stay free. Without any all
-        slots search everywhere.
-
-    Attributes
-    ----------
-    regions, anywhere, packed
-        In kernel form.
+    ``start`` has the search regions of the first slots, in order; further slots stay free. Without
+    any, all slots search everywhere.
     """
 
     def __init__(
@@ -84,14 +71,9 @@ class SpotFinder:
         )
 
     def take(self, image: NDArray[np.uint16], black: NDArray[np.uint16] = NO_BLACK) -> SpotBlock:
-        """Return the result of the next frame, ``image``, of the whole sensor.
+        """Return the result of the next frame, an image (height, width) of the whole sensor.
 
-        Parameters
-        ----------
-        image
-            (height, width): only the windows and the lines of the search are read.
-        black
-            (height, width): subtracted.
+        Only the windows and the lines of the search are read; ``black`` is subtracted.
         """
         slots, size, step = self.state.slots, self.options.window, self.options.search_step
         corners = np.empty((USUAL_SLOTS, 2), np.int64)
@@ -152,7 +134,6 @@ def measure_window(
 
 
 def _regions(start: tuple[Window, ...], width: int, height: int) -> Int:
-    """Return the regions (r, 4) in the form of the search."""
     if len(start) > USUAL_SLOTS:
         raise InputError(
             "camera.windows",

@@ -131,7 +131,7 @@ def distortion_jacobian(camera: CameraModel, ideal: Float) -> Float:
 
 
 def undistort(camera: CameraModel, distorted: Float) -> Float:
-    """Return the ideal image point (..., 2), mm, of the distorted one, by three Newton steps."""
+    """Return the ideal image point (..., 2), mm, of a distorted one; three Newton steps."""
     ideal = np.array(distorted, dtype=np.float64)
     for _ in range(NEWTON_STEPS):
         miss = distorted - distort(camera, ideal)

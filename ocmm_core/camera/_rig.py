@@ -125,7 +125,6 @@ class Rig:
     parameter_covariance: Float
     """(14 C, 14 C), in the order of `camera.model.PARAMETERS`, camera by camera."""
     identity: str
-    """SHA-256 of the document."""
     sensors: tuple[int, ...] = ()
     """Serial number of the sensor of each camera, 0 if unknown; may be empty."""
     device: str = ""

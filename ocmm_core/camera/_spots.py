@@ -30,7 +30,6 @@ class SpotStatus(IntEnum):
 
     GOOD = centroid.GOOD
     FREE = centroid.FREE
-    """No LED is assigned to the slot."""
     DARK = centroid.DARK
     """Nothing in the window is brighter than the threshold."""
     EDGE = centroid.EDGE
@@ -112,14 +111,7 @@ class SpotOptions:
     """
 
     def __post_init__(self) -> None:
-        """Refuse invalid options.
-
-        Raises
-        ------
-        InputError
-            A window is too small for the weight or too large to be read, or a number that must be
-            positive is not.
-        """
+        """Refuse invalid options; raise InputError."""
         for name in ("threshold", "electrons_per_count", "weight_sigma", "max_sigma",
                      "black_frames", "confirm", "search_step", "search_lines"):  # fmt: skip
             if not getattr(self, name) > 0:
@@ -175,7 +167,6 @@ class SpotReading:
     """`flux`, `peak`, `background`: Counts: weighted light, brightest pixel of the spot above the
     background, background."""
     pixels: int
-    """Above the threshold."""
     elongation: float
     """Ratio of the axes."""
 

@@ -196,7 +196,6 @@ def _located(slot: Float, reading: Float) -> bool:
 
 @compiled(centroid)
 def _group_motion(slots: Float, readings: Float) -> tuple[float, float]:
-    """Return the mean motion of the visible LEDs, or zero."""
     u = v = 0.0
     n = 0
     for s in range(len(slots)):
@@ -219,7 +218,7 @@ def _group_motion(slots: Float, readings: Float) -> tuple[float, float]:
 def report(
     readings: Float, uv: Float, variance: Float, status: NDArray[np.uint8]
 ) -> tuple[int, bool]:
-    """Write the result of one frame to ``uv`` (8, 2), ``variance`` (8, 2) and ``status`` (8,).
+    """Write the result of one frame: ``uv`` (8, 2), ``variance`` (8, 2), ``status``.
 
     Returns the bits of the valid slots, and whether any spot is overexposed.
     """

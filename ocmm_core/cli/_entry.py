@@ -20,6 +20,7 @@ from ocmm_core.failure import (
     ThreadNet,
     contained,
     hold_standard_streams,
+    silence,
 )
 from ocmm_core.host import HOST
 
@@ -91,7 +92,7 @@ def _is_crash(error: Exception) -> bool:
 def _give_up(error: BaseException, *, piped: bool) -> NoReturn:
     if isinstance(error, BrokenPipeError) and piped and _is_unread():
         # Nothing failed. What is left in the buffer would be complained about at the very end.
-        _silence(sys.stdout)
+        silence(sys.stdout)
         sys.exit(NOBODY_READS)
     if isinstance(error, OSError) and error.errno in _FULL and error.filename is None:
         fault = _fault_of(sys.stdout, b"\n") or _fault_of(sys.stderr, b"\n")
@@ -109,14 +110,14 @@ def _written(code: int) -> int:
     """Return the exit code after all that was printed is written, or could not be."""
     fault = _fault_of(sys.stdout)
     if fault is not None:
-        _silence(sys.stdout)
+        silence(sys.stdout)
         if isinstance(fault, BrokenPipeError):
             code = code or NOBODY_READS
         else:
             code = max(code, COULD_NOT_MEASURE)
             _tell(_unwritten(fault))
     if _fault_of(sys.stderr) is not None:
-        _silence(sys.stderr)
+        silence(sys.stderr)
     return code
 
 
@@ -141,15 +142,6 @@ def _fault_of(stream: TextIO, probe: bytes = b"") -> OSError | None:
         # It was closed.
         return None
     return None
-
-
-def _silence(stream: TextIO) -> None:
-    """Drop what cannot be written, so that Python does not end with a code of its own (120)."""
-    with contextlib.suppress(OSError, ValueError):
-        nothing = os.open(os.devnull, os.O_WRONLY)
-        os.dup2(nothing, stream.fileno())
-        os.close(nothing)
-        stream.flush()
 
 
 def _measures() -> bool:

@@ -79,7 +79,7 @@ def common(seen: Bool) -> NDArray[np.int64]:
 def uncertainties(
     sight: Sight, rig: Rig, body: ProbeBody, sensitivities: Sensitivities | None = None
 ) -> Float:
-    """Return U (n,), mm, k = 2, of an averaged point in its worst direction; NaN without pose.
+    """Return U (n,), mm, k = 2, of averaged points, worst direction; NaN without pose.
 
     The same propagation as for the readout (`measuring.point_uncertainty`), from predicted spots.
     ``sensitivities`` is for a reference body; None for `tracking.tip_sensitivities`.

@@ -40,14 +40,8 @@ def help_when_lost(
 ) -> ProbeHelp:
     """Return the remedy that gives the cameras enough LEDs again.
 
-    Parameters
-    ----------
-    rotation, tip_rig
-        (3, 3) and (3,), mm: last pose in the frame of the rig; None without one.
-    seen
-        (C, L): which camera sees which LED now.
-    named
-        Whether the seen LEDs are identified.
+    The pose (3, 3) and (3,), mm, is the last one in the frame of the rig, None without one.
+    ``seen`` (C, L) tells the LEDs seen now, ``named`` whether they are identified.
     """
     remedy, turn = ("Turn the LEDs to the cameras", None)
     if named:

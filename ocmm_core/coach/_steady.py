@@ -68,7 +68,6 @@ class SteadyHint:
 
 
 def _alike(one: Hint | None, other: Hint | None) -> bool:
-    """Return whether two hints have the same ways."""
     if one is None or other is None:
         return one is other
     return one.ways == other.ways

@@ -31,7 +31,6 @@ class Turn:
 
     way: Way
     degrees: int
-    """Greater than zero."""
 
     def rotation_world(self, stance: Stance) -> Float:
         """Return the rotation (3, 3) of the world about the ball."""
@@ -65,7 +64,6 @@ class Turn:
 
 
 TURNS = tuple(Turn(way, degrees) for way in Way for degrees in STEPS_DEG)
-"""All single turns to try."""
 
 _OPPOSITE = (
     {Way.TURN_LEFT, Way.TURN_RIGHT}, {Way.LEAN_LEFT, Way.LEAN_RIGHT},

@@ -170,7 +170,7 @@ class AcceptanceBench:
         )
 
     def refused_for(self, entry: ArtefactEntry, now: datetime) -> tuple[tuple[str, str], ...]:
-        """Return the procedures of a register entry's kind that refuse it, with reasons."""
+        """Return the procedures for a register entry's kind, each with the refusal if any."""
         of_cameras, of_tip = artefacts_used_before(self.cameras(), self.probe())
         found = []
         for offer in self.procedures(now):

@@ -113,7 +113,7 @@ def open_test_site(
 
 
 def named_artefact(name: str) -> UsedArtefact:
-    """Return an artefact by its id in the register, or by its document of any of three kinds."""
+    """Return an artefact by its id in the register, or by its document."""
     path = Path(name)
     if path.suffix != ".toml":
         return ArtefactRegister().used(name)
@@ -226,7 +226,7 @@ def _vector(values: Float) -> tuple[float, float, float]:
 def acceptance_feed(
     site: VirtualSite, source: str, scenes: tuple[Scene, ...], speed: float
 ) -> tuple[Feed, int]:
-    """Return the virtual rig with scenes and its frame count; InputError if unsupported."""
+    """Return the virtual rig with scenes and frame count; InputError if unsupported."""
     make = require_scenes(source)
     script = site.script(scenes)
     if make is None:
@@ -236,7 +236,7 @@ def acceptance_feed(
 
 
 def require_scenes(source: str) -> Callable[[CalibratingScript, float], Feed] | None:
-    """Return the player of test scenes, None if not virtual; InputError if unsupported."""
+    """Return the test scene player, None if not virtual; InputError if unsupported."""
     spec = source_of(source).spec
     if spec.origin is Origin.VIRTUAL and spec.scenes is None:
         possible = [one for one in SOURCES if one.origin is not Origin.VIRTUAL or one.scenes]

@@ -84,12 +84,12 @@ def choose_probe(
 
 
 def is_real(source: str) -> bool:
-    """Return whether frames come from real cameras; raise InputError for unknown sources."""
+    """Return whether frames come from real cameras; InputError for unknown sources."""
     return origin_of(source) is Origin.CAMERAS
 
 
 def checked_for_replay(calibration: CalibrationInUse, recorded: str) -> CalibrationInUse:
-    """Return the calibration, faulty if real cameras were recorded and it is a document."""
+    """Return the calibration, faulty if a document for recorded real cameras."""
     if not _is_recorded_real(recorded):
         return calibration
     calibration = without_practice(calibration)

@@ -72,7 +72,7 @@ class BuiltStation:
 
 
 def build_station(request: StationRequest) -> BuiltStation:
-    """Load all documents, create the job file, return the station; OcmmError if invalid.
+    """Load all documents, create the job file, return the station; raise OcmmError.
 
     Everything opened is closed after an error.
     """

@@ -70,7 +70,7 @@ class NamedSource:
 
 
 def _late(maker: str) -> Callable[..., Any]:
-    """Return a function of `_feed_makers`, imported on the first call to keep help fast."""
+    """Return a function of `_feed_makers`, imported when called, for fast help."""
 
     def make(*given: object) -> object:
         made: object = getattr(import_module("ocmm_core.composition._feed_makers"), maker)(*given)

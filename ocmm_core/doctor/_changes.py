@@ -1,4 +1,4 @@
-"""Reversible changes of a computer: kernel files, settings files, adapter settings.
+"""Reversible changes of kernel files, settings files and adapter settings.
 
 Previous values are stored on disk before any change; undo runs from last to first. Changes are
 limited to a few kinds and places, so that a tampered file of changes cannot cause other writes.

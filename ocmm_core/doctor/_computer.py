@@ -140,7 +140,7 @@ class Computer:
         return None
 
     def run(self, name: str, *arguments: str, package: str) -> str:
-        """Return a tool's output; NotAskedError naming its `package` if missing or failing."""
+        """Return a tool's output; NotAskedError naming `package` if missing or failing."""
         program = self.tool(name)
         if program is None:
             raise NotAskedError(f"'{name}' is not installed.", f"Install it: apt install {package}")

@@ -169,7 +169,7 @@ def _by_date(
 
 
 def _newest(computer: Computer) -> list[tuple[str, _Dates]]:
-    """Return the newest record of each rig, probe and tip, with the name of its folder."""
+    """Return the newest record of each rig, probe and tip, with its folder name."""
     newest: dict[tuple[str, str, str], _Dates] = {}
     for name, record in _records(computer):
         key_ = name, record.schema, record.tip

@@ -179,7 +179,7 @@ def _measured(computer: Computer, seconds: float) -> WakeTimes:
 
 
 def wake_command(bus: Sequence[str], seconds: float, core: int) -> list[str]:
-    """Return the measuring command with the rights of the bus process, from its command.
+    """Return the measuring command with the bus process's rights, from its command.
 
     A packaged program has no modules; it is called with the option of this measurement.
     """

@@ -1,7 +1,7 @@
 """The touched side of the material: four methods.
 
 The direction of a point leads from the material to the probe. For surfaces it only tells the side
-of the material, and the feature is compensated as a whole (`features.actual`); for single points
+of the material, and the feature is compensated as a whole (`features.measured`); for single points
 and lines the radius of the ball is subtracted along it.
 """
 
@@ -32,7 +32,6 @@ class Side:
     direction: Float
     """(3,), unit, world: from the material towards the probe."""
     word: str
-    """Method, one of `WORDS`."""
 
 
 def side_of(
@@ -48,18 +47,8 @@ def side_of(
     """Return the direction of a point, or the reason why it is unknown.
 
     A ball that approached from behind the nominal surface, or against the axis of the probe, is
-    refused.
-
-    Parameters
-    ----------
-    method
-        One of `METHODS`.
-    tip_world, rotation_world_from_probe
-        (3,), mm, and (3, 3): ball and probe at rest.
-    approach_mm
-        Required straight path of the ball, mm.
-    nominal_normal
-        (3,), unit, world, at this place; None if unknown.
+    refused. ``approach_mm`` is the required straight path of the ball; ``nominal_normal`` (3,),
+    unit, world, is None if unknown.
     """
     came = approach_direction(touch.trail_world, tip_world, approach_mm)
     match method:

@@ -6,9 +6,9 @@ points; the scatter of each point's window; the field of the sensors' patterns, 
 points. Their sum is `measuring.joint_factors`.
 
 The surface presses the ball towards the probe, along the compensation direction. LEDs and ball move
-according to the design of the probe (`calibration.ContactForce`); the tip error is the rest after
-the pose has followed the LEDs. The force is uniform from zero to the largest: its mean, a habit of
-the hand, is common to all points of a job, its scatter independent.
+according to the design of the probe (`calibration.probe_design.ContactForce`); the tip error is
+the rest after the pose has followed the LEDs. The force is uniform from zero to the largest: its
+mean, a habit of the hand, is common to all points of a job, its scatter independent.
 """
 
 from __future__ import annotations
@@ -53,11 +53,9 @@ class Source:
     """Source of a part of the uncertainty."""
 
     name: str
-    """Name in the budget."""
     kind: Literal["A", "B"]
     """``"A"``: evaluated from repeated observations of this job; ``"B"``: otherwise."""
     distribution: Literal["normal", "uniform"]
-    """Of the quantity itself."""
     origin: str
     """Document with its standard uncertainty."""
 

@@ -82,12 +82,9 @@ class PointFactors:
         return Rows(gradients.places, places, together[:, -1])
 
     def blocks(self, places: Int) -> tuple[Float, Float, float]:
-        """Return the blocks of single points.
+        """Return the covariance blocks of single points, mm^2.
 
-        Returns
-        -------
-        (n, 3, 3) of each point, (n, 3) of each with the tip radius, and the variance of that
-        radius, mm^2.
+        (n, 3, 3) of each point, (n, 3) of each with the tip radius, and the variance of the radius.
         """
         inner = self.kept(places)
         by_points, radius = inner.shared[:-1].reshape(len(places), 3, -1), inner.shared[-1]
@@ -123,7 +120,6 @@ class PointFactors:
         return drawn
 
     def _under(self, rows: Rows) -> PointFactors:
-        """Return the factors of the points in ``rows``."""
         known = np.arange(self.count) if self.places is None else self.places
         return self if np.array_equal(rows.places, known) else self.kept(rows.places)
 

@@ -18,7 +18,6 @@ class MeasuredPoint:
     number: int
     """1, 2, 3 ... in the order of the job; never used twice."""
     feature: str
-    """Plan feature."""
     time_s: float
     """Bus time of the middle of the window, s."""
     first_frame: int

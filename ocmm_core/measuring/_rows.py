@@ -185,7 +185,6 @@ class Rows:
 
 
 def _together(one: Int, other: Int) -> Int:
-    """Return the union of places, ascending."""
     if one is other or not len(other) or np.array_equal(one, other):
         return one
     return np.union1d(one, other) if len(one) else other

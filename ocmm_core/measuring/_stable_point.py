@@ -58,7 +58,6 @@ class StablePoint:
     first_frame: int
     last_frame: int
     n_frames: int
-    """`n_frames`: The frames used."""
     tip_world: Float
     """(3,), mm."""
     random_covariance: Float
@@ -85,15 +84,7 @@ def average(
 
     The random covariance comes from ten batch means, to include slow tremor, and is at least the
     prediction from independent spot noise. Ball motion indistinguishable from noise is added.
-
-    Parameters
-    ----------
-    window
-        The frames of the window that arrived.
-    expected
-        Intended number of frames.
-    rig
-        For the names of the cameras.
+    ``expected`` is the intended number of frames.
     """
     # Poses of the averaged frames themselves: no lag, whatever moved.
     window = simultaneous(window)
@@ -176,7 +167,6 @@ def _alike(seen: NDArray[np.uint64], good: NDArray[np.bool_]) -> NDArray[np.bool
 
 
 def _seconds(window: TrackBlock) -> Float:
-    """Return the time of each frame since the first, s."""
     return np.asarray((window.time_ns - window.time_ns[0]) * 1e-9, dtype=np.float64)
 
 

@@ -1,10 +1,10 @@
 """Temperatures of probe and part: compensation, contribution to U, and record.
 
 The two switches are independent. The probe is compensated by measuring with its geometry at the
-present temperature (`calibration.body_in_use`). The part is compensated by reporting all
-coordinates at 20 °C (ISO 1): ball centres and ball radius are scaled together, which scales every
-surface point about the world's origin. Observations are unchanged, and the job file records the
-compensation so that it can be repeated.
+present temperature (`calibration.probe_design.body_in_use`). The part is compensated by reporting
+all coordinates at 20 °C (ISO 1): ball centres and ball radius are scaled together, which scales
+every surface point about the world's origin. Observations are unchanged, and the job file records
+the compensation so that it can be repeated.
 """
 
 from __future__ import annotations
@@ -66,7 +66,6 @@ class TemperatureRecord(msgspec.Struct, frozen=True, kw_only=True, forbid_unknow
     """Record of the temperatures of a job; None if unknown."""
 
     schema: str
-    """`SCHEMA`."""
     probe_compensated: bool
     part_compensated: bool
     probe: Temperature | None

@@ -37,7 +37,6 @@ class Touch:
     """The frames of one touch."""
 
     first_frame: int
-    """Exposure of the trigger."""
     window: TrackBlock
     """Frames from the trigger on, as far as they arrived."""
     expected: int
@@ -55,13 +54,6 @@ class TouchCollector:
 
     A trigger is the probe button going down, or `arm` (key, pedal); it is ignored during a window.
     An interruption of the stream ends the open window and restarts the trail. Used by one thread.
-
-    Parameters
-    ----------
-    frame_period_s
-        Time between two exposures, s.
-    options
-        Length of the window.
     """
 
     def __init__(self, frame_period_s: float, options: PointOptions) -> None:
@@ -195,20 +187,12 @@ class TouchCollector:
 
 
 def approach_direction(trail_world: Float, contact_world: Float, distance: float) -> Float | None:
-    """Return the unit vector from the contact towards the approach, or None.
+    """Return the unit vector from the contact (3,), mm, towards the approach, or None.
 
     Mean direction of the last straight part of the path; far positions weigh more, which averages
-    the tremor of the hand. None if that part is shorter than ``distance``: the ball turned just
-    before contact, or its last path was not tracked (a longer step may hide a corner).
-
-    Parameters
-    ----------
-    trail_world
-        (m, 3), mm, oldest first.
-    contact_world
-        (3,), mm.
-    distance
-        Required length of the straight part, mm; up to four times as much is used.
+    the tremor of the hand. None if that part is shorter than ``distance``, mm: the ball turned just
+    before contact, or its last path was not tracked (a longer step may hide a corner). Up to four
+    times ``distance`` is used. The trail (m, 3), mm, starts with the oldest.
     """
     before = np.zeros(3)
     away = trail_world[::-1] - contact_world

@@ -7,7 +7,8 @@ Propagated from the records of all points of a job at once (GUM 5.2.2):
 - the position-dependent part of the spot error (pixel pattern, residual of the lens model): a
   Gaussian field on each sensor, shared by near points;
 - calibration of the cameras and geometry of the probe: common to all points; with a probe design,
-  that geometry's covariance includes thermal growth and sag (`calibration.body_in_use`);
+  that geometry's covariance includes thermal growth and sag
+  (`calibration.probe_design.body_in_use`);
 - the force of the hand, with a probe design (`_contributions`);
 - the pose of a reference body, if used: its LEDs, and the noise of its first pose;
 - the pose of a saved frame not measured in the job;
@@ -50,20 +51,7 @@ def joint_factors(
 ) -> PointFactors:
     """Return the factors of the covariance of all ball centres and the tip radius.
 
-    Parameters
-    ----------
-    points
-        N points, in any order.
-    sensitivities
-        `tip_sensitivity` of the spots of each point.
-    contact
-        Effect of the hand's force; None without a probe design.
-    part
-        None if not compensated.
-    frame
-        Uncertainty of a saved frame; None if the job measures the frame.
-    root
-        Replaces `root_of`, for callers that cache the results.
+    Arguments as in `contributions`; ``root`` replaces `root_of`, for callers that cache results.
     """
     parts = contributions(points, sensitivities, rig, body, contact, part, frame=frame)
     return factors_of(parts, len(points), root)

@@ -235,7 +235,7 @@ def blend_polygon(
 def merge_layers(
     front: Pixmap, back: Pixmap, start: int, stop: int, front_share: float, back_share: float
 ) -> None:
-    """Blend the front layer over the back one, both translucent; rows ``start`` to ``stop``.
+    """Blend front over back layer, both translucent; rows ``start`` to ``stop``.
 
     The result is in ``front``.
     """

@@ -66,7 +66,7 @@ def mesh_of(model: PartModel) -> RenderMesh:
 
 
 def coarser(mesh: RenderMesh, most: int) -> RenderMesh:
-    """Return a mesh of about ``most`` triangles at most; the same object if small enough.
+    """Return a mesh of about ``most`` triangles at most; the same one if small.
 
     Vertices in one cell of a grid are merged to their mean (vertex clustering, Rossignac and Borrel
     1993), separately per face, so that faces keep their colours and sharp edges; those of one cell

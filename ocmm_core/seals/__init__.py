@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING
 from ocmm_core.door import door
 
 if TYPE_CHECKING:
-    from ocmm_core.seals._anchor import learn_heads, signed_heads
+    from ocmm_core.seals._anchor import learn_heads, signed_heads, signed_job_heads
     from ocmm_core.seals._key import THIS_STATION, KeptKeys, KeyFolder, StationKey
     from ocmm_core.seals._memory import (
         KnownEnd,
@@ -63,7 +63,7 @@ if TYPE_CHECKING:
 else:
     __getattr__ = door(
         __name__,
-        _anchor="learn_heads signed_heads",
+        _anchor="learn_heads signed_heads signed_job_heads",
         _key="KeptKeys KeyFolder StationKey THIS_STATION",
         _memory=(
             "KnownEnd expect memory_folder memory_loss memory_start recall remember "
@@ -117,6 +117,7 @@ __all__ = [
     "shown_key",
     "sign",
     "signed_heads",
+    "signed_job_heads",
     "start_memory",
     "station_certificate",
     "station_clock",

@@ -13,7 +13,7 @@ from datetime import datetime
 import msgspec
 
 from ocmm_core.errors import OcmmError, StorageError
-from ocmm_core.seals._key import KeyFolder
+from ocmm_core.seals._key import THIS_STATION, KeyFolder
 from ocmm_core.seals._memory import KnownEnd, memory_folder, recall, remember
 from ocmm_core.seals._public import public_text
 from ocmm_core.seals._signature import Signature, Signed, judge_signature, sign
@@ -21,12 +21,16 @@ from ocmm_core.side_files import SIDE_FILES, Trusted, read_guarded
 
 _MOST_MEMORY = SIDE_FILES[Trusted.MEMORY][0].most
 
-_MOST = 1000
-"""Ends in a list: a station has some for each rig and probe."""
+JOB = "job "
+"""First characters of the names of jobs in the memory."""
+_MOST, _MOST_JOBS = 1000, 200
+"""Ends in a list: a station has some for each rig and probe, and a new one for each job."""
 
 
-class _Heads(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    heads: tuple[KnownEnd, ...]
+class _Heads(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
+    heads: tuple[KnownEnd, ...] = ()
+    jobs: tuple[KnownEnd, ...] = ()
+    """`heads`, `jobs`: A list has the ends of histories, or of jobs."""
 
 
 class _SignedHeads(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
@@ -36,8 +40,6 @@ class _SignedHeads(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 def signed_heads(keys: KeyFolder, kept: Sequence[str] = ()) -> str:
     """Return the signed ends of all histories in the memory; empty if there is nothing to keep.
-
-    The ends of jobs are in the signed jobs themselves, which an archive holds.
 
     Parameters
     ----------
@@ -49,20 +51,39 @@ def signed_heads(keys: KeyFolder, kept: Sequence[str] = ()) -> str:
     StorageError
         The key of the station cannot be used.
     """
-    heads = tuple(
-        msgspec.structs.replace(seen, utc="", place="")
-        for seen in sorted(_histories(), key=lambda one: one.name)[:_MOST]
-    )
-    if not heads:
-        return ""
-    content, key = _Heads(heads), keys.station_key()
-    for text in kept:
-        with contextlib.suppress(ValueError, RecursionError):
-            known = msgspec.json.decode(text, type=_SignedHeads)
-            if known.content == content and known.signature.key == public_text(key.public):
-                return ""
-    signature = sign(key, Signed.MEMORY, msgspec.json.encode(content))
+    known = (one for one in _known_ends() if one.thing or one.first)
+    content = _Heads(heads=tuple(sorted(known, key=lambda one: one.name)[:_MOST]))
+    made_before = [] if not content.heads else _own_lists(keys, kept)
+    return "" if not content.heads or content in made_before else _signed(content, keys)
+
+
+def signed_job_heads(keys: KeyFolder, kept: Sequence[str] = ()) -> str:
+    """Return the signed ends of the latest jobs that are in none of the lists ``kept``.
+
+    Empty if there are none; errors as of `signed_heads`.
+    """
+    latest = [one for one in _known_ends() if one.name.startswith(JOB)][:_MOST_JOBS]
+    before = {one for content in _own_lists(keys, kept) for one in content.jobs} if latest else ()
+    content = _Heads(jobs=tuple(one for one in latest if one not in before))
+    return _signed(content, keys) if content.jobs else ""
+
+
+def _signed(content: _Heads, keys: KeyFolder) -> str:
+    signature = sign(keys.station_key(), Signed.MEMORY, msgspec.json.encode(content))
     return msgspec.json.encode(_SignedHeads(content, signature)).decode("ascii")
+
+
+def _own_lists(keys: KeyFolder, kept: Sequence[str]) -> Iterator[_Heads]:
+    own = public_text(keys.station_key().public)
+    for text in kept:
+        with contextlib.suppress(ValueError, RecursionError, StorageError):
+            known = msgspec.json.decode(text, type=_SignedHeads)
+            content = msgspec.json.encode(known.content)
+            if (
+                known.signature.key == own
+                and judge_signature(keys, Signed.MEMORY, content, known.signature).sound
+            ):
+                yield known.content
 
 
 def learn_heads(text: str, place: str, keys: KeyFolder) -> int:
@@ -89,15 +110,20 @@ def learn_heads(text: str, place: str, keys: KeyFolder) -> int:
     if not state.sound:
         raise _refused(place, f"its signature is {state.word.value}")
     learned = 0
-    for seen in found.content.heads:
+    for seen in (*found.content.heads, *found.content.jobs):
+        job = seen.name.startswith(JOB)
+        # What this station knows of its own jobs is not for others to say.
+        foreign = job and state.station != THIS_STATION
         with contextlib.suppress(StorageError, ValueError):
-            learned += _learn(msgspec.structs.replace(seen, place=place))
+            learned += _learn(msgspec.structs.replace(seen, place=place), foreign=foreign)
     return learned
 
 
-def _learn(seen: KnownEnd) -> bool:
+def _learn(seen: KnownEnd, *, foreign: bool) -> bool:
     known = recall(seen.name)
     if known is not None and not _is_later(seen, known):
+        return False
+    if known is not None and foreign and known.place != seen.place:
         return False
     remember(seen if known is None else msgspec.structs.replace(seen, utc=known.utc))
     return True
@@ -109,17 +135,17 @@ def _is_later(seen: KnownEnd, known: KnownEnd) -> bool:
     return seen.count > known.count
 
 
-def _histories() -> Iterator[KnownEnd]:
-    """Return the ends of histories, and of the things that they are about."""
+def _known_ends() -> list[KnownEnd]:
+    """Return all ends in the memory, the latest first, without times and places."""
+    found: list[tuple[float, KnownEnd]] = []
     for path in memory_folder().glob("*.json"):
         with contextlib.suppress(OSError, ValueError, OcmmError, RecursionError):
-            seen = recall(
-                msgspec.json.decode(
-                    read_guarded(path, _MOST_MEMORY, follow=False), type=KnownEnd
-                ).name
-            )
-            if seen is not None and seen.count and (seen.thing or seen.first):
-                yield seen
+            content = read_guarded(path, _MOST_MEMORY, follow=False)
+            seen = recall(msgspec.json.decode(content, type=KnownEnd).name)
+            if seen is not None and seen.count:
+                bare = msgspec.structs.replace(seen, utc="", place="")
+                found.append((path.stat().st_mtime, bare))
+    return [seen for _, seen in sorted(found, key=lambda one: -one[0])]
 
 
 def _refused(place: str, why: str) -> StorageError:

@@ -23,9 +23,11 @@ from ocmm_core.host import HOST
 from ocmm_core.settings._settings_seal import (
     SEAL,
     changes_verdict,
+    note_sealed,
     sealed_table,
     signer_of,
     verdict_entries,
+    was_sealed,
 )
 from ocmm_core.settings._specs import SETTINGS, Value, spec_of
 from ocmm_core.settings._toml import toml_text
@@ -198,6 +200,7 @@ class SettingsFile:
             self.signer()
             now = self.read()
             entries = {**now.entries, SEAL: sealed_table(now.entries, who)}
+            note_sealed(self.path)
             write_atomic(self.path, toml_text(entries).encode("utf-8"))
 
     def _sealed(self, entries: dict[str, Any], before: Mapping[str, Any]) -> tuple[Note, ...]:
@@ -206,10 +209,11 @@ class SettingsFile:
         try:
             if fresh or signer_of(before).sound:
                 entries[SEAL] = sealed_table(entries)
+                note_sealed(self.path)
                 return ()
         except StorageError as error:
             return (Note(f"The settings could not be signed. {error.what}", error.remedy),)
-        if SEAL not in before:
+        if SEAL not in before and not was_sealed(self.path, before):
             return ()
         return (Note(f"{self.path}: the settings stay without a valid signature.", _CONFIRM),)
 
@@ -256,7 +260,7 @@ class SettingsFile:
                             f"Correct {spec.key} there, or set it again in Settings.",
                         )
                     )
-        if SEAL in data and not signer_of(data).sound:
+        if (SEAL in data or was_sealed(self.path, data)) and not signer_of(data).sound:
             notes.append(
                 Note(
                     f"{self.path}: settings that change verdicts were edited outside this program, "

@@ -10,9 +10,12 @@ from __future__ import annotations
 import contextlib
 from collections.abc import Mapping
 from datetime import UTC, datetime
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import msgspec
+
+from ocmm_core.errors import StorageError
 
 if TYPE_CHECKING:
     from ocmm_core.seals import SealState
@@ -44,6 +47,25 @@ def sealed_table(entries: Mapping[str, Any], who: str = "") -> dict[str, str]:
     utc = datetime.now(UTC).isoformat(timespec="seconds")
     made = sign(KeyFolder().station_key(), Signed.SETTINGS, _content(entries, who, utc))
     return {"who": who, "utc": utc, "key": made.key, "value": made.value}
+
+
+def note_sealed(path: Path) -> None:
+    """Let the station remember that this document has a seal."""
+    from ocmm_core.seals import KnownEnd, remember
+
+    remember(KnownEnd(name=f"settings {path}", count=1, link=""), sync=False)
+
+
+def was_sealed(path: Path, entries: Mapping[str, Any]) -> bool:
+    """Return whether this document, whose settings change verdicts, lost its seal."""
+    if SEAL in entries or not verdict_entries(entries):
+        return False
+    from ocmm_core.seals import recall
+
+    try:
+        return recall(f"settings {path}") is not None
+    except StorageError:
+        return True
 
 
 def signer_of(entries: Mapping[str, Any]) -> SealState:

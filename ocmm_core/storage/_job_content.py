@@ -81,7 +81,8 @@ def unreadable(path: Path, error: Exception) -> StorageError:
     """Return the error for a job, or a file next to it, that the guard refuses."""
     there = getattr(error, "filename", None)
     why = getattr(error, "strerror", None) or str(error)
-    if there and Path(there).name != path.name and Path(there).parent == path.resolve().parent:
+    folder = path.resolve().parent
+    if there and Path(there).name != path.name and Path(there).parent.resolve() == folder:
         return StorageError(
             "job.side_file",
             f"{there}: this file next to the job {path.name} is refused: {why}.",

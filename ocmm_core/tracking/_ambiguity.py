@@ -158,13 +158,7 @@ def most_alike(one: LedBody, other: LedBody) -> int:
 def _in_common(
     mine: Float, theirs: Float, count: int
 ) -> tuple[tuple[int, ...], tuple[int, ...], float] | None:
-    """Return the first ``count`` similar LEDs of two bodies, and their deviation, mm.
-
-    Parameters
-    ----------
-    mine, theirs
-        Distances (L, L) and (M, M), mm.
-    """
+    """Return the first ``count`` LEDs of similar distances (L, L), (M, M), and deviation, mm."""
 
     def extend(
         leds: tuple[int, ...], alike: tuple[int, ...], fits: NDArray[np.bool_]

@@ -87,7 +87,6 @@ class ProbeBody:
     rules: tuple[tuple[Float, Float], ...]
     """``(probe_axis, world_direction)`` pairs, each (3,)."""
     identity: str
-    """SHA-256 of the document."""
     code: StrobeCode | None = None
     """Strobe code of the LEDs; None if always lit."""
 
@@ -120,16 +119,9 @@ def load_probe(path: Path | str) -> ProbeBody:
 
 
 def body_of(document: ProbeDocument, path: Path | str, identity: str) -> ProbeBody:
-    """Return the probe of a document; errors as `load_probe`.
+    """Return the probe of a document, perhaps not yet in a file; errors as `load_probe`.
 
-    Parameters
-    ----------
-    document
-        May not be in a file yet.
-    path
-        Its file, for error messages.
-    identity
-        SHA-256 of the file.
+    ``path`` is for error messages; ``identity`` is the SHA-256 of the file.
     """
     _check(Path(path), document)
     leds = np.array([led.position for led in document.leds])
@@ -167,7 +159,7 @@ def satisfies_rules(
 def nearest_ambiguity(
     body: ProbeBody | LedBody, seen: Sequence[int] | None = None
 ) -> Ambiguity | None:
-    """Return the wrong labelling of the LEDs ``seen``, or of all, with the smallest residual.
+    """Return the wrong labelling of the LEDs ``seen``, or all, of smallest residual.
 
     See `ambiguity.nearest`. For a body without a tip, the error is that of the middle of its LEDs.
     """

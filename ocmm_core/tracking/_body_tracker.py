@@ -47,11 +47,6 @@ class BodyTracker:
 
     Only the labels of the slots are kept between blocks; for one thread. Labelling is independent
     of block boundaries.
-
-    Attributes
-    ----------
-    rig, body, options
-        Tracking inputs.
     """
 
     rig: Rig

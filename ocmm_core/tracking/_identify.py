@@ -68,14 +68,9 @@ def identify(
     options: IdentifyOptions,
     led_of_slot: Int | None = None,
 ) -> Identification:
-    """Return the slot of each LED.
+    """Return each LED's slot for spots (C, S, 2), px, of one frame, NaN if empty.
 
-    Parameters
-    ----------
-    spots
-        (C, S, 2), px: one frame, NaN for empty slots.
-    led_of_slot
-        (C, S): result of the strobe code for every slot (`strobe.decode`), or None.
+    ``led_of_slot`` (C, S) is the result of the strobe code (`strobe.decode`), or None.
     """
     return identify_all(rig, [led_body(body)], spots, options, [led_of_slot])[0]
 
@@ -89,14 +84,8 @@ def identify_all(
 ) -> tuple[Identification, ...]:
     """Return the slot of each LED of each body; no slot is assigned twice.
 
-    Parameters
-    ----------
-    bodies
-        Probe and reference body, which must pass `ambiguity.check_distinct`.
-    spots
-        (C, S, 2), px: one frame, NaN for empty slots.
-    led_of_slot
-        Of every body, see `identify`; empty without strobe codes.
+    The bodies must pass `ambiguity.check_distinct`. Spots and codes as in `identify`, codes for
+    every body or empty.
     """
     status, labels = identify_many(rig, bodies, spots[None], options, led_of_slot)
     return tuple(
@@ -168,14 +157,7 @@ def extended_labels(
 
     LEDs with an empty slot in this frame are also free, as they may reappear in another slot; they
     keep their slot if not found. Labels that do not fit this frame, or ambiguous extensions, are
-    returned unchanged.
-
-    Parameters
-    ----------
-    spots
-        (C, S, 2), px: one frame, NaN for empty slots.
-    labels
-        (C, L), -1 if none.
+    returned unchanged. Spots as in `identify`; a label of -1 is none.
     """
     more = labels.copy()
     doubt = extend_tracked(
@@ -202,14 +184,8 @@ def nearest_slots(
 ) -> Int:  # fmt: skip
     """Return the slot with a spot at each LED, (C, L), -1 if none; for tests.
 
-    Parameters
-    ----------
-    spots
-        (C, S, 2), px, NaN for empty slots.
-    rotation, origin
-        Pose of the body in the world, (3, 3) and (3,), mm.
-    gate_px
-        Greatest distance, px; LED and spot must also be nearest to each other.
+    Within ``gate_px``, and LED and spot must be nearest to each other. Spots as in `identify`;
+    rotation and origin are the pose of the body in the world.
     """
     body = led_body(body)
     leds_world = body.leds_body @ rotation.T + origin
@@ -229,10 +205,7 @@ def _least_named(n_leds: int) -> int:
 
 
 def _camera_pairs(n_cameras: int) -> Int:
-    """Return all pairs of cameras (P, 2), in search order.
-
-    More than four cameras are treated as a ring: neighbours first, so that each is used early.
-    """
+    """Return all pairs of cameras (P, 2), neighbours first for more than four."""
     if n_cameras <= kernel.USUAL_CAMERAS:
         return np.array([(c, d) for c in range(n_cameras) for d in range(c + 1, n_cameras)])
     steps = range(1, n_cameras // 2 + 1)

@@ -26,7 +26,7 @@ class LedEntry(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=
 
 
 class OrientationRule(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """An orientation constraint: an axis of the probe stays on one side of a world direction.
+    """An orientation constraint: a probe axis stays on one side of a world direction.
 
     ``probe_axis`` mapped to the world must have a positive component along ``world_direction``.
     """

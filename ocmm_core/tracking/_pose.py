@@ -1,4 +1,4 @@
-"""Spots to pose and tip in plain numpy: reference of the kernel, and its typed interface.
+"""Spots to pose and tip in plain numpy: kernel reference, and its typed interface.
 
 `solve_reference` is for reading and for checking `kernels.solve_frames`; the product calls `solve`.
 """
@@ -138,7 +138,7 @@ def tip_jacobian(rotation: Float, body: ProbeBody) -> Float:
 
 
 def arm_jacobian(arm_world: Float) -> Float:
-    """Return d(point)/d(pose), (..., 3, 6), of points ``arm_world`` (..., 3), mm, from the origin.
+    """Return d(point)/d(pose), (..., 3, 6), of ``arm_world``, mm, from the origin.
 
     A small rotation w moves a point by w x arm, which is -skew(arm) w.
     """

@@ -61,12 +61,7 @@ class ReferencePoses:
 class ReferenceTracker:
     """Track a reference body, and relate the probe to it; for one thread.
 
-    Parameters
-    ----------
-    rig, reference, options
-        Tracking inputs.
-    home
-        Pose at the start of the job; None to use the first place of rest.
+    ``home`` is the pose at the start of the job; None to use the first place of rest.
     """
 
     def __init__(
@@ -77,7 +72,6 @@ class ReferenceTracker:
         home: ReferenceHome | None = None,
     ) -> None:
         self.tracker = BodyTracker(rig, reference.leds, reference.middle, options)
-        """Tracks its LEDs."""
         self.home = home
         self.motion: tuple[float, float] | None = None
         """Distance of the middle of its LEDs from home, mm, and rotation, rad; None until the mean
@@ -104,12 +98,7 @@ class ReferenceTracker:
     def relate(self, probe: TrackBlock, seen: ReferenceTrack, left: FrameBlock) -> TrackBlock:
         """Return the tracked probe (rig frame) in the world of the job.
 
-        Parameters
-        ----------
-        probe
-            Tracked frames.
-        left
-            The same frames without the spots of the probe.
+        ``left`` are the same frames without the spots of the probe.
         """
         begin = 0
         doubt = seen.body.status == FrameStatus.UNIDENTIFIED
@@ -177,22 +166,11 @@ class _Anchor:
 
 
 def related(seen: ReferenceTrack, poses: ReferencePoses, begin: int = 0) -> TrackBlock:
-    """Return the probe in the world of the job.
+    """Return the probe in the world of the job, from frame ``begin`` with a home on.
 
-    Parameters
-    ----------
-    seen
-        Probe and reference body as seen by the cameras.
-    poses
-        Assumed pose of the reference body in each frame.
-    begin
-        First frame with a home.
-
-    Returns
-    -------
-    TrackBlock
-        The covariance of the tip includes the spot noise of both poses; the effect of the camera
-        calibration is common to many points (`relative_sensitivity`).
+    The covariance of the tip includes the spot noise of both poses; the effect of the camera
+    calibration is common to many points (`relative_sensitivity`). ``poses`` are the assumed ones of
+    the reference body in each frame.
     """
     probe, home = seen.probe, seen.home
     lost = seen.body.status != FrameStatus.OK
@@ -232,14 +210,7 @@ def simultaneous(track: TrackBlock) -> TrackBlock:
 def motion_to_world(home: ReferenceHome, rotation: Float, origin: Float) -> tuple[Float, Float]:
     """Return the transformation from the present rig frame to the job's world.
 
-    (n, 3, 3) and (n, 3), mm.
-
-    Parameters
-    ----------
-    home
-        Home of the reference body.
-    rotation, origin
-        (n, 3, 3) and (n, 3), mm: its present pose, rig frame.
+    (n, 3, 3) and (n, 3), mm, from the home of the reference body and its present pose, rig frame.
     """
     at_home = home.T_rig_from_reference
     turn: Float = at_home.rotation @ rotation.transpose(0, 2, 1)
@@ -258,15 +229,8 @@ def relative_sensitivity(
 
     It depends on three poses of the same cameras: probe, reference body now, and at home. If the
     reference body has not moved, camera errors affect its two poses equally and cancel; otherwise
-    they cancel in part. Spots of all three are listed, those of the reference body now with the
-    opposite sign.
-
-    Parameters
-    ----------
-    spots, reference_spots
-        (C, L, 2) and (C, R, 2), px, of the same frames.
-    home
-        Home of the reference body.
+    they cancel in part. Spots (C, L, 2), px, of all three are listed, those of the reference body
+    now, of the same frames, with the opposite sign.
 
     Raises
     ------

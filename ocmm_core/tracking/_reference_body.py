@@ -47,7 +47,6 @@ class ReferenceBody:
     text: str
     """The document, for the job file."""
     identity: str
-    """SHA-256 of the document."""
 
     @property
     def name(self) -> str:

@@ -45,17 +45,10 @@ class ReferenceFilter:
         """Frames in the mean after the latest one; 0 if the body is not tracked."""
 
     def feed(self, body: TrackBlock, covariance: Float) -> tuple[Float, Float, Float]:
-        """Return rotation (n, 3, 3), origin (n, 3), mm, and covariance (n, 6, 6) of every frame.
+        """Return rotation, origin, mm, and covariance (n, 6, 6) of every frame.
 
-        Parameters
-        ----------
-        covariance
-            (n, 6, 6), of its single-frame pose, for the increments of `pose.reprojection`.
-
-        Returns
-        -------
-        tuple
-            NaN if the body is not tracked; the mean restarts after that.
+        NaN if the body is not tracked; the mean restarts after that. The covariance of the
+        single-frame poses is for the increments of `pose.reprojection`.
         """
         n = len(body)
         rotations, origins, frames = np.empty((n, 3, 3)), np.empty((n, 3)), np.empty(n)

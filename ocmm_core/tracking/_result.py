@@ -38,7 +38,6 @@ class ReferenceHome:
     spots: Float
     """(C, R, 2), px: mean spots by its LED number, NaN if unseen."""
     n_frames: int
-    """Number of averaged frames."""
     T_rig_from_reference: RigidTransform
 
 
@@ -101,18 +100,8 @@ class ReferenceTrack:
 def interruptions(time_ns: Int, before_ns: int) -> list[int]:
     """Return the indices of frames preceded by an interruption.
 
-    Parameters
-    ----------
-    time_ns
-        (n,), bus time of consecutive frames.
-    before_ns
-        Of the last frame before them; 0 if these are the first.
-
-    Returns
-    -------
-    list of int
-        Frames later than `INTERRUPTION_NS` after the previous one, or not after it at all because
-        the bus clock was reset.
+    Frames later than `INTERRUPTION_NS` after the previous one, or not after it at all because the
+    bus clock was reset. ``before_ns`` is the bus time before them; 0 if these are the first.
     """
     steps = np.diff(time_ns, prepend=before_ns or time_ns[:1] - 1)
     return np.flatnonzero((steps <= 0) | (steps > INTERRUPTION_NS)).tolist()

@@ -98,7 +98,6 @@ class _Batches:
     times: Float
     """(m,), from 0 to 1."""
     span_s: float
-    """Duration."""
     places: Float
     """(m, 3), mm."""
     variances: Float

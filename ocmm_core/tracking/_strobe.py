@@ -29,7 +29,7 @@ NOT_NAMED = -2
 
 
 class StrobeEntry(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """The code of a body in its document: the frame of the period in which each LED is dark."""
+    """The code of a body in its document: the dark frame of each LED in the period."""
 
     period: int
     dark: list[int]
@@ -92,17 +92,8 @@ def frames_needed(code: StrobeCode) -> int:
 def decode(code: StrobeCode, counter: Int, there: NDArray[np.bool_]) -> Int | None:
     """Return the LED of each slot, (C, S), `NOT_NAMED` if unidentified.
 
-    Parameters
-    ----------
-    counter
-        (n,), exposure counter of the last frames.
-    there
-        (n, C, S): whether slots held a spot.
-
-    Returns
-    -------
-    ndarray or None
-        None for too few frames, or gaps between them.
+    None for too few frames, or gaps between them. ``counter`` (n,) is the exposure counter of the
+    last frames, ``there`` (n, C, S) whether slots held a spot.
     """
     need = frames_needed(code)
     counter, there = counter[-need:], there[-need:]

@@ -1,4 +1,4 @@
-"""Acceptance tests in the window: choice, measurement, verdict, artefacts and studies.
+"""Acceptance tests in the window: start, measurement, verdict, artefacts, studies.
 
 In: `composition.AcceptanceBench`, guided tests of `acceptance`. Out: pages for Maintain, sheets,
 and the running test with rail and keys of a wizard.

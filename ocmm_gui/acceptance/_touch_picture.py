@@ -20,7 +20,7 @@ _TILT = np.radians(25.0)
 
 
 class TouchPicture(Painted):
-    """A sphere as seen by the cameras, with its touch points; the next one is highlighted.
+    """A sphere as seen by the cameras, with touch points; the next is highlighted.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Bridge from the measuring station to Qt: state by signals, live values by a timer.
+"""Bridge from the station to Qt: state by signals, live values by a timer.
 
 In: a station with its threads. Out: signals on the window's thread, and commands to the station.
 

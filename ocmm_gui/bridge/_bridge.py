@@ -1,4 +1,4 @@
-"""Bridge from the measuring station to Qt: state by signals, live values by a timer.
+"""Bridge from the station to Qt: state by signals, live values by a timer.
 
 The station emits on its reconstruction thread. Queued Qt connections carry each event to the
 window's thread; frames never travel this way, the timer pulls the latest snapshot.

@@ -1,4 +1,4 @@
-"""Commands of the window, executed sequentially on threads that may wait for the job."""
+"""Commands of the window, run in sequence on threads that may wait for the job."""
 
 from __future__ import annotations
 

@@ -20,7 +20,7 @@ _HATCHED = Qt.BrushStyle.BDiagPattern
 
 
 class MapPlot(Plot):
-    """A map of the tip's uncertainty as cells of colour, with its scale in micrometres."""
+    """A map of the tip's uncertainty as coloured cells, with its scale in um."""
 
     def __init__(self, name: str) -> None:
         super().__init__(name)

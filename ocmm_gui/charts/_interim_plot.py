@@ -31,13 +31,12 @@ class InterimPlot(Plot):
             self._say(tr("no checks yet"))
             return
         last = chart.points[-1]
-        self._say(
-            tr(
-                "%n checks, last {error:+.1f} µm: {word}",
-                "1 check, last {error:+.1f} µm: {word}",
-                len(chart.points),
-            ).format(error=1e3 * last.check.error_mm, word=said_word(last.word.value))
-        )
+        said = tr(
+            "%n checks, last {error:+.1f} µm: {word}",
+            "1 check, last {error:+.1f} µm: {word}",
+            len(chart.points),
+        ).format(error=1e3 * last.check.error_mm, word=said_word(last.word.value))
+        self._say(f"{said_word(chart.doubt)}   {said}" if chart.doubt else said)
 
     def paintEvent(self, event: QPaintEvent) -> None:
         """Paint limits, centre and checks."""

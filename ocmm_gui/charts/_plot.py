@@ -99,7 +99,7 @@ def rms_of(values: Float) -> float:
 
 
 def scale_arrows(rms: float, pixels: float) -> tuple[float, float]:
-    """Return a round value near ``rms`` and its arrow length, px, if ``rms`` is ``pixels``."""
+    """Return a round value near ``rms``, ``pixels`` long, and its arrow length, px."""
     if not rms > 0.0:
         return 0.0, 0.0
     decade = 10.0 ** np.floor(np.log10(rms))

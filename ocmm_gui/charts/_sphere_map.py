@@ -47,7 +47,7 @@ class Mapped:
 
 
 class SphereMap(Painted):
-    """Directions about a centre, seen from above; the cameras are below the lower edge.
+    """Directions about a centre, seen from above, with the cameras below.
 
     The distance from the centre is the angle (azimuthal equidistant).
     """
@@ -160,7 +160,7 @@ class SphereMap(Painted):
         return float(np.clip(widest + shown.spacing, _LEAST_REACH, np.pi))
 
     def _flat(self, directions: Points3) -> Float:
-        """Return the places (n, 2) of directions (n, 3) on the map, rad, x right and y down."""
+        """Return places (n, 2) of directions (n, 3) on the map, rad, x right, y down."""
         middle = self._mapped.middle
         toward = self._seat - (self._seat @ middle) * middle
         if float(np.linalg.norm(toward)) < 0.3:

@@ -128,7 +128,7 @@ class OperatorsPlot(Plot):
 
 
 class RunPlot(Plot):
-    """Repeated measurements of one part: deviation from its reference, with 10 % of tolerance."""
+    """Repeated measurements of a part: deviation from its reference, 10 % tolerance."""
 
     def __init__(self) -> None:
         super().__init__(tr("Deviation, µm"))

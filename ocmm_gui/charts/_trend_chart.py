@@ -1,4 +1,4 @@
-"""One characteristic over the parts of a batch, with tolerance, control limits and U."""
+"""One characteristic over a batch, with tolerance, control limits and U."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ _HEAD_PX, _FOOT_PX, _SCALE_PX = 34.0, 24.0, 112.0
 
 
 class TrendChart(Painted):
-    """Values as dots with their uncertainty; the field is the tolerance, dashed the limits."""
+    """Values as dots with their U; the field is the tolerance, dashed the limits."""
 
     def __init__(self) -> None:
         super().__init__(tr("Trend over the parts"), SCENE_SIZE, SCENE_LEAST)

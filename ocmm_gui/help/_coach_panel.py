@@ -1,4 +1,4 @@
-"""Coach next to the readout: uncertainty ellipse of the ball, helpful turn, or remedy."""
+"""Coach next to the readout: uncertainty ellipse, helpful turn, or remedy."""
 
 from __future__ import annotations
 

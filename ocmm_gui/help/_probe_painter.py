@@ -1,4 +1,4 @@
-"""Painting of the probe in the inspector's view, its ball ellipse, and turn arrows."""
+"""Painting of the probe in the inspector's view, ball ellipse, and turn arrows."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Building blocks of every screen: themes, texts, sheets, widgets, keys, sounds, notices.
+"""Building blocks of every screen: themes, texts, widgets, keys, sounds.
 
 In: themes, settings, values of the core. Out: widgets, texts with units, sounds, one log of
 notices.

@@ -55,7 +55,7 @@ class Fitted:
 
 
 def fit_words(text: str, font: QFont, width: float, height: float, *, wraps: bool) -> Fitted | None:
-    """Return the layout of a text in a room, largest type first; None if it does not fit.
+    """Return the layout of a text in a room, largest type first, or None.
 
     Parameters
     ----------

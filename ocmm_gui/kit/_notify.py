@@ -32,7 +32,7 @@ _FAR_SHARE, _DESK_PX = 26.0 / 1080.0, 14.0
 
 
 class Level(Enum):
-    """Severity: the value is used in the log; determines mark and colour of the banner."""
+    """Severity: value for the log; determines mark and colour of the banner."""
 
     INFO = "INFO"
     WARNING = "WARNING"
@@ -87,7 +87,7 @@ class NoticeCentre(QObject):
         self.post(Notice(Level.WARNING, what, remedy, "", datetime.now().astimezone()))
 
     def error(self, error: BaseException) -> None:
-        """Show an error: an `OcmmError` in its own words, others as in `failure.contained`."""
+        """Show an error: `OcmmError` in its own words, others as `failure.contained`."""
         detail = "".join(traceback.format_exception(error))
         told = contained(error, "The window")
         when = datetime.now().astimezone()
@@ -101,7 +101,7 @@ class NoticeCentre(QObject):
         )
 
     def save(self, path: Path) -> None:
-        """Write all stored notices with full text to a file; raise StorageError on failure."""
+        """Write all stored notices with full text to a file; StorageError on failure."""
         text = self.text()
         try:
             path.parent.mkdir(parents=True, exist_ok=True)

@@ -67,7 +67,7 @@ def numbers_in_use() -> NumberStyle:
 
 
 def localised(text: str) -> str:
-    """Return a text with the decimal sign in use; replaces every point between two digits."""
+    """Return a text with the decimal sign in use for points between digits."""
     return _POINT.sub(",", text) if _InUse.style.comma else text
 
 
@@ -151,7 +151,7 @@ def to_mm(value: float, unit: str) -> float:
 
 
 def length_of_field(text: str) -> float:
-    """Return a typed length, mm, in its own or the displayed unit; raise ValueError if invalid."""
+    """Return a typed length, mm, in its own or the displayed unit; or ValueError."""
     number, unit = split_unit(text)
     return to_mm(float(plain_number(number)), unit)
 

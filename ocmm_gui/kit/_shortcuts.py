@@ -126,7 +126,7 @@ def use_shortcuts(actions: Mapping[str, QAction], changed: Mapping[str, Sequence
 
 
 def make_actions(window: QWidget) -> dict[str, QAction]:
-    """Return the actions by key, with shortcuts active in ``window``, not yet connected."""
+    """Return the actions by key, with shortcuts in ``window``, not connected yet."""
     actions: dict[str, QAction] = {}
     for info in ACTIONS:
         action = QAction(tr(info.text), window)

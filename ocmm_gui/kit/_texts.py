@@ -39,7 +39,7 @@ T = TypeVar("T", bound=tuple[object, ...])
 
 
 def tr(sentence: str, one: str = "", count: int = -1) -> str:
-    """Return a sentence in the language of the window, or unchanged without translation.
+    """Return a sentence in the language of the window, if translated.
 
     Its ``format`` writes numbers with the decimal sign in use (`_numbers`).
 
@@ -96,7 +96,7 @@ def _catalogue(language: str, comma: bool) -> Translation:  # used as cache key
 
 
 def with_unit(table: T) -> T:
-    """Return a table of sentences in which ``{unit}`` is the displayed unit of lengths."""
+    """Return a table of sentences with ``{unit}`` as the displayed length unit."""
     named = (
         item.replace("{unit}", unit_word())
         if isinstance(item, str)

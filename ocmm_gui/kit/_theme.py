@@ -79,7 +79,7 @@ class Themed(Protocol):
 
 
 def contrast_ratio(first: str, second: str) -> float:
-    """Return the contrast of two colours, 1 to 21 (WCAG 2.1, section 1.4.3); for tests."""
+    """Return the contrast of two colours, 1 to 21 (WCAG 2.1, 1.4.3); for tests."""
     high, low = sorted((_luminance(first), _luminance(second)), reverse=True)
     return (high + 0.05) / (low + 0.05)
 
@@ -137,7 +137,7 @@ def _sized(font: QFont, pixels: float, bold: bool) -> QFont:
 
 
 def fitted(font: QFont, text: str, width: float, height: float, limit: float) -> QFont:
-    """Return ``font`` at the greatest pixel size up to ``limit`` at which ``text`` fits."""
+    """Return ``font`` at the largest fitting pixel size, ``limit`` at most."""
     probe = QFont(font)
     probe.setPixelSize(100)
     metrics = QFontMetricsF(probe)

@@ -9,7 +9,7 @@ from ocmm_gui.kit._texts import said, tr
 
 
 def session_of(record: VerificationRecord) -> tuple[tuple[str, str], ...]:
-    """Return facts about corners and repeated seats; none for records of earlier versions."""
+    """Return facts about corners and repeated seats; none for earlier versions."""
     facts: list[tuple[str, str]] = []
     if record.corners:
         missing = [one for one in record.corners if not one.reached]

@@ -1,4 +1,4 @@
-"""Maintain mode: a list of pages, the selected page, and the status of the machine."""
+"""Maintain mode: a list of pages, the selected page, and the machine's status."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Recall sheet: older jobs recalculated; totals in large type, verdicts in a table."""
+"""Recall sheet: older jobs recalculated; large totals, and a table of verdicts."""
 
 from __future__ import annotations
 
@@ -130,7 +130,7 @@ class RecallSheet(WorkSheet):
         return self._places.jobs[0] if self._places is not None else self._proposed()
 
     def _shown(self) -> tuple[RecallRecord | None, KeptPlaces | None]:
-        """Return the displayed recall; report if there is none or a calculation is running."""
+        """Return the displayed recall; report if there is none, or a calculation runs."""
         if self._work.is_running():
             self.failed.emit(
                 InputError(

@@ -1,4 +1,4 @@
-"""Screens of the inspector: digits, tolerance, plan and guidance, legible from afar.
+"""Screens of the inspector: digits, tolerance, plan and guidance.
 
 In: live snapshots and views of the job from the bridge. Out: two screens, and selected points.
 

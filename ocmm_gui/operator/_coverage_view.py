@@ -17,7 +17,7 @@ _FINGER_PX = 16.0
 
 
 class CoverageView(Painted):
-    """Round features along their axis with the touched sectors, others along their normal.
+    """Round features along their axis with touched sectors, others along the normal.
 
     Outliers are crosses, the selected point has a ring; a click selects the nearest.
     """

@@ -50,7 +50,7 @@ _RIGHT = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
 
 
 class ResidualChart(Painted):
-    """Distance of every point from the fitted feature; outliers red, the selected one framed."""
+    """Distances of points from the fitted feature; outliers red, selection framed."""
 
     point_chosen = Signal(int)
     """Emits the number of the clicked point."""
@@ -150,7 +150,7 @@ _MAX_OTHERS = 6
 
 
 class FeaturePanel(QFrame):
-    """Name, points, coverage, value, deviation, uncertainty, form, tolerance bar and verdict.
+    """Results of a feature: points, value, deviation, U, form, bar and verdict.
 
     Numbers are provisional until the feature is complete. A click on a bar selects a point.
     """

@@ -277,7 +277,7 @@ class JobSheet(Sheet):
             self.work.end()
 
     def _proposal(self, job: JobView) -> JobHeader:
-        """Return the header of the running job, for the next part once this one has points."""
+        """Return the header of the running job, or of the next part once it has points."""
         if not any(feature.points for feature in job.features):
             return job.header
         try:
@@ -334,7 +334,7 @@ class JobSheet(Sheet):
         self._show_part()
 
     def _choose(self, path: Path) -> None:
-        # The current plan has an entry of its own.
+        # The plan in use is entry 0, without a card.
         places = [None if card is None else card.path for card in self._cards]
         self.plans.setCurrentIndex(places.index(path) if path in places else 0)
 

@@ -85,11 +85,15 @@ class PartVerdictView(Painted):
         painter.setPen(QColor(colour))
         painter.drawText(box.adjusted(1.05 * size, 0.0, 0.0, 0.0), _LEFT, self.word())
         lines, pixels = self.lines(), self._line_px()
-        painter.setFont(text_font(pixels, bold=True))
-        painter.setPen(QColor(self._theme.text))
+        stated, bold = said(part.requirement_words), text_font(pixels, bold=True)
         line = QRectF(box.left(), box.bottom(), self.width(), 1.25 * pixels)
-        metrics = QFontMetricsF(painter.font())
+        metrics = QFontMetricsF(bold)
         for text in lines:
+            is_count = bool(text) and text == stated
+            painter.setPen(QColor(self._theme.warn if is_count else self._theme.text))
+            # Whole at any width: a cut count reads as another one.
+            whole = fitted(bold, text, self.width(), line.height(), pixels) if is_count else bold
+            painter.setFont(whole)
             painter.drawText(line, _LEFT, with_room(text, metrics, self.width()))
             line.translate(0.0, line.height())
 

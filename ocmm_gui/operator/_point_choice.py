@@ -11,7 +11,7 @@ from ocmm_gui.operator._desk_view import DeskView
 
 
 class PointChoice(QObject):
-    """Select a point of the shown feature, delete it with a reason, restore the last one."""
+    """Select a point of the shown feature, delete or restore it."""
 
     def __init__(self, bridge: StationBridge, desk: DeskView, notices: NoticeCentre) -> None:
         super().__init__()

@@ -36,7 +36,7 @@ class TrustPlace(Enum):
 
 
 class TrustBar(QFrame):
-    """A mark and a sentence: UNCALIBRATED, NO POINTS, or a warning; hidden in good order."""
+    """A mark with UNCALIBRATED, NO POINTS or a warning; hidden in good order."""
 
     def __init__(self) -> None:
         super().__init__()

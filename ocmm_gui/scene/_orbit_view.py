@@ -18,7 +18,7 @@ _EYE_MM = 1500.0
 
 
 class OrbitView(Painted):
-    """Orbit with left button or arrow keys, pan with the right one, zoom with the wheel."""
+    """Orbit with left button or arrow keys, pan with the right one, zoom by wheel."""
 
     def __init__(
         self, name: str, size: tuple[int, int], least: tuple[int, int], orbit: Orbit
@@ -44,7 +44,7 @@ class OrbitView(Painted):
         return moved
 
     def ray_at(self, place: QPointF) -> tuple[Float, Float]:
-        """Return the viewing ray at a widget position, px: (3,), mm, and (3,), unit, world.
+        """Return the viewing ray at a widget position, px: (3,), mm, and (3,), unit.
 
         It starts in front of all items.
         """

@@ -77,7 +77,7 @@ class ScreenProjection:
     """(3,), px."""
 
     def apply(self, points: Float) -> Float:
-        """Return (..., 3): x and y in px from the upper left corner, and height over the target."""
+        """Return (..., 3): x and y, px from the upper left, and height over the target."""
         projected: Float = (points - self.target) @ self.matrix + self.middle
         return projected
 
@@ -121,7 +121,7 @@ class Orbit:
         )
 
     def project(self, points: Float, width: float, height: float) -> Float:
-        """Return (..., 3): x and y in px from the upper left corner, and height over the target."""
+        """Return (..., 3): x and y, px from the upper left, and height over the target."""
         return self.projection(width, height).apply(points)
 
     def turned(self, azimuth: float, elevation: float) -> Orbit:

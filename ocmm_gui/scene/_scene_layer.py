@@ -64,7 +64,7 @@ class StillScene:
 
 
 class KeptScene:
-    """The same scene as long as it is made of the same: who compares two needs only the object."""
+    """Returns the same scene for unchanged inputs, for comparison by identity."""
 
     def __init__(self) -> None:
         self.scene: StillScene | None = None

@@ -32,7 +32,7 @@ _RING_MM = 40.0
 
 
 def probe_places(live: LiveView, body: ProbeBody) -> Float:
-    """Return LEDs and ball centre (L + 1, 3), mm, world frame; empty without a trusted pose."""
+    """Return LEDs and ball centre (L + 1, 3), mm, world; empty if not trusted."""
     if (
         live.tip_world is None
         or live.origin_world is None

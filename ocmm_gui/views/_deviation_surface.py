@@ -34,7 +34,7 @@ from ocmm_gui.views._deviations import limit_colour, surface_colour
 
 @dataclass(frozen=True, slots=True, eq=False)
 class FieldRequest:
-    """Input of a field: places on the model (k, 3), mm, shares of the limits, accepted."""
+    """Input of a field: places on the model (k, 3), mm, shares of limits, accepted."""
 
     points: Float
     shares: Float

@@ -86,6 +86,6 @@ def following(orbit: Orbit, work: Work, width: float, height: float, *, turned: 
 
 
 def in_picture(orbit: Orbit, places: Float, width: float, height: float, rim: float) -> bool:
-    """Return whether places (n, 3) are in view, a relative margin ``rim`` from its edge."""
+    """Return whether places (n, 3) are in view with a relative margin ``rim``."""
     seen = orbit.project(places, width, height)[:, :2] / np.array([width, height])
     return bool(((seen >= rim) & (seen <= 1.0 - rim)).all())

@@ -19,7 +19,7 @@ _IN_PLACE = RigidTransform.identity()
 
 
 class PartPicture(OrbitView):
-    """Shows a part shaded, as hidden lines or transparent, z upwards, in its model frame.
+    """Shows a part shaded, as hidden lines or transparent, z upwards, model frame.
 
     Faces are indices of ``model.faces``, as in ``model.triangle_faces``. Turn with the left button
     or arrow keys, pan with the right one, zoom with wheel or plus and minus; F fits.
@@ -55,7 +55,7 @@ class PartPicture(OrbitView):
         self._fits = True
 
     def show_part(self, model: PartModel | None, colours: Colours | None = None) -> None:
-        """Show and fit a part, None for none; vertex `colours` (n, 3) replace face colours."""
+        """Show and fit a part, None for none; vertex `colours` (n, 3) have priority."""
         self._model, self._colours = model, colours
         self._marked = {}
         self._drawing.use(model)

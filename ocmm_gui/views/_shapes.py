@@ -139,7 +139,7 @@ def _outline(fit: Fit, flat: Float) -> tuple[Float, Float]:
 
 
 def _torus(fit: Fit, surface: Float) -> tuple[Float, Float]:
-    """Return a torus as its largest, smallest and highest circles and eight of its tube."""
+    """Return a torus as largest, smallest and highest circles and eight of its tube."""
     lift = fit.second * fit.direction
     circles = [
         ring(fit.point, fit.direction, fit.radius + fit.second),

@@ -83,7 +83,7 @@ class WizardSpec(Generic[P]):
 
 
 def wizard_of(kind: ProcedureKind) -> WizardSpec[Any]:
-    """Return the wizard of a kind of procedure; raise InputError if there is no such wizard."""
+    """Return the wizard of a kind of procedure; raise InputError if unknown."""
     for spec in WIZARDS:
         if spec.kind is kind:
             return spec

@@ -241,7 +241,7 @@ def store_of(site: WizardSite, subject: Subject) -> Path | None:
 
 
 def running_rig(site: WizardSite) -> Rig:
-    """Return the rig with the calibration in force, or the rig in use before the first."""
+    """Return the rig with the calibration in force, or the one in use before."""
     record = None if site.store is None else CalibrationStore(site.store).active()
     return site.rig if record is None else rig_in_force(record, site.rig)
 

@@ -10,9 +10,9 @@ from pathlib import Path
 
 import pytest
 
-from ocmm_core.documents import resource
 from tests.host import HANG_S, on_linux_only
 from tests.programs import rings_of
+from tests.short_plan import ball_plan_in
 from tests.waiting import wait_until
 
 pytestmark = on_linux_only
@@ -36,9 +36,9 @@ def _of_session(session: int) -> list[int]:
 @pytest.mark.parametrize("how", [signal.SIGTERM, signal.SIGINT, signal.SIGKILL])
 def test_who_ends_the_demo_ends_its_window(tmp_path: Path, how: signal.Signals) -> None:
     """The window takes the place of the command, so that there is one process to end."""
-    plan = resource("plans", "quick.toml")
+    documents = ("--plan", ball_plan_in(tmp_path))
     with subprocess.Popen(
-        [sys.executable, "-m", "ocmm_core.cli", "demo", "--plan", plan, "--out", tmp_path],
+        [sys.executable, "-m", "ocmm_core.cli", "demo", *documents, "--out", tmp_path / "job"],
         cwd=_ROOT, env={**os.environ, "QT_QPA_PLATFORM": "offscreen"},
         stderr=subprocess.PIPE, text=True, start_new_session=True,
     ) as command:  # fmt: skip

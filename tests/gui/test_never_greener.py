@@ -23,7 +23,7 @@ from tests.generated_jobs import generated_job, is_greener
 from tests.gui.pdf_texts import pages
 from tests.host import amount
 
-JOBS = amount(200, 1000)
+JOBS = amount(100, 1000)
 CHUNKS = 4
 _WORDS = re.compile(
     r"DOES NOT CONFORM|NOT CONFORM|NOT PROVEN|NOT MEASURED|NOT COMPLETE|PROVISIONAL|CONFORMS?|DONE"

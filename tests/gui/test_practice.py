@@ -44,7 +44,7 @@ def bench(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> Iterator[_Bench]:
     """
     request = StationRequest(
         plan=resource("plans", "quick.toml"), rig=slow_rig_in(tmp_path, CALM_HZ),
-        out=tmp_path / "job", speed=1.0, stay=True, frame_rate_hz=800,
+        out=tmp_path / "job", speed=0.1, stay=True, frame_rate_hz=800,
     )  # fmt: skip
     built = build_station(request)
     assert Practice.is_possible(request)
@@ -80,6 +80,8 @@ def _complete(qtbot: QtBot, bench: _Bench, kind: ProcedureKind) -> Runner:
     assert wizard.start.trouble.text() == ""
     assert "PRACTICE" in window.hand.strip.text.text()
     wizard.start.begin_button.click()
+    if wizard.currentWidget() is wizard.tables:
+        wizard.tables.take.click()
     runner = wizard.runner
     assert runner is not None, wizard.start.trouble.text()
     pages = 0

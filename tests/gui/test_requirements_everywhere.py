@@ -30,7 +30,7 @@ from tests.generated_jobs import generated_job
 from tests.gui.pdf_texts import pages
 from tests.host import amount
 
-CASES = amount(16, 500)
+CASES, CHUNKS = amount(20, 500), 10
 ROOT = Path(__file__).resolve().parents[2]
 _STATED = re.compile(r"(\d+) of (\d+) requirements of the (model|QIF document|table|sources)")
 _WORDS = tuple(one.value for one in PartWord if one is not PartWord.NOT_PROVEN)
@@ -127,9 +127,10 @@ def test_every_verdict_on_a_screen_states_what_its_plan_lacks(
 
 
 @pytest.mark.usefixtures("qapp")
-def test_every_file_with_a_verdict_states_what_the_plan_lacks() -> None:
+@pytest.mark.parametrize("chunk", range(CHUNKS))
+def test_every_file_with_a_verdict_states_what_the_plan_lacks(chunk: int) -> None:
     profiles = [polyworks_profile(), load_profile(resource("profiles", "european.toml"))]
-    for seed in range(CASES):
+    for seed in range(chunk, CASES, CHUNKS):
         job, count = counted_job(seed)
         data = sample_report(job, nominals=generated_job(seed)[1])
         files = {}

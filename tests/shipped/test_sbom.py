@@ -11,8 +11,6 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from cyclonedx.schema import SchemaVersion
-from cyclonedx.validation.json import JsonStrictValidator
 
 from installer import sbom
 from installer.licences import licences
@@ -32,7 +30,11 @@ def bill() -> dict[str, Any]:
 
 
 @pytest.mark.parametrize("date", [None, _WHEN])
-def test_it_is_a_cyclonedx_document(date: datetime | None) -> None:
+def test_is_a_cyclonedx_document(date: datetime | None) -> None:
+    # Loading takes seconds, and each process of the tests collects this file.
+    from cyclonedx.schema import SchemaVersion
+    from cyclonedx.validation.json import JsonStrictValidator
+
     text = sbom.bill_of_materials(date).decode("utf-8")
     validator = JsonStrictValidator(SchemaVersion.V1_6)
     assert validator.validate_str(text) is None

@@ -24,7 +24,7 @@ _MODULE = "ocmm_core.acquisition.bus_process._start"
 
 
 def bus_command(interpreter: Path | None = None) -> list[str]:
-    """Return the bus process command, for a copy of `interpreter` with rights next to it."""
+    """Return the bus process command, for a granted copy next to `interpreter`."""
     require_linux("The camera bus")
     if getattr(sys, "frozen", False):
         return _installed_command(Path(sys.executable).with_name(_INSTALLED_NAME))

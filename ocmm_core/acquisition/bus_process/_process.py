@@ -36,7 +36,7 @@ from ocmm_core.acquisition.frames import (
 )
 from ocmm_core.documents import read_bytes
 from ocmm_core.errors import InternalError
-from ocmm_core.failure import EXIT_INTERNAL, REOPEN, contained
+from ocmm_core.failure import EXIT_INTERNAL, REOPEN, contained, write_last
 from ocmm_core.fieldbus.cycle import BusSettings
 
 EXIT_FAILED = 2
@@ -52,7 +52,7 @@ def main() -> None:
         sys.exit(_run(sys.argv[1:]))
     except Exception as error:
         told = contained(error, "The bus process", remedy=REOPEN)
-        sys.stderr.write(f"{told}\n")
+        write_last(f"{told}\n")
         sys.exit(EXIT_INTERNAL if isinstance(told, InternalError) else EXIT_FAILED)
 
 

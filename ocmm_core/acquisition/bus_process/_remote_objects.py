@@ -135,7 +135,7 @@ class RemoteObjects:
     def read(
         self, index: int, sub: int, *, room: int = MAX_VALUE_BYTES, progress: Progress | None = None
     ) -> bytes:
-        """Return the value of an entry of at most `room` bytes; BusError as `ObjectLine.ask`."""
+        """Return an entry's value, `room` bytes at most; BusError as `ObjectLine.ask`."""
         return self._ask(
             lambda number: ObjectRequest(number, self._camera, index, sub, None, room), progress
         )

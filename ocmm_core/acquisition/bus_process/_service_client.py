@@ -99,7 +99,7 @@ def relay(address: str, source: int, sink: int) -> bool:
 
 
 def main() -> None:
-    """Run the relay: ``python -m ocmm_core.acquisition.bus_process._service_client SOCKET``."""
+    """Run the relay: ``python -m ..._service_client SOCKET``."""
     try:
         ours = relay(sys.argv[1], sys.stdin.fileno(), sys.stdout.fileno())
     except (BrokenPipeError, ConnectionResetError):

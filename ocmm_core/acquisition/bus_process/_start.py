@@ -6,13 +6,14 @@ import sys
 
 from ocmm_core.acquisition.bus_process._rights import NEEDED, allow_locked_memory, give_up_all_but
 from ocmm_core.blas import use_one_thread
-from ocmm_core.failure import EXIT_INTERNAL, contained
+from ocmm_core.failure import EXIT_INTERNAL, contained, hold_standard_streams, write_last
 from ocmm_core.host import require_linux
 
 
 def main() -> None:
     """Drop rights, then run the bus process; ``ocmm-acq [CONFIG.json]``."""
     # numpy creates threads when imported, so import it last.
+    hold_standard_streams()
     use_one_thread()
     try:
         require_linux("The camera bus")
@@ -22,7 +23,7 @@ def main() -> None:
 
         run()
     except Exception as error:
-        sys.stderr.write(f"{contained(error, 'The bus process')}\n")
+        write_last(f"{contained(error, 'The bus process')}\n")
         sys.exit(EXIT_INTERNAL)
 
 

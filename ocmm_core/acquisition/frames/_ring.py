@@ -160,7 +160,7 @@ class FrameRing:
             try:
                 return cls(Path(name), owner=True)
             except AcquisitionError:
-                # Another program, just starting, removed it as an orphan; see `leftovers`.
+                # Another program, just starting, took it for an orphan; see `leftovers`.
                 Path(name).unlink(missing_ok=True)
                 if attempt == _TRIES:
                     raise

@@ -18,7 +18,7 @@ _WAIT_S = 0.002
 _BEHIND_SHARE = 16
 """A virtual bus waits for a reader behind by this part of the ring: half a second."""
 _READER_S = 10.0
-"""A reader silent for this long is gone, unless it is compiling."""
+"""A reader silent for this long is gone; the time allows it to compile."""
 
 
 class AcquisitionState(IntEnum):

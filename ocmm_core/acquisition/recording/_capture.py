@@ -103,7 +103,7 @@ class CaptureAccount:
 
 @dataclass(slots=True)
 class _Track:
-    """Position of a camera in its frames, and the mark of its valid inputs (`data_mark`)."""
+    """Position of a camera in its frames, and its valid mark (`data_mark`)."""
 
     next_frame: int | None = None
     cycle_counter: int | None = None

@@ -133,7 +133,7 @@ class FrameRecorder:
             self._sync()
 
     def close(self) -> None:
-        """Sync and close; idempotent; AcquisitionError if the disk fails or the file moved."""
+        """Sync and close; idempotent; AcquisitionError if it fails or the file moved."""
         if self._stream.closed:
             return
         lost = self.check_name()

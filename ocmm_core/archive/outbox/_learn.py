@@ -8,10 +8,12 @@ from pathlib import Path
 
 from ocmm_core.archive.stores import HEADS, Archive
 from ocmm_core.errors import StorageError
-from ocmm_core.seals import KeyFolder, learn_heads, signed_heads
+from ocmm_core.seals import KeyFolder, learn_heads, signed_heads, signed_job_heads
 from ocmm_core.storage import HeldJobs, read_held_jobs, write_held_jobs
 
 _MOST, _LONGEST = 200, 1_000_000
+_JOBS = "".join(('{"content":', '{"jobs":'))
+"""Beginning of a list of `signed_job_heads`."""
 """Newest lists of ends that are read; each holds all ends of its station."""
 
 
@@ -53,9 +55,9 @@ def learn_marks(archive: Archive, path: Path | None = None) -> int:
 
 
 def exchange_heads(archive: Archive, station: str) -> None:
-    """Store the ends of the histories of this station in the archive, and learn those of others.
+    """Store the ends of histories and jobs of this station in the archive, and learn others.
 
-    So a second computer, or this one after its memory was set back, recognizes older histories.
+    So a second computer, or this one after its memory was set back, recognizes older copies.
 
     Raises
     ------
@@ -63,16 +65,18 @@ def exchange_heads(archive: Archive, station: str) -> None:
         The archive cannot be read or written, or this station has no key.
     """
     keys = KeyFolder()
-    rows = archive.ask(
-        f"SELECT document FROM finding WHERE kind = '{HEADS}'"  # noqa: S608 - constants
-        f" AND length(document) < {_LONGEST} ORDER BY id DESC LIMIT {_MOST}",
-        {}, str,
-    ).rows  # fmt: skip
-    known = [str(text) for (text,) in rows]
-    for text in reversed(known):
-        # A station that is not trusted here teaches nothing.
-        with contextlib.suppress(StorageError):
-            learn_heads(text, archive.place, keys)
-    own = signed_heads(keys, known)
-    if own:
-        archive.add_finding(HEADS, station, own, station, datetime.now(UTC).isoformat())
+    for which, signed in (("<>", signed_heads), ("=", signed_job_heads)):
+        rows = archive.ask(
+            f"SELECT document FROM finding WHERE kind = '{HEADS}'"  # noqa: S608 - constants
+            f" AND substr(document, 1, {len(_JOBS)}) {which} :jobs"
+            f" AND length(document) < {_LONGEST} ORDER BY id DESC LIMIT {_MOST}",
+            {"jobs": _JOBS}, str,
+        ).rows  # fmt: skip
+        known = [str(text) for (text,) in rows]
+        for text in reversed(known):
+            # A station that is not trusted here teaches nothing.
+            with contextlib.suppress(StorageError):
+                learn_heads(text, archive.place, keys)
+        own = signed(keys, known)
+        if own:
+            archive.add_finding(HEADS, station, own, station, datetime.now(UTC).isoformat())

@@ -190,13 +190,9 @@ def common_covariance(
 ) -> Float | None:
     """Return the covariance (k, k) of the common unknowns, or None if undetermined.
 
-    It refers to a world in which the cameras (and seats) have, on average, not moved.
-
-    Parameters
-    ----------
-    considered
-        (8 C, 8 C): covariance of fixed but uncertain lenses. Its effect on all other unknowns is
-        added (Schmidt's consider covariance).
+    It refers to a world in which the cameras (and seats) have, on average, not moved. Of fixed but
+    uncertain lenses, ``considered`` (8 C, 8 C) is the covariance; its effect on all other unknowns
+    is added (Schmidt's consider covariance).
     """
     here = linearise(data, prior, state, 0.0)
     if not np.isfinite(here.cost):
@@ -240,7 +236,6 @@ def _free_part(
 
 
 def _step(here: Linearised, prior: Prior, state: BundleState) -> tuple[Float, list[Float]]:
-    """Return the steps of the common columns and of all poses."""
     normal, gradient, scale, _ = _free_part(here, prior, state)
     step = np.zeros(state.columns.count)
     try:

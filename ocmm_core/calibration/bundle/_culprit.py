@@ -65,7 +65,6 @@ class Suspect:
     subject: int
     """Index of the bar, LED or camera; -1 if there is only one."""
     score: ChangeScore
-    """Evidence for it."""
     columns: Float
     """(k, m): derivatives of the common unknowns by the fault."""
     profile: Float | None
@@ -115,14 +114,9 @@ def examine(
 ) -> CulpritVerdict | None:
     """Return the verdict; None if the observations cannot determine a fault.
 
-    Parameters
-    ----------
-    data, prior, start
-        A bundle near its minimum, with all uncertain unknowns free.
-    dof
-        Degrees of freedom of its chi-square.
-    exactly
-        Adjust, and fit the best suspects fully; otherwise first order at ``start``.
+    The bundle is near its minimum, with all uncertain unknowns free; ``dof`` is that of its
+    chi-square. ``exactly`` adjusts, and fits the best suspects fully; otherwise first order at
+    ``start``.
     """
     state = adjust(data, prior, start).state if exactly else start
     history = BlockHistory.of(data, prior, state)
@@ -288,7 +282,6 @@ def _tried(history: BlockHistory, trial: _Trial) -> Suspect | None:
 
 
 def _weighed(suspect: Suspect, trials: Sequence[_Trial], misfit: float) -> Suspect:
-    """Return the suspect with its worth."""
     score = suspect.score
     m = len(score.size)
     sizes = next(one.sizes for one in trials if one.cause is suspect.cause and len(one.sizes) == m)

@@ -115,10 +115,7 @@ class BlockHistory:
     def of_prior(self, columns: Float) -> ChangeScore:
         """Return the evidence for an error of prior knowledge.
 
-        Parameters
-        ----------
-        columns
-            (k, m): derivatives of the common unknowns by the error.
+        ``columns`` (k, m) are the derivatives of the common unknowns by the error.
         """
         information = self.prior.information
         pull = self.pull - information @ (self.covariance @ self.rest)
@@ -129,12 +126,8 @@ class BlockHistory:
     def of_time(self, columns: Float, profiles: Float) -> tuple[ChangeScore, ...]:
         """Return the evidence for a change during the session, for every time profile.
 
-        Parameters
-        ----------
-        columns
-            (k, m): derivatives of the common unknowns by the change.
-        profiles
-            (p, b): fraction of the change effective in each block.
+        ``columns`` (k, m) are the derivatives of the common unknowns by the change; ``profiles``
+        (p, b) the fraction of the change effective in each block.
         """
         # Some hundred moments of a dozen suspects: all profiles at once.
         by = self.normals @ columns
@@ -223,12 +216,7 @@ def restored(
 
     Single wrong spots are reflections and stay out. If more than ``share`` (0 to 1) of the spots of
     one LED in one camera, of one camera for a while, or of the placements of a bar were excluded,
-    spots are not the cause.
-
-    Parameters
-    ----------
-    data, whole
-        Without and with the excluded spots.
+    spots are not the cause. ``whole`` has the excluded spots.
     """
     seen, used = whole.weights > 0.0, data.weights > 0.0
     out = seen & ~used
@@ -300,10 +288,7 @@ def _score(inner: Float, pull: Float, alone: Float) -> ChangeScore:
 
 
 def _scores(inner: Float, pulls: Float, alone: Float) -> tuple[ChangeScore, ...]:
-    """Return the scores of pulls (p, m) with covariances ``inner`` (p, m, m).
-
-    ``alone`` (p, m) is the diagonal of ``inner`` before any projection.
-    """
+    """Return scores of pulls (p, m) by ``inner`` (p, m, m); ``alone``: its unprojected diagonal."""
     scale = np.sqrt(np.maximum(alone, 0.0))
     scale[scale == 0.0] = 1.0
     values, vectors = np.linalg.eigh(inner / (scale[:, :, None] * scale[:, None, :]))

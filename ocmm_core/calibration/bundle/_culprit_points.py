@@ -29,14 +29,8 @@ def explain_points(
     """Return all explanations by which the found points match the list.
 
     Two names exchanged, one point moved, or a list of wrong scale; with few or regular points
-    several apply.
-
-    Parameters
-    ----------
-    found, listed
-        (n, 3), mm, in any two frames.
-    sigmas
-        (n,), mm per axis, of the difference.
+    several apply. Points are in mm in any two frames; ``sigmas`` (n,), mm per axis, are those of
+    the difference.
     """
     return tuple(
         explained

@@ -27,7 +27,7 @@ LEAST_PIVOT = 1e-11
 
 @compiled()
 def eliminate(v: Float, w: Float, g: Float, damping: float) -> bool:
-    """Replace V (d, d) by its Cholesky factor, W (d, k) by Y and g (d,) by z; False if singular."""
+    """Replace V by its Cholesky factor, W by Y and g by z; False if singular."""
     size, columns = w.shape
     for j in range(size):
         diagonal = v[j, j]
@@ -274,14 +274,9 @@ def schur_reduce_poses(
 def miss_frames(
     cameras: Float, leds: Float, uv: Float, rotations: Float, origins: Float, residuals: Float
 ) -> None:
-    """Write the residuals of the spots.
+    """Write the residuals of the spots, predicted minus observed, px, (n, C, L, 2).
 
-    Parameters
-    ----------
-    cameras, leds, uv, rotations, origins
-        As in `schur_reduce_poses`; NaN if unseen.
-    residuals
-        (n, C, L, 2), out: predicted minus observed, px; NaN if unseen, infinite behind the camera.
+    NaN if unseen, infinite behind the camera. Inputs as in `schur_reduce_poses`.
     """
     n_frames, n_cameras, n_leds = uv.shape[:3]
     u_row, v_row = empty_rows()

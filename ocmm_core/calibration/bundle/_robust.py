@@ -101,10 +101,7 @@ def _cauchy(distances: Float, scale: float) -> Float:
 
 
 def _judge(data: BundleData, state: BundleState) -> tuple[Float, Float, Float]:
-    """Return spot and bar spot distances, in sigmas, and misses, px.
-
-    NaN for spots with zero weight.
-    """
+    """Return spot and bar spot distances, sigmas, and misses, px; NaN for zero weight."""
     of_frames, of_bars = residuals(data, state)
     return _lengths(of_frames, data.weights), _lengths(of_bars, data.bar_weights), of_frames
 

@@ -205,7 +205,6 @@ class BundleData:
     seats: Int
     """(n,): index of the seat, -1 for none."""
     waved: int
-    """Number of frames without a seat."""
     seat_sigma: float
     """mm per axis: seating repeatability of the ball."""
     bar_uv: Pixels

@@ -27,7 +27,6 @@ class Start:
     """A camera to start a fit from."""
 
     name: str
-    """Method, for the record."""
     camera: CameraModel
 
 
@@ -65,14 +64,9 @@ def cloud_of(points: Points3) -> Cloud:
 
 
 def starts(nominal: CameraModel, points_world: Points3, uv: Pixels) -> Iterator[Start]:
-    """Yield start cameras, the most promising first.
+    """Yield start cameras for six or more points (n, 3), mm, the most promising first.
 
-    Parameters
-    ----------
-    nominal
-        Sensor, pixel pitch and nominal focal length; the pose is not used.
-    points_world, uv
-        (n, 3), mm, and (n, 2), px; at least six points.
+    ``nominal`` gives sensor, pixel pitch and focal length; its pose is not used.
     """
     ideal = replace(
         nominal,
@@ -222,10 +216,7 @@ def _nearest_rotation(matrix: Float) -> Float:
 
 
 def _whitening(cloud: Cloud) -> tuple[Float, Points3] | None:
-    """Return the whitening matrix (4, 4) of the points' covariance, and whitened points.
-
-    None without extent in one direction.
-    """
+    """Return the whitening matrix (4, 4) and whitened points; None for coplanar points."""
     if cloud.widths[2] < 1e-6 * cloud.widths[0]:
         return None
     linear = cloud.axes / cloud.widths[:, None]

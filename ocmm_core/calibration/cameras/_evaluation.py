@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ocmm_core.calibration.cameras._reference_points import KnownPoints, SpotTable
-from ocmm_core.camera import N_PARAMETERS, Rig, on_sensor, project, projection_jacobians
+from ocmm_core.camera import Rig
 from ocmm_core.errors import CalibrationError
 from ocmm_core.geometry import Float, Int, Points3
 from ocmm_core.tracking import triangulate
@@ -24,20 +24,6 @@ class AxisErrors:
     """`rms`, `rms_space`: (3,) per axis, and in space, mm."""
     largest: float
     """In space, mm."""
-
-
-@dataclass(frozen=True, slots=True)
-class ErrorMap:
-    """Errors predicted by a calibration; NaN for nodes seen by fewer than two cameras."""
-
-    nodes_world: Float
-    """(nx, ny, nz, 3), mm."""
-    calibration_sigma: Float
-    """(nx, ny, nz, 3), mm: standard deviation per axis due to the cameras; common to all exposures,
-    so averaging does not reduce it.
-    """
-    spot_sigma: Float
-    """(nx, ny, nz, 3), mm: from spot noise."""
 
 
 def split(points: KnownPoints, calibration: int, rng: np.random.Generator) -> tuple[Int, Int]:
@@ -89,48 +75,3 @@ def axis_errors(rig: Rig, points: KnownPoints, spots: SpotTable) -> AxisErrors:
         rms_space=float(np.sqrt(squares.sum())),
         largest=float(np.linalg.norm(located, axis=1).max()),
     )
-
-
-def error_map(
-    rig: Rig, volume_world: Float, nodes: tuple[int, int, int], sigma_px: float
-) -> ErrorMap:
-    """Return the errors predicted by the cameras' covariance over a volume; for tests.
-
-    A point is located at the minimum of its reprojection residuals; to first order it moves by
-    -(A'A)^-1 A' B d for camera parameter errors d, with A and B the derivatives of the spots by
-    point and parameters.
-
-    Parameters
-    ----------
-    rig
-        With its `parameter_covariance`.
-    volume_world
-        (2, 3), mm, opposite corners; may exceed the calibrated volume.
-    nodes
-        Number of nodes along each axis.
-    sigma_px
-        Standard deviation of a spot, px per axis.
-    """
-    low, high = volume_world
-    axes = [np.linspace(low[i], high[i], nodes[i]) for i in range(3)]
-    grid = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1)
-    points = grid.reshape(-1, 3)
-    count = len(rig.cameras)
-    by_point = np.zeros((len(points), count, 2, 3))
-    by_parameters = np.zeros((len(points), count, 2, N_PARAMETERS))
-    views = np.zeros(len(points), dtype=np.int64)
-    for c, camera in enumerate(rig.cameras):
-        seen = on_sensor(camera, project(camera, points))
-        by_point[seen, c], by_parameters[seen, c] = projection_jacobians(camera, points[seen])
-        views += seen
-    located = views >= 2
-    stacked = by_point[located].reshape(-1, 2 * count, 3)
-    inverse = np.linalg.inv(stacked.transpose(0, 2, 1) @ stacked)
-    # Each camera's spots depend on its own parameters only.
-    gain = np.einsum("nij,ncuj,ncup->nicp", inverse, by_point[located], by_parameters[located])
-    gain = gain.reshape(-1, 3, count * N_PARAMETERS)
-    variance = np.einsum("nip,pq,niq->ni", gain, rig.parameter_covariance, gain, optimize=True)
-    calibration_sigma, spot_sigma = np.full((2, len(points), 3), np.nan)
-    calibration_sigma[located] = np.sqrt(np.maximum(variance, 0.0))
-    spot_sigma[located] = sigma_px * np.sqrt(np.diagonal(inverse, axis1=1, axis2=2))
-    return ErrorMap(grid, calibration_sigma.reshape(grid.shape), spot_sigma.reshape(grid.shape))

@@ -38,13 +38,7 @@ LENS_EFFECT = 1.0
 
 
 def judge_fit(fit: CameraFit, names: Sequence[str]) -> list[Finding]:
-    """Return findings on the fit of one camera.
-
-    Parameters
-    ----------
-    names
-        Names of the points of the fit.
-    """
+    """Return findings on the fit of one camera to the points ``names``."""
     name = fit.camera.model.name
     return [
         *_residuals(fit, name),

@@ -25,9 +25,7 @@ class KnownPointsBegun(Begun, frozen=True, kw_only=True):
     """`names`, `positions`, `reference_sigma`, `frame`, `length_sigma`: The list, as in
     `KnownPoints`; mm."""
     evaluation: int
-    """Number of points kept for evaluation."""
     valid_days: int
-    """Validity of the calibration."""
     artefacts: tuple[ArtefactUse, ...]
     """The CMM that positioned the points, with its certificate."""
 
@@ -39,7 +37,6 @@ class PointTaken(SessionEvent, frozen=True, kw_only=True):
     uv: Spots
     """(C, 1), px; all None for a skipped point."""
     sigma_px: float
-    """Standard deviation of a spot."""
 
 
 KnownPointsEvent: TypeAlias = KnownPointsBegun | PointTaken

@@ -58,14 +58,8 @@ def minimise(
 ) -> Minimum[S]:
     """Return the minimum of the squared residuals reached from ``start``.
 
-    An impossible start is returned with an infinite cost.
-
-    Parameters
-    ----------
-    max_iterations
-        Largest number of steps.
-    enough
-        The fit ends when chi-square can fall by no more than this.
+    An impossible start is returned with an infinite cost. The fit ends when chi-square can fall by
+    no more than ``enough``.
     """
     state = start
     residuals, jacobian = problem.linearise(state)

@@ -19,7 +19,6 @@ EXTRA_TERMS = ("k3", "s1", "s2")
 """Radial, mm^-6; thin prism along x and y, mm^-1."""
 
 ALL_PARAMETERS = (*PARAMETERS, *EXTRA_TERMS)
-"""Order of all parameters."""
 
 
 @dataclass(frozen=True, slots=True)

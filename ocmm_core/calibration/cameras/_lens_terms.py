@@ -55,15 +55,10 @@ class LensTerms:
 
 
 def judge_lens_terms(fit: CameraFit) -> LensTerms:
-    """Return the test of the extra terms.
+    """Return the test of the extra terms, from a fit without them and mostly good points.
 
     Also uses points that are outliers only without the terms: a lens that needs them distorts the
     rim of the image most.
-
-    Parameters
-    ----------
-    fit
-        A fit of the running model, without extra terms, with mostly good points.
     """
     whitening = whitening_of(fit.camera, fit.points_world, fit.sigma_px, fit.reference_sigma)
     problem = CameraProblem(fit.points_world, fit.uv, whitening, free_parameters(EXTRA_TERMS))

@@ -58,14 +58,8 @@ def explain_misfit(
 def explain_baseline(first: str, second: str, found_mm: float, expected_mm: float) -> list[Finding]:
     """Return findings on the unit of the list from the distance of two cameras.
 
-    Calibration residuals are the same in every unit; only a reference length reveals it.
-
-    Parameters
-    ----------
-    first, second
-        Names of the cameras.
-    found_mm, expected_mm
-        Distance of their centres by the calibration and by the rig document.
+    Calibration residuals are the same in every unit; only a reference length reveals it: the
+    expected distance of the centres is that of the rig document.
     """
     ratio = found_mm / expected_mm
     said = (

@@ -64,7 +64,6 @@ class CameraFit:
     """`sigma_px`, `reference_sigma`: Assumed, px and mm per axis."""
     converged: bool
     start: str
-    """Name of the start."""
     iterations: int
 
     @property
@@ -194,10 +193,7 @@ def _whitened_again(
 
 
 def _robust(problem: CameraProblem, camera: LensCamera) -> Minimum[LensCamera]:
-    """Return the minimum with Cauchy weights scaled by the median residual.
-
-    The pose comes first: a lens fitted to a wrong pose can diverge.
-    """
+    """Return the robust minimum, pose first: a lens fitted to a wrong pose can diverge."""
     for free in (_POSE, problem.free):
         part = replace(problem, free=free)
         last = np.inf
@@ -240,10 +236,7 @@ def _scale_of(distances: Float) -> float:
 
 
 def _limit(distances: Float) -> float:
-    """Return the distance above which a point is wrong.
-
-    Two coordinates: P(d > x) = exp(-x^2 / 2), shared among all points (Bonferroni).
-    """
+    """Return the outlier distance: P(d > x) = exp(-x^2 / 2), over all points (Bonferroni)."""
     return _scale_of(distances) * _least_limit(len(distances))
 
 

@@ -45,16 +45,11 @@ def own_covariance(fit: CameraFit, points: KnownPoints) -> Float:
 def joint_covariance(
     fits: Sequence[CameraFit], indices: Sequence[Int], points: KnownPoints
 ) -> Float:
-    """Return the covariance (14 C, 14 C) of all cameras.
+    """Return the covariance (14 C, 14 C) of all cameras; ``indices``: their points.
 
     An error d of a reference point shifts the parameters of every camera that used it by -C J' W Jp
     d, with the camera's covariance C; the product of two cameras' gains times the variance of d is
     their covariance. The length error of the list is shared likewise.
-
-    Parameters
-    ----------
-    indices
-        Points seen by each camera.
     """
     count = len(fits)
     covariance = np.zeros((N_PARAMETERS * count,) * 2)
@@ -148,7 +143,6 @@ class RigCalibration:
     hull_world: Points3
     """(h, 3), mm: corners of the convex hull of the points used by at least two cameras."""
     forced: bool
-    """Whether the user overruled a guard."""
 
     @property
     def volume_world(self) -> Float:

@@ -101,12 +101,7 @@ class KnownPointsProcedure(CameraProcedure[KnownPointsEvent, CalibrationOutcome]
     ) -> KnownPointsProcedure:
         """Start a session.
 
-        Parameters
-        ----------
-        rig
-            Names, serials, sensors, nominal focal lengths and rough distances of the cameras.
-        evaluation
-            Points kept for evaluation; by default a quarter of a sufficiently long list.
+        ``evaluation`` points are kept for evaluation; by default a quarter of a long list.
 
         Raises
         ------

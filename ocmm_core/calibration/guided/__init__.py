@@ -1,7 +1,7 @@
 """Common part of guided procedures: steps, sessions, collecting, seats, outcome.
 
-In: frames during operation, commands (next, record, repeat), lines of a session file. Out:
-snapshots of the procedure for any screen, averaged observations, a record to accept.
+In: frames during operation, commands (next, record, repeat), lines of a session file.
+Out: snapshots of the procedure for any screen, averaged observations, a record to accept.
 
 Read `_procedure` (steps and gates) and `_procedure_views` (snapshots), `_session` and
 `_session_events` (state from a file), `_collecting` (from frames to observations), `_labelling`

@@ -93,15 +93,8 @@ class _Window:
 class StaticSpotAverager:
     """Averages ``count`` resting bright points, identified only by place.
 
-    Parameters
-    ----------
-    rig
-        For camera names and spot noise.
-    count
-        Points of the target.
-    frames
-        Frames of one average. As many before it must show rest: the last part of a motion is slow,
-        but would bias the average.
+    As many frames as averaged, ``frames``, must show rest before: the last part of a motion is
+    slow, but would bias the average.
     """
 
     def __init__(self, rig: Rig, count: int, frames: int = STILL_FRAMES) -> None:

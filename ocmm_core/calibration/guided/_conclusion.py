@@ -44,7 +44,6 @@ class CalibrationContext:
 
     method: Method
     made: datetime
-    """Time of its last observation."""
     valid_days: int
     who: str
     software: str
@@ -73,9 +72,7 @@ class Findings:
     chi2_per_dof: float
     """`rms_px`, `chi2_per_dof`: Over all cameras."""
     points: int
-    """Reference positions or poses that were used."""
     outliers: tuple[str, ...]
-    """Names of outliers."""
     errors_at_world: Points3
     errors_world: Points3
     """`errors_at_world`, `errors_world`: See `outcome.CalibrationOutcome`."""
@@ -88,12 +85,7 @@ def build_outcome(
 ) -> CalibrationOutcome:
     """Return the record, its rig, and the comparison with the calibration in force.
 
-    Parameters
-    ----------
-    rig
-        Source of name, aliases, sensors, device, frame rate and noise.
-    before
-        Rig with the calibration in force, or None.
+    ``before`` has the calibration in force; ``rig`` gives all that is not calibrated.
     """
     low, high = found.volume_world
     record = CameraRecord(
@@ -184,12 +176,7 @@ def compare(before: Rig, after: Rig) -> CalibrationComparison:
 
 
 def residual_map(camera: CameraModel, residuals: CameraResiduals) -> ResidualMap:
-    """Return the change by a calibration after the best common motion.
-
-    Points of the volume are projected by the new cameras and located by the old ones; the rigid
-    motion between both is that of the whole frame, the rest is the disagreement of the
-    calibrations.
-    """
+    """Return the mean residual in each cell of a camera's sensor."""
     uv, left = residuals.uv[residuals.used], residuals.residuals_px[residuals.used]
     column = np.clip((uv[:, 0] / camera.width * MAP_CELLS).astype(int), 0, MAP_CELLS - 1)
     row = np.clip((uv[:, 1] / camera.height * MAP_CELLS).astype(int), 0, MAP_CELLS - 1)

@@ -22,12 +22,9 @@ _TILTS = ("upright", "leaning left", "leaning right", "leaning forward", "leanin
 def coverage(
     rig: Rig, body: ProbeBody, rotations_world_from_probe: Float, tips_world: Points3
 ) -> VolumeCoverage:
-    """Return how poses fill the rig's volume.
+    """Return how poses (n, 3, 3) and (n, 3), mm, fill the rig's volume.
 
-    Parameters
-    ----------
-    rotations_world_from_probe, tips_world
-        (n, 3, 3) and (n, 3), mm; approximate, as the cameras may have moved from the rig's poses.
+    They are approximate, as the cameras may have moved from the rig's poses.
     """
     low, high = rig.volume_world
     views = viewer_axes(rig)

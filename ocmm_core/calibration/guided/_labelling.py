@@ -51,12 +51,8 @@ class _Named:
 def label_roughly(rig: Rig, body: ProbeBody, spots: Float) -> Int | None:
     """Return the slot of each LED, (C, L), -1 if none; None if ambiguous.
 
-    Parameters
-    ----------
-    rig
-        Rough: attitudes to a few degrees, focal lengths to a few percent; positions are not used.
-    spots
-        (C, 8, 2), px: one frame, NaN for empty slots.
+    ``spots`` (C, 8, 2), px, are one frame, NaN for empty slots. The rig may be rough: attitudes to
+    a few degrees, focal lengths to a few percent; positions are not used.
     """
     thickness = np.linalg.svd(body.leds_probe - body.leds_probe.mean(axis=0))[1][2]
     if thickness < _FLAT_MM:

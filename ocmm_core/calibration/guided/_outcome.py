@@ -65,7 +65,6 @@ class CalibrationOutcome:
     """A calibration awaiting acceptance."""
 
     record: CameraRecord
-    """To be stored."""
     rig: Rig
     residuals: tuple[CameraResiduals, ...]
     errors_at_world: Points3

@@ -72,7 +72,6 @@ class Step:
     """One step of a procedure."""
 
     name: str
-    """Stable identifier."""
     title: str
     instruction: str
     """`title`, `instruction`: User text: a few words, and the present task."""

@@ -93,7 +93,6 @@ class RelocationView:
     bars_wanted: int
     world_points: tuple[str, ...]
     world_wanted: tuple[str, ...]
-    """`world_points`, `world_wanted`: Names of recorded and of required control points."""
     visits: int
     """Visits of the seats that are visited first and last."""
     seats_world: tuple[Float, ...]

@@ -133,10 +133,7 @@ def moved_between(judged: Sequence[JudgedRepeat]) -> tuple[str, str] | None:
 def repeat_finding(judged: Sequence[JudgedRepeat], remedy: str) -> Finding | None:
     """Return the finding for a session whose places moved, or None.
 
-    Parameters
-    ----------
-    remedy
-        What to do, a sentence: the procedure to repeat once the cause is fixed.
+    ``remedy`` is a sentence: the procedure to repeat once the cause is fixed.
     """
     between = moved_between(judged)
     if between is None:

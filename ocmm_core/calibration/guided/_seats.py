@@ -28,19 +28,10 @@ class SeatVisited(SessionEvent, frozen=True, kw_only=True):
     uv: Spots
     """(C, L), px."""
     sigma_px: float
-    """Standard deviation of a spot."""
 
 
 def judge_first_visit(tip_world: Float, known_world: Sequence[Float], rig: Rig) -> str:
-    """Return why a resting ball cannot be in a new seat; empty if it can.
-
-    Parameters
-    ----------
-    tip_world
-        (3,), mm.
-    known_world
-        (3,), mm, each: visited seats.
-    """
+    """Return why a resting ball (3,), mm, cannot be in a new seat; empty if it can."""
     away = [float(np.linalg.norm(tip_world - one)) for one in known_world]
     least = _SEATS_APART * float(np.linalg.norm(np.ptp(rig.volume_world, axis=0)))
     if away and min(away) < least:
@@ -54,13 +45,7 @@ def judge_first_visit(tip_world: Float, known_world: Sequence[Float], rig: Rig) 
 def judge_visit_again(
     tip_world: Float, seat: int, known_world: Sequence[Float], near_mm: float = SEAT_MM
 ) -> str:
-    """Return why a resting ball is not in the wanted seat; empty if it may be.
-
-    Parameters
-    ----------
-    near_mm
-        Largest distance from that seat.
-    """
+    """Return why a ball is not within ``near_mm`` of the wanted seat; empty if it may be."""
     away = [float(np.linalg.norm(tip_world - one)) for one in known_world]
     if away[seat] <= near_mm:
         return ""

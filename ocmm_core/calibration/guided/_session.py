@@ -74,11 +74,7 @@ class GuidedProcedure(ABC, Generic[E, O]):
     Parameters
     ----------
     chain
-        Session file with at least its first line.
-    begun
-        That line.
-    rig
-        Rig that the session starts from.
+        Session file with at least its first line, ``begun``.
     store
         Destination of the accepted result.
 
@@ -254,14 +250,10 @@ class GuidedProcedure(ABC, Generic[E, O]):
             self._append(Forced(utc=utc_text(now), reason=reason))
 
     def record_temperature(self, now: datetime, sensors_c: Sequence[float | None]) -> None:
-        """Record the temperature of the cameras' sensors during observations.
+        """Record the temperature of the cameras' sensors, degrees Celsius, during observations.
 
-        Changes below `WARMTH_STEP_K` are ignored; nothing changes once there is a result.
-
-        Parameters
-        ----------
-        sensors_c
-            Degrees Celsius, camera by camera; ignored if any is missing.
+        Changes below `WARMTH_STEP_K` and missing values are ignored; nothing changes once there is
+        a result.
         """
         known = tuple(value for value in sensors_c if value is not None)
         with self._lock:
@@ -336,14 +328,7 @@ class GuidedProcedure(ABC, Generic[E, O]):
             self._change(line.event)
 
     def _refuse_older(self, which: str) -> None:
-        """Refuse to resume a session of an earlier version that lacks information.
-
-        Parameters
-        ----------
-        which
-            Missing action of that version, as a relative clause; without it, movement in between
-            would be undetectable. Ended sessions may still be opened.
-        """
+        """Refuse to resume a session of an older version, which lacks what ``which`` says."""
         if self._decided is None:
             raise CalibrationError(
                 "session.older",
@@ -406,15 +391,7 @@ class CameraProcedure(GuidedProcedure[E, O]):
 
 
 class ProbeProcedure(GuidedProcedure[E, O]):
-    """Base of procedures for a probe with one of its tips; see `GuidedProcedure`.
-
-    Parameters
-    ----------
-    store
-        Records of the probe.
-    tip
-        Name of the tip.
-    """
+    """Base of procedures for a probe with one of its tips; see `GuidedProcedure`."""
 
     def __init__(
         self, chain: ChainFile[SessionLine[E]], begun: Begun, rig: Rig, store: ProbeStore, tip: str

@@ -52,7 +52,6 @@ class CameraStep:
     """Step that explains a session best."""
 
     camera: int
-    """Index of the turned camera."""
     last: int
     first: int
     """`last`, `first`: Indices of the last rest before it and of the first one after it."""
@@ -102,22 +101,17 @@ def camera_step(
     chance: float = STEP_CHANCE,
     seat_sigma_mm: float = SEAT_SIGMA_MM,
 ) -> CameraStep | None:
-    """Return the turn of one camera at one moment that explains a session best.
+    """Return the turn of one camera at one moment that explains a session best, or None.
 
     Parameters
     ----------
     rests
-        In order of time.
+        In order of time; None is returned for fewer than two.
     repeats
         Indices of rests in the same seat, first and again.
     chance
         Probability that the best step of an undisturbed session exceeds the limit, divided equally
         between cameras and moments.
-
-    Returns
-    -------
-    CameraStep or None
-        None for fewer than two rests.
     """
     n, cameras = len(rests), len(rig.cameras)
     if n < 2:
@@ -168,13 +162,7 @@ def camera_step(
 def step_finding(
     step: CameraStep | None, rests: Sequence[Rest], rig: Rig, remedy: str
 ) -> Finding | None:
-    """Return the finding for a session in which a camera moved, or None.
-
-    Parameters
-    ----------
-    remedy
-        Remedy, a sentence.
-    """
+    """Return the finding for a session in which a camera moved, or None."""
     if step is None or not step.is_real:
         return None
     name = rig.cameras[step.camera].name

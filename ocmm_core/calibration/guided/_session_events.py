@@ -41,7 +41,6 @@ class Begun(SessionEvent, frozen=True, kw_only=True):
     running: str
     """Hash of the calibration in force at the start, or empty."""
     who: str
-    """Operator."""
     software: str
     temperature_c: float | None
     """Ambient; None if not measured. InputError if implausible."""
@@ -99,15 +98,7 @@ B = TypeVar("B", bound=Begun)
 
 
 class SessionFormat(Generic[E, B]):
-    """Session files of a procedure: creation and resumption.
-
-    Parameters
-    ----------
-    lines
-        Type of the lines.
-    first
-        Type of the first line.
-    """
+    """Session files of a procedure: creation and resumption."""
 
     def __init__(self, kind: ProcedureKind, lines: type[SessionLine[E]], first: type[B]) -> None:
         self._kind, self._lines, self._first = kind, lines, first
@@ -124,11 +115,6 @@ class SessionFormat(Generic[E, B]):
         **own: object,
     ) -> tuple[ChainFile[SessionLine[E]], B]:
         """Create a session file with its first line on disk and return both.
-
-        Parameters
-        ----------
-        own
-            Procedure-specific fields of the first line.
 
         Raises
         ------
@@ -178,12 +164,7 @@ class SessionFormat(Generic[E, B]):
 
 
 def require_probe(path: Path, begun_with: str, body: ProbeBody) -> None:
-    """Refuse to resume a session with another probe.
-
-    Parameters
-    ----------
-    begun_with
-        Hash of the document of the session's probe.
+    """Refuse to resume a session with another probe; ``begun_with`` is its document's hash.
 
     Raises
     ------

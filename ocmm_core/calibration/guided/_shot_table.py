@@ -39,7 +39,6 @@ class Shot:
 
     kind: ShotKind
     place: str
-    """`kind`, `place`: See above."""
     uv: Pixels
     """(C, L, 2), px, by LED; (C, 2, 2) for the bar; NaN if unseen."""
     sigma_px: float

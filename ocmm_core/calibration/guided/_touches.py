@@ -50,11 +50,8 @@ def tips_of(touches: Sequence[RestingTouch]) -> Points3:
 def shared_covariance(by_cameras: Float, by_geometry: Float, rig: Rig, body: ProbeBody) -> Float:
     """Return the covariance (3, 3), mm^2, of a tip due to cameras and probe.
 
-    Parameters
-    ----------
-    by_cameras, by_geometry
-        Derivatives as in `RestingTouch`, or their difference between two touches, in which shared
-        effects cancel.
+    Derivatives as in `RestingTouch`, or their difference between two touches, in which shared
+    effects cancel.
     """
     covariance: Float = (
         by_cameras @ rig.parameter_covariance @ by_cameras.T
@@ -68,15 +65,7 @@ def joint_covariance(
 ) -> Float:
     """Return the covariance of projections of n tips, mm^2, including shared effects.
 
-    Parameters
-    ----------
-    directions
-        (n, k, 3): each tip is projected onto k directions.
-
-    Returns
-    -------
-    covariance
-        (n k, n k).
+    (n k, n k) for ``directions`` (n, k, 3): each tip is projected onto k of them.
     """
     n, k, _ = directions.shape
     noise = np.array([one.noise for one in touches])

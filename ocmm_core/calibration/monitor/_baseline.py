@@ -48,7 +48,6 @@ class Baseline:
     """Standard deviation of the pattern not contained in the maps, per axis, from held-out looks.
     """
     looks: int
-    """Number of looks used."""
 
 
 def learn_baseline(looks: Sequence[ResidualSample], rig: Rig, body: ProbeBody) -> Baseline:
@@ -58,8 +57,6 @@ def learn_baseline(looks: Sequence[ResidualSample], rig: Rig, body: ProbeBody) -
     ----------
     looks
         Of some 20 ms each, made without a map, over all places and attitudes of later measurements.
-    rig, body
-        Used for tracking.
 
     Raises
     ------
@@ -94,13 +91,8 @@ def learn_baseline(looks: Sequence[ResidualSample], rig: Rig, body: ProbeBody) -
 def pattern_maps(rig: Rig, maps: Sequence[ResidualMap], left_px: float) -> tuple[PatternMap, ...]:
     """Return the residual maps of all cameras in the form used by looks.
 
-    Parameters
-    ----------
-    maps
-        One for each camera.
-    left_px
-        Their error at typical spot density. It is larger for fewer spots, and grows with the
-        distance from the nearest to the whole pattern. Cells longer than the pattern are useless.
+    ``left_px`` is their error at typical spot density. It is larger for fewer spots, and grows with
+    the distance from the nearest to the whole pattern. Cells longer than the pattern are useless.
     """
     return tuple(
         _pattern_map(camera, rig.noise, residual_map, left_px)

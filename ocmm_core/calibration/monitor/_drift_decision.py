@@ -228,7 +228,6 @@ def _changes(scores: Scores) -> tuple[PossibleChange, ...]:
 
 
 def _chance(change: PossibleChange) -> float:
-    """Return the probability of such a score without a change."""
     return float(chdtrc(change.dof, change.score))
 
 

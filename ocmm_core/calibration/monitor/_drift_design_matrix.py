@@ -132,7 +132,7 @@ def spot_weights(spots: SpotRows, pattern_length_px: float, floor_px: float) -> 
 
 
 def camera_changes(camera: CameraModel) -> Float:
-    """Return d(parameters)/d(change), (14, 9): `camera.model.PARAMETERS` by `CAMERA_CHANGES`."""
+    """Return d(`camera.model.PARAMETERS`)/d(`CAMERA_CHANGES`), (14, 9)."""
     columns = np.zeros((N_PARAMETERS, len(CAMERA_CHANGES)))
     # The parameters turn the scene about the world origin; a rotation of the camera about its
     # projection centre is the inverse and also changes the translation.

@@ -50,7 +50,6 @@ class PossibleChange:
     nothing has changed.
     """
     dof: int
-    """Number of parameters of the change."""
     size: Float
     """(dof,): most likely amount."""
     covariance: Float
@@ -84,16 +83,12 @@ class Scores:
 def score_changes(
     looks: Sequence[ResidualSample], rig: Rig, body: ProbeBody, belief: Belief, floor_px: float
 ) -> Scores:
-    """Return the scores of changes since the calibration.
+    """Return the scores of changes since the calibration, from at least one look.
 
     Parameters
     ----------
-    looks
-        At least one.
-    rig, body
-        Used for tracking.
     belief
-        Their errors at calibration.
+        Errors of rig and probe at calibration.
     floor_px
         Standard deviation, per axis, of the constant error of one LED in one camera.
     """
@@ -216,11 +211,7 @@ class _System:
 def _add_camera(
     normal: Float, spots: SpotRows, rig: Rig, c: int, floor_px: float, blocks: dict[str, slice]
 ) -> None:
-    """Add the spots of one camera to the normal equations.
-
-    Pose columns are sparse, as a pose moves only the spots of its look: dense ones would take four
-    times as long.
-    """
+    """Add the spots of one camera; sparse pose columns are four times faster than dense ones."""
     n = len(spots.look)
     first = blocks["cameras"].start + c * N_PARAMETERS
     probe = blocks["probe"]

@@ -31,8 +31,6 @@ class CalibrationMonitor:
 
     Parameters
     ----------
-    rig, body
-        Used for tracking.
     maps
         Residual maps of the calibration, or empty.
     baseline

@@ -86,8 +86,6 @@ class ResidualAccumulator:
 
     Parameters
     ----------
-    rig, body
-        Used for tracking.
     length_ns
         Bus time of a look.
     maps
@@ -130,21 +128,10 @@ class ResidualAccumulator:
 def look_of(
     frames: TrackBlock, rig: Rig, body: ProbeBody, maps: Sequence[PatternMap] = ()
 ) -> ResidualSample | None:
-    """Return the look of consecutive frames.
+    """Return the look of consecutive tracked frames; those without a tip are ignored.
 
-    Parameters
-    ----------
-    frames
-        Tracked frames; those without a tip are ignored.
-    rig, body
-        Used for tracking.
-    maps
-        One for each camera, or empty.
-
-    Returns
-    -------
-    Look or None
-        None if too few frames saw the same LEDs, or the probe moved too far.
+    None if too few frames saw the same LEDs, or the probe moved too far. ``maps`` has one for each
+    camera, or none.
     """
     enough = max(_MIN_FRAMES, round(_MIN_SHARE * len(frames)))
     good = np.flatnonzero(frames.status == FrameStatus.OK)

@@ -91,12 +91,8 @@ def normals_at(
 ) -> PivotNormals:  # fmt: skip
     """Return the normal equations at ``state``, rotations eliminated.
 
-    Parameters
-    ----------
-    blocks
-        (n,): block number of every pose, from 0; default one block.
-    with_cameras
-        Include coupling of the camera parameters with centre and arms.
+    ``blocks`` (n,) are block numbers of the poses, by default one; ``with_cameras`` includes the
+    coupling of the camera parameters with centre and arms.
     """
     n, k = len(sweep.uv), state.columns
     width = k + N_CAMERA * len(rig.cameras) * with_cameras
@@ -205,7 +201,7 @@ def chi2_of_cameras(
 
 
 def pinned_normal(normal: Float, turns: Float) -> tuple[Float, Float, Float]:
-    """Return the normal matrix in scaled unknowns with its gauge pinned, the scale and the pin."""
+    """Return the scaled normal matrix with its gauge pinned, the scale and the pin."""
     scale = np.sqrt(np.maximum(normal.diagonal(), 0.0))
     scale[scale == 0.0] = 1.0
     basis = np.linalg.qr(scale[:, None] * turns)[0]

@@ -27,7 +27,6 @@ from ocmm_core.calibration.pivot._bundle import (
 )
 from ocmm_core.calibration.pivot._data import PivotSweep
 from ocmm_core.calibration.pivot._pattern import pattern_covariance
-from ocmm_core.calibration.pivot._poses import PosePivot
 from ocmm_core.camera import Rig
 from ocmm_core.errors import CalibrationError
 from ocmm_core.geometry import Float, Int, Points3, RigidTransform, rigid_fit, skew
@@ -101,14 +100,10 @@ def pivot_uncertainty(
     rig: Rig, sweep: PivotSweep, state: PivotState, geometry: Geometry, slack_mm: float,
     resamples: int, seed: int, *, pattern: bool = False,
 ) -> PivotUncertainty:  # fmt: skip
-    """Return the uncertainty of a minimum.
+    """Return the uncertainty of a minimum, with bootstrap draws ``resamples``.
 
     Parameters
     ----------
-    sweep, state
-        The frames used, and the minimum.
-    resamples, seed
-        Draws of the bootstrap, and their seed.
     pattern
         The sensors have the pattern of the rig.
 
@@ -183,38 +178,6 @@ def _correlation_time(series: Float) -> float:
     windows = np.arange(1, n)
     enough = np.flatnonzero(windows >= 6.0 * sums)
     return max(float(sums[enough[0]] if len(enough) else sums.max(initial=0.5)), 0.5)
-
-
-def pose_pivot_covariance(
-    rotations: Float, origins: Points3, found: PosePivot, resamples: int = 500, seed: int = 1
-) -> tuple[Float, Float]:
-    """Return covariances (3, 3), mm^2, of a tip from poses; for tests.
-
-    The first by bootstrap of blocks of consecutive poses; the second for independent poses.
-
-    Parameters
-    ----------
-    rotations, origins, found
-        Input and output of `_poses.pivot_of_poses`.
-    """
-    turns, places = rotations[found.used], origins[found.used]
-    n = len(turns)
-    off = turns @ found.tip + places - found.centre
-    centred = turns - turns.mean(axis=0)
-    normals = np.einsum("nki,nkj->nij", centred, centred)
-    scores = np.einsum("nki,nk->ni", centred, off)
-    inverse = np.linalg.inv(normals.sum(axis=0))
-    blocks = np.arange(n) // block_length(scores @ inverse)
-    count = int(blocks[-1]) + 1
-    block_normals, block_scores = np.zeros((count, 3, 3)), np.zeros((count, 3))
-    np.add.at(block_normals, blocks, normals)
-    np.add.at(block_scores, blocks, scores)
-    rng = np.random.default_rng(seed)
-    draws = rng.multinomial(count, np.full(count, 1.0 / count), size=resamples).astype(np.float64)
-    drawn = np.tensordot(draws, block_normals, 1)
-    tips = -np.linalg.solve(drawn, (draws @ block_scores)[..., None])[..., 0]
-    variance = float(np.sum(off**2)) / (3 * n - 6)
-    return np.cov(tips.T) * count / (count - 1), variance * inverse
 
 
 def attitude_blocks(directions: Points3) -> Int:

@@ -38,10 +38,7 @@ class PivotPreview:
 def coverage_of(rotations: Float, middle_probe: Float) -> SweepCoverage:
     """Return the range of rotations (n, 3, 3), world from probe.
 
-    Parameters
-    ----------
-    middle_probe
-        (3,): from the ball to the middle of the LEDs.
+    ``middle_probe`` (3,) leads from the ball to the middle of the LEDs.
     """
     turns = Rotation.from_matrix(rotations)
     vectors = (turns.mean().inv() * turns).as_rotvec()

@@ -158,7 +158,6 @@ class PivotCalibration:
     """Findings that did not refuse it."""
     iterations: int
     forced: bool
-    """Whether the user overruled a guard."""
 
     @property
     def tip_covariance(self) -> Float:

@@ -192,7 +192,7 @@ def schur_reduce_rotations(
 def move_turns(
     factors: Float, y: Float, z: Float, step: Float, rotations: Float, slacks: Float
 ) -> None:
-    """Update all rotations, and slacks if any, in place for a step (k,) of the common unknowns."""
+    """Update all rotations, and slacks if any, in place for a step (k,)."""
     turned, work = np.empty((3, 3)), np.empty((3, 3))
     n_poses, size = z.shape
     own = np.zeros(6)

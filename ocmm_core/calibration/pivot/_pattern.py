@@ -33,14 +33,8 @@ def pattern_covariance(
 ) -> Float:
     """Return the covariance (m, m), mm^2, of a result due to the sensor pattern.
 
-    Parameters
-    ----------
-    sweep, state
-        Frames and minimum.
-    by_common
-        (m, k): derivative of the result by centre and arms.
-    inverse
-        (k, k): covariance of centre and arms, see `_bundle.inverse_pinned`.
+    ``by_common`` (m, k) are its derivatives by centre and arms; ``inverse`` (k, k) their
+    covariance, see `_bundle.inverse_pinned`.
     """
     rng = np.random.default_rng(seed)
     noise, cameras = rig.noise, len(rig.cameras)
@@ -67,12 +61,9 @@ def pattern_covariance(
 def spot_influences(
     rig: Rig, sweep: PivotSweep, state: PivotState, gain: Float, slack_mm: float, part: slice
 ) -> Float:
-    """Return the derivative of a result by each spot, (n, C, L, 2, m), mm/px; zero if unseen.
+    """Return a result's derivative by each spot, (n, C, L, 2, m), mm/px; zero if unseen.
 
-    Parameters
-    ----------
-    gain
-        (m, k): negative derivative of the result by the gradient of centre and arms.
+    ``gain`` (m, k) is its negative derivative by the gradient of centre and arms.
     """
     rotations, weights = state.rotations[part], sweep.weights[part]
     arms = np.einsum("nij,lj->nli", rotations, state.arms)

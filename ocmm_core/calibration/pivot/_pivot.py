@@ -59,16 +59,10 @@ def accuse_in_sweep(
     rig: Rig, sweep: PivotSweep, frames: Int, leds: Points3, tip: Float, centre: Float,
     rotations: Float, slack_mm: float, dof: int,
 ) -> Finding | None:  # fmt: skip
-    """Return the faulty element in consistent frames of a sweep, or None.
+    """Return the faulty element in consistent ``frames`` (n,) of a sweep, or None.
 
-    Parameters
-    ----------
-    sweep, frames
-        The frames used, and their numbers (n,) in the whole sweep.
-    leds, tip, centre, rotations
-        The result: (L, 3) and (3,), mm, probe; (3,), mm, and (n, 3, 3), world.
-    dof
-        Degrees of freedom of the adjustment.
+    LEDs and tip are in the probe frame, mm, centre and rotations in the world; ``dof`` is that of
+    the adjustment.
     """
     n = len(rotations)
     data = BundleData(
@@ -250,11 +244,7 @@ def calibrate_probe(
 
 
 def _did_not_come_back(used: NDArray[np.bool_]) -> bool:
-    """Return whether many frames, up to an end of the sweep, disagree with the others.
-
-    A ball that left its cone and returned gives outlier frames. A lasting displacement gives two
-    consistent groups, of which the smaller is no more wrong than the other.
-    """
+    """Return whether a lasting displacement split the sweep; single excursions are outliers."""
     end = max(int(_END * len(used)), 1)
     many = np.count_nonzero(~used) > TOGETHER * len(used)
     return bool(many and min(used[:end].mean(), used[-end:].mean()) < 0.5)

@@ -52,10 +52,7 @@ class PosePivot:
 def pivot_of_poses(rotations: Float, origins: Points3, seed: int | None = 1) -> PosePivot:
     """Return tip and centre of poses (n, 3, 3) and (n, 3), mm, world from body.
 
-    Parameters
-    ----------
-    seed
-        For the choice of triples; None uses all poses without selection.
+    Without a ``seed`` for the choice of triples, all poses are used.
 
     Raises
     ------

@@ -152,7 +152,6 @@ def _only(state: PivotState, used: NDArray[np.bool_]) -> PivotState:
 
 
 def _everywhere(start: PivotStart, found: PivotState, used: NDArray[np.bool_]) -> PivotState:
-    """Return a state of all frames: used ones as found, the others refitted."""
     rotations, _, _ = lay(found.arms, start.targets)
     rotations[~start.solvable] = np.eye(3)
     rotations[used] = found.rotations

@@ -82,14 +82,8 @@ def average_turned(targets: Float, centre: Float, body: Float, average: Float) -
     """Write the mean of all poses turned onto the body; return its residual.
 
     One round of the group average (Gower; thesis 3.2 with the errata: a true rotation, and ``s =
-    |G|^2 + |X|^2 - 2 tr``). Poses with an unlocated LED are excluded.
-
-    Parameters
-    ----------
-    targets, centre
-        (n, L, 3) and (3,), mm, world; rotations are about the centre.
-    body, average
-        (L, 3), mm: the present average and, out, the next one.
+    |G|^2 + |X|^2 - 2 tr``). Poses with an unlocated LED are excluded. Targets (n, L, 3), mm, world,
+    rotate about ``centre``; ``body`` (L, 3) is the present average and ``average`` the next one.
     """
     n_poses, n_leds = targets.shape[:2]
     s, rotation = np.empty((3, 3)), np.empty((3, 3))

@@ -48,7 +48,6 @@ class PivotValidation:
     from their mean of the tips that the first calibration gives, averaged over attitudes within 10
     degrees (single point articulation, ASME B89.4.22)."""
     findings: tuple[Finding, ...]
-    """Findings against the calibration."""
 
     @property
     def passed(self) -> bool:
@@ -59,15 +58,10 @@ class PivotValidation:
 def validate_pivot(
     rig: Rig, first: PivotCalibration, second: PivotCalibration, sweep: PivotSweep
 ) -> PivotValidation:
-    """Return the agreement of the second calibration with the first.
+    """Return the agreement of the second calibration, from ``sweep``, with the first.
 
     Both must use the same rig and document; common effects of camera errors cancel from the
     uncertainty of the difference.
-
-    Parameters
-    ----------
-    sweep
-        Frames of the second one, through which the first tip is followed.
     """
     off = second.tip_probe - first.tip_probe
     by_cameras = (second.by_cameras - first.by_cameras)[-3:]

@@ -1,7 +1,7 @@
 """Probe design: bending, thermal growth, and tip accuracy of the LED layout.
 
-In: a document of sections, materials and LEDs; temperatures, weight and force; a rig. Out:
-displacements of LEDs and tip, least possible tip uncertainty, possible LED confusions.
+In: a document of sections, materials and LEDs; temperatures, weight and force; a rig.
+Out: displacements of LEDs and tip, least possible tip uncertainty, possible LED confusions.
 
 Read `_design` (the document), `_definition` (definition of a new probe), `_beam` (bending) and
 `_thermal` (growth), `_shape` (both together, and the computed tip), then `_layout` and

@@ -1,4 +1,4 @@
-"""Bending of a stylus and a probe body as one stepped and tapered beam (thesis, appendix B).
+"""Bending of stylus and probe body as a stepped, tapered beam (thesis, appendix B).
 
 The beam lies along the probe, with the ball's centre at zero. Its sections are solid or hollow
 bars, or sandwich panels with a core that carries no load. Integration is on a grid with a point on
@@ -143,16 +143,10 @@ def sag(beam: Beam, supports_mm: tuple[float, float]) -> Deflection:
 
 
 def side_load(beam: Beam, held_mm: float, *, stiff: bool = False) -> Deflection:
-    """Return the deflection for 1 N on the ball, across the beam, clamped at one place.
+    """Return the deflection for 1 N on the ball, across the beam, clamped at ``held_mm``.
 
-    Deflections are positive along the force. Behind the clamp they are zero.
-
-    Parameters
-    ----------
-    held_mm
-        Position of the clamp.
-    stiff
-        Whether the force acts along the panel instead of across it.
+    Deflections are positive along the force. Behind the clamp they are zero. If ``stiff``, the
+    force acts along the panel instead of across it.
     """
     x = beam.x_mm
     moment = np.maximum(x, 0.0)

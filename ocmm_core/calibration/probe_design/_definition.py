@@ -110,12 +110,7 @@ def examine(
 ) -> DefinitionCheck:
     """Return the check of a definition; takes up to some seconds with eight LEDs.
 
-    Parameters
-    ----------
-    path
-        Intended file, for error messages.
-    tell
-        Called with the name of the next check, and the share that is done.
+    ``tell`` is called with the name of the next check, and the share that is done.
 
     Raises
     ------

@@ -90,7 +90,6 @@ class DesignDocument(Document, frozen=True, kw_only=True):
     soft: Vector3
     """Direction of least bending stiffness, probe frame; across the axis."""
     handle: float
-    """Position of the grip."""
     contact_force_n: float
     """Largest force of the hand."""
     temperature_range_k: float

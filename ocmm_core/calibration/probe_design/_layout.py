@@ -45,20 +45,11 @@ class View:
     rig: Rig
     body: ProbeBody
     sigma_px: float
-    """Noise of a spot."""
     everything_seen: bool = False
     """Also count LEDs that face away from a camera as seen."""
 
     def covariance(self, rotations: Float, tips_world: Float) -> Float:
-        """Return the bound (n, 3, 3), mm^2; NaN for undetermined poses.
-
-        Parameters
-        ----------
-        rotations
-            (n, 3, 3), world from probe.
-        tips_world
-            (n, 3), mm.
-        """
+        """Return the bound (n, 3, 3), mm^2, of poses, world from probe; NaN if undetermined."""
         bound = np.empty((len(tips_world), 3, 3))
         for start in range(0, len(bound), _CHUNK):
             part = slice(start, start + _CHUNK)

@@ -79,7 +79,7 @@ def growth_shape(design: ProbeDesign, body: ProbeBody) -> Float:
 
 
 def force_shapes(design: ProbeDesign, body: ProbeBody) -> Float:
-    """Return the shapes (3 L + 3, 3), mm/N, of a force on the ball along the axes of the probe."""
+    """Return the shapes (3 L + 3, 3), mm/N, of forces on the ball along the probe axes."""
     axis, soft = design.axis_probe, design.soft_probe
     stiff = np.cross(axis, soft)
     across = [
@@ -97,7 +97,7 @@ def force_shapes(design: ProbeDesign, body: ProbeBody) -> Float:
 
 
 def sag_shape(design: ProbeDesign, body: ProbeBody) -> Float:
-    """Return the shape (3 L + 3), mm, of the weight of the level probe, across its soft side."""
+    """Return the shape (3 L + 3), mm, of the level probe's weight, across its soft side."""
     bent = sag(design.beam, (0.0, design.handle_mm))
     return _bent(body, design, design.soft_probe, bent)
 

@@ -23,11 +23,6 @@ LOWEST_C, HIGHEST_C = 0.0, 50.0
 def require_temperature(what: str, celsius: float) -> None:
     """Refuse an implausible temperature.
 
-    Parameters
-    ----------
-    what
-        Name of the object.
-
     Raises
     ------
     InputError
@@ -49,7 +44,6 @@ class Temperature:
     sigma_k: float
     """Standard uncertainty, including that of the measuring position, K."""
     origin: str
-    """Source of the value, in words."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -93,17 +87,9 @@ class LayerChain:
 
 
 def strain_shapes(chain: LayerChain, from_tip: Float) -> Float:
-    """Return displacements from the ball's centre by growth of a material.
+    """Return displacements from the ball's centre by growth of each `LayerChain.materials`.
 
-    Parameters
-    ----------
-    from_tip
-        (n, 3), mm, probe frame: from the ball's centre to the points.
-
-    Returns
-    -------
-    numpy.ndarray
-        (m, n, 3): for each of `LayerChain.materials`, mm for a unit relative growth.
+    (m, n, 3), mm per unit relative growth, for points ``from_tip`` (n, 3), mm from the centre.
     """
     along = from_tip @ chain.axis_probe
     across = from_tip - along[:, None] * chain.axis_probe

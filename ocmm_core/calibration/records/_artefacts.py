@@ -88,7 +88,6 @@ class Artefact:
     expansion: float
     expansion_sigma: float
     identity: str
-    """SHA-256 of the document."""
     temperatures: tuple[float, float] = RATED_C
 
     def at(self, length: float, temperature_c: float | None) -> tuple[float, float]:
@@ -117,14 +116,17 @@ class Artefact:
     def judge(
         self, length: float, limit: float, now: datetime, temperature_c: float | None
     ) -> list[Finding]:
-        """Return a certified length at a temperature and its uncertainty (k = 2), mm.
+        """Return findings against its use for an error limit, mm, of a length, mm.
 
-        Without a temperature, 20 degrees with a standard uncertainty of 2 K are assumed.
+        Parameters
+        ----------
+        temperature_c
+            Ambient temperature; None if not measured.
 
         Raises
         ------
         InputError
-            The certificate does not cover that temperature, or it is implausible.
+            The temperature is implausible.
         """
         outside = self._outside(temperature_c)
         found = [] if outside is None else [outside]

@@ -79,17 +79,10 @@ def compare_with_cameras(
 def check_camera_temperature(
     record: CameraRecord, temperatures_c: Sequence[float | None]
 ) -> tuple[Blocker | None, tuple[str, ...]]:
-    """Return the blocker and warnings for the cameras' temperature difference.
+    """Return the blocker (or None) and warnings for the cameras' temperature difference.
 
-    Parameters
-    ----------
-    temperatures_c
-        Current sensor temperatures, camera by camera; None if unknown.
-
-    Returns
-    -------
-    tuple
-        Blocker or None, and warnings; both empty if the record has no sensor temperatures.
+    Sensor temperatures are listed camera by camera, None if unknown. Without any in the record, no
+    blocker and no warnings.
     """
     blocker: Blocker | None = None
     warnings = []
@@ -118,7 +111,6 @@ def _intrinsics(record: CameraRecord, entry: CameraEntry) -> Intrinsics:
 
 
 def _difference(found: Intrinsics, expected: Intrinsics) -> str:
-    """Return the first thing in which they differ."""
     for name in Intrinsics.__slots__:
         ours, theirs = getattr(expected, name), getattr(found, name)
         if name != "date_s" and ours != theirs:

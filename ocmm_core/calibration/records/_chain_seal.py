@@ -40,7 +40,6 @@ class ChainSeal(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields
     """End of a chain."""
 
     schema: str
-    """`SCHEMA`."""
     count: int
     """Lines on disk."""
     link: str
@@ -105,10 +104,7 @@ def write_seal(folder: Path, chain: ChainFile[Any], keys: KeyFolder, coming: str
 def fault_of(chain: ChainFile[Any], end: ChainSeal | None, *, needed: bool) -> StorageError | None:
     """Return the mismatch between a chain and its seal, or None.
 
-    Parameters
-    ----------
-    needed
-        A line was written together with a seal, so one must exist.
+    With ``needed``, a line was written together with a seal, so one must exist.
     """
     folder = chain.path.parent
     if end is None:
@@ -157,10 +153,7 @@ def signer_of(found: SignedSeal | None, keys: KeyFolder) -> SealState:
 def forgery(folder: Path, found: SealState, *, signed: bool) -> StorageError | None:
     """Return why the signature forbids using a history, or None.
 
-    Parameters
-    ----------
-    signed
-        A line was written together with a signature, so one must exist.
+    With ``signed``, a line was written together with a signature, so one must exist.
     """
     if found.word is SealWord.FORGED:
         what = "the signature of the history does not belong to it"

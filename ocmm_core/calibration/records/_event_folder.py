@@ -75,12 +75,7 @@ _REREAD_S = 10.0
 
 
 class EventFolder(ABC, Generic[T]):
-    """Folder with a chain of events; safe across threads and processes.
-
-    Parameters
-    ----------
-    folder
-        Created at the first write.
+    """Folder with a chain of events, created at the first write; for any thread or process.
 
     Raises
     ------
@@ -191,11 +186,7 @@ class EventFolder(ABC, Generic[T]):
         """Return the identity of the cameras or probe; empty if unknown."""
 
     def _thing(self, seen: KnownEnd | None) -> str:
-        """Return the name of the thing in the memory.
-
-        Virtual probes share the documents of real ones. The folder of a new history distinguishes
-        them; the memory keeps that for good.
-        """
+        """Return the name in the memory; the folder tells virtual probes, which share documents."""
         known = "" if seen is None else seen.thing
         thing = self._identity_of_thing()
         if not thing:
@@ -214,13 +205,7 @@ class EventFolder(ABC, Generic[T]):
                 self._remember(utc)
 
     def _append_event(self, event: T, *, at: str = "") -> None:
-        """Append an event, on disk before returning; StorageError if that fails.
-
-        Parameters
-        ----------
-        at
-            Becomes the latest recorded time, even if a later one was recorded.
-        """
+        """Append an event, on disk before returning; ``at`` becomes the latest recorded time."""
         with self._lock:
             self._require_kept()
             with locked_folder(self._folder):

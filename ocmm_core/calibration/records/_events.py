@@ -36,7 +36,7 @@ class EventKind(StrEnum):
     FALLEN = "artefact found wrong"
     """The calibration, or the verification given as evidence, rests on a faulty artefact."""
     RECALLED = "jobs recalled"
-    """Jobs were recomputed; the evidence is the result (`inspection.recall_record`)."""
+    """Jobs were recomputed; the evidence is the result (`inspection.archive`)."""
 
 
 class Event(StoredEvent, frozen=True, kw_only=True):
@@ -44,7 +44,6 @@ class Event(StoredEvent, frozen=True, kw_only=True):
 
     kind: EventKind
     calibration: str
-    """Hash of the record it is about."""
     evidence: str = ""
     """Hash of the verification record (also a fallen one) or of the recall record; otherwise empty.
     """
@@ -71,7 +70,6 @@ class TipEvent(StoredEvent, frozen=True, kw_only=True):
 
     kind: TipEventKind
     tip: str
-    """Name of the tip it is about."""
     record: str = ""
     """Hash of the associated record, or empty."""
     since_utc: str = ""

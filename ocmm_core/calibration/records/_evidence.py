@@ -92,12 +92,7 @@ class EvidenceCheck:
     def defect(self, wanted: Sequence[KeptFile], *, thorough: bool) -> tuple[KeptFile, str] | None:
         """Return the first changed or missing file with its defect, or None.
 
-        Parameters
-        ----------
-        wanted
-            All files that must exist.
-        thorough
-            Read all of them, also if they appear unchanged.
+        ``thorough`` reads all files, also if they appear unchanged.
         """
         with self._lock:
             if thorough:

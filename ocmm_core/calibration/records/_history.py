@@ -23,11 +23,6 @@ from ocmm_core.errors import CalibrationError, OcmmError
 class CalibrationStore(RecordStore[Event]):
     """Calibrations of one rig in a folder; single writer process, thread-safe.
 
-    Parameters
-    ----------
-    folder
-        Created at the first write.
-
     Raises
     ------
     StorageError
@@ -145,14 +140,8 @@ class CalibrationStore(RecordStore[Event]):
     ) -> None:
         """Record that a calibration or its verification rests on a faulty artefact.
 
-        Parameters
-        ----------
-        calibration
-            Hash of the calibration.
-        evidence
-            Hash of the affected verification; empty if the calibration itself is affected.
-        since
-            When the artefact was faulty.
+        ``evidence`` is the hash of the affected verification, empty if the calibration itself is
+        affected; the artefact is faulty from ``since`` on.
         """
         self._happened(
             now, who, reason, since=since,

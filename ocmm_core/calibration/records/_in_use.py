@@ -131,19 +131,14 @@ def open_calibration(
 ) -> CalibrationInUse:
     """Return the calibration in force of the rig described in a document.
 
+    If no record is usable: with a fault, and the rig of the document.
+
     Parameters
     ----------
-    document
-        Rig document: name, cameras and frame rate.
     folder
         Root of the calibrations, see `default_folder`.
     uncalibrated
         Record points regardless of the calibration's status.
-
-    Returns
-    -------
-    CalibrationInUse
-        If no record is usable: with a fault, and the rig of the document.
 
     Raises
     ------

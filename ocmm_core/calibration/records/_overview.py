@@ -28,7 +28,6 @@ class CalibrationOverview:
     events: tuple[Event, ...] = ()
     """Oldest first."""
     trends: CalibrationTrends = NO_TRENDS
-    """Over all calibrations and verifications."""
     verifications: Mapping[str, VerificationRecord] = field(default_factory=dict)
     """Latest of each calibration, by the hash of the calibration."""
     fault: str = ""
@@ -94,13 +93,12 @@ class ProbeOverview:
     events: tuple[TipEvent, ...] = ()
     """Oldest first."""
     trends: ProbeTrends = ProbeTrends()
-    """Over all records."""
     fault: str = ""
     """Why a part cannot be shown, or empty."""
 
 
 def probe_overview(store: ProbeStore | None, now: datetime) -> ProbeOverview:
-    """Return the contents of a store at a moment; reads all records, some milliseconds each.
+    """Return the contents of a store; reads all records, some milliseconds each.
 
     A changed record is reported as a fault, so that the rest remains visible.
     """

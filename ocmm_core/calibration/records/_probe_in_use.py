@@ -39,7 +39,6 @@ class ProbeText(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields
     """Source of a calibrated probe's geometry, as kept in jobs."""
 
     schema: str
-    """`TEXT_SCHEMA`."""
     document: str
     calibration: ProbeRecord
     qualification: TipRecord | None
@@ -171,6 +170,8 @@ def open_probe(
 ) -> ProbeInUse:
     """Return the probe of a document with the records in force for one of its tips.
 
+    If no records are usable: with a fault, and the geometry of the document.
+
     Parameters
     ----------
     folder
@@ -179,11 +180,6 @@ def open_probe(
         None selects the mounted tip.
     uncalibrated
         Record points regardless of the tip's status.
-
-    Returns
-    -------
-    ProbeInUse
-        If no records are usable: with a fault, and the geometry of the document.
 
     Raises
     ------

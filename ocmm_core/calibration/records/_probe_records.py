@@ -29,14 +29,11 @@ class MadeRecord(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_field
     schema: str
     """Kind, with its version."""
     probe: str
-    """Name of the probe."""
     tip: str
     """Name of the tip, as on the stylus or in the menu."""
     made_utc: str
-    """ISO 8601 text, UTC."""
     made_by: str
     software: str
-    """`made_by`, `software`: Who, with which version."""
     temperature_c: float | None
     """Ambient; None if not measured."""
     rig: str
@@ -68,7 +65,6 @@ class ProbeRecord(MadeRecord, frozen=True, kw_only=True):
     """A pivot calibration of a probe with one tip."""
 
     valid_until_utc: str
-    """ISO 8601 text, UTC."""
     probe_identity: str
     """SHA-256 of the probe's document, whose frame all coordinates use."""
     leds_mm: tuple[Vector3, ...]
@@ -98,9 +94,7 @@ class ProbeRecord(MadeRecord, frozen=True, kw_only=True):
     change_reason: str
     """User's explanation of an unusual change; else empty."""
     warnings: tuple[str, ...]
-    """Findings that did not refuse the result."""
     forced: bool
-    """The user overruled a guard."""
     artefacts: tuple[ArtefactUse, ...]
     """The cone, if named."""
     previous: str
@@ -116,7 +110,6 @@ class TipRecord(MadeRecord, frozen=True, kw_only=True):
     """A qualification of a tip on a calibrated sphere, and its articulation in a cone."""
 
     valid_until_utc: str
-    """ISO 8601 text, UTC."""
     calibration: str
     """Hash of the `ProbeRecord` that the points were computed with."""
     diameter_mm: float
@@ -133,7 +126,6 @@ class TipRecord(MadeRecord, frozen=True, kw_only=True):
     form_mm: float
     """Largest less smallest radius over all points (ISO 10360-5)."""
     points: int
-    """Points on the sphere."""
     point_sigma_mm: float
     """Standard deviation of one point along the normal, from the residuals."""
     articulation_2s_mm: float

@@ -33,11 +33,6 @@ _RENEWALS = {TipEventKind.CALIBRATED: 0, TipEventKind.QUALIFIED: 1, TipEventKind
 class ProbeStore(RecordStore[TipEvent]):
     """Records of one probe in a folder; single writer process, thread-safe.
 
-    Parameters
-    ----------
-    folder
-        Created at the first write.
-
     Raises
     ------
     StorageError

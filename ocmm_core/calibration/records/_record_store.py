@@ -72,11 +72,6 @@ R = TypeVar("R", bound=msgspec.Struct)
 class RecordStore(EventFolder[T]):
     """A folder of records; one process writes at a time, any thread may call.
 
-    Parameters
-    ----------
-    folder
-        Made at the first write.
-
     Raises
     ------
     StorageError
@@ -96,13 +91,8 @@ class RecordStore(EventFolder[T]):
     ) -> CalibrationError | None:
         """Return the first defect of the files that the events name, or None.
 
-        Parameters
-        ----------
-        about
-            Restrict to this tip (probe stores only).
-        thorough
-            Read all files (some milliseconds). Otherwise only those that appear changed, and one of
-            the others in turn.
+        ``about`` restricts to a tip (probe stores only). ``thorough`` reads all files (some
+        milliseconds), otherwise those that appear changed, and one of the others in turn.
         """
         wanted = self._wanted(about)
         found = self._evidence.defect(tuple(wanted), thorough=thorough)
@@ -175,18 +165,7 @@ class RecordStore(EventFolder[T]):
         session: Path | None = None,
         **own: Any,
     ) -> None:
-        """Store a record and append its event.
-
-        Parameters
-        ----------
-        renewal, about
-            Lost files that this makes up for (see `_lost`) are listed in the event and no longer
-            required.
-        session
-            Session file that it comes from.
-        own
-            Fields of this kind of event.
-        """
+        """Store a record and its event, which lists the lost files it replaces (see `_lost`)."""
         lost = self._lost(renewal, about)
         save(self._folder, record)
         self._happened(now, who, reason, session=session, lost=lost, measured=True, **own)
@@ -204,13 +183,7 @@ class RecordStore(EventFolder[T]):
         measured: bool = False,
         **own: Any,
     ) -> None:
-        """Append an event; see `_put`.
-
-        Parameters
-        ----------
-        measured
-            Measured just now, so the clock of the measurement is trusted.
-        """
+        """Append an event; trust the clock if ``measured`` just now."""
         event: Callable[..., T] = self._kind
         utc = now.astimezone(UTC).isoformat(timespec="microseconds")
         self._append_event(
@@ -251,11 +224,7 @@ class RecordStore(EventFolder[T]):
         return None
 
     def _judged(self, now: datetime, judge: Callable[[datetime], RecordStatus]) -> RecordStatus:
-        """Return the status, guarded against small clock corrections.
-
-        A status that has expired once stays expired when the clock is set back within the
-        tolerance.
-        """
+        """Return the status; an expired one stays so if the clock is set back within tolerance."""
         seen = self.seen_utc
         at = max(now, datetime.fromisoformat(seen)) if seen else now
         found = judge(at)
@@ -296,12 +265,7 @@ def within_term(
 ) -> RecordStatus:
     """Return the status that follows from the expiry date alone.
 
-    Parameters
-    ----------
-    what, remedy
-        Name of the expiring item, and how to renew it, without a full stop.
-    until, due
-        Expiry, and how long before it the status is DUE.
+    It is DUE from the time ``due`` before ``until``; ``remedy`` has no full stop.
     """
     day = until.date().isoformat()
     if now >= until:

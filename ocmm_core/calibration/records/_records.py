@@ -53,16 +53,12 @@ class CameraRecord(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fie
     """A calibration of the cameras of one rig."""
 
     schema: str
-    """`SCHEMA`."""
     rig: str
-    """Name of the rig."""
     method: Method
     made_utc: str
     valid_until_utc: str
-    """`made_utc`, `valid_until_utc`: ISO 8601 text, UTC."""
     made_by: str
     software: str
-    """`made_by`, `software`: Who calibrated, with which version."""
     temperature_c: float | None
     """Ambient temperature at the cameras; None if not measured."""
     sensor_temperatures_c: tuple[float, ...] = ()
@@ -86,9 +82,7 @@ class CameraRecord(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fie
     chi2_per_dof: float
     """`rms_px`, `chi2_per_dof`: Of the residuals of all cameras."""
     points: int
-    """Reference positions or poses that were used."""
     outliers: tuple[str, ...]
-    """Names of those that were left out."""
     data_sha256: str
     artefacts: tuple[ArtefactUse, ...]
     """What lengths and positions rest on."""
@@ -137,7 +131,6 @@ class RepeatedSeat(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fie
     place: str
     first_utc: str
     again_utc: str
-    """`first_utc`, `again_utc`: When, ISO 8601 text."""
     shift_mm: Vector3
     """Again less first, world."""
     square: float
@@ -163,7 +156,6 @@ class VerificationRecord(
     """
 
     schema: str
-    """`VERIFICATION_SCHEMA`."""
     calibration: str
     """Hash of the record that was checked."""
     made_utc: str

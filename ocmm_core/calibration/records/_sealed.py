@@ -20,7 +20,6 @@ from ocmm_core.errors import CalibrationError
 from ocmm_core.seals import KeyFolder, SealState, SealWord, Signature, Signed, judge_signature, sign
 
 R = TypeVar("R", bound=msgspec.Struct)
-"""Kinds of records."""
 
 
 class _Sealed(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
@@ -151,7 +150,7 @@ def load(path: Path, kind: type[R]) -> R:
 def load_signed(
     path: Path, kind: type[R], signed: Signed, keys: KeyFolder | None = None
 ) -> SignedRecord[R]:
-    """Return the record of a file with the state of its signature; errors as `unseal_signed`."""
+    """Return a record and the state of its signature; errors as `unseal_signed`."""
     return unseal_signed(path, read_bytes(path), kind, signed, keys)
 
 

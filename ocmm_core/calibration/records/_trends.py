@@ -58,13 +58,9 @@ class CalibrationTrends:
 def trends(
     records: Sequence[CameraRecord], verifications: Sequence[VerificationRecord]
 ) -> CalibrationTrends:
-    """Return the trends of a rig.
+    """Return the trends of a rig; records as from `history.CalibrationStore`, oldest first.
 
-    Parameters
-    ----------
-    records, verifications
-        Oldest first, as from `history.CalibrationStore`. A replacement camera (other serial number)
-        starts a new course.
+    A replacement camera (other serial number) starts a new course.
 
     Raises
     ------

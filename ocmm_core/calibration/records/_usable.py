@@ -44,7 +44,6 @@ class Blocker:
     remedy: str
 
     def __str__(self) -> str:
-        """Return both sentences."""
         return f"{self.what} {self.remedy}"
 
 

@@ -1,7 +1,7 @@
 """Calibrate cameras in place: a waved probe, a length bar, one adjustment.
 
-In: frames of a waved probe, placements of a length bar, two seats visited first and last. Out:
-cameras in the chosen world, their covariance, findings, and a record to accept.
+In: frames of a waved probe, placements of a length bar, two seats visited first and last.
+Out: cameras in the chosen world, their covariance, findings, and a record to accept.
 
 Read `_data` (input and output), `_problem` (from observations to a bundle), `_relocation` (the
 adjustment), `_frame` (the world), `_guards`, `_findings`, `_repeats` and `_culprit` (acceptance,

@@ -97,10 +97,10 @@ def accuse_in_relocation(
 
 
 def _harmless(verdict: CulpritVerdict, observed: Observations, options: RelocationOptions) -> bool:
-    """Return whether an unknown probe may differ from its document as a second length agrees.
+    """Return whether an unknown probe may differ from its document.
 
-    A single displaced LED leaves the distances of all others, which agree with the bar. If all
-    differ, two bars are needed; their agreement was examined.
+    One displaced LED leaves the other distances, which agree with the bar. If all differ, two bars
+    are needed; their agreement was examined.
     """
     if options.geometry != "unknown" or not verdict.explained:
         return False
@@ -111,11 +111,7 @@ def _harmless(verdict: CulpritVerdict, observed: Observations, options: Relocati
 def _told_by_points(
     verdict: CulpritVerdict, observed: Observations, options: RelocationOptions
 ) -> CulpritVerdict:
-    """Return whether the probe may differ from its document as a second length agrees.
-
-    A single displaced LED leaves the distances of all others, which agree with the bar. If all
-    differ, two bars are needed; their agreement was examined.
-    """
+    """Return the verdict, with bar and probe distinguished by distances of known points."""
     by_cause = {one.cause: one for one in verdict.named}
     world = options.world
     if set(by_cause) != {Culprit.BAR, Culprit.SIZE} or not isinstance(world, KeptByPoints):

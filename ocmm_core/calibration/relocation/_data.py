@@ -162,7 +162,6 @@ class BarResidual:
     """One placement of a bar."""
 
     bar: str
-    """Name."""
     placement: int
     """Index among the placements of that bar."""
     measured_mm: float
@@ -221,7 +220,6 @@ class RelocationResult:
     iterations: int
     options: RelocationOptions
     forced: bool
-    """Whether the user overruled a guard."""
 
     def applied_to(self, rig: Rig, identity: str) -> Rig:
         """Return the rig with these cameras; ``identity`` is that of the calibration's record."""

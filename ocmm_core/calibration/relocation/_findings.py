@@ -19,12 +19,7 @@ def bar_ends(rig: Rig, uv: Float, length: float) -> Float:
     """Return the two spots of a bar in each camera, (C, 2, 2), px, with matching ends.
 
     Rays of wrong pairs may also intersect, but far from the bar: the correct pairing gives the
-    distance of the LEDs.
-
-    Parameters
-    ----------
-    uv
-        (C, 2, 2), px: both spots of each camera in any order; NaN for a camera without both.
+    distance of the LEDs. ``uv`` (C, 2, 2), px, has both spots of each camera in any order, or NaN.
 
     Raises
     ------

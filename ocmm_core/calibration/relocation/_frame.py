@@ -126,11 +126,7 @@ def covariance_in_world(covariance: Float, state: BundleState, anchors: Anchors)
 
 
 def _camera_anchors(state: BundleState, start: Sequence[CameraModel]) -> Anchors:
-    """Return four points a camera: its centre, and ahead, right and below of it.
-
-    Their distance is that of the viewed objects, so that rotations and shifts have realistic
-    weights.
-    """
+    """Return four points a camera, one object distance apart, to weight rotation and shift."""
     columns = state.columns
     centre = np.mean(state.origins, axis=0)
     points, targets, follow = [], [], []

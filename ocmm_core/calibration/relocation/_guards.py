@@ -107,14 +107,8 @@ def judge_design(
 ) -> list[Finding]:  # fmt: skip
     """Return findings on the choice of frames and bars.
 
-    Parameters
-    ----------
-    targets
-        (n, 3), mm, world: all LEDs seen by two cameras.
-    frames
-        Number of frames used.
-    scale_rests_on
-        Name of the bar if it is the only reference of length, else None.
+    ``targets`` (n, 3), mm, world, are all LEDs seen by two cameras; ``scale_rests_on`` is the name
+    of the bar if it is the only reference of length, else None.
     """
     found = []
     if frames < FEW_FRAMES:

@@ -33,16 +33,9 @@ _REMEDY = "Find what moved (camera, frame, table or seat), fix it, and relocate 
 def seat_findings(
     rig: Rig, body: ProbeBody, found: RelocationResult, visits: Sequence[SeatVisited]
 ) -> tuple[Finding, ...]:
-    """Return findings from the visits of the seats.
+    """Return findings from the visits of the seats, in order of time.
 
-    Parameters
-    ----------
-    rig, body
-        Start of the relocation.
-    found
-        Its result, computed without the visits.
-    visits
-        In order of time; without visits, a warning reports the missing check.
+    The relocation was computed without them. Without visits, a warning reports the missing check.
     """
     if not visits:
         return (

@@ -61,7 +61,6 @@ class RelocationBegun(Begun, frozen=True, kw_only=True):
     """
     lens: LensMode
     geometry: GeometryMode
-    """`lens`, `geometry`: See `_data`."""
     world: World
     control_names: tuple[str, ...]
     control_positions: tuple[Vector3, ...]
@@ -70,7 +69,6 @@ class RelocationBegun(Begun, frozen=True, kw_only=True):
     mm; empty unless they define the world frame.
     """
     valid_days: int
-    """Validity of the calibration."""
     seats: int | None = None
     """Number of seats visited first and last: zero for recordings without them, None in sessions of
     earlier versions.
@@ -92,7 +90,7 @@ class BarTaken(SessionEvent, frozen=True, kw_only=True):
 
 
 class SeatTaken(SessionEvent, frozen=True, kw_only=True):
-    """The ball of the probe in a seat: a control point, or an end of the bar in a placement."""
+    """The ball in a seat: a control point, or an end of the bar in a placement."""
 
     seat: str
     """Name of the control point; empty for the bar."""

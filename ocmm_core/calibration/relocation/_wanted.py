@@ -1,4 +1,4 @@
-"""Defaults of a relocation, separate so that a command can show them before loading it."""
+"""Defaults of a relocation, for commands to show before loading it."""
 
 from __future__ import annotations
 

@@ -46,9 +46,7 @@ class PivotMaterial:
     previous: ProbeRecord | None
     """Record in force at the start of the session, or None."""
     made: datetime
-    """Time of the last pose."""
     force: bool
-    """The user overruled the guards."""
 
 
 def conclude_pivot(given: PivotMaterial) -> PivotOutcome:
@@ -134,12 +132,7 @@ def expected_tip(
 ) -> Vector3 | None:
     """Return the expected tip, mm, document frame; None if unknown.
 
-    Parameters
-    ----------
-    running
-        The record in force for this tip; preferred over the document.
-    tip_unknown
-        The document has no place for this tip.
+    The record in force for this tip is preferred over the document, which may have no place for it.
 
     Raises
     ------

@@ -23,14 +23,9 @@ _AWAY = 0.3
 
 
 def sphere_map(directions_world: Points3, reach: float) -> tuple[Float, tuple[MapCell, ...]]:
-    """Return the middle of the map (3,) and its cells.
+    """Return the middle of the map (3,) and its cells, required up to ``reach``, rad.
 
-    Parameters
-    ----------
-    directions_world
-        (n, 3), unit: from the ball to the middle of the LEDs.
-    reach
-        rad: cells up to this angle from the middle are required.
+    ``directions_world`` (n, 3), unit, lead from the ball to the middle of the LEDs.
     """
     if not len(directions_world):
         return np.full(3, np.nan), ()

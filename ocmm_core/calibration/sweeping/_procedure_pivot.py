@@ -119,15 +119,9 @@ class PivotProcedure(ProbeProcedure[PivotEvent, PivotOutcome]):
 
         Parameters
         ----------
-        rig
-            With the calibration in force.
-        tip
-            Name of the mounted tip.
         tip_unknown
             The document has no place for this tip (another stylus), and it was never calibrated:
             only its rest in the cone is assumed.
-        cone
-            Optional identification of the cone.
         slack_mm
             Standard deviation of the ball's place in the cone, per axis; 0 if it rests.
         change_limit_mm

@@ -66,14 +66,9 @@ NO_PROGRESS = SweepProgress(0, None, np.inf, None, np.full(3, np.nan), np.full(3
 def progress_of(
     rig: Rig, body: ProbeBody, sweep: PivotSweep, limits: PivotLimits, tip_known: bool
 ) -> SweepProgress:
-    """Return the progress of a sweep.
+    """Return the progress of a sweep of a probe with the expected tip.
 
-    Parameters
-    ----------
-    body
-        The probe with the expected tip.
-    tip_known
-        Whether the tip has an expected place; otherwise it comes from the sweep alone.
+    If not ``tip_known``, the tip comes from the sweep alone.
     """
     if not len(sweep.uv):
         return NO_PROGRESS
@@ -117,15 +112,7 @@ def view_of(
     *,
     may_end: bool,
 ) -> SweepView:
-    """Return the display form of a sweep.
-
-    Parameters
-    ----------
-    gate
-        Out of the sweep.
-    may_end
-        The user may end it although the gate is closed.
-    """
+    """Return the display form of a sweep; with ``may_end`` it may end at a closed gate."""
     coverage = progress.coverage
     return SweepView(
         phase=SweepPhase.GOOD if gate.open else phase,
@@ -157,10 +144,7 @@ def gate_of(
 ) -> Gate:
     """Return whether a sweep is complete, and what is missing or wrong.
 
-    Parameters
-    ----------
-    forced
-        The user overruled the guards; the sweep must still be complete.
+    With ``forced`` the guards are overruled, but the sweep must still be complete.
     """
     refused = [one for one in progress.findings if one.refuses and not (forced and one.forcible)]
     if refused:

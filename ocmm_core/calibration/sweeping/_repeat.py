@@ -59,14 +59,9 @@ def turns_from(rotations: Float, rotation: Float) -> Float:
 def cone_findings(
     rig: Rig, probe: ProbeBody, sweep: PivotSweep, rotations: Float, visits: ConeVisits
 ) -> tuple[Finding, ...]:
-    """Return findings from the final visit of the first cone.
+    """Return findings from the final visit, with the probe of the first sweep.
 
-    Parameters
-    ----------
-    probe
-        From the first sweep.
-    sweep, rotations
-        The first sweep, and its attitudes (n, 3, 3), world from probe; NaN if excluded.
+    ``rotations`` (n, 3, 3) of that sweep are world from probe; NaN if excluded.
     """
     if not visits.again:
         return (

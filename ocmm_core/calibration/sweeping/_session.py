@@ -40,7 +40,6 @@ class PivotBegun(Begun, frozen=True, kw_only=True):
     tip_sigma_mm: float
     """`poses_wanted`, `tip_sigma_mm`: Targets of a complete sweep."""
     valid_days: int
-    """Validity of the calibration."""
     again: bool | None = None
     """Whether the ball returns to the first cone at the end; False for recordings without it, None
     in sessions of earlier versions.

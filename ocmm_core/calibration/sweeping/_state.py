@@ -51,10 +51,7 @@ def steps_of(
 ) -> tuple[Step, ...]:
     """Return the steps with their current gates.
 
-    Parameters
-    ----------
-    again, visited
-        Gate of the final visit of the first cone, and whether it was recorded.
+    ``again`` is the gate of the final visit of the first cone, ``visited`` whether it was recorded.
     """
     cone = "the cone" if begun.cone is None else f"cone '{begun.cone.name}'"
     return (
@@ -148,7 +145,6 @@ class SweepingState:
     visits: list[ConeVisited] = field(default_factory=list)
     """Final visits of the first cone; all count as long as its sweep is unchanged."""
     visited: bool = False
-    """Whether the last visit followed all sweeping."""
     _progress: dict[str, SweepProgress] = field(default_factory=dict)
     _turned: Float | None = None
 

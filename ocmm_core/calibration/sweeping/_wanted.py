@@ -1,4 +1,4 @@
-"""Defaults of a pivot calibration, separate so that commands can show them before loading it."""
+"""Defaults of a pivot calibration, for commands to show before loading it."""
 
 from __future__ import annotations
 

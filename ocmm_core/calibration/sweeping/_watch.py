@@ -72,18 +72,9 @@ class _Look:
 
 
 class SweepWatch:
-    """Processes the frames of one sweep.
+    """Processes the frames of one sweep of a probe with the expected tip.
 
-    Parameters
-    ----------
-    rig
-        With the calibration in force.
-    body
-        The probe with the expected tip.
-    tip_known
-        Whether the tip has an expected place.
-    first
-        The first sweep, for the second one; None for the first.
+    ``tip_known``: the tip has an expected place. ``first`` is the first sweep, for the second one.
     """
 
     def __init__(

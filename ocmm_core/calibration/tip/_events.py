@@ -19,7 +19,6 @@ class TouchBegun(Begun, frozen=True, kw_only=True):
     cone: ArtefactUse | None
     """If named."""
     nominal_mm: float
-    """Nominal ball diameter."""
 
 
 class TipBegun(TouchBegun, frozen=True, kw_only=True):

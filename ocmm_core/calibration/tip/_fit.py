@@ -84,12 +84,8 @@ def fit_ball_on(
 ) -> BallFit:
     """Return the ball that touched a sphere; raise CalibrationError if undetermined.
 
-    Parameters
-    ----------
-    touches
-        Five or more, computed with ``rig`` and ``body``.
-    temperature_c
-        Sphere temperature; None: 20 degrees with an uncertainty of 2 K.
+    Five or more touches, computed with ``rig`` and ``body``. Without a temperature of the sphere:
+    20 degrees with an uncertainty of 2 K.
     """
     if len(touches) < LEAST_POINTS:
         raise CalibrationError(
@@ -149,16 +145,8 @@ def doubtful_points(normals: Points3, covariance: Float, residuals: Float) -> tu
     """Return inconsistent points, the worst first (W. Baarda, data snooping, 1968).
 
     A point is flagged if its own error is significant; the search then continues among the others,
-    because a gross error also affects its neighbours.
-
-    Parameters
-    ----------
-    normals
-        (n, 3).
-    covariance
-        (n, n), mm^2: of the points along their normals.
-    residuals
-        (n,), mm: of any sphere nearby.
+    because a gross error also affects its neighbours. ``covariance`` (n, n), mm^2, is that along
+    the normals; ``residuals`` (n,), mm, are those of any sphere nearby.
     """
     left = np.arange(len(normals))
     found: list[int] = []
@@ -187,14 +175,8 @@ def predicted_covariance(
 ) -> Float:
     """Return the predicted covariance (4, 4), mm^2, of centre and radius.
 
-    Infinite if the points do not determine a sphere.
-
-    Parameters
-    ----------
-    touches, directions
-        Recorded touches, and their directions (n, 3) from the centre of the sphere.
-    more
-        (m, 3): directions of further points, each as uncertain as the nearest recorded one.
+    Infinite if the points do not determine a sphere. Directions are from its centre; those of
+    further points ``more`` (m, 3) are each as uncertain as the nearest recorded one.
     """
     predicted = _predicted(touches, directions, rig, body, more)
     return np.full((4, 4), np.inf) if predicted is None else predicted[0]

@@ -87,12 +87,6 @@ class TipQualificationProcedure(TouchProcedure[TipOutcome, TipBegun]):
 
         Parameters
         ----------
-        rig
-            With the calibration in force.
-        tip
-            Name of the mounted tip.
-        cone
-            Optional identification of the cone.
         nominal_mm
             Nominal ball diameter; None is that of the document.
         cameras

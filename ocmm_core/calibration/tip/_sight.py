@@ -28,12 +28,7 @@ _APART_MM, _APART_RAD = 2.0, np.radians(8.0)
 class Sight:
     """Averages the spots of a resting ball and reports what prevents recording.
 
-    Parameters
-    ----------
-    state
-        Observations, with rig and probe.
-    hold_s
-        Additional rest of the ball once it is recordable.
+    The ball must rest ``hold_s`` longer once it is recordable.
     """
 
     def __init__(self, state: TouchState, hold_s: float) -> None:

@@ -79,14 +79,8 @@ class TouchProcedure(ProbeProcedure[TouchEvent, Q], Generic[Q, B]):
 
     `watch` frames; whenever ``view.base.live.ready`` is set, `take`; when the gate of the step is
     open, `advance`; in the last step `compute`, then `accept` (which also stores failed results) or
-    `keep`. `drop` removes the last point, `take_back` any.
-
-    Parameters
-    ----------
-    cameras
-        Calibrations of the rig, if available.
-    hold_s
-        Additional rest of the ball once it is recordable.
+    `keep`. `drop` removes the last point, `take_back` any. The ball must rest ``hold_s`` longer
+    once it is recordable.
     """
 
     sessions: SessionFormat[TouchEvent, B]
@@ -134,15 +128,7 @@ class TouchProcedure(ProbeProcedure[TouchEvent, Q], Generic[Q, B]):
         hold_s: float,
         **own: object,
     ) -> Self:
-        """Start a session with the records in force for the tip.
-
-        Parameters
-        ----------
-        limit_mm
-            Permissible diameter error, to judge the certificate of the sphere.
-        own
-            Procedure-specific fields of the first line.
-        """
+        """Start a session with the records in force for the tip."""
         let_pass(sphere.artefact.judge(sphere.diameter, limit_mm, now, temperature_c), force=False)
         chain, begun = cls.sessions.begin(
             folder,
@@ -233,10 +219,7 @@ class TouchProcedure(ProbeProcedure[TouchEvent, Q], Generic[Q, B]):
 
     @abstractmethod
     def _wanting(self, rig: Rig, calibrated: ProbeBody) -> Wanted:
-        """Remove an observation of the current step by its index; for tests.
-
-        Raises CalibrationError for an unknown index.
-        """
+        """Return layouts and limits; called once, before the state exists."""
 
     @abstractmethod
     def _diameter_unknown(self, sigma_mm: float, limit_mm: float) -> Gate:

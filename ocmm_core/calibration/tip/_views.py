@@ -150,7 +150,6 @@ class TouchView:
     """`sphere_name`, `sphere_diameter_mm`, `sphere_expanded_mm`: The sphere: name, certified
     diameter at the temperature of the session, and its expanded uncertainty (k = 2)."""
     nominal_mm: float
-    """Nominal ball diameter."""
     sphere: SphereProgress
     cone: ConeProgress
     countdown: Countdown
@@ -211,7 +210,6 @@ class TipCheckView(TouchView):
     """Snapshot of the quick check."""
 
     so_far: CheckVerdict
-    """Verdict from the present observations."""
     advice: str
     """Reason and remedy for an inconclusive or failed check, one or two sentences; else empty."""
     outcome: TipCheckOutcome | None

@@ -1,4 +1,4 @@
-"""Default validity of a tip, separate so that commands can show it without loading the package."""
+"""Default validity of a tip, for commands to show without loading the package."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Permissible errors of a verification; a command names them before it loads the room."""
+"""Permissible errors of a verification, for commands to show before loading it."""
 
 from __future__ import annotations
 

@@ -118,10 +118,7 @@ def shortest_of(volume_world: Float) -> float:
 
 
 def _fewest(candidates: Sequence[PlannedLine]) -> list[PlannedLine]:
-    """Return the fewest lines that reach all corners, with diverse directions.
-
-    Empty if they do not reach all.
-    """
+    """Return the fewest lines to all corners, in diverse directions; empty if impossible."""
     most = max(len(one.corners) for one in candidates)
     best: list[PlannedLine] = []
 
@@ -264,7 +261,6 @@ def _corner_notes(chosen: Sequence[PlannedLine], extent: Float, length: float) -
 
 
 def _newness(line: PlannedLine, others: Sequence[PlannedLine]) -> float:
-    """Return the smallest angle to other lines, rad."""
     direction = _direction(line)
     return min((_angle(direction, _direction(one)) for one in others), default=0.5 * np.pi)
 
@@ -279,7 +275,6 @@ def _angle(one: Float, other: Float) -> float:
 
 
 def _name_of(steps: Float) -> str:
-    """Return the kind of a line from its corner steps along the axes."""
     axes = "".join(name for name, step in zip(_AXES, steps.tolist(), strict=True) if step)
     if len(axes) == 3:
         return "space diagonal"
@@ -287,7 +282,6 @@ def _name_of(steps: Float) -> str:
 
 
 def _named(lines: Sequence[PlannedLine]) -> list[PlannedLine]:
-    """Return the lines, numbered within the same kind."""
     named = []
     for index, line in enumerate(lines):
         kind = [one.name for one in lines]

@@ -114,14 +114,7 @@ class VerificationProcedure(CameraProcedure[VerificationEvent, VerificationOutco
         two_places: bool = False,
         limits: Limits | None = None,
     ) -> VerificationProcedure:
-        """Start a session.
-
-        Parameters
-        ----------
-        rig
-            With the calibration in force.
-        two_places
-            Touch every sphere in the near and in the far third of the volume.
+        """Start a session; ``two_places`` touches every sphere in the near and the far third.
 
         Raises
         ------
@@ -277,15 +270,10 @@ class VerificationProcedure(CameraProcedure[VerificationEvent, VerificationOutco
     def excuse_corner(self, corner: str, reason: str, now: datetime) -> None:
         """Set the reason why no test length can end in a corner; an empty one removes it.
 
-        Parameters
-        ----------
-        corner
-            One of `CORNER_NAMES`, ignoring case and blanks.
-
         Raises
         ------
         CalibrationError
-            Unknown corner.
+            The corner is none of `CORNER_NAMES`, ignoring case and blanks.
         """
         name = next((one for one in CORNER_NAMES if _bare(one) == _bare(corner)), None)
         if name is None:
@@ -373,7 +361,6 @@ class VerificationProcedure(CameraProcedure[VerificationEvent, VerificationOutco
         return None
 
     def _instructions(self) -> tuple[str, str]:
-        """Return the present instructions for lines and spheres."""
         state, bar, spheres = self._state, self._begun.bar, self._begun.spheres
         on_lines = "All lines taken."
         line = state.current_line()
@@ -396,7 +383,6 @@ class VerificationProcedure(CameraProcedure[VerificationEvent, VerificationOutco
         return on_lines, on_spheres
 
     def _seat_instructions(self) -> tuple[str, str]:
-        """Return the present instructions for the seats, first and again."""
         first, again = self._state.unvisited_seat(), self._state.seat_to_repeat()
         return first_instruction(first), again_instruction(again)
 

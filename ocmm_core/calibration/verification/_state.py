@@ -61,7 +61,6 @@ class VerificationBegun(Begun, frozen=True, kw_only=True):
     places: tuple[str, ...]
     """One for each sphere: one of `PLACES`, or empty for any place."""
     limits: Limits
-    """Permissible errors."""
 
 
 class NestTaken(SessionEvent, frozen=True, kw_only=True):
@@ -73,7 +72,6 @@ class NestTaken(SessionEvent, frozen=True, kw_only=True):
     uv: Spots
     """(C, L), px."""
     sigma_px: float
-    """Standard deviation of a spot."""
 
 
 class SphereTouched(SessionEvent, frozen=True, kw_only=True):

@@ -131,12 +131,7 @@ _REMEDY = "Find what moved (camera, frame, table or seat), fix it, and verify ag
 
 
 def verdict(state: VerificationState, reused: Sequence[Finding]) -> VerificationRecord:
-    """Return the record of the observations.
-
-    Parameters
-    ----------
-    reused
-        Objections to the artefacts.
+    """Return the record of the observations; ``reused`` are objections to the artefacts.
 
     Raises
     ------
@@ -212,11 +207,7 @@ def _resting(one: Taken) -> RestingPosition:
 def _moved(
     state: VerificationState, repeats: Sequence[JudgedRepeat], *, tip_is_known: bool
 ) -> list[Finding]:
-    """Return findings on moved cameras and seats.
-
-    A wrong tip also displaces the ball in seats as the probe is turned: then only the spots give
-    evidence of a camera.
-    """
+    """Return findings on moved cameras, and on moved seats if the tip is known."""
     # Points on a sphere are so close together that they share the sensor pattern.
     taken = [one for one in _in_order(state) if not isinstance(one.event, SphereTouched)]
     rests = [one.rest for one in taken]

@@ -40,14 +40,7 @@ def judge_placement(
 ) -> str:
     """Return the objection to a placement, or empty text.
 
-    Parameters
-    ----------
-    ends_world
-        (2, 3), mm: located first and last nest.
-    others
-        The ends of the other recorded lines.
-    volume_world
-        (2, 3), mm.
+    ``ends_world`` (2, 3), mm, are first and last nest; ``others`` those of the recorded lines.
     """
     direction = ends_world[1] - ends_world[0]
     for other in others:
@@ -80,14 +73,7 @@ def judge_nest(plan: PlannedLine, tip_world: Float, taken_world: Points3, bar: L
     """Return why a resting ball is not in the next nest of a line; empty if it may be.
 
     A skipped nest must not be mistaken for the next one: on a bar of equal steps it would show only
-    at the end of the line.
-
-    Parameters
-    ----------
-    tip_world
-        (3,), mm: the ball.
-    taken_world
-        (n, 3), mm: recorded nests of the line.
+    at the end of the line. Positions are in mm; ``taken_world`` (n, 3) are the recorded nests.
     """
     nest = len(taken_world)
     if not nest:
@@ -143,12 +129,8 @@ def sphere_checks(
 ) -> tuple[Check, Check]:
     """Return size and form of a sphere, both from one fit of all points (ISO 10360-5).
 
-    Parameters
-    ----------
-    tips_world
-        (n, 3), mm: ball centres all around it.
-    ball
-        Radius of the ball and its standard uncertainty, mm.
+    ``tips_world`` (n, 3), mm, are ball centres all around; ``ball`` is radius and standard
+    uncertainty, mm.
     """
     centre, radius, _ = fit_sphere(tips_world)
     certified, expanded = sphere.artefact.at(sphere.diameter, temperature_c)
@@ -212,12 +194,7 @@ def reached_corners(
 ) -> tuple[Corner, ...]:
     """Return the corners of a volume (2, 3), mm, as reached by ends of test lengths.
 
-    Parameters
-    ----------
-    nests_world
-        (n, 3), mm: every nest is an end of a test length.
-    reasons
-        Reasons for unreached corners, by name.
+    Every nest (n, 3), mm, is such an end; ``reasons`` for unreached corners are by name.
     """
     shares = corner_distances(nests_world, volume_world).min(axis=0)
     return tuple(

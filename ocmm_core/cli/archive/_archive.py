@@ -57,7 +57,8 @@ def status(*, archive: ArchiveOption = None, outbox: OutboxOption = None) -> Non
 @archive_app.command()
 def send(
     jobs: Annotated[
-        list[Path] | None, typer.Argument(help="Job files, or folders of them, to be put in first.")
+        list[Path] | None,
+        typer.Argument(readable=False, help="Job files, or folders of them, to be put in first."),
     ] = None,
     *,
     archive: ArchiveOption = None,

@@ -20,7 +20,8 @@ if TYPE_CHECKING:
 def rebuild(
     new: Annotated[str, typer.Argument(help="The new archive: a file, or a set-up database.")],
     folders: Annotated[
-        list[Path] | None, typer.Argument(help="Folders of job files; default: the old archive.")
+        list[Path] | None,
+        typer.Argument(readable=False, help="Folders of job files; default: the old archive."),
     ] = None,
     *,
     archive: ArchiveOption = None,
@@ -57,7 +58,8 @@ def rebuild(
 @archive_app.command()
 def verify(
     folders: Annotated[
-        list[Path] | None, typer.Argument(help="Job files or folders to hold against the archive.")
+        list[Path] | None,
+        typer.Argument(readable=False, help="Job files or folders to hold against the archive."),
     ] = None,
     *,
     archive: ArchiveOption = None,

@@ -28,9 +28,10 @@ def verify(
     paths: Annotated[
         list[Path],
         typer.Argument(
+            readable=False,
             help="Any file or folder of this program: jobs, histories of calibrations, acceptance "
             "records, studies, the register of artefacts, plans, templates, settings, reports, "
-            "certificates."
+            "certificates.",
         ),
     ],
     line: Annotated[
@@ -63,7 +64,9 @@ def verify(
 @audit_app.command()
 def release(
     *,
-    files: Annotated[list[Path], typer.Argument(help="Templates or other documents (TOML).")],
+    files: Annotated[
+        list[Path], typer.Argument(readable=False, help="Templates or other documents (TOML).")
+    ],
     who: Annotated[str, typer.Option("--by", help="Name of the person who answers for them.")],
     reason: Annotated[str, typer.Option("--reason", help="Why.")] = "",
 ) -> None:
@@ -82,7 +85,7 @@ def release(
 @audit_app.command()
 def adopt(
     *,
-    jobs: Annotated[list[Path], typer.Argument(help="Job files (.ocmm).")],
+    jobs: Annotated[list[Path], typer.Argument(readable=False, help="Job files (.ocmm).")],
     who: Annotated[str, typer.Option("--who", help="Name of the person who answers for them.")],
     reason: Annotated[str, typer.Option("--reason", help="Why.")],
 ) -> None:

@@ -30,7 +30,10 @@ if TYPE_CHECKING:
 def compare_command(
     *,
     jobs: Annotated[
-        list[Path], typer.Argument(help="Job files of one plan, in any order.", metavar="JOB...")
+        list[Path],
+        typer.Argument(
+            readable=False, help="Job files of one plan, in any order.", metavar="JOB..."
+        ),
     ],
     probes: Annotated[
         Path | None,

@@ -37,7 +37,8 @@ PROFILED_WORDS = "polyworks, dfq, xlsx"
 def report_command(
     *,
     jobs: Annotated[
-        list[Path], typer.Argument(help="Job files (.ocmm), also from other computers.")
+        list[Path],
+        typer.Argument(readable=False, help="Job files (.ocmm), also from other computers."),
     ],
     formats: Annotated[
         list[str] | None, typer.Option("--format", help=f"One of {FORMAT_WORDS}; can be repeated.")

@@ -61,10 +61,15 @@ def files_to_audit(path: Path) -> tuple[Path, ...]:
 
     Links are not followed. A file, or a folder with a history, is returned as it is.
     """
-    if not path.is_dir() or (path / _OF_HISTORY[0]).is_file():
+    if not path.is_dir() or os.path.isfile(path / _OF_HISTORY[0]):  # noqa: PTH113 - never raises
         return (path,)
     found: list[Path] = []
-    for place, folders, names in os.walk(path):
+
+    def unreadable(error: OSError) -> None:
+        # Audited all the same, so that it is named.
+        found.append(Path(error.filename))
+
+    for place, folders, names in os.walk(path, onerror=unreadable):
         folder = Path(place)
         if _OF_HISTORY[0] in names:
             found.append(folder)
@@ -132,6 +137,12 @@ def _of_records(folder: Path) -> Audit:
 
 
 def _store(folder: Path) -> tuple[AuditedKind, CalibrationStore | ProbeStore]:
+    if folder.is_dir() and not os.access(folder, os.R_OK | os.X_OK):
+        raise InputError(
+            "audit.unreadable",
+            f"{folder}: the folder cannot be read.",
+            "Get read permission for the folder, or ask its owner to verify it.",
+        )
     if not (folder / "events.jsonl").is_file():
         raise InputError(
             "audit.folder",

@@ -29,13 +29,13 @@ from ocmm_core.errors import InputError
 from ocmm_core.seals import DocumentKey, KeyFolder, SealState, SealWord, station_of
 
 if TYPE_CHECKING:
-    from signxml.signer import XMLSigner
     from signxml.verifier import XMLVerifier
+    from signxml.xades.xades import XAdESSigner
 
 _DS = "{http://www.w3.org/2000/09/xmldsig#}"
 _XADES = "http://uri.etsi.org/01903/v1.3.2#"
-_CERTIFICATES = _DS + "KeyInfo/" + _DS + "X509Data/" + _DS + "X509Certificate"
-_REFERENCE = _DS + "SignedInfo/" + _DS + "Reference"
+_CERTIFICATES = "/".join(_DS + name for name in ("KeyInfo", "X509Data", "X509Certificate"))
+_REFERENCE = "/".join(_DS + name for name in ("SignedInfo", "Reference"))
 _FILLED = (f"{_DS}SignedInfo", f"{_DS}SignatureValue", f"{_DS}KeyInfo",
            f"{{{_XADES}}}SignedProperties")  # fmt: skip
 """Elements whose content is signed or is the signature."""
@@ -216,7 +216,9 @@ def _rewritten(root: etree._Element, signature: etree._Element, content: bytes) 
     frame = copy.deepcopy(signature)
     for one in list(frame.iter()):
         if one.tag in _FILLED:
-            one.clear(keep_tail=True)
+            tail = one.tail
+            one.clear()
+            one.tail = tail
     wanted = _FRAME.format(id=escape(signature.get("Id", "")))
     unsigned = etree.tostring(frame, method="c14n", exclusive=True, with_comments=True).decode()
     plain = base64.b64encode(base64.b64decode(value)) == value
@@ -244,7 +246,7 @@ def _verifier() -> type[XMLVerifier]:
 
 
 @cache
-def _signer() -> type[XMLSigner]:
+def _signer() -> type[XAdESSigner]:
     from signxml.xades.xades import XAdESSigner
 
     class Exclusive(XAdESSigner):
@@ -253,8 +255,10 @@ def _signer() -> type[XMLSigner]:
         def _add_reference_to_signed_info(
             self, sig_root: etree._Element, node_to_reference: etree._Element, **attrs: str
         ) -> None:
-            super()._add_reference_to_signed_info(sig_root, node_to_reference, **attrs)
-            reference = sig_root.find(f"{_DS}SignedInfo")[-1]
+            super()._add_reference_to_signed_info(  # type: ignore[no-untyped-call]
+                sig_root, node_to_reference, **attrs
+            )
+            *_, reference = sig_root.iterfind(_REFERENCE)
             transforms = reference.makeelement(f"{_DS}Transforms")
             etree.SubElement(transforms, f"{_DS}Transform", Algorithm=self.c14n_alg.value)
             reference.insert(0, transforms)

@@ -78,6 +78,8 @@ class Node:
         self._children: dict[str, list[etree._Element]] = {}
         for child in element.iterchildren(tag=etree.Element):
             self._children.setdefault(local_name(child), []).append(child)
+        texts = (element.text, *(child.tail for child in element)) if len(element) else ()
+        self._mixed = " ".join("".join(text or "" for text in texts).split())
         self._attributes = {str(key) for key in element.attrib} - HARMLESS_ATTRIBUTES
         self._opened: list[Node] = []
         self._by_name: dict[str, Node] = {}
@@ -174,6 +176,8 @@ class Node:
 
     def close(self) -> None:
         """Raise NotTakenError for the first child or attribute that is unread and not harmless."""
+        if self._mixed:
+            raise NotTakenError(f"the text {self._mixed[:30]!r} in {self.word} is not supported")
         for name in self._attributes:
             raise NotTakenError(f"attribute {name} of {self.word} is not supported")
         for name, found in self._children.items():
@@ -220,6 +224,9 @@ class References:
             own = one.get("id")
             if own and self._by_id.setdefault(own, one) is not one:
                 raise NotTakenError(f"id {own[:30]} is used twice")
+        for one in root.iter(f"{Q}ScaleCoefficient"):
+            if number(one.text or "") != 1.0:
+                raise NotTakenError(f"the scale of its model is {(one.text or '').strip()[:20]}")
         self._names: set[tuple[str, str]] = set()
         self._of_item: dict[str, str] = {}
         self._of_nominal: dict[str, list[str]] = {}

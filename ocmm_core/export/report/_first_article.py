@@ -52,7 +52,7 @@ def account_file(plan: Plan, suffix: str) -> bytes:
     if suffix.lower() == ".xlsx":
         about = () if count is None else (f"{count.words}.",)
         return _workbook((f"{plan.name}, part {plan.part}", *about), table)
-    return delimited(table, _csv_profile(polyworks_profile()), _shape(table))
+    return delimited(table, _csv_profile(), _shape(table))
 
 
 def form_table(data: ReportData) -> Table:
@@ -144,7 +144,7 @@ def _contents(jobs: Sequence[ReportData], profile: Profile) -> dict[str, bytes]:
     table = form_table(data)
     csv, book = _files(data)
     return {
-        csv: delimited(table, _csv_profile(profile), _shape(table)),
+        csv: delimited(table, _csv_profile(), _shape(table)),
         book: _workbook(_above(data), table),
     }
 
@@ -155,7 +155,7 @@ def _differences(
     (data,) = jobs
     table = form_table(data)
     csv, book = _files(data)
-    found = compare_delimited(csv, files[csv], table, _csv_profile(profile), _shape(table))
+    found = compare_delimited(csv, files[csv], table, _csv_profile(), _shape(table))
     try:
         (rows,) = read_workbook(files[book]).values()
     except (zipfile.BadZipFile, KeyError, ValueError, etree.XMLSyntaxError) as error:
@@ -175,7 +175,7 @@ def _preview(jobs: Sequence[ReportData], profile: Profile) -> tuple[Table, ...]:
 
 
 def _files(data: ReportData) -> tuple[str, str]:
-    return f"{data.stem}_form3.csv", f"{data.stem}_form3.xlsx"
+    return f"{data.stem}_fai.csv", f"{data.stem}_fai.xlsx"
 
 
 def _above(data: ReportData) -> tuple[str, ...]:
@@ -192,9 +192,9 @@ def _above(data: ReportData) -> tuple[str, ...]:
     return tuple(filter(None, lines))
 
 
-def _csv_profile(profile: Profile) -> Profile:
-    """Return a profile with the signs of drawings, such as Ø."""
-    return msgspec.structs.replace(profile, encoding="utf-8-sig")
+def _csv_profile() -> Profile:
+    """Return commas, and an encoding with the signs of drawings, such as Ø."""
+    return msgspec.structs.replace(polyworks_profile(), encoding="utf-8-sig")
 
 
 def _shape(table: Table) -> TableProfile:
@@ -234,11 +234,11 @@ def _workbook(above: Sequence[str], table: Table) -> bytes:
 
 
 AS9102 = Exporter(
-    name="as9102",
+    name="fai",
     title="First article (AS9102 form 3)",
     purpose="first article inspection: every requirement of the model with its result",
-    suffixes=("_form3.csv", "_form3.xlsx"),
-    profile="separators",
+    suffixes=("_fai.csv", "_fai.xlsx"),
+    profile="",
     contents=_contents,
     differences=_differences,
     preview=_preview,

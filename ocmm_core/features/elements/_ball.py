@@ -56,7 +56,6 @@ class Ball:
     centre: Float
     """(d,)."""
     radius: float
-    """Greater than zero."""
     normals: Float
     """(n, d): unit vectors from the centre to the points."""
     residuals: Float
@@ -70,17 +69,8 @@ class Ball:
 def taubin_moments(centred_points: Float) -> tuple[Float, Float]:
     """Return the moments whose smallest eigenvector is Taubin's ball, and the mean square.
 
-    Parameters
-    ----------
-    centred_points
-        (..., n, d), mean zero over n.
-
-    Returns
-    -------
-    moments
-        (..., d + 1, d + 1); its smallest eigenvalue approximates the mean squared distance.
-    mean_square
-        (...,).
+    ``centred_points`` (..., n, d) have mean zero over n. The smallest eigenvalue of the moments
+    (..., d + 1, d + 1) approximates the mean squared distance.
     """
     squares = np.sum(centred_points**2, axis=-1)
     mean_square = squares.mean(axis=-1)
@@ -132,7 +122,6 @@ def fit_balls(shape: Shape, points: Float) -> list[Ball]:
 
 
 def _ball(points: Float, solution: Solution, flat: FitError) -> Ball:
-    """Return the ball of a solution; raise ``flat`` if undetermined."""
     d = points.shape[1]
     residuals, jacobian, _ = derivatives(DISC if d == 2 else BALL, points, solution.parameters)
     gain, shifts, condition = gains(jacobian)
@@ -143,10 +132,7 @@ def _ball(points: Float, solution: Solution, flat: FitError) -> Ball:
 
 
 def _minima(points: Float, first: Solution) -> list[Solution]:
-    """Return ``first`` and the minima reached from centres around ``points``, best first.
-
-    Flat ones are omitted, as ``first`` represents them.
-    """
+    """Return ``first`` and the minima around ``points``, best first, without flat ones."""
     d = points.shape[1]
     kind = DISC if d == 2 else BALL
     sample = points

@@ -52,14 +52,8 @@ NEAR_HINT = np.deg2rad(2.0)
 def fit_cone(points: Points3, half_angle_hint: float | None = None) -> Fit:
     """Return the cone of ``points`` (n, 3), mm; residuals are positive outside.
 
-    Its direction points to growing radius.
-
-    Parameters
-    ----------
-    points
-        (n, 3), mm.
-    half_angle_hint
-        rad: may decide between rivals, of which many pass through six points.
+    Its direction points to growing radius. ``half_angle_hint``, rad, may decide between rivals, of
+    which many pass through six points.
 
     Raises
     ------
@@ -149,10 +143,7 @@ def _by_curvature(points: Float) -> Float:
 
 
 def _flanks(feet: Float, axes: Float, t: Float, rho: Float) -> Float:
-    """Return starts (m, 8): around each axis the straight flank nearest to the points.
-
-    ``feet`` and ``axes`` are (m, 3), heights ``t`` and distances ``rho`` (m, n).
-    """
+    """Return starts (m, 8): around each axis the straight flank nearest to the points."""
     t_mean, rho_mean = t.mean(axis=1), rho.mean(axis=1)
     about = t - t_mean[:, None]
     spread = np.maximum(np.sum(about**2, axis=1), 1e-12)
@@ -191,10 +182,7 @@ def _starts(points: Float, axes: Float) -> Float:
 
 
 def _by_points(p: Float, points: Float, inverse: Float) -> Float:
-    """Return d(geometry) / d(points), (12, 3 n), of the centred and scaled cone.
-
-    ``inverse`` (6, n) is d(step) / d(shift of a point along its normal).
-    """
+    """Return d(geometry) / d(points), (12, 3 n), of the scaled cone from ``inverse`` (6, n)."""
     n = len(points)
     axis, cosine, sine = p[3:6], np.cos(p[6]), np.sin(p[6])
     basis = np.stack(across_axes(axis))

@@ -54,8 +54,6 @@ def fit_cylinder(
 
     Parameters
     ----------
-    points
-        (n, 3), mm.
     direction_hint
         (3,): orients the axis.
     radius_hint

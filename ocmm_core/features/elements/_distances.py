@@ -145,7 +145,7 @@ def _from_outline(kind: int, fit: Fit, arms: Float, by_geometry: Float) -> Point
 
 
 def signed_plane(geometry: Float, arms: Float) -> tuple[Float, Points3]:
-    """Return distances from a plane, or from the face of a point or a line, and its normals."""
+    """Return distances from a plane or the face of a point or line, and its normals."""
     direction = geometry[DIRECTION]
     return arms @ direction, np.tile(direction, (len(arms), 1))
 
@@ -157,7 +157,7 @@ def signed_sphere(geometry: Float, arms: Float) -> tuple[Float, Points3]:
 
 
 def signed_cylinder(geometry: Float, arms: Float) -> tuple[Float, Points3]:
-    """Return distances from a cylinder, or from a circle seen along its normal, and the normals."""
+    """Return distances from a cylinder, or a circle along its normal, and the normals."""
     _, rho, radial = _from_axis(geometry, arms)
     return rho - geometry[RADIUS], radial
 
@@ -198,7 +198,7 @@ def signed_round_slot(geometry: Float, arms: Float) -> tuple[Float, Points3]:
 
 
 def signed_rectangle(geometry: Float, arms: Float) -> tuple[Float, Points3]:
-    """Return distances from the sides of a rectangle, seen along its normal, and their normals."""
+    """Return distances from a rectangle's sides along its normal, and their normals."""
     basis, flat, half = _in_plane(geometry, arms)
     outside = np.abs(flat) - half
     side = np.argmin(np.abs(outside), axis=1)

@@ -136,8 +136,6 @@ def fit_ellipse(points: Points3, direction_hint: Float | None = None, offset: fl
 
     Parameters
     ----------
-    points
-        (n, 3), mm.
     direction_hint
         (3,): orients the normal.
     offset

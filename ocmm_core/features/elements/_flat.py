@@ -1,4 +1,4 @@
-"""What circle, ellipse, slots and rectangle share: a plane first, then the outline in it.
+"""Common part of circle, ellipse, slots and rectangle: a plane, then the outline.
 
 These are the two steps of NIST and of ISO. The outline is found in coordinates of the plane,
 centred and scaled; here it is taken back to space, with its derivatives.
@@ -103,20 +103,10 @@ def _in_own_plane(shape: Shape, plane: OwnPlane, placed: _Placed) -> Fit:
 def fit_in_given_plane(
     shape: Shape, points: Points3, plane_normal: Float, outline_fit: OutlineFit
 ) -> tuple[Fit, Float]:
-    """Return the outline of ``points`` projected along ``plane_normal``.
+    """Return the outline of ``points`` (n, 3), mm, projected along ``plane_normal``.
 
-    It lies in the plane through the centroid of the points, square to the normal.
-
-    Parameters
-    ----------
-    shape
-        Which of those with an outline.
-    points
-        (n, 3), mm.
-    plane_normal
-        (3,), any length; the direction of the result.
-    outline_fit
-        Finds the outline.
+    It lies in the plane through the centroid of the points, square to the normal (3,) of any
+    length, which is its direction.
 
     Returns
     -------

@@ -61,10 +61,6 @@ def turned_direction(
 
     Parameters
     ----------
-    shape
-        For error messages.
-    points
-        (n, 3), mm.
     start
         (3,), unit: rotated about ``about`` (3,), unit, it gives all permitted directions.
     along

@@ -26,7 +26,6 @@ from ocmm_core.features.shapes import (
 from ocmm_core.geometry import Float, Int, Points3, perpendicular_pair, rotation_from_vector, skew
 
 STEPS = 60
-"""Largest number of steps of any search."""
 _SETTLED = 1e-12
 """Step at convergence, in units of the size of the points."""
 _PROGRAM_SETTLED = 1e-6
@@ -78,7 +77,6 @@ class OrientedSearch:
         return self._finished(contacts)
 
     def _descend(self) -> None:
-        """Find the least-squares element."""
         for _ in range(STEPS):
             residuals, slopes, _ = self._distances()
             basis = self._basis()
@@ -241,10 +239,7 @@ class OrientedSearch:
         return fit, self._followed(by_turn, 0)
 
     def _followed(self, slopes: Float, n: int) -> Float:
-        """Return derivatives (12, m) with the point kept at the foot of the points' centroid.
-
-        With ``n`` the columns are those of the points, which move the centroid.
-        """
+        """Return derivatives (12, m) at the foot of the centroid, which the ``n`` points move."""
         direction = self._geometry[DIRECTION]
         if self._has_own_centre:
             return slopes

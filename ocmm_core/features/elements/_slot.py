@@ -55,16 +55,12 @@ def fit_slot(
     direction_hint: Float | None = None,
     sizes_hint: tuple[float, float] | None = None,
 ) -> Fit:
-    """Return the slot or rectangle in the orthogonal-distance plane of ``points`` (n, 3), mm.
+    """Return the slot or rectangle in the plane of ``points`` (n, 3), mm.
 
-    Residuals are in the plane, positive outside.
+    Residuals are in the plane, positive outside. The points are on both sides and both ends.
 
     Parameters
     ----------
-    shape
-        ``ROUND_SLOT``, ``SQUARE_SLOT`` or ``RECTANGLE``.
-    points
-        (n, 3), mm, on both sides and both ends.
     direction_hint
         (3,): orients the normal.
     sizes_hint
@@ -133,10 +129,7 @@ def _open(p: Float) -> bool:
 
 
 def _framed(points: Float, turns: int, trimmed: Sequence[float]) -> Float:
-    """Return start parameters (m, 8): frames around the points at turns of half a circle.
-
-    A share ``trimmed`` of the points may be beyond each side of a frame.
-    """
+    """Return start parameters (m, 8): turned frames that leave a share ``trimmed`` outside."""
     turn = np.arange(turns) * np.pi / turns
     along = np.stack([np.cos(turn), np.sin(turn)], axis=1)
     beside = np.stack([-np.sin(turn), np.cos(turn)], axis=1)
@@ -156,11 +149,7 @@ def _framed(points: Float, turns: int, trimmed: Sequence[float]) -> Float:
 
 
 def _unbounded(kind: int, points: Float, best: Solution, noise: float) -> bool:
-    """Return whether the points fit equally well with one side far away.
-
-    For points around one end of a slot, noise may pretend a length. ``noise`` is the largest
-    credible root mean square of an open outline.
-    """
+    """Return whether an open outline fits within ``noise``, so that the length is undetermined."""
     n, numbers = len(points), STEP_SIZE[kind]
     for end in best_ends(kind, points, _extended(best.parameters), SIDES):
         other = minimise(kind, points, end)

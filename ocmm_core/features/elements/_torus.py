@@ -154,8 +154,6 @@ def fit_torus(
 
     Parameters
     ----------
-    points
-        (n, 3), mm.
     direction_hint
         (3,): orients the axis.
     sizes_hint
@@ -236,10 +234,7 @@ def _closed(parameters: Float) -> bool:
 
 
 def _certain(points: Float) -> Solution | None:
-    """Return the torus from few starts if no other can be as good, else None.
-
-    Many points close to a well determined torus are close to no other one.
-    """
+    """Return the torus from few starts if many close points exclude any other, else None."""
     if len(points) < CERTAIN_POINTS:
         return None
     found = nearest_minimum(TORUS, points, ring_starts(points, few_axes(points)), CERTAIN_KEPT)

@@ -1,4 +1,4 @@
-"""Features from points: fits by name, the ball taken off, constructions, and certified checks.
+"""Features from points: fits, ball compensation, constructions, certified checks.
 
 In: ball centres with their joint covariance, the nominal, the probe side, other features.
 Out: measured features: geometry, Jacobian by every point of the job, outliers.

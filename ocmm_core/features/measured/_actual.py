@@ -106,14 +106,7 @@ def actual_features(
 ) -> dict[str, ActualFeature | FitError]:
     """Return all features by name, or the errors.
 
-    Parameters
-    ----------
-    nominals
-        Features of the plan.
-    points
-        All N points of the job, or those of the features.
-    places
-        Indices of the points in rows of jacobians; None for 0 to N - 1.
+    ``places`` are indices of the points in rows of jacobians; None for 0 to N - 1.
     """
     found: dict[str, ActualFeature | FitError] = {}
     own: dict[str, list[tuple[int, MeasuredPoint]]] = {}
@@ -201,7 +194,7 @@ def _fit(nominal: NominalFeature, touches: Touches) -> Fit:
 def fit_projected(
     nominal: NominalFeature, touches: Touches, plane_normal: Float
 ) -> tuple[Fit, Float]:
-    """Return the outline in a plane of given normal, and its derivatives (12, 3) by the normal.
+    """Return the outline in a plane of given normal, and d(outline)/d(normal), (12, 3).
 
     Raises
     ------

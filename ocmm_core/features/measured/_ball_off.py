@@ -20,7 +20,7 @@ ALONG = 0.1
 
 @dataclass(frozen=True, slots=True)
 class Compensation:
-    """Compensated geometry (12,) and its derivatives by the raw one (12, 12) and the ball (12,)."""
+    """Compensated geometry (12,), derivatives by raw geometry (12, 12) and ball (12,)."""
 
     geometry: Float
     by_raw: Float
@@ -87,10 +87,7 @@ def compensation(
 
 
 def _beside_line(nominal: NominalFeature, raw: Fit, touches: Touches) -> tuple[Float, Float]:
-    """Return the unit vector (3,) from the edge's face to the probe, square to the line.
-
-    Also its derivative (3, 3) by the direction of the line.
-    """
+    """Return the unit vector (3,) from edge to probe, square to the line, and its derivative."""
     mean = touches.directions.mean(axis=0)
     along = float(mean @ raw.direction)
     beside = mean - along * raw.direction

@@ -67,7 +67,7 @@ class Offset(_Construction, frozen=True, kw_only=True, tag="offset"):
 
 
 class FitThrough(_Construction, frozen=True, kw_only=True, tag="best fit"):
-    """The least-squares element through the centres, or through all touched points, of features."""
+    """The least-squares element through the centres, or all touched points."""
 
     shape: Shape
     through: Literal["centres", "points"] = "centres"
@@ -90,7 +90,7 @@ class ConeSection(_Construction, frozen=True, kw_only=True, tag="cone section"):
 
 
 class HiddenPoint(_Construction, frozen=True, kw_only=True, tag="hidden point"):
-    """The point on the line from a first centre through a second one, beyond it by a distance."""
+    """The point on the line from one centre through a second, beyond it by a distance."""
 
     distance: float
     """mm, from the second centre; as certified for the adapter with two balls."""

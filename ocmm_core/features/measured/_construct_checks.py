@@ -84,7 +84,6 @@ def shapes_with(
 
 
 def _result(item: Construction, known: Mapping[str, Shape], probed: Mapping[str, Shape]) -> Shape:
-    """Return the resulting shape."""
     if len(set(item.features)) < len(item.features):
         raise _FaultError("features", "names one feature twice")
     shapes = [known[name] for name in item.features]

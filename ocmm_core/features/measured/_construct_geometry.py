@@ -32,7 +32,7 @@ _MOST_SKEW = 0.03
 
 
 def line_of_planes(first: Float, second: Float) -> Float:
-    """Return the intersection line of two planes, at its point nearest to both their points."""
+    """Return the intersection line of two planes, at its point nearest to their points."""
     normals = unit(np.stack([first[DIRECTION], second[DIRECTION]]))
     along = np.cross(*normals)
     _clear(float(np.linalg.norm(along)), "The planes are nearly parallel")

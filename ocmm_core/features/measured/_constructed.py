@@ -69,15 +69,8 @@ def constructed_features(
 ) -> dict[str, ActualFeature | FitError]:
     """Return all constructed features by name, or the errors.
 
-    Parameters
-    ----------
-    constructions
-        Of a checked plan, in any order.
-    actual
-        Measured probed features, or errors.
-    nominals
-        Geometry vectors (12,) of probed and constructed features, part frame, by name
-        (`nominal_geometries`).
+    The constructions are those of a checked plan, in any order; ``nominals`` are geometry vectors
+    (12,) of probed and constructed features, part frame, by name (`nominal_geometries`).
     """
     known = dict(actual)
     found: dict[str, ActualFeature | FitError] = {}
@@ -290,10 +283,7 @@ def _projection(shapes: Sequence[Shape], what: Float, onto: Float) -> Float:
 def _nominal(
     name: str, shape: Shape, geometry: Float, nominal: Float | None, inputs: Sequence[ActualFeature]
 ) -> NominalFeature:
-    """Return the nominal, derived from the nominals of its features.
-
-    If undefined, the measured geometry in the world frame, which then only defines the shape.
-    """
+    """Return the nominal from those of its features; else the measured geometry, world frame."""
     said = geometry if nominal is None else nominal
     long = np.any(said[ACROSS])
     return NominalFeature(

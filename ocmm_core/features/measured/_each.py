@@ -17,15 +17,7 @@ V = TypeVar("V")
 
 
 class Each(Mapping[str, V], Generic[V]):
-    """Mapping of one property over all measured features.
-
-    Parameters
-    ----------
-    actual
-        Measured features, or errors.
-    of
-        Returns the property of a feature.
-    """
+    """Mapping of one property, given by ``of``, over all measured features, or errors."""
 
     def __init__(
         self, actual: Mapping[str, ActualFeature | FitError], of: Callable[[ActualFeature], V]
@@ -46,15 +38,7 @@ class Each(Mapping[str, V], Generic[V]):
 
 
 class Instead(Mapping[str, ActualFeature]):
-    """Mapping view with some features replaced.
-
-    Parameters
-    ----------
-    others
-        Replacements, by names present in ``actual``.
-    actual
-        All of them.
-    """
+    """Mapping view of ``actual`` with the features of ``others`` replaced."""
 
     def __init__(
         self, others: Mapping[str, ActualFeature], actual: Mapping[str, ActualFeature]

@@ -66,15 +66,6 @@ def fit_shape(
 def associate(start: Fit, points: Points3, criterion: Criterion, offset: float = 0.0) -> Fit:
     """Return the element of another criterion, from a least-squares fit and its rival.
 
-    Parameters
-    ----------
-    start
-        Least squares.
-    points
-        (n, 3), mm.
-    criterion
-        Any but least squares.
-
     Raises
     ------
     FitError

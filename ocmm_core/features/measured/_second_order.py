@@ -62,7 +62,7 @@ def beyond_first_order(fit: Fit, points: Points3, moves: Float, offset: float = 
     moves
         (m, n, 3), mm: of the points in every case.
     offset
-        mm: distance of an ellipse from its points (`features.actual`).
+        mm: distance of an ellipse from its points (`features.measured`).
 
     Returns
     -------

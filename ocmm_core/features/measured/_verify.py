@@ -52,7 +52,6 @@ class PairResult:
     name: str
     shape: Shape
     points: int
-    """Number of points."""
     position: float | None = None
     size: float | None = None
     direction: float | None = None

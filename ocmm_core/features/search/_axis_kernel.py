@@ -33,7 +33,7 @@ _NEAREST = 1e-12
 
 @compiled()
 def across(x: float, y: float, z: float, e: Float) -> None:
-    """Write two unit vectors square to the axis to ``e`` (2, 3) (Duff and others, JCGT 6, 2017)."""
+    """Write two unit vectors square to the axis to ``e`` (Duff and others, JCGT 6, 2017)."""
     # sign + z| is between 1 and 2 for every axis direction: no cancellation.
     sign = np.copysign(1.0, z)
     a = -1.0 / (sign + z)
@@ -266,7 +266,7 @@ def tubes(points: Float, starts: Float) -> None:
 
 @compiled(reorder=True)
 def axis_costs(kind: int, points: Float, starts: Float, costs: Float) -> None:
-    """Write the sums of squared distances of the points (n, 3) at all starts to ``costs`` (m,)."""
+    """Write the sums of squared distances of points (n, 3) at all starts."""
     for row in range(len(starts)):
         p = starts[row]
         first, second = p[6], p[7]

@@ -56,7 +56,7 @@ def checked_points(shape: Shape, points: Points3) -> Points3:
 
 
 def refuse_masked(word: str, points: Points3 | Sequence[Float]) -> None:
-    """Raise FitError if a coordinate is masked: conversion would use the value under the mask."""
+    """Raise FitError if a coordinate is masked: conversion would use the hidden value."""
     rows = (points,) if isinstance(points, np.ndarray) else points
     if not any(isinstance(row, np.ma.MaskedArray) and np.ma.is_masked(row) for row in rows):
         return
@@ -88,7 +88,7 @@ def centred(shape: Shape, points: Points3) -> tuple[Float, Float, float]:
 
 
 def principal_axes(about: Float) -> tuple[Float, Float]:
-    """Return singular values (3,), greatest first, and axes (3, 3), by rows, of points (n, 3)."""
+    """Return singular values (3,), greatest first, and axes (3, 3), by rows, of points."""
     extents, axes = np.empty(3), np.empty((3, 3))
     principal(about, extents, axes)
     return extents, axes
@@ -104,7 +104,7 @@ def centred_solid(shape: Shape, points: Points3, flat: FitError) -> tuple[Float,
 
 
 def oriented(direction: Float, hint: Float | None) -> Float:
-    """Return ``direction`` or its opposite: along ``hint``, else its largest component positive."""
+    """Return ``direction`` signed along ``hint``, else largest component positive."""
     if hint is not None:
         along = float(np.dot(direction, hint))
         if along != 0.0:

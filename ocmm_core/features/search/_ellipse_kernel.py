@@ -254,7 +254,7 @@ def of_conic(conic: Float, offset: float, start: Float) -> bool:
 
 @compiled()
 def conics(points: Float, found: Float) -> None:
-    """Write two conics (2, 6) through points (n, 2), in the form of `of_conic`, to ``found``.
+    """Write two conics (2, 6) through points (n, 2), in the form of `of_conic`.
 
     First the constrained one of Halir and Flusser, which always is an ellipse, then the one with
     unit coefficients. Raises LinAlgError for points on a straight line.

@@ -237,22 +237,10 @@ def _accept(k: int, lanes: int, b: Float) -> None:
 def descend_lanes(
     kind: int, k: int, points: Float, starts: Float, steps: int, costs: Float
 ) -> None:
-    """Apply some damped Gauss-Newton steps to every start, in place.
+    """Apply some damped Gauss-Newton steps to every start (8,), in place.
 
-    Parameters
-    ----------
-    kind
-        Cylinder, cone or torus.
-    k
-        Length of a step.
-    points
-        (n, 3).
-    starts
-        (m, 8).
-    steps
-        Number of steps.
-    costs
-        (m,), out: sum of squared residuals.
+    For cylinder, cone and torus with steps of length ``k`` and points (n, 3). ``costs`` (m,) are
+    written: sums of squared residuals.
     """
     b = np.zeros((_ROWS, LANES))
     which, tries = np.empty(LANES, np.int64), np.empty(LANES, np.int64)

@@ -263,20 +263,10 @@ def newton(kind: int, points: Float, p: Float) -> tuple[float, bool]:
 
 @compiled(axis_kernel, ellipse_kernel, flat_kernel, lanes_kernel)
 def descend(kind: int, points: Float, starts: Float, steps: int, costs: Float) -> None:
-    """Apply some damped Gauss-Newton steps to every start, in place.
+    """Apply some damped Gauss-Newton steps to every start (8,), in place.
 
-    Parameters
-    ----------
-    kind
-        Any but a ring and a ball.
-    points
-        (n, d); a sample suffices, as the best ends are refined with all points.
-    starts
-        (m, 8).
-    steps
-        Number of steps.
-    costs
-        (m,), out: sum of squared residuals.
+    A sample of the points (n, d) suffices, as the best ends are refined with all. ``costs`` (m,)
+    are written: sums of squared residuals. Any kind but a ring and a ball.
     """
     n, k = len(points), STEP_SIZE[kind]
     if kind < RING:

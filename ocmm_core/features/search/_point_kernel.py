@@ -134,7 +134,7 @@ def principal(points: Float, extents: Float, axes: Float) -> None:
 
 @compiled(reorder=True)
 def places(about: Float, axes: Float, along: Float) -> None:
-    """Write coordinates of points (n, 3) along the first k ``axes`` (., 3) to ``along`` (n, k)."""
+    """Write coordinates (n, k) of points (n, 3) along the first k ``axes``."""
     for k in range(along.shape[1]):
         x, y, z = axes[k, 0], axes[k, 1], axes[k, 2]
         for row in range(len(about)):

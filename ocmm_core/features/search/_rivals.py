@@ -47,16 +47,9 @@ Distance = Callable[[Float], float]
 
 
 def undecided(least: float, other: float, n: int, numbers: int) -> bool:
-    """Return whether noise leaves two costs undecided, sums of squares of scaled points.
+    """Return whether noise leaves two costs undecided, the smaller one first.
 
-    Parameters
-    ----------
-    least, other
-        The costs, the smaller one first.
-    n
-        Number of points.
-    numbers
-        Number of parameters of the element.
+    They are sums of squares of ``n`` scaled points, for an element with ``numbers`` parameters.
     """
     if other < n * EXACT**2:
         return True
@@ -101,14 +94,7 @@ def candidates(
 
 
 def decided(possible: Sequence[Solution], build: Callable[[Float], Fit]) -> Fit:
-    """Return the fit of the first candidate, with its rival if there is one.
-
-    Parameters
-    ----------
-    possible
-        Result of `candidates`, at least one.
-    build
-        Returns the fit of parameters (8,).
+    """Return the fit of the first of `candidates`, with its rival if there is one.
 
     Raises
     ------
@@ -160,7 +146,7 @@ def _turned(first: Fit, second: Fit) -> Float:
 
 
 def with_rival(first: Fit, second: Fit) -> Fit:
-    """Return the better of two fits by a criterion other than least squares, with its rival.
+    """Return the better of two fits by another criterion than least squares, with rival.
 
     A zone counts with its squared width as cost (uniform noise, to the power of n - k). Widths do
     not decide between inscribed or circumscribed elements.

@@ -223,11 +223,7 @@ def _ends(
 def _refined(
     kind: int, points: Float, ends: Float, most: int, possible: Callable[[Float], bool]
 ) -> list[Solution]:
-    """Return the minima at the best ``ends`` (m, 8), best first.
-
-    Includes lower ends without convergence, or with an undetermined parameter: there the cost has
-    no minimum, and higher ones do not count.
-    """
+    """Return minima at the best ``ends`` (m, 8), best first, with lower unconverged ends."""
     found: list[Solution] = []
     loose: list[Solution] = []
     tried, count = np.empty((most, 8)), 0
@@ -301,5 +297,4 @@ def _joined(kind: int, found: Sequence[Solution], more: Sequence[Solution]) -> l
 
 
 def _one(kind: int, first: Solution, second: Solution) -> bool:
-    """Return whether two solutions are the same minimum."""
     return bool(seen(kind, first.parameters, second.parameters[None], ONE))

@@ -27,7 +27,6 @@ class Solution:
     parameters: Float
     """(8,), as defined by `axis_kernel` and `flat_kernel` for the kind."""
     cost: float
-    """Sum of squared residuals."""
     converged: bool
     """False if the steps did not become short."""
 

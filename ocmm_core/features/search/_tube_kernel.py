@@ -13,7 +13,7 @@ _INSIDE = 1.0 + 1e-14
 
 @compiled()
 def narrowest_tube(about: Float, axes: Float) -> float:
-    """Return the diameter of the thinnest cylinder along the first axis about points (n, 3).
+    """Return the diameter of the thinnest cylinder along the first axis about points.
 
     It is the smallest circle about their projections, found from a few points, extended by the
     farthest one outside until none is left; takes a few rounds.
@@ -44,10 +44,7 @@ def narrowest_tube(about: Float, axes: Float) -> float:
 
 @compiled()
 def _smallest_circle(places: Float) -> tuple[float, float, float]:
-    """Return centre and squared radius of the smallest circle about places (n, 2), n small.
-
-    Point by point (E. Welzl, Smallest enclosing disks, 1991).
-    """
+    """Return centre and squared radius of the smallest circle (E. Welzl, 1991)."""
     x, y, square = places[0, 0], places[0, 1], 0.0
     for i in range(1, len(places)):
         # A point outside the smallest circle of its predecessors is on the rim of the next one; so

@@ -24,7 +24,6 @@ from ocmm_core.features.shapes._shape_spec import (
 from ocmm_core.geometry import Float
 
 MINIMUM_POINTS = {shape: shape.spec.minimum_points for shape in Shape}
-"""Minimum number of points of each shape."""
 
 GEOMETRY_NAMES = (
     "x", "y", "z",
@@ -141,14 +140,9 @@ class Fit:
 
         Order as `GEOMETRY_NAMES`; mm and, for directions and the half angle, rad; zero for absent
         entries. Twice the square root of a diagonal element is U (k = 2) only if the fit is nearly
-        linear within the errors: see `ocmm_core.tolerances.uncertainty._fit_uncertainty` for the
-        test.
-
-        Parameters
-        ----------
-        points
-            mm: standard uncertainty of every coordinate of every point, independent of each other;
-            or mm^2: their covariance (3 n, 3 n), point by point (x1 y1 z1 x2 ...).
+        linear within the errors: see `ocmm_core.tolerances.uncertainty._fit_uncertainty`.
+        ``points`` is the standard uncertainty, mm, of every coordinate, independent of each other,
+        or their covariance (3 n, 3 n), mm^2, point by point (x1 y1 z1 x2 ...).
 
         Raises
         ------

@@ -146,7 +146,6 @@ class Certificate:
     sentence: str
     """"certified" with the criterion, or the reason why not."""
     contacts: tuple[int, ...] = ()
-    """Indices of the contact points."""
     forces: tuple[float, ...] = ()
     """In the order of ``contacts``."""
     unbalanced: float = np.inf
@@ -205,13 +204,7 @@ def formless(task: ZoneTask, zone: Zone, found: Float, noise: float) -> bool:
 
 
 def balance_of(task: ZoneTask, placed: Placed, noise: float) -> Balance:
-    """Return the forces that hold the zone of a task about an element.
-
-    Parameters
-    ----------
-    noise
-        Rounding of the distances.
-    """
+    """Return the forces that hold the zone about an element; ``noise`` rounds distances."""
     surface = task.surface
     local = placed.local(task.points)
     found, jacobian = distances(surface, local, placed.sizes)

@@ -82,7 +82,6 @@ class ZoneTask:
     points: Float
     """(n, 3), about their centroid, divided by ``size``."""
     start: Placed
-    """The least-squares element."""
     centroid: Float
     """(3,), mm."""
     size: float
@@ -137,12 +136,10 @@ def task_of(fit: Fit, points: Points3, surface: ElementFamily, offset: float = 0
 def geometry_of(
     task: ZoneTask, placed: Placed, step: Values, offset: complex, centroid: Values
 ) -> Values:
-    """Return the geometry vector (12,), scaled, of an element after a step.
+    """Return the geometry vector (12,), scaled, of an element after a step (8,).
 
     Parameters
     ----------
-    step
-        (8,): see `_surfaces`.
     offset
         Reference distance of the element: a radius, the height of a plane, the tube of a torus.
     centroid
@@ -195,7 +192,7 @@ def geometry_of(
 def geometry_derivatives(
     task: ZoneTask, placed: Placed, offset: float
 ) -> tuple[Float, Float, Float, Float]:
-    """Return geometry (12,) and its derivatives by step (12, 8), offset (12,), centroid (12, 3)."""
+    """Return geometry (12,), derivatives by step (., 8), offset (.,), centroid (., 3)."""
     none, middle = np.zeros(STEP_SIZE), np.zeros(3)
     geometry = np.asarray(geometry_of(task, placed, none, offset, middle).real)
     by_step, by_centroid = np.zeros((GEOMETRY_SIZE, STEP_SIZE)), np.zeros((GEOMETRY_SIZE, 3))

@@ -44,14 +44,9 @@ class ZoneLevel:
 
 
 def levels_of(task: ZoneTask, placed: Placed, balance: Balance) -> tuple[Placed, list[ZoneLevel]]:
-    """Return the fully determined outline, and its contacts by level, the widest zone first.
+    """Return the fully determined outline, and contacts by level, widest zone first.
 
-    Parameters
-    ----------
-    task
-        Points and a family with a symmetric zone.
-    balance
-        Its contacts.
+    For a family with a symmetric zone.
     """
     found, _ = distances(task.surface, placed.local(task.points), placed.sizes)
     half = float(np.abs(found).max())

@@ -58,10 +58,7 @@ def descended(surface: ElementFamily, points: Float, zone: Zone) -> Zone:
 
 
 def _held(surface: ElementFamily, points: Float, zone: Zone) -> Zone:
-    """Return the zone after Newton steps on tentative contacts.
-
-    Quadratic steps leave gaps, so contacts are tried for several gap widths.
-    """
+    """Return the zone after Newton steps on contacts, tried for several gap widths."""
     best = zone
     for gap in GAPS:
         there = best
@@ -97,16 +94,10 @@ def _forces(surface: ElementFamily, points: Float, zone: Zone, gap: float) -> tu
 def slid(
     surface: ElementFamily, points: Float, zone: Zone, slide: Float, noise: float
 ) -> Zone | None:
-    """Return a narrower zone reached by sliding contacts, or None.
+    """Return a narrower zone reached by sliding balanced contacts, or None.
 
-    Parameters
-    ----------
-    zone
-        With balanced contacts.
-    slide
-        (k,): step of the free entries that keeps contacts at their bounds.
-    noise
-        Gain of width that is rounding.
+    ``slide`` (k,) is a step of the free entries that keeps contacts at their bounds; a gain of
+    width below ``noise`` is rounding.
     """
     steps = natural_steps(surface, points, zone.placed)
     least = zone.width - max(noise, NARROWER * abs(zone.width))

@@ -94,10 +94,7 @@ def rescued(task: ZoneTask, zone: Zone) -> Zone:
 
 
 def _opened(task: ZoneTask, zone: Zone) -> Zone:
-    """Return the zone of a cone with its axis towards the growing radius, the angle positive.
-
-    During the search the angle may have passed through zero, or through that of a plane.
-    """
+    """Return the zone of a cone with the axis towards the growing radius and a positive angle."""
     placed, angle = zone.placed, float(zone.placed.sizes[0])
     if 0.0 < angle < 0.5 * np.pi:
         return zone
@@ -249,7 +246,7 @@ def _sides(task: ZoneTask, placed: Placed, contact: int) -> Float:
 
 
 def held_response(task: ZoneTask, placed: Placed, balance: Balance) -> Float:
-    """Return the derivatives of free entries and bounds by contacts, (k + 1 or 2, 3 c), scaled.
+    """Return d(free entries and bounds)/d(contacts), (k + 1 or 2, 3 c), scaled.
 
     The optimality conditions (contacts touch, forces balance) are differentiated.
     """
@@ -279,14 +276,8 @@ def zone_derivatives(
 ) -> tuple[Float, Float]:
     """Return geometry (12,) and its derivatives by points (12, 3 n), both scaled.
 
-    Parameters
-    ----------
-    task, placed, offset
-        The element, and the offset of `geometry_of`.
-    rows
-        (c,): contacts.
-    answer
-        (k or more, 3 c): derivatives of the free entries, then of the bounds, by the contacts.
+    ``answer`` (k or more, 3 c) has the derivatives of the free entries, then of the bounds, by the
+    contacts ``rows`` (c,). ``offset`` as in `geometry_of`.
     """
     surface, c = task.surface, len(rows)
     free = list(surface.free)

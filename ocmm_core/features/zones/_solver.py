@@ -84,7 +84,11 @@ def middle_of(surface: ElementFamily, zone: Zone) -> float:
 
 
 def natural_steps(surface: ElementFamily, points: Float, placed: Placed) -> Float:
-    """Return the reference distance that keeps differences exact."""
+    """Return steps (k, k), columns, each with an RMS effect of one on the distances.
+
+    Near an axis or circle through all points, the sign of distances is undefined; there a step
+    changes the vectors from it by one.
+    """
     local = placed.local(points)
     if surface.kind is DistanceKind.AXIS and not surface.lower:
         along = max(float(np.sqrt(np.mean(local[:, 2] ** 2))), NEARLY_FLAT)
@@ -109,17 +113,26 @@ def settle(
     surface: ElementFamily, points: Float, start: Placed, steps: Float, radius: float,
     most: int = MAX_STEPS,
 ) -> Zone:  # fmt: skip
-    """Return steps (k, k), columns, each with an RMS effect of one on the distances.
+    """Return the local optimum reached from ``start``.
 
-    Near an axis or circle through all points, the sign of distances is undefined; there a step
-    changes the vectors from it by one.
+    Parameters
+    ----------
+    points
+        (n, 3), centred and scaled.
+    start
+        Initial element.
+    steps
+        (k, k): see `natural_steps`.
+    radius
+        Initial size of the trust region, in these.
+    most
+        Maximum number of steps.
     """
     radii = (radius, _greatest(_delicate(surface), steps))
     return _by_few(surface, points, start, steps, radii, most, None)[0]
 
 
 def _greatest(delicate: NDArray[np.bool_], steps: Float) -> float:
-    """Return the largest size of the trust region."""
     limit = np.where(delicate, LARGEST_LEAN, 2.0)
     return float(np.min(limit[:, None] / np.maximum(np.abs(steps), 1e-300)))
 
@@ -128,11 +141,7 @@ def _by_few(
     surface: ElementFamily, points: Float, start: Placed, steps: Float, radii: tuple[float, float],
     most: int, chosen: Int | None,
 ) -> tuple[Zone, Int | None]:  # fmt: skip
-    """Return the result of `settle`, and the indices used; None for all.
-
-    ``radii`` are initial and largest size of the trust region; ``chosen`` is an initial guess of
-    the indices, from another start.
-    """
+    """Return the result of `settle`, and indices used, or None for all; guess: ``chosen``."""
     if len(points) <= ALL_POINTS:
         return _settled(surface, points, start, steps, radii, most), None
     if chosen is None:
@@ -146,10 +155,7 @@ def _by_few(
         full = replace(there, upper=_bounds(surface, found)[0], lower=_bounds(surface, found)[1])
         beyond = full.width - there.width
         if beyond <= SETTLED * max(1.0, float(np.abs(found).max())):
-            # Return the result of `settle`, and the indices used; None for all.
-            #
-            # ``radii`` are initial and largest size of the trust region; ``chosen`` is an initial
-            # guess of indices.
+            # Contacts of some points that hold against all points are those of all.
             return full, chosen
         start, radii = there.placed, (max(beyond, CLOSE), radii[1])
         chosen = np.union1d(chosen, _extremes(surface, found, FURTHER))
@@ -168,7 +174,6 @@ def _settled(
     surface: ElementFamily, points: Float, start: Placed, steps: Float, radii: tuple[float, float],
     most: int,
 ) -> Zone:  # fmt: skip
-    """Return the local optimum for ``points`` (n, 3) by trust regions of these sizes."""
     frame, origin, sizes = start.frame.copy(order="C"), start.origin.copy(), start.sizes.copy()
     upper, lower, settled = settle_zone(
         surface.code, surface.sign, surface.lower, surface.even, surface.rows,
@@ -189,7 +194,7 @@ def after(surface: ElementFamily, placed: Placed, free_step: Float) -> Placed:
 
 
 def by_bounds(surface: ElementFamily, signs: Float) -> Float:
-    """Return the derivatives of contact gaps, +1 above and -1 below, by the bounds, (c, 1 or 2)."""
+    """Return d(contact gaps)/d(bounds), (c, 1 or 2); gaps +1 above and -1 below."""
     if surface.even:
         return -signs[:, None]
     upper, lower = np.where(signs > 0.0, -1.0, 0.0), np.where(signs < 0.0, -1.0, 0.0)
@@ -197,9 +202,9 @@ def by_bounds(surface: ElementFamily, signs: Float) -> Float:
 
 
 def start_pattern(k: int, count: int) -> Float:
-    """Return the derivatives of contact gaps (+1 above, -1 below) by the bounds.
+    """Return ``count`` unit directions (count, k): both senses of every axis, then more.
 
-    (c, 1 or 2): one column for a symmetric zone or one without a lower bound.
+    The further ones follow R. Roberts' additive sequence: evenly spread and deterministic.
     """
     along = np.concatenate([np.eye(k), -np.eye(k)])
     ratio = 2.0
@@ -214,18 +219,10 @@ def start_pattern(k: int, count: int) -> Float:
 def best_zone(
     surface: ElementFamily, points: Float, start: Placed, starts: int, reach: float = 1.0
 ) -> Zone:
-    """Return the narrowest zone found from ``start`` and around it.
+    """Return the narrowest zone found from the least-squares element and around it.
 
-    Parameters
-    ----------
-    points
-        (n, 3), centred and scaled.
-    start
-        The least-squares element.
-    starts
-        Number of further starts.
-    reach
-        Distance of further starts, in zones of the start.
+    ``points`` (n, 3) are centred and scaled. ``starts`` further starts are at ``reach`` from it, in
+    zones of the start.
     """
     first = zone_at(surface, points, start)
     steps = natural_steps(surface, points, start)
@@ -256,12 +253,7 @@ def polished(
 ) -> Zone:  # fmt: skip
     """Return the zone after one Newton step on given contacts, unless that is wider.
 
-    Parameters
-    ----------
-    contacts
-        (c,): coded as in `_kernel`.
-    multipliers
-        (c,): their forces.
+    ``contacts`` (c,) are coded as in `_kernel`; ``multipliers`` (c,) are their forces.
     """
     placed = zone.placed
     steps = natural_steps(surface, points, placed)

@@ -120,7 +120,7 @@ class Placed:
         return arms
 
     def moved(self, step: Float) -> Placed:
-        """Return the element after ``step`` (8,), its origin at the foot of the points' centroid.
+        """Return the element after ``step`` (8,), its origin at the foot of the centroid.
 
         The foot keeps numbers small; the w of elements that depend on sliding along the axis is
         subtracted.
@@ -148,14 +148,7 @@ def distances(
 ) -> tuple[Values, Values]:
     """Return distances (n,) and their jacobian (n, 8) at ``step`` (8,) from the element.
 
-    Parameters
-    ----------
-    local
-        (n, 3): points in the frame of the element.
-    sizes
-        (3,): see `Placed`.
-    step
-        (8,): point of evaluation, default zero.
+    ``local`` (n, 3) are points in its frame; ``sizes`` (3,) see `Placed`.
     """
     step = np.zeros(STEP_SIZE) if step is None else step
     kind = np.result_type(local, step)

@@ -1,4 +1,4 @@
-"""Rules of the EEPROM and of the registers that the controller loads from it (ETG.2010)."""
+"""Rules of the EEPROM and of the registers loaded from it (ETG.2010)."""
 
 from __future__ import annotations
 

@@ -74,7 +74,7 @@ def frames_go_on(bench: Bench, see: Findings) -> None:
 
 
 def told(bench: Bench, see: Findings) -> None:
-    """Check the reports of a watchdog event: emergency, register, history, counters, status."""
+    """Check all reports of a watchdog event."""
     bench.again(PREOP)
     bench.mail.set(HISTORY, _FLAGS, b"\x01\x00")
     bench.streaming()

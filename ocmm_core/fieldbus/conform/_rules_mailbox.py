@@ -1,4 +1,4 @@
-"""Rules of the mailboxes: segments, malformed requests, repetition, SDO information."""
+"""Rules of the mailboxes: segments, malformed requests, repetition, SDO info."""
 
 from __future__ import annotations
 

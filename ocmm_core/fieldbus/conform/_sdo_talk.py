@@ -1,4 +1,4 @@
-"""SDO requests to the camera under test, including malformed ones (ETG.1000.6, 5.6).
+"""SDO requests to the camera under test, also malformed ones (ETG.1000.6, 5.6).
 
 `objects` never sends requests that a camera could refuse. A conformance test must, so requests are
 assembled and answers parsed byte by byte here.

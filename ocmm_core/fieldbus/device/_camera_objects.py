@@ -1,4 +1,4 @@
-"""Object dictionary of the smart camera, shared by camera, host, ESI file and page."""
+"""Object dictionary of the smart camera, for camera, host, ESI file and page."""
 
 from __future__ import annotations
 

@@ -27,7 +27,7 @@ SYNC_PULSE_NS = 10_000
 
 @dataclass(frozen=True, slots=True)
 class ControllerWords:
-    """Configuration that a slave controller loads from its EEPROM (ETG.1000.4, PDI registers)."""
+    """Configuration loaded from a controller's EEPROM (ETG.1000.4, PDI registers)."""
 
     controller: str
     """The chip, and its connection to the camera's processor."""

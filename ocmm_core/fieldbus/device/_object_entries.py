@@ -1,4 +1,4 @@
-"""Elements of an object dictionary: entries with type, access, limits, unit and meaning."""
+"""Elements of an object dictionary: entries with type, access, limits and unit."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The page about the camera's objects, and the command that writes it and the ESI file.
+"""Page about the camera's objects, and the command that writes it.
 
 ``python -m ocmm_core.fieldbus.device._object_page`` writes both from the object tables.
 """

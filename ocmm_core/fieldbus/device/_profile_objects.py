@@ -1,4 +1,4 @@
-"""The camera's own objects, 0x6000 to 0xA000: data, configuration, commands, information."""
+"""The camera's own objects: data, configuration, commands, information."""
 
 from __future__ import annotations
 

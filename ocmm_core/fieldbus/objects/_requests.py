@@ -1,4 +1,4 @@
-"""Requests from other programs to the bus owner, and replies: one line of JSON each.
+"""Requests to the bus owner and its replies, one line of JSON each.
 
 Only one process accesses the cameras. Others write requests to its standard input and read replies
 from its standard output; object bytes are base64.

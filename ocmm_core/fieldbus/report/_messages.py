@@ -18,7 +18,7 @@ _SLOW = 0.95
 
 
 def pace_words(pace: float | None) -> str:
-    """Return a warning about a slow virtual bus (pace in bus over real time), or empty."""
+    """Return a warning if the pace (bus over real time) of a virtual bus is slow."""
     if pace is None or pace >= _SLOW:
         return ""
     return f"Virtual bus at {pace:.2f} of real time: this computer is too slow for 1.0."
@@ -137,7 +137,7 @@ def microseconds(value_us: float) -> str:
 
 
 def within_us(histogram: Histogram, share: float) -> float | None:
-    """Return the edge, us, below which this share of values lies; None if beyond all edges."""
+    """Return the edge, us, below which this share of values lies, or None."""
     needed, reached = share * sum(histogram.counts), 0
     for edge, count in zip(histogram.edges_us, histogram.counts, strict=False):
         reached += count

@@ -79,7 +79,7 @@ class Histogram(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields
     edges_us: tuple[float, ...]
     """Upper edges, microseconds, ascending."""
     counts: tuple[int, ...]
-    """Number of values at most at each edge."""
+    """Values up to the edge with the same index; the last one beyond all edges."""
     worst_us: float = 0.0
 
 

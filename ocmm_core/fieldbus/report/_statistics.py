@@ -34,7 +34,7 @@ def statistics_json(report: BusReport) -> bytes:
 
 
 def statistics_csv(report: BusReport) -> bytes:
-    """Return the figures as CSV: ``kind,from_us,to_us,count``, a row per bin and count."""
+    """Return the figures as CSV: ``kind,from_us,to_us,count``."""
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\r\n")
     writer.writerow(("kind", "from_us", "to_us", "count"))

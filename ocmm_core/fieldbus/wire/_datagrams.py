@@ -69,7 +69,7 @@ class Datagram(NamedTuple):
 
 
 def encode_frame(index: int, datagrams: Sequence[Datagram]) -> bytes:
-    """Return an Ethernet frame with these datagrams; raise BusError if they do not fit.
+    """Return an Ethernet frame with datagrams; raise BusError if they do not fit.
 
     Parameters
     ----------
@@ -160,7 +160,7 @@ def has_passed(frame: bytes) -> bool:
 
 
 def decode_frame(frame: bytes) -> tuple[int, tuple[Datagram, ...]]:
-    """Return the index and the datagrams of an Ethernet frame; raise BusError if incomplete."""
+    """Return index and datagrams of an Ethernet frame; raise BusError if incomplete."""
     index = frame_index(frame)
     if index is None:
         raise _malformed("not an EtherCAT frame")

@@ -49,7 +49,7 @@ class RingCable:
             self._entered.pop(next(iter(self._entered)))
 
     def is_whole(self, index: int, end: int, frame: bytes, *, other_has_link: bool) -> bool:
-        """Return whether a frame from an end is the answer; otherwise resend it at the other."""
+        """Return whether a frame is the answer; otherwise resend it at the other end."""
         came_back = self._entered.get(index) == end
         if came_back and other_has_link:
             # Its next return is the answer.
@@ -210,7 +210,7 @@ class Port:
             self._send(frame)
 
     def await_answers(self, service: ServiceChannel, deadline_ns: int) -> tuple[bool, bool, int]:
-        """Wait for this cycle's answers; return if complete, if any came, and the end time."""
+        """Wait for this cycle's answers; return complete, any came, and end time."""
         tally = self.tally
         if self._time.stretched:
             self._wait_for_all(service)

@@ -89,7 +89,7 @@ def write_word(exchange: Exchange, position: int, word: int, value: int) -> None
 
 
 class RawLine:
-    """Single datagrams over an interface accepted by `check_interface`, without a master.
+    """Single datagrams over an accepted interface, without a master.
 
     Raises
     ------

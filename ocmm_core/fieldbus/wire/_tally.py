@@ -120,7 +120,7 @@ class AnswerTally:
 
 
 def _working_counter(frame: bytes) -> int:
-    """Return the count of the first datagram, which is behind its data; ETG.1000.4, 5.4."""
+    """Return the count of the first datagram, behind its data (ETG.1000.4, 5.4)."""
     length = int.from_bytes(frame[_LENGTH_AT : _LENGTH_AT + 2], "little") & _LENGTH_BITS
     end = _DATA_AT + length
     return int.from_bytes(frame[end : end + 2], "little")

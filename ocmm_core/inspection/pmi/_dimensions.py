@@ -144,7 +144,7 @@ def _with_found(item: Dimension, found: dict[str, Measure], notes: tuple[str, ..
     nominal = found.get("nominal value")
     if (low is None) != (high is None):
         word = "upper" if low is None else "lower"
-        msg = f"the file gives it an {word} limit alone" if low is None else "it has no upper limit"
+        msg = f"the file gives it the {word} limit alone"
         raise BadEntityError(msg)
     if nominal is not None:
         item = msgspec.structs.replace(item, nominal=nominal.value)

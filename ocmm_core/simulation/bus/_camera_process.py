@@ -123,7 +123,7 @@ def make_wire(config: SegmentConfig) -> Wire:
 
 
 def main() -> None:
-    """Run the software cameras: ``python -m ocmm_core.simulation.bus._camera_process [CONFIG]``."""
+    """Run the software cameras: ``python -m ..._camera_process [CONFIG]``."""
     try:
         _run(sys.argv[1:])
     except Exception as error:

@@ -42,7 +42,7 @@ class Unit:
     """A camera position: its current camera and its faults.
 
     ``sees`` is the camera number for the provider, ``boots`` the earlier power-ons, ``device`` and
-    ``lens`` describe a camera of another maker. Faults: ``powered``, ``plugged``, ``muted`` (only
+    ``lens`` describe a camera of another maker. State: ``powered``, ``plugged``, ``muted`` (only
     forwards frames), ``broken_behind`` (cable to the next camera).
     """
 

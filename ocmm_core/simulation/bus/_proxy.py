@@ -97,7 +97,7 @@ class LineTricks:
         return log
 
     def treat(self, frame: bytes, way: Way) -> list[tuple[int, bytes]]:
-        """Return the outgoing frames for `frame`: pairs of delay in ns and frame, in order."""
+        """Return the outgoing frames for `frame`: delays in ns and frames, in order."""
         kind = kind_of(frame)
         key = (way, kind)
         self._seen[key] += 1

@@ -67,14 +67,14 @@ class VirtualBus(ChildProcess):
         )
 
     def start(self) -> None:
-        """Start both ends; raise BusError if namespaces are forbidden or a tool is missing."""
+        """Start both ends; BusError if namespaces are forbidden or a tool is missing."""
         tool("ip")
         self._command = [*namespace_command(), *self._command]
         super().start()
 
 
 def namespace_command() -> list[str]:
-    """Return the command prefix for a private network namespace; raise BusError if forbidden."""
+    """Return the prefix for a private network namespace; BusError if forbidden."""
     require_linux("The virtual cable")
     unshare = tool("unshare")
     # Root keeps its right to a real-time priority outside of a user namespace.
@@ -93,14 +93,14 @@ def namespace_command() -> list[str]:
 
 
 def scan_virtual(segment: SegmentConfig) -> tuple[list[str], bytes]:
-    """Return the command that scans software cameras on a virtual cable, and its input."""
+    """Return the command that scans virtual software cameras, and its input."""
     cameras = msgspec.structs.replace(segment, interface=CAMERA_INTERFACE)
     command = [*namespace_command(), sys.executable, "-m", _MODULE, _SCAN]
     return command, cameras.to_json() + ScanConfig(interface=HOST_INTERFACE).to_json()
 
 
 def maintain_virtual(segment: SegmentConfig, config: MaintenanceConfig) -> tuple[list[str], bytes]:
-    """Return the command that changes a software camera on a virtual cable, and its input."""
+    """Return the command that changes a virtual software camera, and its input."""
     cameras = msgspec.structs.replace(segment, interface=CAMERA_INTERFACE)
     command = [*namespace_command(), sys.executable, "-m", _MODULE, _MAINTAIN]
     told = msgspec.structs.replace(config, interface=HOST_INTERFACE)
@@ -108,7 +108,7 @@ def maintain_virtual(segment: SegmentConfig, config: MaintenanceConfig) -> tuple
 
 
 def conform_virtual(segment: SegmentConfig, config: ConformConfig) -> tuple[list[str], bytes]:
-    """Return the command that tests a software camera on a virtual cable, and its input."""
+    """Return the command that tests a virtual software camera, and its input."""
     # By default the first camera: the test is for one.
     serial = config.serial or segment.cameras[0].serial
     cameras = msgspec.structs.replace(segment, interface=CAMERA_INTERFACE)

@@ -177,7 +177,7 @@ def turn_to(direction: Float) -> Float:
 
 
 def tremor(seed: int) -> Float:
-    """Return tremor waves (2, 3, K, 3) of a hand with a seated ball; see `kernels.move`."""
+    """Return tremor waves (2, 3, K, 3) of a hand with seated ball for `kernels.move`."""
     rng = np.random.default_rng([seed, STREAM + 3])
     shape = (2, 3, 4)
     tremor = np.empty((*shape, 3))

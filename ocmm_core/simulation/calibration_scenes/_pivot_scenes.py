@@ -79,7 +79,7 @@ def hidden_bits(scene: SweepProbe) -> int:
 
 
 def _attitude(angles_deg: Float) -> Float:
-    """Return the rotation vector (3,), rad, of a probe that is turned about Z, then leaned."""
+    """Return the rotation vector (3,), rad, of a probe turned about Z, then leaned."""
     x, y, z = np.radians(angles_deg)
     leaned = rotation_from_vector(np.array([x, y, 0.0]))
     turned = leaned @ rotation_from_vector(np.array([0.0, 0.0, z]))

@@ -353,7 +353,7 @@ def _top(solid: Solid) -> float:
 
 
 def _draw_waves(rng: np.random.Generator) -> Float:
-    """Return waves (2, 3, K, 3) of attitude and place: amplitude, angular frequency, phase."""
+    """Return waves (2, 3, K, 3) of attitude and place: amplitude, frequency, phase."""
     shape = (2, 3, _SWAYS)
     waves = np.empty((*shape, 3))
     waves[..., 0] = (np.sqrt(2.0 / _SWAYS) * np.array(_SWAY_SIZE))[:, None, None]

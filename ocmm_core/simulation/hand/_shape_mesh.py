@@ -185,7 +185,7 @@ def _rim(a: float, b: float) -> Float:
 
 
 def _within(outline: Float, places: Float) -> NDArray[np.bool_]:
-    """Return whether points (n, 2) lie in a closed outline: odd number of ray crossings."""
+    """Return whether points (n, 2) lie in a closed outline, by ray crossings."""
     x, y = places[:, 0][:, None], places[:, 1][:, None]
     x0, y0, x1, y1 = outline[:-1, 0], outline[:-1, 1], outline[1:, 0], outline[1:, 1]
     spans = (y0 > y) != (y1 > y)

@@ -306,7 +306,7 @@ def _check_plane(path: Path, at: str, entry: PlaneEntry) -> None:
 
 
 def _skewness(first: Vector3, second: Vector3) -> float:
-    """Return the cosine of the angle between two directions, zero if they are perpendicular."""
+    """Return the cosine of the angle between two directions."""
     return abs(float(unit(np.array(first)) @ unit(np.array(second))))
 
 

@@ -33,7 +33,7 @@ def attitude_at(normal_world: Float, lean: Float, yaw: float, *, bore: bool) -> 
 
 
 def rotation_vector(rotation: Float) -> Float:
-    """Return the rotation vector (3,), rad, of a rotation (3, 3) by less than half a turn."""
+    """Return the rotation vector (3,), rad, of a rotation (3, 3) below half a turn."""
     axis = 0.5 * np.array(
         [
             rotation[2, 1] - rotation[1, 2],

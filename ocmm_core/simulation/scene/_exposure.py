@@ -1,4 +1,4 @@
-"""Compiled loops of a virtual sensor: light, fixed pattern and noise to counts and spots.
+"""Compiled loops of a virtual sensor: light, pattern and noise to spots.
 
 Every random number is a function of a key and its pixel number, so a pixel of a frame has the same
 value in any window, line or image.

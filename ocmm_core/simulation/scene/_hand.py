@@ -25,7 +25,7 @@ _WAVES = 4
 
 
 def steady_hand(times_s: Float, rng: np.random.Generator) -> tuple[Float, Float]:
-    """Return ball motion about its place (n, 3), mm, and probe rotation vectors (n, 3), rad.
+    """Return ball displacements (n, 3), mm, and probe rotation vectors (n, 3), rad.
 
     Sums of sines at the times (n,), s; zero mean over all hands.
     """

@@ -346,7 +346,7 @@ def _segment(start_s: float, duration_s: float, kind: int, begin: Float, end: Fl
 
 
 def _draw_tremor(rng: np.random.Generator) -> Float:
-    """Return waves (2, 3, K, 3) of attitude and place: amplitude, angular frequency, phase."""
+    """Return waves (2, 3, K, 3) of attitude and place: amplitude, frequency, phase."""
     shape = (2, 3, _TREMOR_WAVES)
     tremor = np.empty((*shape, 3))
     scale = np.sqrt(2.0 / _TREMOR_WAVES) * np.array([_TREMOR_RAD, _TREMOR_MM])

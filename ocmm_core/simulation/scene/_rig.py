@@ -40,7 +40,7 @@ CameraFrames = tuple[NDArray[np.uint16], NDArray[np.uint16], Float]
 
 @dataclass(frozen=True, slots=True)
 class _Lights:
-    """LEDs of one body: true places (L, 3), mm, documented data, and slots (L,) of each."""
+    """LEDs of one body: true places (L, 3), mm, documented data, and slots (L,)."""
 
     leds: Float
     body: LedBody
@@ -103,7 +103,7 @@ class VirtualRig:
 
     @property
     def n_slots(self) -> int:
-        """Return the slots of every camera: at least the number of LEDs and a camera's minimum."""
+        """Return the slots per camera: the number of LEDs, `USUAL_SLOTS` at least."""
         return self._world.n_slots
 
     @property

@@ -127,7 +127,7 @@ class Sensor:
         )  # fmt: skip
 
     def lights(self, uv: Float, lit: NDArray[np.bool_], exposure_ns: int) -> Float:
-        """Return the light of LEDs at `uv` (..., L, 2), px, as (..., m, 3): centre, electrons.
+        """Return LED light at `uv` (..., L, 2), px, as (..., m, 3): centre, electrons.
 
         ``lit`` (L,): LEDs lit by the strobe; the others, and those at NaN, give no light.
         """

@@ -28,7 +28,7 @@ class LedHand(Protocol):
     """Holder of the probe instead of the scripted operator."""
 
     def begin(self, tip_world: Float, attitude: Float) -> None:
-        """Take the probe: ball centre (3,), mm, and attitude as a rotation vector (3,), rad."""
+        """Take the probe: ball centre (3,), mm, and rotation vector (3,), rad."""
         ...
 
     def motion(self, times_s: Float) -> Motion:
@@ -145,7 +145,7 @@ class SimulatedSource:
             self._hand = hand
 
     def hand_back(self) -> None:
-        """Return the probe to the operator, who brings it home and checks for missing points."""
+        """Return the probe to the operator, who goes home and checks for missing points."""
         with self._lock:
             if self._hand is not None:
                 self._rig.resume(*self._hand.place(), self._next_frame + self._block)

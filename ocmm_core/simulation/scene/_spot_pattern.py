@@ -1,4 +1,4 @@
-"""Fixed pattern of a sensor: position-dependent spot errors, the same in every frame."""
+"""Fixed pattern of a sensor: position-dependent spot errors, equal in all frames."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ class SpotPattern:
 def draw_pattern(
     noise: SpotNoise, width: int, height: int, rng: np.random.Generator
 ) -> SpotPattern:
-    """Return a Gaussian field with the standard deviation and the correlation of `noise`.
+    """Return a Gaussian field with standard deviation and correlation of `noise`.
 
     The correlation at distance d is ``exp(-d^2 / (2 l^2))``. The field is a sum of cosine waves
     with normally distributed wave vectors (random Fourier features, Rahimi and Recht 2007); the
@@ -48,7 +48,7 @@ def draw_pattern(
 
 
 def _waves(count: int, turn: Float, phase: Float) -> tuple[Float, Float]:
-    """Return cosine and sine (count, w) of ``n turn + phase``; turn and phase are (w,), rad.
+    """Return cosine and sine (count, w) of ``n turn + phase``, both (w,), rad.
 
     Uses the addition theorem on every `_FEW`-th value and the first ones, because these functions
     dominate the cost.

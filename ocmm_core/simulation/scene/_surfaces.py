@@ -136,7 +136,7 @@ HOLES = (BoreEntry, SlotEntry, EllipseEntry)
 
 
 def free_width(entry: BoreEntry | SlotEntry | EllipseEntry) -> float:
-    """Return the diameter of the largest ball that reaches the whole wall of a hole, mm."""
+    """Return the diameter of the largest ball that reaches a hole's whole wall, mm."""
     if isinstance(entry, BoreEntry):
         return entry.diameter
     if isinstance(entry, EllipseEntry):

@@ -1,4 +1,4 @@
-"""Contact points and normals of an operator's touches, by kind of surface, part frame."""
+"""Contact points and normals of touches by kind of surface, part frame."""
 
 from __future__ import annotations
 
@@ -82,7 +82,7 @@ def sample(artefact: Artefact, count: int, rng: np.random.Generator) -> Contacts
 
 
 def farthest(contacts: Contacts, radius: float, tips: Float, count: int) -> Contacts:
-    """Return the `count` touches whose ball is farthest from all of `tips` (n, 3), in order.
+    """Return the `count` touches with balls farthest from `tips` (n, 3), in order.
 
     Parameters
     ----------
@@ -204,7 +204,7 @@ def _with_an_end(a: float, b: float, share: Float) -> Float:
 
 
 def _on_round_ends(a: float, b: float, share: Float) -> tuple[Float, Float]:
-    """Return places (n, 2) and outward normals of an outline with round ends, by its length."""
+    """Return places (n, 2) and outward normals of an outline with round ends."""
     core, end = a - b, np.pi * b
     way = share * 2.0 * (2.0 * core + end)
     half = way >= 2.0 * core + end

@@ -111,7 +111,7 @@ class World:
     tip_radius: float
     """mm."""
     n_slots: int
-    """Slots of every camera: at least the number of LEDs and a camera's minimum."""
+    """Slots per camera: the number of LEDs, `USUAL_SLOTS` at least."""
     slots: Int
     """(C, L) int64: slot of each LED in each camera."""
     patterns: tuple[SpotPattern, ...]
@@ -293,7 +293,7 @@ def _keyed(seed: int, stream: int, item: int, block: int) -> np.random.Generator
 
 
 def _draw(covariance: Float, rng: np.random.Generator) -> Float:
-    """Return one normally distributed vector of a covariance whose units differ widely."""
+    """Return a normal vector of a covariance whose units differ widely."""
     scale = np.sqrt(np.diag(covariance))
     scale = np.where(scale > 0.0, scale, 1.0)
     values, vectors = np.linalg.eigh(covariance / np.outer(scale, scale))

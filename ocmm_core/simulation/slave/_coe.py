@@ -24,7 +24,7 @@ _OUTPUTS = range(0x7000, 0x8000)
 
 
 def object_information(objects: Mapping[int, DictionaryObject], request: bytes, room: int) -> bytes:
-    """Return the answer to a request of at least 4 bytes; `room` is a mailbox's capacity."""
+    """Return the answer to a request of 4 bytes or more, up to `room` bytes."""
     operation = request[0] & 0x7F
     content = request[4:]
     answer: bytes | None = None

@@ -1,4 +1,4 @@
-"""Errors of a software camera: error register, diagnosis history and emergency messages."""
+"""Errors of a software camera: register, diagnosis history and emergencies."""
 
 from __future__ import annotations
 

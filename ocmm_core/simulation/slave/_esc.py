@@ -1,4 +1,4 @@
-"""Software EtherCAT slave controller: registers, sync managers, EEPROM, clock, states.
+"""Software EtherCAT slave controller: registers, EEPROM, clock, states.
 
 Register layout of ETG.1000.4 and the ET1100. Mailbox contents and process data are left to an
 `Application`.

@@ -43,7 +43,7 @@ class SensorControl(Protocol):
         strobe: int,
         windows: tuple[tuple[int, int, int, int], ...],
     ) -> None:
-        """Set exposure time, threshold in grey levels, lit LEDs (bit mask, 0: all) and windows.
+        """Set exposure time, threshold (grey levels), LED mask (0: all) and windows.
 
         A window is left, top, width and height, px; if empty, the camera chooses.
         """
@@ -93,9 +93,9 @@ CLOCK_MODULUS_US = _DIGIT**4
 class ClockPattern:
     """Spots that encode their exposure time, to detect old and mixed frames.
 
-    Slots 0 and 1 hold the exposure time on the bus clock as set in the camera, slots 2 and 3 the
-    true host time, both in microseconds, slot 4 the camera number and boot counter; the rest, and
-    the button, follow from the exposure time. See `read_clock`.
+    Slots 0 and 1 hold the exposure time on the bus clock as computed by the camera, slots 2 and 3
+    the true host time, both in microseconds, slot 4 the camera number and boot counter; the rest,
+    and the button, follow from the exposure time. See `read_clock`.
     """
 
     def __init__(self) -> None:

@@ -1,4 +1,4 @@
-"""Registers of a slave controller, its states and AL status codes (ETG.1000.4, ETG.1000.6)."""
+"""Registers, states and AL status codes of a slave (ETG.1000.4, ETG.1000.6)."""
 
 from __future__ import annotations
 

@@ -74,7 +74,7 @@ class SdoValues:
         self._values[index, sub] = value
 
     def write_all(self, index: int, first: int, content: bytes) -> None:
-        """Check all values of a record before storing any; raise `AbortError` if not allowed."""
+        """Store the values of a record, if all are valid; otherwise raise `AbortError`."""
         if len(content) != self.check_writable(index, first, complete=True):
             raise AbortError(Abort.LENGTH)
         parts, at = [], 0

@@ -56,7 +56,7 @@ _BROADCAST = {DatagramCommand.BRD, DatagramCommand.BWR, DatagramCommand.BRW}
 
 @dataclass(frozen=True, slots=True)
 class _Copy:
-    """Bytes of a logical datagram mapped by one FMMU; `sync_manager` 0 is plain memory."""
+    """Bytes of a logical datagram mapped by an FMMU; `sync_manager` 0: plain memory."""
 
     slave: Esc
     write: bool

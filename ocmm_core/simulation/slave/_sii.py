@@ -128,7 +128,7 @@ def _pdo(category: int, pdo: Pdo, sync_manager: int, strings: _Strings) -> bytes
 
 
 def checksum_of_configuration(content: bytes | bytearray) -> int:
-    """Return the checksum of the first 14 bytes (ETG.2010, table 2): CRC-8, start 0xFF."""
+    """Return the CRC-8 of the first 14 bytes (ETG.2010, table 2), start 0xFF."""
     crc = 0xFF
     for byte in content:
         crc ^= byte

@@ -1,4 +1,4 @@
-"""Snapshot of a software camera (object 0x8030): captured in slices, read in chunks."""
+"""Snapshot of a software camera (object 0x8030): captured and read in parts."""
 
 from __future__ import annotations
 

@@ -148,7 +148,7 @@ class SoftwareCamera:
 
     @property
     def period_override(self) -> int:
-        """Return the faulty exposure period, ns, that overrides the configuration; 0: none."""
+        """Return the faulty exposure period, ns, that is in effect; 0: none."""
         return self._period_override
 
     @period_override.setter

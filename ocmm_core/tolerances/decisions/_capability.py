@@ -88,7 +88,6 @@ class ProcessCapability:
     """Capability of a process for one characteristic."""
 
     count: int
-    """Number of values."""
     mean: float
     sigma_within: float
     sigma_overall: float
@@ -146,15 +145,7 @@ def control_chart(values: Float) -> ControlChart:
 
 
 def _run_signals(off: Float, sigma: float) -> list[tuple[int, Signal]]:
-    """Return the signals of runs of values, each at the value that completes it.
-
-    Parameters
-    ----------
-    off
-        (n,): values less the centre line.
-    sigma
-        Standard deviation of the control limits.
-    """
+    """Return the signals of runs of ``off`` (n,) from the centre line, ``sigma`` of the limits."""
     found = []
     for side in (1.0, -1.0):
         for signal, needed, among, beyond in (

@@ -80,14 +80,8 @@ def deviation_picture(
 ) -> DeviationPicture:
     """Return the deviations of a job as whiskers.
 
-    No whiskers without tolerance, and for NOT MEASURED or PROVISIONAL ones.
-
-    Parameters
-    ----------
-    results
-        Of all characteristics: a whisker is never better than the worst on its feature.
-    held
-        Numbers of points held back.
+    None without tolerance, and for NOT MEASURED or PROVISIONAL ones. Pass all results: a whisker is
+    never better than the worst on its feature. ``held`` are numbers of points held back.
     """
     shown: dict[tuple[str, int], tuple[CharacteristicResult, int]] = {}
     order = {verdict: place for place, verdict in enumerate(WORST_FIRST)}

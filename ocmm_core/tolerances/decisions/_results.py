@@ -41,13 +41,8 @@ def evaluate_all(
 ) -> tuple[CharacteristicResult, ...]:
     """Return a result for every characteristic, in order.
 
-    Parameters
-    ----------
-    actual
-        Measured features, or errors (`features.actual.actual_features`).
-    factors
-        Uncertainty of all N ball centres and the tip radius, in the order of the jacobians. None:
-        no results, as a value without uncertainty is none.
+    ``factors`` are the uncertainty of all N ball centres and the tip radius, in the order of the
+    jacobians. None gives no results, as a value without uncertainty is none.
     """
     if factors is None:
         why = "No uncertainty: the covariance of the points is unknown."

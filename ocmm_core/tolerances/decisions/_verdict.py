@@ -30,7 +30,6 @@ class VerdictSummary:
     verdict: Verdict | None
     """The worst; None without characteristics, hence without tolerance."""
     deciding: str
-    """Name of the deciding characteristic, or empty."""
     counts: tuple[tuple[Verdict, int], ...]
     """Number of each occurring verdict, worst first."""
 
@@ -56,15 +55,10 @@ NO_VERDICT = VerdictSummary(None, "", ())
 
 
 def summarise(results: Sequence[CharacteristicResult], feature: str = "") -> VerdictSummary:
-    """Return the verdict on characteristics, and the deciding one.
+    """Return the verdict on characteristics in the order of the plan, and the deciding one.
 
-    Parameters
-    ----------
-    results
-        In the order of the plan.
-    feature
-        Their feature: among equally bad ones the first with a value that depends on it alone
-        decides, then the first with a value, then the first.
+    Among equally bad ones the first with a value that depends on ``feature`` alone decides, then
+    the first with a value, then the first.
     """
     if not results:
         return NO_VERDICT
@@ -125,7 +119,7 @@ class RequirementCount:
             return f"{found:d} of {self.total:d} requirements of the {kind} are in this plan"
         return (
             f"{found:d} of {self.total:d} requirements of the {kind} are in this plan, "
-            f"notes left out: {self.notes:d}"
+            f"and 0 of {self.notes:d} notes"
         )
 
 
@@ -206,19 +200,13 @@ def judge_part(
     missing_features: Iterable[str],
     requirements: RequirementCount | None = None,
 ) -> PartVerdict:
-    """Return the verdict on a part.
+    """Return the verdict on a part from all characteristics, in the order of the plan.
 
     A part with a NOT CONFORM characteristic does not conform, even if incomplete. It conforms only
     if every feature is complete and all characteristics CONFORM.
 
-    Parameters
-    ----------
-    results
-        All characteristics, in the order of the plan.
-    missing_features
-        Names of features that are not done.
-    requirements
-        How many requirements of its sources the plan contains; they do not change the word.
+    ``requirements`` is how many requirements of its sources the plan contains; it does not change
+    the word.
     """
     summary = summarise(results)
     named = {

@@ -250,7 +250,6 @@ def _by_plan(
 
 
 def _between(first: Float, second: Float) -> float:
-    """Return the angle between two directions (3,), 0 to 180 deg."""
     sine = float(np.linalg.norm(np.cross(first, second)))
     return float(np.degrees(np.arctan2(sine, float(first @ second))))
 

@@ -27,14 +27,8 @@ def characteristic_fault(
 ) -> Fault | None:
     """Return field and fault of an impossible characteristic, else None.
 
-    Parameters
-    ----------
-    shapes
-        Of all features of the plan, probed and constructed, by name.
-    nominals
-        Geometry vectors (12,) of features with a nominal, part frame.
-    probed
-        Names of the probed features.
+    ``shapes`` are those of all features, probed and constructed; ``nominals`` are geometry vectors
+    (12,), part frame; ``probed`` are names.
     """
     spec = KINDS.get(item.kind)
     if spec is None:

@@ -1,4 +1,4 @@
-"""The value of a characteristic from geometry, with its gradient by central differences."""
+"""Value of a characteristic from geometry, with gradient by central differences."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ def by_differences(
     actual: Mapping[str, ActualFeature],
     value_of: Callable[[Mapping[str, Float]], float],
 ) -> Evaluation:
-    """Return the value of the geometry vectors (12,) by name, and how it answers to the points."""
+    """Return the value of geometry vectors (12,) by name, with its gradient by points."""
     geometries = {name: feature.fit.geometry for name, feature in actual.items()}
     gradient = Rows.nothing()
     for name in (*characteristic.features, *characteristic.datums):

@@ -83,12 +83,7 @@ def _free(zone: Fit, by_geometry: Float) -> Float:
 
 
 def _shares(zone: Fit, free: Float) -> Float:
-    """Return the derivative (n,) of the width of a zone by the distance of every point.
-
-    Weights of outer contacts are positive and add up to one, those of inner contacts are negative
-    and add up to minus one; no motion of the element changes their sum. For the symmetric zone of
-    an outline all of them together add up to two.
-    """
+    """Return the derivative (n,) of the width: outer weights add to one, inner to minus one."""
     shares = np.zeros(len(zone.residuals))
     if not zone.contacts:
         # All points are on the element: any two are equivalent.

@@ -73,13 +73,7 @@ def with_bonus(
 
 
 def _sizes(characteristic: Characteristic, feature: ActualFeature, sign: float) -> list[Evaluation]:
-    """Return the sizes of the points, the mating one first.
-
-    Parameters
-    ----------
-    sign
-        1 if a greater size gives a greater bonus, else -1.
-    """
+    """Return the sizes of the points, the mating one first; ``sign`` 1 if larger is more bonus."""
     slot = feature.fit.shape in SLOTS
     place = SECOND if slot else RADIUS
     own = Evaluation(

@@ -1,4 +1,4 @@
-"""Parallelism, perpendicularity and angularity of faces and axes (ISO 1101, 17.9 to 17.11)."""
+"""Parallelism, perpendicularity and angularity (ISO 1101, 17.9 to 17.11)."""
 
 from __future__ import annotations
 
@@ -85,14 +85,8 @@ def orientation(
 def meant_direction(kind: str, own: Float, base: Float, *, alike: bool) -> Float | None:
     """Return the intended direction (3,), unit, of a feature, or None if not intended.
 
-    Parameters
-    ----------
-    kind
-        Parallelism, perpendicularity or angularity.
-    own, base
-        (3,), unit: nominal directions of the feature and of the primary datum.
-    alike
-        Both are planes, or both are axes: parallel elements have parallel directions.
+    ``own`` and ``base`` are the nominal directions of feature and primary datum; ``alike`` if both
+    are planes, or both are axes: parallel elements have parallel directions.
     """
     if kind == "angularity":
         return own

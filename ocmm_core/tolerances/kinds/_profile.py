@@ -60,10 +60,7 @@ def profile(
 def _against_model(
     characteristic: Characteristic, actual: Mapping[str, ActualFeature], frames: Frames
 ) -> Evaluation:
-    """Return the profile against faces of the model: of ball centres, less the ball.
-
-    Without datums, the pose minimises the greatest distance, starting from the part frame.
-    """
+    """Return the profile of ball centres against model faces, fitted from the part frame."""
     features = [actual[name] for name in characteristic.features]
     surface = ModelSurface(features, characteristic.faces, characteristic.offset)
     count = len(surface.places)

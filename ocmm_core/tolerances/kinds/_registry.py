@@ -1,4 +1,4 @@
-"""Registry of all kinds of characteristics, extended by a file with entries and a line here."""
+"""Registry of all kinds, extended by a file with entries and a line here."""
 
 from __future__ import annotations
 

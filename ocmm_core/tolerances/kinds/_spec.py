@@ -41,7 +41,6 @@ class Asked:
     nominals: Mapping[str, Float]
     """Geometry vectors (12,) of features with a nominal, part frame."""
     probed: Collection[str]
-    """Names of the probed features."""
     aligned: bool
 
     @property
@@ -114,7 +113,6 @@ class KindSpec:
 
     name: str
     words: str
-    """Display name."""
     unit: Literal["mm", "deg"]
     one_sided: bool
     """The value is the width of a zone: nonnegative, with an upper limit only."""

@@ -36,7 +36,6 @@ class Batch:
     figures: Float
     """(4, k): mean, standard deviation and ends of the interval of every value."""
     failed: int
-    """Failed fits."""
     seconds: float
 
 
@@ -52,7 +51,6 @@ class BatchSource:
     stream: int
     """0 for fast values, 1 for full evaluation."""
     size: int
-    """Trials of a batch."""
     seed: int
 
     def maker(self, given_up: Callable[[], bool] = lambda: False) -> Callable[[int], Batch]:

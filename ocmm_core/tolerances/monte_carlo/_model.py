@@ -1,7 +1,7 @@
 """Computation of one Monte Carlo trial: from moved points to elements to values.
 
 Elements are refitted in every trial, with full nonlinearity (`_refit_kernel`); compensation is as
-in `features.actual`. Values are angles and distances of elements that hardly move: they are
+in `features.measured`. Values are angles and distances of elements that hardly move: they are
 expanded to second order, with a remainder of some 1e-9 mm for motions of 0.01 mm.
 """
 
@@ -75,12 +75,8 @@ class Refit:
     ) -> tuple[Float, Float, int]:
         """Return compensated geometry (m, 12), range of the residuals (m,), failed trials.
 
-        Parameters
-        ----------
-        deviations
-            (m, 3 N + 1), mm: of all ball centres and the tip radius.
-        fitted
-            Geometries of the preceding features, in world coordinates.
+        ``deviations`` (m, 3 N + 1), mm, are of all ball centres and the tip radius; ``fitted`` are
+        geometries of the preceding features, world.
         """
         count = len(deviations)
         geometry, ranges = np.empty((count, GEOMETRY_SIZE)), np.empty(count)

@@ -48,7 +48,6 @@ class MonteCarloOptions:
     threads: int = 2
     batch: int = 10_000
     slow_batch: int = 100
-    """`batch`, `slow_batch`: Trials of one batch."""
     adaptive: bool = True
     """Stop at the tolerance; else run all trials."""
 

@@ -36,10 +36,7 @@ def simulate_elsewhere(
 ) -> MonteCarloReport:
     """Simulate in another process and wait for it; see `monte_carlo.simulate`.
 
-    Parameters
-    ----------
-    given_up
-        Polled twenty times a second; the process is then ended within two seconds.
+    ``given_up`` is polled twenty times a second; the process is then ended within two seconds.
 
     Raises
     ------

@@ -1,7 +1,7 @@
 """Compiled refits of a Monte Carlo evaluation: the same element through moved points.
 
 Every trial starts at the element of the measured points: two or three Newton steps on the terms of
-the ordinary fits (`features.fit.newton_kernel`) reach the minimum. Planes and lines turn their
+the ordinary fits (`features.search`) reach the minimum. Planes and lines turn their
 direction to an eigenvector of the moments.
 """
 
@@ -81,11 +81,7 @@ def _settle(
 
 @compiled(axis_kernel)
 def _moments(points: Float, x: Float, e: Float, most: bool) -> bool:
-    """Turn ``x`` (3,) to the nearby eigenvector of the points' moments.
-
-    That of the greatest moment if ``most``, else of the smallest. ``e`` is a work array for two
-    vectors.
-    """
+    """Turn ``x`` (3,) to the nearby eigenvector of the largest (``most``) or least moment."""
     s = np.zeros((3, 3))
     for row in range(len(points)):
         for i in range(3):

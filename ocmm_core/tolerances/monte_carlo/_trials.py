@@ -1,4 +1,4 @@
-"""From draws of the points to draws of the values: quickly if possible, else one by one.
+"""From draws of points to draws of values: quickly if possible, else singly.
 
 Sizes, distances, coordinates and angles of least-squares elements, places of centres, and
 least-squares form are quick: compiled loops refit their elements. Others (minimum zones,

@@ -66,18 +66,7 @@ def budget_of(
     factors: PointFactors,
     samples: Sequence[FormSample],
 ) -> Budget:
-    """Return the budget of a value.
-
-    Parameters
-    ----------
-    evaluation
-        Value with its gradient.
-    actual
-        Features involved.
-    parts
-        Parts of the joint uncertainty (`measuring.contributions`).
-    samples
-        Form estimates of the features (`sampling.form_samples`).
+    """Return the budget of a value from all ``parts`` of the joint uncertainty.
 
     Raises
     ------

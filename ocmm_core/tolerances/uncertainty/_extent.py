@@ -55,7 +55,7 @@ class Extent:
         return True
 
     def inside(self, low: float, high: float) -> float:
-        """Return the probability that the true range is below the limit, ignoring help of noise.
+        """Return the probability of a true range below the limit, without help of noise.
 
         The measured range is at least the true one plus the errors of the two truly extreme
         deviations, so it is not further below than those.

@@ -2,7 +2,7 @@
 
 U is the first-order change of a value when all points move in the direction of greatest effect, by
 their uncertainty and degrees of freedom. Here they are moved so, to both sides, and the elements
-are refitted (`features.second_order`). The remaining change is the second-order term of the fit at
+are refitted (`features.measured`). The remaining change is the second-order term of the fit at
 the ends of the interval (compare the profiles of D. M. Bates and D. G. Watts, Nonlinear Regression
 Analysis, 1988, chapter 6). A small term makes U slightly longer, so that both tails together keep
 their probability; for a large one the first-order interval is meaningless, even if stretched.
@@ -59,14 +59,8 @@ def growth(
 ) -> float:
     """Return the factor by which U grows, 1 and more; infinite if U is refused.
 
-    Parameters
-    ----------
-    gradients, factors, samples, found
-        Arguments of `sampling.widened`, and its result.
-    follow
-        Refits the elements.
-    stretch
-        The test is for a scatter greater by this factor.
+    ``found`` is the result of `sampling.widened` for the first arguments; ``follow`` refits the
+    elements. The test is for a scatter greater by ``stretch``.
     """
     if not np.all(np.isfinite(found.covariance)):
         return 1.0
@@ -104,14 +98,7 @@ def follow_features(gradients: Rows, features: Iterable[ActualFeature]) -> Follo
     """Return the nonlinear response of values to points; None if all is linear.
 
     Covers the probed least-squares elements. From elements to values, linearity is assumed: zones
-    and lengths have their own statements (`interval`).
-
-    Parameters
-    ----------
-    gradients
-        k rows: of the values by the points.
-    features
-        Candidates.
+    and lengths have their own statements (`interval`). ``gradients`` are k rows by the points.
     """
     parts = []
     for feature in features:
@@ -140,13 +127,7 @@ def follow_features(gradients: Rows, features: Iterable[ActualFeature]) -> Follo
 
 
 def _both_tails(ahead: float, behind: float, degrees: float, stretch: float) -> float:
-    """Return the growth of U that keeps the total probability of both tails.
-
-    Parameters
-    ----------
-    ahead, behind
-        Change beyond U at either end, in U.
-    """
+    """Return the growth of U that keeps both tails' probability; changes beyond U, in U."""
     most = stretch * max(abs(ahead), abs(behind))
     if not most <= MOST_CURVED:
         return math.inf

@@ -175,15 +175,7 @@ def within(radius: float, mean: Float, covariance: Float) -> float:
     """Return the probability that a normal vector of k = 1 to 3 components is not longer.
 
     In the principal axes: the last component in closed form, Gauss-Legendre over the others.
-
-    Parameters
-    ----------
-    radius
-        mm.
-    mean
-        (k,).
-    covariance
-        (k, k), positive semi-definite.
+    ``covariance`` is positive semi-definite; ``radius`` is in mm.
     """
     if radius <= 0.0:
         return 0.0

@@ -38,11 +38,9 @@ from ocmm_core.tolerances.uncertainty._interval import TWO_SIDED
 
 
 def of_residuals(slopes: ResidualSlopes, factors: PointFactors) -> tuple[float, Float]:
-    """Return the sum of the variances of n residuals, mm^2, and derivatives by own points.
+    """Return the sum of the variances of n residuals, mm^2, and its derivatives (n, 3).
 
-    Returns
-    -------
-    The sum of the variances, and (n, 3).
+    Derivatives are by the feature's own points.
     """
     by_geometry, element, places = slopes.by_geometry, slopes.geometry, slopes.places
     of_points = element.at(places)
@@ -100,13 +98,6 @@ def form_samples(
     """Return the form estimates of all features with redundant points.
 
     Constructions have no surface of their own, and a single point no residuals.
-
-    Parameters
-    ----------
-    actual
-        Features as measured.
-    factors
-        Of all N ball centres and the tip radius.
     """
     found = []
     for name, feature in actual.items():
@@ -201,11 +192,8 @@ def widened(
 ) -> Widened:
     """Return the covariance (k, k) of values with ``gradients``, k rows, form included.
 
-    Parameters
-    ----------
-    factors
-        All contributions but form. None if the noise of the points is unknown: all scatter of
-        ``samples`` then counts as form.
+    ``factors`` are all contributions but form. None if the noise of the points is unknown: all
+    scatter of ``samples`` then counts as form.
     """
     nothing_known = np.zeros((len(gradients), len(gradients)))
     plain = nothing_known if factors is None else factors.of(gradients)

@@ -47,13 +47,7 @@ def spreads_of(
     factors: PointFactors,
     samples: Sequence[FormSample],
 ) -> Spreads:
-    """Return the spreads of a value.
-
-    Parameters
-    ----------
-    samples
-        Form estimates of the features (`sampling.form_samples`).
-    """
+    """Return the spreads of a value; ``samples`` are those of `sampling.form_samples`."""
     samples = contributing_samples(characteristic, actual, samples)
     gradients = gradients_of(evaluation, bonus=False)
     found = widened(gradients, factors, samples)
@@ -124,7 +118,6 @@ def _spread(
     found: Float,
     bonus: bool,
 ) -> Spread:
-    """Return the spread of a value whose components have the covariance ``found``."""
     taken = evaluation.bonus if bonus else 0.0
     if evaluation.components is not None:
         vector, length = evaluation.components, float(np.linalg.norm(evaluation.components))

@@ -20,17 +20,13 @@ _KEPT = 100
 def associated(start: Fit, points: Points3, criterion: Criterion, offset: float = 0.0) -> Fit:
     """Return the element of points (n, 3), mm, by a criterion other than least squares.
 
-    Parameters
-    ----------
-    start
-        The least-squares fit of the same points.
-    offset
-        mm: distance of the points outside an ellipse, for its minimum zone.
+    ``start`` is their least-squares fit; ``offset``, mm, the distance of the points outside an
+    ellipse, for its minimum zone.
 
     Raises
     ------
     FitError
-        As `features.fit.fit_zone` and `features.fit.fit_bounded`.
+        As `features.zones.fit_zone` and `fit_bounded`.
     """
     return _searched(_Search(start, points, criterion, offset))
 

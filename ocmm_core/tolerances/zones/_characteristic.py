@@ -30,7 +30,6 @@ class Characteristic(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_f
     kind: str
     """One of `kinds.KINDS`; see docs/characteristics.md."""
     features: list[str]
-    """Names of the features, probed or constructed."""
     upper: float
     nominal: float = 0.0
     lower: float = 0.0

@@ -35,10 +35,7 @@ _THICKEST = 0.35
 def derived_points(feature: ActualFeature, length: float = 0.0) -> tuple[DerivedPoint, ...]:
     """Return the centre of a feature, or both ends of its axis.
 
-    Parameters
-    ----------
-    length
-        mm: toleranced length, about the middle of the probed part; zero for the probed length.
+    ``length``, mm, is about the middle of the probed part; zero for the probed length.
 
     Raises
     ------
@@ -83,12 +80,7 @@ class Section:
 
 
 def sections(name: str, places: Float) -> tuple[Section, ...]:
-    """Return the sections of probed points.
-
-    Parameters
-    ----------
-    places
-        (n,), mm: heights along the axis, or radii.
+    """Return the sections of probed points from heights along the axis, or radii (n,), mm.
 
     Raises
     ------

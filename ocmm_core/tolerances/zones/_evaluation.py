@@ -86,7 +86,6 @@ class Evaluation:
     ranked: Ranked | None = None
     """If the value is a size by rank, which noise biases."""
     note: str = ""
-    """Note on the value, or empty."""
     seen: Seen | None = None
     """Deviations of the touched places, for pictures, or None."""
 

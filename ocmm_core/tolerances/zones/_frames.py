@@ -58,22 +58,14 @@ class Keep(Protocol):
         datums: tuple[str, ...],
         actual: Mapping[str, ActualFeature],
         make: Callable[[Mapping[str, ActualFeature]], HeldFrame],
-    ) -> HeldFrame:
-        """Return the cached frame, or the result of ``make``."""
-        ...
+    ) -> HeldFrame: ...
 
 
 class Frames:
     """Frames of datums and of the part, shared by all characteristics of a job.
 
-    Parameters
-    ----------
-    actual
-        All features as measured; any of them may determine the sense of an axis.
-    alignment
-        Rule of the part frame, bound to nominals if its kind needs them.
-    keep
-        Cache across feature sets; default no cache.
+    Pass all features, as any may determine the sense of an axis. ``alignment`` is bound to nominals
+    if its kind needs them; ``keep`` caches across feature sets, by default not.
     """
 
     def __init__(
@@ -108,12 +100,7 @@ class Frames:
         return held.frame.after(started.compose(held.frame.T_frame_from_world.inverse()))
 
     def of_part(self, name: str) -> ZoneFrame:
-        """Return the frame of the nominals, from the plan's alignment.
-
-        Parameters
-        ----------
-        name
-            Of the characteristic, for errors.
+        """Return the frame of the nominals, from the plan's alignment; ``name`` is for errors.
 
         Raises
         ------
@@ -128,13 +115,7 @@ class Frames:
         return aligned
 
     def aligned(self, name: str) -> ZoneFrame:
-        """Return the part frame of the plan's alignment; errors as `of_part`.
-
-        Parameters
-        ----------
-        name
-            Of the characteristic, for errors.
-        """
+        """Return the part frame of the plan's alignment; errors as `of_part`."""
         rule = self._alignment
         if rule is None:
             raise no_part_frame(name)

@@ -52,14 +52,9 @@ Numbers: (m,) and (m, k); vectors: (m, d) and (m, d, k).
 
 
 def smallest_zone(deviations: Deviations, size: int) -> Smallest:
-    """Return the motion that minimises the greatest absolute deviation, from zero on.
+    """Return the motion (size,), from zero on, that minimises the greatest deviation.
 
-    Parameters
-    ----------
-    deviations
-        Numbers (m,); scaled to move by some mm per unit.
-    size
-        k; may be zero.
+    Deviations are numbers (m,), scaled to move by some mm per unit; ``size`` may be zero.
 
     Raises
     ------

@@ -26,16 +26,10 @@ _SLANT = 0.5
 
 
 class ModelSurface:
-    """Ball centres of one or more features against faces; searched together.
+    """Ball centres of one or more touched features against faces; searched together.
 
-    Parameters
-    ----------
-    features
-        With touches.
-    faces
-        Of the plan, frame of the nominals.
-    offset
-        mm: offset of the zone's middle from the faces, away from the material.
+    Faces are in the frame of the nominals; ``offset``, mm, is that of the zone's middle from the
+    faces, away from the material.
     """
 
     def __init__(

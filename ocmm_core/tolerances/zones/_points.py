@@ -11,14 +11,7 @@ def points_note(features: Sequence[ActualFeature], *, of_form: bool) -> str:
     """Return a note on too few points, or nothing.
 
     Form from fewer points than recommended misses most of it; other quantities then do not reveal
-    form at all.
-
-    Parameters
-    ----------
-    features
-        Relevant features.
-    of_form
-        The form of their surface is the measurand.
+    form at all. With ``of_form`` the measurand is the form of the surface.
     """
     few = [
         feature

@@ -34,13 +34,7 @@ class SurfacePoints:
     """(n, 3), unit, world: from the material towards the ball."""
 
     def pull_back(self, weights: Float) -> Rows:
-        """Return the gradient, one row, of the weighted sum of points.
-
-        Parameters
-        ----------
-        weights
-            (n, 3); mostly zero.
-        """
+        """Return the gradient, one row, of the sum of points weighted by (n, 3), mostly zero."""
         touches = _own(self.feature)[0]
         rows = np.flatnonzero(np.any(weights != 0.0, axis=1))
         chosen, tips = weights[rows], touches.tips[rows]
@@ -138,10 +132,7 @@ def _difference(
 
 
 def _normals(feature: ActualFeature, rows: Int, tips: Points3, geometry: Float) -> Points3:
-    """Return the unit normals (m, 3) from the material to ball centres (m, 3).
-
-    Also for a direction that is not quite of unit length, as in differences.
-    """
+    """Return the unit normals (m, 3) from material to ball centres; any direction length."""
     touches, raw = _own(feature)
     shape = feature.nominal.shape
     mean = touches.directions.mean(axis=0)

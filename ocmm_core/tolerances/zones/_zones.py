@@ -45,31 +45,19 @@ class TouchedSurface(Protocol):
     def deviations(self, points: Float) -> tuple[Float, Float]:
         """Return deviations (n,), mm, from true geometry, and their normals (n, 3).
 
-        Parameters
-        ----------
-        points
-            (n, 3): `world` in the frame of the zone.
+        ``points`` (n, 3) are `world` in the frame of the zone.
         """
         ...
 
     def checked(self, points: Float, rotation: Float) -> tuple[Float, Float]:
-        """Return the final deviations; FitError if one is undefined.
+        """Return the final deviations for a rotation (3, 3) from the world to the zone's frame.
 
-        Parameters
-        ----------
-        rotation
-            (3, 3): from the world to the frame of the zone.
+        FitError if one is undefined.
         """
         ...
 
     def pull_back(self, weights: Float, normals: Float) -> Rows:
-        """Return the gradient, one row, of the weighted sum of places.
-
-        Parameters
-        ----------
-        weights, normals
-            (n, 3), world.
-        """
+        """Return the gradient, one row, of the weighted sum of places; arguments (n, 3), world."""
         ...
 
     def by_radius(self, normals: Float) -> Float:
@@ -216,16 +204,10 @@ def _all_seen(surfaces: Sequence[TouchedSurface], values: Float, normals: Float)
 
 
 def form_noise(distances: Float, by_coordinates: Rows, free: Float) -> FormNoise:
-    """Return the deviations of a zone from its middle.
+    """Return the deviations (n,), mm, of a zone from its middle.
 
-    Parameters
-    ----------
-    distances
-        (n,), mm.
-    by_coordinates
-        n rows, nothing absorbed yet.
-    free
-        (n, k): by the free motions of the zone.
+    ``by_coordinates`` are n rows, nothing absorbed yet; ``free`` (n, k) are the derivatives by the
+    free motions of the zone.
     """
     n = len(distances)
     if free.shape[1]:
@@ -259,13 +241,9 @@ def derived_zone(
 ) -> Evaluation:
     """Return twice the greatest distance of centres or axis points from true geometry.
 
-    Parameters
-    ----------
-    true_point
-        (3,), mm, frame: the true centre, or a point of the true axis or plane.
-    rows
-        (d, 3): orthonormal directions, frame, of the distance: three for a sphere, two across an
-        axis, one across two planes.
+    ``true_point`` (3,), mm, frame, is the true centre, or a point of the true axis or plane.
+    ``rows`` (d, 3) are orthonormal directions of the distance: three for a sphere, two across an
+    axis, one across two planes.
     """
     world = np.array([item.point for item in points])
     scale = _scale(frame, world)

@@ -220,7 +220,6 @@ def _improve(
 def _faces(
     centre: Float, led: Float, direction: Float, rotation: Float, origin: Float, least_cosine: float
 ) -> bool:
-    """Return whether an LED faces a camera."""
     along, size = 0.0, 0.0
     for i in range(3):
         # The LED's place gets the whole motion, its direction only the rotation.
@@ -238,10 +237,7 @@ def _faces(
 def _predict(
     cams: Float, c: int, led: Float, rotation: Float, origin: Float, place: Float, rows: Float
 ) -> None:
-    """Write the image (2,) of an LED, mm on the ideal image, and its derivative by the pose, px.
-
-    ``rows`` (2, 6): rotation vector about the origin of the body, and translation.
-    """
+    """Write the image (2,) of an LED, mm, and ``rows`` (2, 6), px by rotation and shift."""
     arm = np.empty(3)
     point = np.empty(3)
     derivative = np.empty((2, 3))

@@ -228,10 +228,7 @@ def _search_seeds(
 
 @compiled()
 def _leave_rivals(spots: Float, there: Bool, rival_px: float, alone: Bool) -> None:
-    """Write which spots have no other one within ``rival_px``: only these may be seeds.
-
-    Growth removes the labels of the others, so every triple with one of them would be regrown.
-    """
+    """Write which spots are alone within ``rival_px`` and so may be seeds."""
     for c in range(there.shape[0]):
         for slot in range(there.shape[1]):
             alone[c, slot] = there[c, slot]

@@ -31,7 +31,7 @@ undetermined, and a first-order covariance would be too small (measured: below t
 def distortion_slope(
     x: Number, y: Number, k1: float, k2: float, p1: float, p2: float
 ) -> tuple[Number, Number, Number, Number]:
-    """Return the radial distortion at an ideal point, mm, and elements 00, 01 and 11 of d/d(x, y).
+    """Return the radial distortion at a point, mm, and elements 00, 01, 11 of d/d(x, y).
 
     Symmetric because the distortion is the gradient of a potential (radial and Brown terms are), so
     that d(xd)/dy = d(yd)/dx.
@@ -57,8 +57,8 @@ def undistort(
     """
     # The distorted point is the start: it is off by the distortion itself, a few per cent.
     x, y = xd, yd
-    # Three Newton steps (`camera.NEWTON_STEPS`, exact to 5e-13 px). The thesis uses one step, which
-    # is off by 0.045 px and more.
+    # Three Newton steps (`camera._model.NEWTON_STEPS`, exact to 5e-13 px). The thesis uses one
+    # step, which is off by 0.045 px and more.
     for _ in range(3):
         radial, j00, j01, j11 = distortion_slope(x, y, k1, k2, p1, p2)
         # Remaining difference to the observed point, mm; J dx = fx is solved by the inverse of a

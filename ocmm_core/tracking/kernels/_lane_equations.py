@@ -109,7 +109,7 @@ def pose_equations(
 
 @compiled(lane_algebra, lanes)
 def eliminate(e: tuple[Number, ...]) -> tuple[Number, ...]:
-    """Return T^-1 (6, lower), K' T^-1 = N (9), the inverse (6) of W - N K, and the least pivot.
+    """Return T^-1, K' T^-1 = N, the inverse of W - N K, and the least pivot.
 
     K is the block translation by rotation, T that of the translation, W that of the rotation.
     """

@@ -171,10 +171,7 @@ def _known(
     poses: Int, start: int, held: int, n_slots: int, i: int, j: int, k: int,
     at_i: Int, at_j: Int, at_k: Int,
 ) -> bool:  # fmt: skip
-    """Return whether a kept pose already contains a labelling of six spots.
-
-    Three LEDs in two cameras each: growing them again gives nothing new.
-    """
+    """Return whether a kept pose already contains a labelling of six spots."""
     for pose in range(start, held):
         same = True
         for side in range(2):

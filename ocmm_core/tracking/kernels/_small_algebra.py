@@ -1,4 +1,4 @@
-"""Compiled algebra of fixed small size for the hot path, in place and without allocation."""
+"""Compiled algebra of small fixed size, in place and without allocation."""
 
 from __future__ import annotations
 

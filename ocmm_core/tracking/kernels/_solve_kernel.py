@@ -176,7 +176,7 @@ def solve_frames(
     status: NDArray[np.uint8], tips: Float, covariances: Float, rotations: Float, origins: Float,
     chi2: Float, dof: Int,
 ) -> None:  # fmt: skip
-    """Solve every frame of a batch; see `tracking.pose.solve` for the meaning of the outputs.
+    """Solve every frame of a batch; for the outputs see `tracking.pose.solve`.
 
     Parameters
     ----------

@@ -47,7 +47,7 @@ _LEDS = (
 
 
 class PivotCompare(QWidget):
-    """New calibration compared with the second sweep, the thesis's method and the one in force."""
+    """New calibration compared with second sweep, thesis method and the one in force."""
 
     def __init__(self) -> None:
         super().__init__()

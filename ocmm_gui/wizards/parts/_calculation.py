@@ -1,4 +1,4 @@
-"""Calculations of a wizard in a separate process, so that the window never freezes.
+"""Calculations of a wizard in a separate process, not to freeze the window.
 
 The process resumes the session from its file, calculates, and returns the result. A dense solution
 holds the GIL for more than a second; in a thread it would block the window.

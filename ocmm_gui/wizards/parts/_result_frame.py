@@ -1,4 +1,4 @@
-"""Common base of result pages: plots on the left, verdict and figures on the right."""
+"""Base of result pages: plots on the left, verdict and figures on the right."""
 
 from __future__ import annotations
 

@@ -25,7 +25,7 @@ _LAST = 20
 
 @pytest.mark.slow
 def test_kills_lose_no_point_that_was_told(tmp_path: Path, repeats: Callable[..., int]) -> None:
-    wanted = repeats(12, 50)
+    wanted = repeats(8, 50)
     rng = np.random.default_rng(8)
     command = [sys.executable, "-m", "tests.core.acceptance.kill_worker"]
     number, stored = 0, 0
@@ -72,7 +72,7 @@ def test_a_line_cut_at_any_byte_leaves_what_was_stored(tmp_path: Path) -> None:
 def test_a_guided_test_killed_at_any_moment_is_offered_and_keeps_every_point(
     tmp_path: Path, repeats: Callable[..., int]
 ) -> None:
-    moments = repeats(4, 10)
+    moments = repeats(3, 10)
     rng = np.random.default_rng(19)
     command = [sys.executable, "-m", "tests.core.acceptance.kill_guided"]
     folder, number, stored, resumed = tmp_path / "0", 0, 0, 0

@@ -6,13 +6,16 @@ import shutil
 from datetime import timedelta
 from pathlib import Path
 
+import msgspec
 import pytest
 
 from ocmm_core.archive.outbox import exchange_heads
 from ocmm_core.archive.stores import HEADS, open_archive
 from ocmm_core.calibration.records import CalibrationStore, State
+from ocmm_core.documents import resource
 from ocmm_core.errors import StorageError
-from ocmm_core.seals import KeyFolder, learn_heads, memory_folder, signed_heads
+from ocmm_core.seals import KeyFolder, learn_heads, memory_folder, recall, remember, signed_heads
+from ocmm_core.storage import JobFile, JobHead, make_head
 from tests.core.calibration.made_records import MADE, make_record, make_verification
 from tests.other_station import other_station
 
@@ -47,6 +50,53 @@ def test_a_second_computer_knows_the_ends_by_the_archive(tmp_path: Path) -> None
         assert said.state is State.SUSPECT
         assert "archive.sqlite" in said.reason
     archive.close()
+
+
+def test_a_second_computer_knows_the_ends_of_jobs_by_the_archive(tmp_path: Path) -> None:
+    head = made_head()
+    path, older = tmp_path / "a.ocmm", tmp_path / "older.ocmm"
+    with other_station(tmp_path / "first"):
+        with JobFile.create(path, head) as job:
+            job.append_event("note", "one")
+        shutil.copy(path, older)
+        with JobFile.open(path) as job:
+            job.append_event("note", "two")
+        public = KeyFolder().station_key().public
+        archive = open_archive(str(tmp_path / "archive.sqlite"), set_up=True)
+        for _ in range(3):
+            exchange_heads(archive, "Station 1")
+        assert len(archive.findings()) == 1
+    with other_station(tmp_path / "second"):
+        KeyFolder().trust(public, "Station 1", "Ada", "compared", NOW)
+        assert doubts(older) == ""
+        exchange_heads(archive, "Station 2")
+        assert "missing at the end" in doubts(older)
+        assert doubts(path) == ""
+        # What another station says of a job that was written here does not count.
+        with JobFile.create(tmp_path / "b.ocmm", made_head()) as own:
+            own.append_event("note", "one")
+        seen = recall(f"job {own.head.job_uuid}")
+        assert seen is not None
+    with other_station(tmp_path / "first"):
+        remember(msgspec.structs.replace(seen, count=seen.count + 5, link="f" * 64))
+        exchange_heads(archive, "Station 1")
+    with other_station(tmp_path / "second"):
+        exchange_heads(archive, "Station 2")
+        assert recall(seen.name) == seen
+    archive.close()
+
+
+def doubts(path: Path) -> str:
+    """Return what speaks against the signature of a job on this computer."""
+    with JobFile.read(path) as job:
+        return " ".join(job.seal().doubts)
+
+
+def made_head() -> JobHead:
+    """Return the head of a new job."""
+    plan, rig = resource("plans", "quick.toml"), resource("rigs", "recommended.toml")
+    probe = resource("probes", "standard.toml")
+    return make_head(plan=plan, rig=rig, probe=probe, operator="me", part="P", serial="1")
 
 
 def test_a_memory_that_was_set_back_learns_its_own_ends(tmp_path: Path) -> None:

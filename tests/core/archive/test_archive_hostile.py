@@ -19,7 +19,7 @@ from tests.core.archive.conftest import Place, by_hand
 from tests.core.archive.made_jobs import made_delivery
 from tests.host import amount
 
-MESSAGES = amount(1_500, 10_000)
+MESSAGES = amount(500, 10_000)
 
 NASTY: tuple[Any, ...] = (
     "'; DROP TABLE job; --", "\0", "a\0b", "\ud800", "x" * 100_000, "\u202egnp.exe", "a\nb", "",

@@ -240,7 +240,7 @@ def test_kills_and_disconnections_lose_and_double_nothing(
     repeats: Callable[..., int],
     record_property: Callable[[str, object], None],
 ) -> None:
-    kills = repeats(60, 1000)
+    kills = repeats(30, 1000)
     folder = tmp_path / "box"
     Outbox(folder).close()
     cut = None

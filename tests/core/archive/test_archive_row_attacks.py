@@ -34,7 +34,7 @@ from tests.host import amount
 from tests.other_station import other_station
 
 ATTACKS = amount(80, 2_000)
-RESENDS = amount(6, 60)
+RESENDS = amount(3, 60)
 
 
 def measure(bench: Bench, path: Path, serial: str, pause: Path | None = None) -> Path:

@@ -359,7 +359,7 @@ def test_errors_of_the_cameras_count_once(
 ) -> None:
     """They scatter the blocks too, which the bootstrap alone would take for noise."""
     noise, formal = 0.0, 0.0
-    for seed in range(repeats(10, 16)):
+    for seed in range(repeats(6, 16)):
         rng = np.random.default_rng(seed)
         uv = spots(disturbed(rig(), rng), probe(), attitudes(600, 30.0, rng), CONE_WORLD, rng)
         found = calibrate_probe(rig(), probe(), PivotSweep.even(uv, SIGMA_PX))

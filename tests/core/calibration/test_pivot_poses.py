@@ -8,9 +8,9 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from ocmm_core.calibration.pivot import pivot_of_poses
-from ocmm_core.calibration.pivot._covariance import pose_pivot_covariance
 from ocmm_core.errors import CalibrationError
 from ocmm_core.geometry import Float
+from tests.core.calibration.predicted_errors import pose_pivot_covariance
 from tests.core.calibration.swept_probe import attitudes
 
 pytestmark = pytest.mark.numerics

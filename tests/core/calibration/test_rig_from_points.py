@@ -13,7 +13,7 @@ from ocmm_core.calibration.cameras import (
     calibrate_rig,
     fit_camera,
 )
-from ocmm_core.calibration.cameras._evaluation import error_map, split
+from ocmm_core.calibration.cameras._evaluation import split
 from ocmm_core.calibration.cameras._guards import judge_fit
 from ocmm_core.calibration.cameras._lens import project_with_jacobian
 from ocmm_core.calibration.cameras._network import RigCalibration
@@ -25,6 +25,7 @@ from ocmm_core.geometry import Float
 from ocmm_core.tracking import triangulate
 from tests.core.calibration.difficult_lenses import parameter_errors
 from tests.core.calibration.known_points import SIGMA_PX, distorted, observe, rig
+from tests.core.calibration.predicted_errors import error_map
 from tests.core.calibration.thesis_volumes import TABLE_1_UM, cost_of, table_1
 from tests.host import looser
 
@@ -52,7 +53,7 @@ def codes(calibration: RigCalibration) -> set[str]:
 @pytest.mark.slow
 def test_table_1_of_the_thesis(repeats: Callable[..., int]) -> None:
     # 40 calibrations, 8000 points: the RMS itself is known to one per cent.
-    runs = repeats(20, 40)
+    runs = repeats(10, 40)
     assert table_1(runs) == pytest.approx(TABLE_1_UM, rel=looser(0.05, runs, 40))
 
 

@@ -8,11 +8,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from ocmm_core.calibration.cameras import calibrate_rig
-from ocmm_core.calibration.cameras._evaluation import axis_errors, error_map, split, subset
+from ocmm_core.calibration.cameras._evaluation import axis_errors, split, subset
 from ocmm_core.camera import PARAMETERS, Rig, project
 from ocmm_core.geometry import Float
 from ocmm_core.tracking import triangulate
 from tests.core.calibration.known_points import SIGMA_PX, observe, rig, slab
+from tests.core.calibration.predicted_errors import error_map
 from tests.core.calibration.waved_probe import length_errors
 
 TABLE_1_UM = np.array([4.6, 22.7, 4.6])

@@ -56,7 +56,7 @@ def test_recall_and_comparison_are_the_same_to_the_byte(
 def test_monte_carlo_has_the_same_digits(
     cluster: ShopCluster, world: tuple[World, Path], repeats: Callable[..., int]
 ) -> None:
-    trials, slow = repeats(40_000, 300_000), repeats(16, 400)
+    trials, slow = repeats(10_000, 300_000), repeats(8, 400)
     job = reopen_job(world[1] / "0.ocmm", calibrations=world[0].calibrations)
     (task,) = job_uncertainty(
         job.plan, job.points, job.sensitivities, job.rig, job.body, job.options
@@ -81,7 +81,7 @@ def test_the_thesis_study_has_the_same_digits(
         body.leds_probe - body.tip_probe, np.radians([45.0, 45.0, 10.0]),
         1e-3 * np.array([4.6, 22.7, 4.6]), 300,
     )  # fmt: skip
-    runs = repeats(10, 100)
+    runs = repeats(5, 100)
     here = run_study(study, runs, seed=1, processes=1)
     there = replace(run_study(study, runs, seed=1, site=cluster.site), cpu_s=here.cpu_s)
     assert all(

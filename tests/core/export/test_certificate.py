@@ -50,7 +50,7 @@ from tests.core.export.dcc_schema import dcc_schema
 from tests.host import amount
 
 NOW = datetime(2026, 11, 25, 12, tzinfo=UTC)
-MUTATIONS = amount(250, 1000)
+MUTATIONS = amount(100, 1000)
 
 
 def store_with(folder: Path, *errors_mm: float) -> CalibrationStore:

@@ -22,7 +22,7 @@ from tests.core.export.sample_report import sample_report
 from tests.generated_jobs import generated_job
 from tests.host import amount
 
-JOBS, CHUNKS = amount(240, 1000), 4
+JOBS, CHUNKS = amount(120, 1000), 4
 SHEETS = 20
 """Every so manieth job goes into a workbook: reading one takes longer than all else together."""
 

@@ -231,6 +231,8 @@ def test_takes_a_model_from_its_nominals() -> None:
         ("<Normal>0 0 1", '<Normal linearUnit="inch">0 0 1', "Nominal 3"),
         ("<ToleranceValue>0.5", "<ToleranceValue/><ToleranceValue>0.5", "Profile"),
         ("<DefinedAsLimit>true", "<DefinedAsLimit>maybe", "Bores"),
+        ("<DefinedAsLimit>true", "unless noted<DefinedAsLimit>true", "Bores"),
+        ("</Axis>", "</Axis>inch", "Nominal 4"),
     ],
 )
 def test_names_the_item_with_a_foreign_reference(before: str, after: str, name: str) -> None:
@@ -242,6 +244,16 @@ def test_names_the_item_with_a_foreign_reference(before: str, after: str, name: 
         return
     found = plan_of_qif(content, "MODEL", "Block")
     assert not name or name in [one.name for one in found.left_out]
+
+
+def test_refuses_a_scaled_model() -> None:
+    scale = "<Product><Header><ScaleCoefficient>{}</ScaleCoefficient></Header></Product><Features>"
+    one, other = (
+        MODEL.replace("<Features>", scale.format(text), 1).encode() for text in ("1", "25.4")
+    )
+    assert plan_of_qif(one, "MODEL", "Block").plan.features
+    with pytest.raises(InputError, match=r"the scale of its model is 25\.4"):
+        plan_of_qif(other, "MODEL", "Block")
 
 
 @pytest.mark.parametrize(

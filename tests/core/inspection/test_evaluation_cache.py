@@ -49,7 +49,7 @@ ASKED = [
     asked("surface profile", "wavy", "top"),
     asked("circular runout", "collar", "pin"),
 ]
-STEPS, WALKS, WALK_STEPS = amount(9, 15), 3, 20
+STEPS, WALKS, WALK_STEPS = amount(7, 15), 3, 20
 VERBS = 7
 """Each is tried at least once."""
 
@@ -73,7 +73,7 @@ def plan_of(alignment: Alignment | None) -> Plan:
 
 def seen_of(count: int, rig: Rig, body: ProbeBody) -> list[TipSensitivity]:
     """Return answers of tips in the middle of the volume."""
-    rng = np.random.default_rng()
+    rng = np.random.default_rng(11)
     found = []
     for _ in range(count):
         rotation = rotation_from_vector(rng.normal(0.0, 0.1, 3))
@@ -110,7 +110,7 @@ def same(one: JobResults, other: JobResults) -> None:
 def test_whatever_happens_to_points_it_is_the_evaluation_from_nothing(
     alignment: Alignment | None,
 ) -> None:
-    rng = np.random.default_rng()
+    rng = np.random.default_rng(11)
     rig = load_rig(resource("rigs", "recommended.toml"))
     body = load_probe(resource("probes", "standard.toml"))
     plan = plan_of(alignment)
@@ -171,7 +171,7 @@ def test_whatever_happens_to_points_it_is_the_evaluation_from_nothing(
 
 @pytest.mark.parametrize("walk", range(WALKS))
 def test_the_view_of_a_session_is_that_of_the_job_opened_anew(bench: Bench, walk: int) -> None:
-    rng = np.random.default_rng()
+    rng = np.random.default_rng(11)
     names = [feature.name for feature in bench.plan.features]
     places = {"BED": (0, 4), "BLOCK_TOP": (4, 8), "SPHERE": (8, 14)}
     with bench.job() as job:

@@ -49,7 +49,7 @@ def test_few_points_have_the_factor_of_student() -> None:
     ],
 )
 def test_u_holds_the_truth(shape: Shape, n: int, arc: int, repeats: Callable[..., int]) -> None:
-    runs = repeats(100, RUNS, 50)
+    runs = repeats(60, RUNS, 30)
     # Four standard errors of the runs below 94 %. With 2 in the place of Student's factor four
     # points of a circle hold it in 70 %.
     least = 0.94 - looser(0.05, runs, RUNS)
