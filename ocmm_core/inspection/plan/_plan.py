@@ -155,13 +155,7 @@ def check_plan(path: Path, plan: Plan) -> None:
     """Raise InputError if the plan asks for something that cannot be measured."""
     if not plan.features:
         raise _error(path, "features", "is empty: nothing to measure")
-    names = [("name", plan.name), ("part", plan.part)]
-    names += [(f"features[{i}].name", item.name) for i, item in enumerate(plan.features)]
-    names += [(f"constructions[{i}].name", item.name) for i, item in enumerate(plan.constructions)]
-    names += [(f"characteristics[{i}].name", c.name) for i, c in enumerate(plan.characteristics)]
-    for field, name in names:
-        if wrong := label_fault(name) if "." not in field else name_fault(name):
-            raise _error(path, field, f"is {shortened(name)}, which {wrong}")
+    _check_names(path, plan)
     for group in ("features", "characteristics"):
         seen: set[str] = set()
         for index, item in enumerate(getattr(plan, group)):
@@ -187,6 +181,16 @@ def check_plan(path: Path, plan: Plan) -> None:
             raise _error(path, "model.file", wrong)
         if not _HASH.fullmatch(plan.model.sha256):
             raise _error(path, "model.sha256", "is no SHA-256: 64 digits from 0 to f")
+
+
+def _check_names(path: Path, plan: Plan) -> None:
+    names = [("name", plan.name), ("part", plan.part)]
+    names += [(f"features[{i}].name", item.name) for i, item in enumerate(plan.features)]
+    names += [(f"constructions[{i}].name", item.name) for i, item in enumerate(plan.constructions)]
+    names += [(f"characteristics[{i}].name", c.name) for i, c in enumerate(plan.characteristics)]
+    for field, name in names:
+        if fault := label_fault(name) if "." not in field else name_fault(name):
+            raise _error(path, field, f"is {shortened(name)}, which {fault}")
 
 
 def _check_feature(path: Path, plan: Plan, index: int, feature: NominalFeature) -> None:
