@@ -1,19 +1,22 @@
-"""The one boundary for the unexpected: any exception becomes a sentence, a log file and a remedy.
+"""Boundary for unexpected errors: each becomes a sentence, a log file and a remedy.
 
-Every thread, every process and every command ends in it. What is expected is an `OcmmError` already
-and passes through unchanged; anything else is a defect of the program and becomes an
-`InternalError`, whose full traceback is in a file that the remedy names.
+Every thread, process and command ends in it. An `OcmmError` passes unchanged; any other exception
+is a defect of the program and becomes an `InternalError`, with its traceback in a file that the
+remedy names. `print_in_any_encoding` keeps output on consoles of any encoding.
 """
 
 from __future__ import annotations
 
+import codecs
 import contextlib
+import io
 import itertools
 import os
 import platform
 import sys
 import threading
 import traceback
+import unicodedata
 from collections.abc import Callable
 from datetime import UTC, datetime
 from pathlib import Path
@@ -21,9 +24,41 @@ from types import TracebackType
 from typing import TextIO
 
 from ocmm_core import __version__
-from ocmm_core.console import print_in_any_encoding
 from ocmm_core.documents import write_atomic
 from ocmm_core.errors import InternalError, OcmmError
+
+_SPELLED = {
+    "ä": "ae", "ö": "oe", "ü": "ue", "Ä": "Ae", "Ö": "Oe", "Ü": "Ue", "ß": "ss", "µ": "u", "μ": "u",
+    "±": "+/-", "°": "deg", "²": "^2", "×": "x", "·": "*", "…": "...", "–": "-", "−": "-", "Ø": "O",
+    "„": '"', "“": '"', "”": '"', "‘": "'", "’": "'", "⌀": "D", "█": "#",  # noqa: RUF001
+}  # fmt: skip
+"""Spelling of the signs in messages if the encoding of a terminal lacks them."""
+_HANDLER = "ocmm.spelled"
+
+
+def print_in_any_encoding() -> None:
+    """Let standard output and errors spell what their encoding lacks instead of failing.
+
+    A sign of a sentence is spelled (``µm`` is ``um``), a space is a space, and any other character
+    is shown as its number, so that no text of others is changed into another one.
+    """
+    codecs.register_error(_HANDLER, _spelled)
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors=_HANDLER)
+
+
+def _spelled(error: UnicodeError) -> tuple[str, int]:
+    if not isinstance(error, UnicodeEncodeError):
+        raise error
+    return "".join(_sign(one) for one in error.object[error.start : error.end]), error.end
+
+
+def _sign(one: str) -> str:
+    if unicodedata.category(one) == "Zs":
+        return " "
+    return _SPELLED.get(one, one.encode("ascii", "backslashreplace").decode("ascii"))
+
 
 EXIT_INTERNAL = 3
 """Exit code of every command that met the unexpected."""

@@ -8,7 +8,7 @@ what an inspector does), ``jobs`` (`_job_change`: the next part, another plan), 
 values, bus), ``instruments`` (calibration and probe), ``maintenance``, ``reports``, ``events``
 (signals) and ``faults`` (a defect stays until a new start). `_frame_loop` is the thread from ring
 to touches, `_touches` the step after it, `_live` what the machine sees now. The watches:
-`_calibration_watch`, `_drift_watch`, `_probe_watch`, `_reference_watch`, `_bus_watch`. `stream` is
+`_calibration_watch`, `_drift_watch`, `_probe_watch`, `_bus_watch`. `stream` is
 the room for other programs. Numbers come from the rooms below. It must not know a screen.
 """
 

@@ -14,13 +14,42 @@ from PySide6.QtGui import QColor, QFontMetricsF, QPainter, QPen
 from ocmm_core.export.report import ReportData
 from ocmm_core.geometry import Float
 from ocmm_core.rendering import RenderMode
+from ocmm_core.tolerances.decisions import DeviationPicture
 from ocmm_gui.kit import text_font
 from ocmm_gui.reports._canvas import INK, SMALL, WIDTH, Canvas, Style, paint_text
-from ocmm_gui.reports._deviation_scale import deviation_scale
 from ocmm_gui.scene import Orbit, StillScene, Tag, paint_scene, painted_still
-from ocmm_gui.views import deviation_part, deviations_of, job_items
+from ocmm_gui.views import SCALE_PX, deviation_part, deviations_of, job_items, paint_scale
+
+
+def deviation_scale(
+    canvas: Canvas, data: ReportData, seen: DeviationPicture, reach_mm: float | None
+) -> None:
+    """Draw the scale of the whiskers below the picture; nothing where the job has none.
+
+    The part is coloured up to ``reach_mm`` from a point; None where it is not.
+    """
+    if not seen.whiskers:
+        return
+
+    def paint(painter: QPainter, box: QRectF) -> None:
+        wide = box.adjusted(0.0, 10.0, -0.35 * box.width(), 0.0)
+        paint_scale(painter, wide, seen, INK, _BOLDER, reach_mm, canvas.speech.word)
+
+    canvas.draw(SCALE_PX[1] * _BOLDER + 20.0, paint, canvas.speech.word("Deviation"))
+    shown = {whisker.feature for whisker in seen.whiskers}
+    without = [item.name for item in data.view.features if item.points and item.name not in shown]
+    if without:
+        names = ", ".join(without)
+        canvas.text(
+            canvas.speech.say(
+                f"Without a whisker, as no zone of their surface has a value: {names}."
+            ),
+            SMALL,
+        )
+
 
 _BOLDER = 2.2
+"""Screen sizes are too fine on paper."""
 _SHARPER = 3.0
 """Pixels of the part for each of a screen: some 350 an inch."""
 _MOST_HIGH, _LEAST_HIGH = 1150.0, 500.0

@@ -4,7 +4,7 @@ In: ball centres with their joint covariance, the nominal, the probe side, other
 Out: measured features: geometry, Jacobian by every point of the job, outliers.
 
 Read `_fit` (a fit by the name of its shape), `_actual` (a feature from ball centres) with
-`_ball_off`, `_oriented`, `_outliers` and `_second_order` (does first order hold). Constructions:
+`_oriented`, `_outliers` and `_second_order` (does first order hold). Constructions:
 `_construct`, `_construct_checks`, `_construct_geometry`, `_construct_fit`, `_constructed`.
 `_verify` and `_verify_files` run certified reference pairs.
 It must not know alignment or tolerances.

@@ -3,8 +3,8 @@
 In: answers of one cycle, and the clock. Out: new frames of each camera with a freshness verdict,
 counters in which every cycle is counted once, and the reaction to faults.
 
-Start with `_bus` (bring-up and cycles); then `_bringup`, `_health` and `_frame_content` (freshness
-and integrity) and `_clock` (pure arithmetic), `_accounts` (counters), `_supervisor` (wait, lift or
+Start with `_bus` (bring-up and cycles); then `_bringup`, `_health` (freshness and
+integrity) and `_clock` (pure arithmetic), `_accounts` (counters), `_supervisor` (wait, lift or
 restart: a pure state machine), `_watch` and `_port_errors` (camera states, port errors), `_journal`
 (events).
 It must not import the ring or its process.

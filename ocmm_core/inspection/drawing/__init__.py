@@ -5,9 +5,8 @@ characteristics and an alignment, and for every item of the model what became of
 
 Read `_account` (what comes out), `_surfaces` (faces to features), `_context` (the plan that grows,
 and what each characteristic is checked against), then `_sizes` with their limits, `_frames`,
-`_zones`, `_general`, and `_plan_of_model`, which joins them; `_kept_account` stores the account in
-the plan. It must not know files:
-`inspection.step` reads them.
+`_zones`, `_general`, and `_plan_of_model`, which joins them and stores the account in the
+plan. The package is independent of files: `inspection.step` reads them.
 """
 
 from __future__ import annotations
@@ -19,15 +18,13 @@ from ocmm_core.door import door
 if TYPE_CHECKING:
     from ocmm_core.inspection.drawing._account import GROUPS, Account, AccountItem
     from ocmm_core.inspection.drawing._general import CLASSES, general_of
-    from ocmm_core.inspection.drawing._kept_account import with_account
-    from ocmm_core.inspection.drawing._plan_of_model import plan_with_tolerances
+    from ocmm_core.inspection.drawing._plan_of_model import plan_with_tolerances, with_account
 else:
     __getattr__ = door(
         __name__,
         _account="Account AccountItem GROUPS",
         _general="CLASSES general_of",
-        _kept_account="with_account",
-        _plan_of_model="plan_with_tolerances",
+        _plan_of_model="plan_with_tolerances with_account",
     )
 
 __all__ = [

@@ -73,7 +73,7 @@ _REFERENCES = frozenset({
 })  # fmt: skip
 
 
-class Role(NamedTuple):
+class EntityRule(NamedTuple):
     """Types that an entity in a role may have, and types that may refer to it."""
 
     parts: Mapping[str, tuple[int, ...]]
@@ -83,7 +83,7 @@ class Role(NamedTuple):
 
 
 ROLES = {
-    "tolerance": Role(
+    "tolerance": EntityRule(
         {
             "GEOMETRIC_TOLERANCE": (4,), "GEOMETRIC_TOLERANCE_WITH_DATUM_REFERENCE": (1,),
             "GEOMETRIC_TOLERANCE_WITH_MODIFIERS": (1,), **_KINDS,
@@ -91,53 +91,55 @@ ROLES = {
         },
         frozenset({"TOLERANCE_ZONE", *ZONES, "GEOMETRIC_TOLERANCE_RELATIONSHIP"}),
     ),
-    "zone": Role(
+    "zone": EntityRule(
         {"TOLERANCE_ZONE": (2, 6), "SHAPE_ASPECT": (4,),
          **{word: (0, 1, 6, 7) for word in ZONES if "DEFINITION" not in word}},
         frozenset(word for word in ZONES if "DEFINITION" in word)
     ),
-    "zone form": Role({"TOLERANCE_ZONE_FORM": (1,)}, None),
-    "dimension": Role(
+    "zone form": EntityRule({"TOLERANCE_ZONE_FORM": (1,)}, None),
+    "dimension": EntityRule(
         {"DIMENSIONAL_SIZE": (2,), "ANGULAR_SIZE": (1, 3),
          "DIMENSIONAL_LOCATION": (0, 4), "ANGULAR_LOCATION": (1, 5),
          "SHAPE_ASPECT_RELATIONSHIP": (4,)},
         frozenset({"DIMENSIONAL_CHARACTERISTIC_REPRESENTATION", "PLUS_MINUS_TOLERANCE"}),
     ),
-    "value": Role({"DIMENSIONAL_CHARACTERISTIC_REPRESENTATION": (2,)}, frozenset()),
-    "values": Role(
+    "value": EntityRule({"DIMENSIONAL_CHARACTERISTIC_REPRESENTATION": (2,)}, frozenset()),
+    "values": EntityRule(
         {"SHAPE_DIMENSION_REPRESENTATION": (0, 3), "SHAPE_REPRESENTATION": (0,),
          "REPRESENTATION": (3,)},
         frozenset({"DIMENSIONAL_CHARACTERISTIC_REPRESENTATION"}),
     ),
-    "limits": Role({"PLUS_MINUS_TOLERANCE": (2,)}, frozenset()),
-    "limit values": Role({"TOLERANCE_VALUE": (2,)}, None),
-    "fit": Role({"LIMITS_AND_FITS": (4,)}, None),
-    "measure": Role(
+    "limits": EntityRule({"PLUS_MINUS_TOLERANCE": (2,)}, frozenset()),
+    "limit values": EntityRule({"TOLERANCE_VALUE": (2,)}, None),
+    "fit": EntityRule({"LIMITS_AND_FITS": (4,)}, None),
+    "measure": EntityRule(
         {"MEASURE_WITH_UNIT": (2,), "LENGTH_MEASURE_WITH_UNIT": (0, 2),
          "PLANE_ANGLE_MEASURE_WITH_UNIT": (0, 2), "MEASURE_REPRESENTATION_ITEM": (0, 3),
          "REPRESENTATION_ITEM": (1,), "QUALIFIED_REPRESENTATION_ITEM": (1,)},
         None,
     ),
-    "aspect": Role(_ASPECTS, _OF_ASPECTS),
-    "datum": Role({"DATUM": (1, 5), "SHAPE_ASPECT": (4,)}, _REFERENCES | {*RELATIONS, *USAGES}),
-    "datum system": Role(
+    "aspect": EntityRule(_ASPECTS, _OF_ASPECTS),
+    "datum": EntityRule(
+        {"DATUM": (1, 5), "SHAPE_ASPECT": (4,)}, _REFERENCES | {*RELATIONS, *USAGES}
+    ),
+    "datum system": EntityRule(
         {"DATUM_SYSTEM": (1, 5), "SHAPE_ASPECT": (4,)},
         frozenset({*TOLERANCES, "GEOMETRIC_TOLERANCE_WITH_DATUM_REFERENCE"}),
     ),
-    "datum reference": Role(
+    "datum reference": EntityRule(
         {"DATUM_REFERENCE_COMPARTMENT": (0, 6), "DATUM_REFERENCE_ELEMENT": (0, 6),
          "GENERAL_DATUM_REFERENCE": (2,), "SHAPE_ASPECT": (4,)},
         frozenset({"DATUM_SYSTEM", "DATUM_REFERENCE_COMPARTMENT"}),
     ),
-    "older datum reference": Role(
+    "older datum reference": EntityRule(
         {"DATUM_REFERENCE": (2,)},
         frozenset({*TOLERANCES, "GEOMETRIC_TOLERANCE_WITH_DATUM_REFERENCE"}),
     ),
-    "relation": Role(
+    "relation": EntityRule(
         {"SHAPE_ASPECT_RELATIONSHIP": (4,), "SHAPE_ASPECT_DERIVING_RELATIONSHIP": (0, 4)},
         frozenset(),
     ),
-    "usage": Role(dict.fromkeys(USAGES, (5,)), frozenset()),
+    "usage": EntityRule(dict.fromkeys(USAGES, (5,)), frozenset()),
 }  # fmt: skip
 """By what the readers take an entity for."""
 
