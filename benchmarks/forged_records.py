@@ -133,7 +133,7 @@ def make_site(folder: Path, test: str = "SPHERE-25") -> tuple[Kind, ...]:
         release_file(document, document_kind(document), "Grace")
     settings = SettingsFile(folder / "settings.toml")
     settings.change({"temperature.part_c": 21.0, "job.released_only": True}, stamp="2026-11-28")
-    dcc, _ = write_certificate(certificate_of_folder(record, paper), folder)
+    dcc = write_certificate(certificate_of_folder(record, paper), folder)
 
     def certified(path: Path) -> bool:
         return bool(certificate_of_folder(path, paper))

@@ -46,8 +46,8 @@ def screens(qapp: QApplication) -> Iterator[tuple[FarView, DeskView]]:
     parent = QWidget()
     actions = make_actions(parent)
     far, desk = FarView(actions), DeskView(rig, body, actions)
-    for widget in (far, desk):
-        widget.resize(1280, 720)
+    far.resize(1280, 720)
+    desk.resize(1280, 720)
     yield far, desk
     for widget in (far, desk, parent):
         widget.close()
@@ -68,7 +68,8 @@ def counted_job(seed: int) -> tuple[JobView, RequirementCount | None]:
 
 def shown_by_screens(screens: tuple[FarView, DeskView], job: JobView) -> dict[str, str]:
     found = {"results": counted_line(job)}
-    for name, view in zip(("far view", "measure panel"), screens, strict=True):
+    views: dict[str, FarView | DeskView] = {"far view": screens[0], "measure panel": screens[1]}
+    for name, view in views.items():
         view.show_job(job)
         found[name] = f"{view.part.word()} {' '.join(view.part.lines())}"
         found[f"{name}, read aloud"] = view.part.accessibleDescription()
@@ -133,7 +134,7 @@ def test_every_file_with_a_verdict_states_what_the_plan_lacks(chunk: int) -> Non
     for seed in range(chunk, CASES, CHUNKS):
         job, count = counted_job(seed)
         data = sample_report(job, nominals=generated_job(seed)[1])
-        files = {}
+        files: dict[str, bytes] = {}
         for exporter in EXPORTERS.values():
             if job.characteristics or exporter.name != "dfq":
                 files |= exporter.contents((data,), profiles[seed % 2])

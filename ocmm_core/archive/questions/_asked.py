@@ -95,7 +95,7 @@ def wall(utc: Cell) -> str:
 def remark(entry: Entry) -> str:
     """Return what must be known of a judged job."""
     words = [SIMULATED] if entry["simulated"] else []
-    words += [f"{entry['requirements']}."] if entry["requirements"] else []
+    words += [f"{entry['requirements']!s}."] if entry["requirements"] else []
     words += [str(entry["doubt"])] if entry["doubt"] else []
     if entry["copies"]:
         words.append(f"Other versions of this job, not shown: {entry['copies']!s}.")

@@ -288,8 +288,8 @@ def import_(
     surfaces = tuple(one.feature for one in taken if one.free_form is None)
     bare = _plan(surfaces, output, name, part)
     plan, account = plan_with_tolerances(bare, model, general)
-    without = "" if tolerances else "the tolerances of the model were not imported"
-    plan = with_account(plan if tolerances else bare, model, account, file, without)
+    reason = "" if tolerances else "the tolerances of the model were not imported"
+    plan = with_account(plan if tolerances else bare, model, account, file, reason)
     if profile is not None:
         plan = with_profiles(plan, free_forms, profile)
     if keep_model:

@@ -23,7 +23,7 @@ _DEEPEST = 64
 _MOST = 20_000
 _VERSIONS = ("3.",)
 _LONGEST_NAME = 400
-_NO_ELEMENTS = (etree.Comment, etree.ProcessingInstruction)
+_NO_ELEMENTS: tuple[object, ...] = (etree.Comment, etree.ProcessingInstruction)
 _UNCERTAINTY = (("uncertainty", "valueExpandedMU"), ("coverageFactor",))
 """Elements of expanded uncertainty and k in D-SI 1 and 2.1, and in D-SI 2.2 and later."""
 
@@ -160,8 +160,8 @@ def _in_text(node: etree._Element) -> bool:
     parent = node.getparent()
     return (
         parent is not None
-        and bool("".join(parent.itertext()).strip())
-        and not len([one for one in parent if one.tag not in _NO_ELEMENTS])
+        and bool("".join(map(str, parent.itertext())).strip())
+        and all(one.tag in _NO_ELEMENTS for one in parent)
     )
 
 

@@ -61,11 +61,11 @@ def form_table(data: ReportData) -> Table:
     end = (clean_text(data.part.headline), data.state_words)
     known = {one.result.name: one for one in data.reported}
     states = requirement_states(data.plan)
-    for one in states:
-        if one.counts or one.requirement.group == "note":
-            rows.append((*_accounted(data, one, known), *end))
-    drawn = {name for one in states for name in one.requirement.characteristics}
-    numbers = [int(n) for one in states if (n := one.requirement.balloon).isdecimal()]
+    for state in states:
+        if state.counts or state.requirement.group == "note":
+            rows.append((*_accounted(data, state, known), *end))
+    drawn = {name for state in states for name in state.requirement.characteristics}
+    numbers = [int(n) for state in states if (n := state.requirement.balloon).isdecimal()]
     others = [one for name, one in known.items() if name not in drawn]
     for number, one in enumerate(others, start=max(numbers, default=0) + 1):
         place = f"plan {data.plan.name}"
@@ -161,7 +161,10 @@ def _differences(
     except (zipfile.BadZipFile, KeyError, ValueError, etree.XMLSyntaxError) as error:
         return [*found, f"{book}: it cannot be read ({error})."]
     width = len(_FORM)
-    wanted = [[line] for line in _above(data)] + [list(_FORM), *map(list, table.rows)]
+    wanted: list[list[Cell]] = [[line] for line in _above(data)] + [
+        list(_FORM),
+        *map(list, table.rows),
+    ]
     for line, (row, cells) in enumerate(zip(wanted, rows, strict=False), start=1):
         plain = [cell or None for cell in row] + [None] * (width - len(row))
         if plain != [*cells, *[None] * (width - len(cells))]:

@@ -13,7 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, assert_never
+from typing import assert_never
 
 import numpy as np
 
@@ -34,10 +34,6 @@ from ocmm_core.features.shapes import (
 )
 from ocmm_core.geometry import Float, Int
 from ocmm_core.measuring import MeasuredPoint, Rows
-
-if TYPE_CHECKING:
-    from ocmm_core.features.measured._actual import Touches
-
 
 ALONG = 0.1
 """Part of the approach square to a line below which it does not show the side of the material."""

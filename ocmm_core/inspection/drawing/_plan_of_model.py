@@ -48,7 +48,8 @@ def with_account(
         return plan
     sha256 = model_files(file).sha256 if model.part is None else model.part.source_sha256
     named = {one.name: one for one in plan.characteristics}
-    drawn = {one.entity: one for one in (*model.pmi.dimensions, *model.pmi.tolerances)}
+    drawn: dict[int, Dimension | Tolerance] = {one.entity: one for one in model.pmi.dimensions}
+    drawn |= {one.entity: one for one in model.pmi.tolerances}
     notes = {one.entity: one.text for one in model.pmi.annotations}
     found = [
         _requirement(item, named, drawn.get(item.entity), notes.get(item.entity, ""), without)

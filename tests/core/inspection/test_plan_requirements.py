@@ -70,12 +70,12 @@ def imported(
     """Return a plan with the account of a model of 8 requirements; 6 are taken."""
     file = folder / "part.stp"
     file.write_text(text)
-    pmi = {
-        "dimensions": dimensions, "tolerances": tolerances, "annotations": (NOTE,) * notes,
-    }  # fmt: skip
     bare = plan or made()[0]
-    done, account = made(plan=plan, **pmi)
-    return with_account(bare if without else done, model(**pmi), account, file, without)
+    done, account = made(
+        plan=plan, dimensions=dimensions, tolerances=tolerances, annotations=(NOTE,) * notes
+    )
+    found = model(dimensions=dimensions, tolerances=tolerances, annotations=(NOTE,) * notes)
+    return with_account(bare if without else done, found, account, file, without)
 
 
 def counted(plan: Plan) -> tuple[int, int]:
@@ -115,9 +115,13 @@ def test_an_import_is_counted_and_saved(tmp_path: Path) -> None:
 
 
 def test_a_note_prevents_a_complete_count(tmp_path: Path) -> None:
-    taken = {"dimensions": DIMENSIONS[:3], "tolerances": TOLERANCES[:3]}
-    whole = requirement_count(imported(tmp_path, **taken))
-    noted = requirement_count(imported(tmp_path, notes=True, **taken))
+    def count(*, notes: bool) -> RequirementCount | None:
+        taken = imported(
+            tmp_path, notes=notes, dimensions=DIMENSIONS[:3], tolerances=TOLERANCES[:3]
+        )
+        return requirement_count(taken)
+
+    whole, noted = count(notes=False), count(notes=True)
     assert whole is not None
     assert noted is not None
     assert (whole.is_whole, noted.is_whole) == (True, False)
