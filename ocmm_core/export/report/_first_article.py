@@ -161,10 +161,8 @@ def _differences(
     except (zipfile.BadZipFile, KeyError, ValueError, etree.XMLSyntaxError) as error:
         return [*found, f"{book}: it cannot be read ({error})."]
     width = len(_FORM)
-    wanted: list[list[Cell]] = [[line] for line in _above(data)] + [
-        list(_FORM),
-        *map(list, table.rows),
-    ]
+    wanted: list[list[Cell]] = [[line] for line in _above(data)]
+    wanted += [list(_FORM), *map(list, table.rows)]
     for line, (row, cells) in enumerate(zip(wanted, rows, strict=False), start=1):
         plain = [cell or None for cell in row] + [None] * (width - len(row))
         if plain != [*cells, *[None] * (width - len(cells))]:

@@ -3,8 +3,8 @@
 In: requests for objects. Out: their values, images and emergencies, without delaying the cycle.
 
 Start with `_requests` (one JSON line each) and `_objects` (acyclic service); then `_mailbox_line`
-and `_sdo` (transfers), `_emergency`. Host side: `_object_access`, `_camera_client`, `_camera_pictures`,
-`_thermometer`.
+and `_sdo` (transfers), `_emergency`. Host side: `_object_access`, `_camera_client`,
+`_camera_pictures`, `_thermometer`.
 It must not import bring-up or supervision; `cycle` provides the channel.
 """
 

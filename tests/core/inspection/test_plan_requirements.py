@@ -29,6 +29,7 @@ from ocmm_core.inspection.plan import (
 )
 from ocmm_core.inspection.pmi import Annotation, Dimension, Tolerance
 from ocmm_core.tables import TableOptions
+from ocmm_core.tolerances.decisions import RequirementCount
 from ocmm_core.tolerances.zones import Characteristic
 from tests.core.inspection.test_drawing import (
     ABC,
