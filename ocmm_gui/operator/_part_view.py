@@ -62,8 +62,9 @@ class PartVerdictView(Painted):
             return ()
         part = self._job.part_verdict
         simulated = (SIMULATED_LINE,) if self._job.simulated else ()
-        counted = (said(part.requirement_words),) if part.is_partial else ()
-        return (*simulated, *counted, *(part.reasons or (part.summary.counted,)))
+        counted = (part.requirement_words,) if part.is_partial else ()
+        lines = (*simulated, *counted, *(part.reasons or (part.summary.counted,)))
+        return tuple(said(line) for line in lines)
 
     def type_pixels(self) -> tuple[int, int]:
         """Return the pixel sizes of the word and of the lines below."""

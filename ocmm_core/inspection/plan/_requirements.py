@@ -29,7 +29,8 @@ UNCOUNTED = ("datum", "datum target", "note")
 _HASH = re.compile(r"[0-9a-f]{64}")
 _SAME = 1e-9
 _DECIMALS = 6
-_BY_NAME = ("name", "features", "datums", "nominal", "lower", "upper")
+_BY_NAME = ("name", "features", "datums", "nominal", "lower", "upper", "limits")
+_DEFAULTS = {one.name: one.default for one in msgspec.structs.fields(Characteristic)}
 
 
 class PlanSource(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -174,8 +175,12 @@ class _Contents:
         told: list[object] = [self._geometry(name) for name in one.nominals]
         for name in one.characteristics:
             item = self.characteristics[name]
-            data = msgspec.to_builtins(item)
-            fields = {key: value for key, value in data.items() if key not in _BY_NAME}
+            # Without defaults, so that a field of a later version does not change the hash.
+            fields = {
+                key: value
+                for key, value in msgspec.to_builtins(item).items()
+                if key not in _BY_NAME and value and value != _DEFAULTS[key]
+            }
             told.append([fields, *(self._geometry(own) for own in (*item.features, *item.datums))])
         return hashlib.sha256(msgspec.json.encode(told, order="deterministic")).hexdigest()[:16]
 
