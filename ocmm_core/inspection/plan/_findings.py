@@ -194,7 +194,7 @@ def _characteristics(plan: Plan) -> Iterator[PlanFinding]:
         value = drawn_value(item, nominals, shapes, bound)
         if value is None:
             continue
-        if item.kind == "distance" and not item.axis and value < _SHORTEST_MM:
+        if _is_length(item) and value < _SHORTEST_MM:
             yield PlanFinding(
                 f"{item.name}: {' and '.join(item.features)} coincide, and a distance of zero has "
                 "no uncertainty.",
@@ -255,9 +255,15 @@ def _nominal(item: Characteristic, value: float, unit: str, slack: float) -> Ite
     )
 
 
+def _is_length(item: Characteristic) -> bool:
+    """Return whether the value is an absolute length between two features."""
+    spec = spec_of(item.kind)
+    return spec.folds and spec.unit == "mm" and not item.axis
+
+
 def _slack(plan: Plan, item: Characteristic, nominals: Mapping[str, Float]) -> float:
     """Return by how much a distance depends on where its features are probed, mm."""
-    if item.kind != "distance" or item.axis:
+    if not _is_length(item):
         return 0.0
     one, other = (nominals[name][DIRECTION] for name in item.features)
     tilt = float(np.linalg.norm(np.cross(one, other)))

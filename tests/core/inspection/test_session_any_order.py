@@ -268,9 +268,9 @@ def test_a_serial_number_without_a_number_is_not_counted_on() -> None:
         next_serial("PROTO")
 
 
-@pytest.mark.parametrize("name", ["=1+1", "../x", 'a"b', "a,b", "-x", "x" * 61, "Jörg", "$A", ""])
+@pytest.mark.parametrize("name", ["=1+1", "-x", "x" * 61, "a\nb", "a\u202eb", " a", ""])
 @pytest.mark.parametrize("field", ["operator", "serial", "order", "batch"])
-def test_names_of_the_header_are_such_that_every_export_takes(name: str, field: str) -> None:
+def test_refuses_unusable_names_of_the_header(name: str, field: str) -> None:
     header = JobHeader("anna", "PART", "SN-1", "O 1", "B.2")
     check_header(header)
     if name == "" and field in ("order", "batch"):
