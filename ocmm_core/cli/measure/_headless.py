@@ -15,7 +15,7 @@ from rich.text import Text
 from ocmm_core.acquisition.frames import AcquisitionState, AcquisitionStatus, StopReason
 from ocmm_core.calibration.records import CalibrationStatus, ProbeView
 from ocmm_core.cli.measure._pages import print_pages
-from ocmm_core.cli.terminal import _WIDE, lead, say, say_word, shown, told
+from ocmm_core.cli.terminal import _WIDE, PlainConsole, lead, say, say_word, shown, told
 from ocmm_core.composition import BuiltStation
 from ocmm_core.errors import CalibrationError, MeasuringError, OcmmError
 from ocmm_core.export import DEFAULT_FORMAT, PDF, chosen_formats
@@ -27,6 +27,8 @@ from ocmm_core.tolerances.decisions import U_LABEL, U_WORDS, CharacteristicResul
 from ocmm_core.tolerances.kinds import spec_of
 
 _POLL_S = 0.05
+_LEAST_NAME = 14
+"""Width to which a table wraps the names of characteristics."""
 _STYLE = {
     Verdict.CONFORM: "green",
     Verdict.NOT_CONFORM: "bold red",
@@ -138,29 +140,52 @@ def _print_pages(job: Path, out: Path, console: Console, *, incomplete: bool) ->
 
 
 def print_table(console: Console, view: JobView, truth: Mapping[str, float] | None = None) -> None:
-    """Print the characteristics of a job; beside the true values where they are known.
+    """Print the characteristics of a job, next to the true values if known.
 
-    A narrow terminal gets fewer columns, never shortened numbers.
+    Numbers and verdicts are never shortened: a narrow terminal gets fewer columns and wrapped
+    names, a very narrow one a block for each characteristic, a pipe or file all columns.
     """
-    wide = console.width >= _WIDE
-    table = Table(title=f"{view.part}: {view.job}", title_justify="left", box=box.SIMPLE_HEAD)
-    table.add_column(say_word("Characteristic"), no_wrap=True)
     names = ["Nominal", "Measured", "Deviation", "Lower", "Upper", U_LABEL, "True", "Error"]
-    wanted = names if wide else ["Measured", "Deviation", U_LABEL, "Error"]
-    if truth is None:
-        wanted = [name for name in wanted if name not in ("True", "Error")]
+    known = names if truth is not None else names[:-2]
+    rows = [
+        dict(zip(names, _cells(result, (truth or {}).get(result.name)), strict=True))
+        for result in view.characteristics
+    ]
+    verdicts = [say_word(result.verdict.value) for result in view.characteristics]
+    widths = {name: max(map(len, (say_word(name), *(row[name] for row in rows)))) for name in names}
+    last = max(map(len, (say_word("Verdict"), *verdicts)))
+    longest = max((len(result.name) for result in view.characteristics), default=0)
+
+    def needed(wanted: Sequence[str], first: int) -> int:
+        """Return the width of a table with three blanks between its columns."""
+        return first + last + sum(widths[name] + 3 for name in wanted) + 7
+
+    if not console.is_terminal and console.width >= _WIDE:
+        width = max(console.width, needed(known, longest))
+        console = PlainConsole(file=console.file, width=width)
+    choices = (known, ["Measured", "Deviation", U_LABEL, "Error"], ["Measured", U_LABEL])
+    fitting = (
+        [name for name in choice if name in known]
+        for choice in choices
+        if needed(choice, min(longest, _LEAST_NAME)) <= console.width
+    )
+    wanted = next(fitting, [])
+    if not wanted:
+        for result, cells, verdict in zip(view.characteristics, rows, verdicts, strict=True):
+            console.print(Text(shown(result.name)))
+            for name in known:
+                console.print(Text(f"  {say_word(name)} {cells[name]}"))
+            console.print(Text(f"  {verdict}", _STYLE[result.verdict]))
+    table = Table(title=f"{view.part}: {view.job}", title_justify="left", box=box.SIMPLE_HEAD)
+    table.add_column(say_word("Characteristic"), overflow="fold")
     for name in wanted:
-        table.add_column(say_word(name), justify="right", no_wrap=True)
-    table.add_column(say_word("Verdict"), no_wrap=True)
-    for result in view.characteristics:
-        cells = dict(zip(names, _cells(result, (truth or {}).get(result.name)), strict=True))
-        style = _STYLE[result.verdict]
-        table.add_row(
-            result.name,
-            *(cells[name] for name in wanted),
-            Text(say_word(result.verdict.value), style),
-        )
-    console.print(table)
+        table.add_column(say_word(name), justify="right", no_wrap=True, min_width=widths[name])
+    table.add_column(say_word("Verdict"), no_wrap=True, min_width=last)
+    for result, cells, verdict in zip(view.characteristics, rows, verdicts, strict=True):
+        values = (cells[name] for name in wanted)
+        table.add_row(result.name, *values, Text(verdict, _STYLE[result.verdict]))
+    if wanted:
+        console.print(table)
     for result in view.characteristics:
         if result.note:
             console.print(f"{result.name}: {say(result.note)}", style="dim", highlight=False)
