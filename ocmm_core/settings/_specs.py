@@ -257,8 +257,8 @@ SETTINGS: tuple[SettingSpec, ...] = (
     ),
     _spec(
         "report.formats", Kind.LINES, ("polyworks",), _S, _NOW, later("Formats of E"),
-        later("polyworks; qif; dfq; xlsx; json; pdf: written together, parted by semicolons"),
-        choices=("polyworks", "qif", "dfq", "xlsx", "json", "pdf"),
+        later("polyworks; qif; dfq; xlsx; json; fai; pdf: written together, parted by semicolons"),
+        choices=("polyworks", "qif", "dfq", "xlsx", "json", "fai", "pdf"),
     ),
     _spec(
         "report.template", Kind.FILE, None, _S, _NOW, later("Template"),

@@ -18,7 +18,7 @@ from ocmm_gui.work import WorkLine
 
 _SHORT = {
     "polyworks": later("PolyWorks"), "qif": later("QIF"), "dfq": later("Q-DAS"),
-    "xlsx": later("XLSX"), "json": later("JSON"), "pdf": later("PDF"),
+    "xlsx": later("XLSX"), "json": later("JSON"), "fai": later("AS9102"), "pdf": later("PDF"),
 }  # fmt: skip
 """Names of products and formats as a button has room for them."""
 

@@ -6636,6 +6636,10 @@ Startet: {source}</translation>
         <translation>PDF</translation>
     </message>
     <message>
+        <source>AS9102</source>
+        <translation>AS9102</translation>
+    </message>
+    <message>
         <source>Write the report into the folder</source>
         <translation>Bericht in den Ordner schreiben</translation>
     </message>
@@ -8516,8 +8520,8 @@ Startet: {source}</translation>
         <translation>Formate von E</translation>
     </message>
     <message>
-        <source>polyworks; qif; dfq; xlsx; json; pdf: written together, parted by semicolons</source>
-        <translation>polyworks; qif; dfq; xlsx; json; pdf: zusammen geschrieben, durch Semikolon getrennt</translation>
+        <source>polyworks; qif; dfq; xlsx; json; fai; pdf: written together, parted by semicolons</source>
+        <translation>polyworks; qif; dfq; xlsx; json; fai; pdf: zusammen geschrieben, durch Semikolon getrennt</translation>
     </message>
     <message>
         <source>Report template; empty: the plain one</source>

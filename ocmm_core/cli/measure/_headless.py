@@ -15,7 +15,7 @@ from rich.text import Text
 from ocmm_core.acquisition.frames import AcquisitionState, AcquisitionStatus, StopReason
 from ocmm_core.calibration.records import CalibrationStatus, ProbeView
 from ocmm_core.cli.measure._pages import print_pages
-from ocmm_core.cli.terminal import _WIDE, PlainConsole, lead, say, say_word, shown, told
+from ocmm_core.cli.terminal import lead, say, say_word, shown, told, wide_enough
 from ocmm_core.composition import BuiltStation
 from ocmm_core.errors import CalibrationError, MeasuringError, OcmmError
 from ocmm_core.export import DEFAULT_FORMAT, PDF, chosen_formats
@@ -146,7 +146,7 @@ def print_table(console: Console, view: JobView, truth: Mapping[str, float] | No
     names, a very narrow one a block for each characteristic, a pipe or file all columns.
     """
     names = ["Nominal", "Measured", "Deviation", "Lower", "Upper", U_LABEL, "True", "Error"]
-    known = names if truth is not None else names[:-2]
+    columns = names if truth is not None else names[:-2]
     rows = [
         dict(zip(names, _cells(result, (truth or {}).get(result.name)), strict=True))
         for result in view.characteristics
@@ -160,12 +160,10 @@ def print_table(console: Console, view: JobView, truth: Mapping[str, float] | No
         """Return the width of a table with three blanks between its columns."""
         return first + last + sum(widths[name] + 3 for name in wanted) + 7
 
-    if not console.is_terminal and console.width >= _WIDE:
-        width = max(console.width, needed(known, longest))
-        console = PlainConsole(file=console.file, width=width)
-    choices = (known, ["Measured", "Deviation", U_LABEL, "Error"], ["Measured", U_LABEL])
+    console = wide_enough(console, needed(columns, longest))
+    choices = (columns, ["Measured", "Deviation", U_LABEL, "Error"], ["Measured", U_LABEL])
     fitting = (
-        [name for name in choice if name in known]
+        [name for name in choice if name in columns]
         for choice in choices
         if needed(choice, min(longest, _LEAST_NAME)) <= console.width
     )
@@ -173,7 +171,7 @@ def print_table(console: Console, view: JobView, truth: Mapping[str, float] | No
     if not wanted:
         for result, cells, verdict in zip(view.characteristics, rows, verdicts, strict=True):
             console.print(Text(shown(result.name)))
-            for name in known:
+            for name in columns:
                 console.print(Text(f"  {say_word(name)} {cells[name]}"))
             console.print(Text(f"  {verdict}", _STYLE[result.verdict]))
     table = Table(title=f"{view.part}: {view.job}", title_justify="left", box=box.SIMPLE_HEAD)

@@ -16,7 +16,12 @@ from ocmm_core.door import door
 
 if TYPE_CHECKING:
     from ocmm_core.cli.terminal._cluster_options import computing
-    from ocmm_core.cli.terminal._console import _WIDE, PlainConsole, make_console, progress_line
+    from ocmm_core.cli.terminal._console import (
+        PlainConsole,
+        make_console,
+        progress_line,
+        wide_enough,
+    )
     from ocmm_core.cli.terminal._options import (
         BusProcessorOption,
         CalibrationsOption,
@@ -67,7 +72,7 @@ else:
     __getattr__ = door(
         __name__,
         _cluster_options="computing",
-        _console="_WIDE PlainConsole make_console progress_line",
+        _console="PlainConsole make_console progress_line wide_enough",
         _options=(
             "BusProcessorOption CalibrationsOption CheckAfterOption CompensatePartOption "
             "CompensateProbeOption "
@@ -87,7 +92,7 @@ else:
     )
 
 __all__ = [
-    "_WIDE", "BusProcessorOption", "CalibrationsOption", "CheckAfterOption", "ColumnsOption",
+    "BusProcessorOption", "CalibrationsOption", "CheckAfterOption", "ColumnsOption",
     "CompensatePartOption", "CompensateProbeOption", "DecimalOption", "ForceOption",
     "HumidityOption", "IncompleteOption", "OutOption", "PartExpansionOption", "PartOption",
     "PartTemperatureOption", "PlainConsole", "PlanOption", "PressureOption", "ProbeDesignOption",
@@ -97,5 +102,5 @@ __all__ = [
     "TemperatureSigmaOption", "TipOption", "UncalibratedOption", "bending", "computing",
     "encoder_for", "heads", "histogram", "label", "language", "lead", "make_console", "nice_limit",
     "page", "points_in_space", "print_table_account", "progress_line", "say", "say_later",
-    "say_word", "shown", "tip_map", "told",
+    "say_word", "shown", "tip_map", "told", "wide_enough",
 ]  # fmt: skip

@@ -47,6 +47,13 @@ def make_console(*, soft_wrap: bool = False, stderr: bool = False) -> Console:
     return PlainConsole(width=_WIDE, stderr=stderr)
 
 
+def wide_enough(console: Console, width: int) -> Console:
+    """Return a console at least ``width`` wide if ``console`` writes to a pipe or file."""
+    if console.is_terminal or console.width < _WIDE:
+        return console
+    return PlainConsole(file=console.file, width=max(console.width, width))
+
+
 @contextmanager
 def progress_line() -> Iterator[Callable[[str, float], None]]:
     """Give what tells how far a command is, in a line of the terminal that goes again.

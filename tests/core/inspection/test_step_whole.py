@@ -200,7 +200,7 @@ def test_units_of_a_model_are_honoured(unit: str, tmp_path: Path) -> None:
     ("pattern", "with_", "says"),
     [
         (r"GLOBAL_UNIT_ASSIGNED_CONTEXT\s*\(\s*\([^)]*\)\)", "", "names no units"),
-        (r"\(25\.4,", "(25.,", "one of its unit 'INCH' is 25 mm"),
+        (r"\(25\.4,", "(25.,", "one 'INCH' is 25 mm in the document"),
         (r"UNIT_ASSIGNED_CONTEXT\s*\(\s*\((#\d+),#\d+,", r"UNIT_ASSIGNED_CONTEXT((\1,",
          "no unit of angle"),
         (r"LENGTH_UNIT\(\)", "MASS_UNIT()", "no unit of length"),

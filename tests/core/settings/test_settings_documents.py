@@ -234,7 +234,8 @@ def test_temperatures_are_used_for_some_hours_only(tmp_path: Path) -> None:
     loaded = store.load(now)
     assert loaded.settings.temperature_part_c is None
     assert loaded.settings.temperature_probe_c is None
-    assert len(loaded.notes) == 2
+    # The signature is gone, which is the first note.
+    assert len(loaded.notes) == 3
 
 
 _BAD: dict[str, list[object]] = {
