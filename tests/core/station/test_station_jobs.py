@@ -83,7 +83,7 @@ def test_the_next_job_is_begun_by_another_plan_and_the_one_before_can_be_gone_on
     plan = load_plan(resource("plans", "demo.toml"))
     ball = msgspec.structs.replace(plan.feature("SPHERE"), points=4)
     x, y, z = ball.point
-    away = msgspec.structs.replace(ball, name="NOT_THERE", point=type(ball.point)((x, y, z + 80.0)))
+    away = msgspec.structs.replace(ball, name="NOT_THERE", point=(x, y, z + 80.0))
     features = [ball, away]
     plan = msgspec.structs.replace(
         plan, name="TWO", part="OTHER", features=features, characteristics=[], alignment=None
