@@ -296,7 +296,9 @@ def _digests(place: Path) -> dict[str, str]:
     keys = place / "data/ocmm/keys"
     files = (place / _SECRET, place / _NEIGHBOUR, *keys.glob("*.key"))
     return {
-        str(one): hashlib.sha256(one.read_bytes()).hexdigest() for one in files if one.is_file()
+        str(one): hashlib.sha256(one.read_bytes()).hexdigest()
+        for one in files
+        if one.is_file() and not one.is_symlink()
     }
 
 
