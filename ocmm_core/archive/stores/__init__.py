@@ -3,7 +3,7 @@
 In: rows and files. Out: the same, once each, and answers to SQL that can change nothing.
 
 Read `_interface` (what the rest knows), `_keys` (of stations), `_reader` and `_store` with
-`_statements` (what both do alike), `_sqlite`, `_postgresql` with `_patience` (for a silent server),
+`_statements` (what both do alike), `_sqlite`, `_postgresql` (bounded waits for a silent server),
 `_open` and `_address` (where it is, and its password), `_schema`, `_views` and `_roles` (its SQL),
 `_faults` (what goes wrong, as sentences).
 It must not know how jobs come, nor what is asked.
