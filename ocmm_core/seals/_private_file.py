@@ -27,17 +27,9 @@ def guarded_content(path: Path, what: str) -> bytes | None:
     StorageError
         It cannot be read, is no regular file, or another user can write it or its folder.
     """
+    descriptor = -1
     try:
         descriptor = HOST.open_as_it_is(path)
-    except FileNotFoundError:
-        return None
-    except OSError as error:
-        raise StorageError(
-            "station.unreadable",
-            f"{path}: the {what} cannot be read ({error.strerror}).",
-            "Restore it from a backup as a regular file of this user, with read permission.",
-        ) from error
-    try:
         state = os.fstat(descriptor)
         if not stat.S_ISREG(state.st_mode) or state.st_size > _LARGEST:
             raise StorageError(
@@ -48,8 +40,17 @@ def guarded_content(path: Path, what: str) -> bytes | None:
         _refuse_foreign(path, state, what)
         refuse_open_folder(path.parent, what)
         return os.read(descriptor, _LARGEST)
+    except OSError as error:
+        if _is_missing(path, error):
+            return None
+        raise StorageError(
+            "station.unreadable",
+            f"{path}: the {what} cannot be read ({error.strerror}).",
+            "Restore it from a backup as a regular file of this user, with read permission.",
+        ) from error
     finally:
-        os.close(descriptor)
+        if descriptor >= 0:
+            os.close(descriptor)
 
 
 def refuse_open_folder(folder: Path, what: str) -> None:
@@ -102,17 +103,17 @@ def private_content(path: Path) -> bytes | None:
     """
     try:
         descriptor = open_guarded(path)
-    except FileNotFoundError:
-        return None
+        with open(descriptor, "rb") as stream:  # noqa: PTH123 - checked and read by one descriptor
+            state = os.fstat(descriptor)
+            content = stream.read(4096)
     except OSError as error:
+        if _is_missing(path, error):
+            return None
         raise StorageError(
             "key.unreadable",
             f"{path}: the key of this station cannot be read ({error.strerror}).",
             "Start the program as the user of this station.",
         ) from error
-    with open(descriptor, "rb") as stream:  # noqa: PTH123 - checked and read by one descriptor
-        state = os.fstat(descriptor)
-        content = stream.read(4096)
     if HOST.is_open_to(state, 0o077):
         raise StorageError(
             "key.open",
@@ -121,6 +122,11 @@ def private_content(path: Path) -> bytes | None:
         )
     refuse_open_folder(path.parent, "key of this station")
     return content
+
+
+def _is_missing(path: Path, error: OSError) -> bool:
+    """Return whether nothing has the name; a link to nothing is not missing."""
+    return isinstance(error, FileNotFoundError) and not path.is_symlink()
 
 
 def private_temporary(path: Path, content: bytes) -> Path:

@@ -14,7 +14,7 @@ from PySide6.QtCore import Qt, Signal
 from ocmm_core.alignment import Relocation, load_frame, relocation, saved_frame
 from ocmm_core.camera import Rig
 from ocmm_core.features.shapes import NominalFeature
-from ocmm_core.inspection.drawing import Account, plan_with_tolerances, with_account
+from ocmm_core.inspection.drawing import NOT_IMPORTED, Account, plan_with_tolerances, with_account
 from ocmm_core.inspection.plan import (
     FeatureTable,
     PartOfPlan,
@@ -197,8 +197,7 @@ def with_offers(
     bare = more_of(found.plan)
     if not account.items:
         return replace(found, plan=bare)
-    without = "the tolerances of the model were not imported"
-    bare = with_account(bare, read.model, account, read.path, without)
+    bare = with_account(bare, read.model, account, read.path, NOT_IMPORTED)
     # In the datum system that the tolerances bring, where they bring one.
     toleranced = with_account(more_of(toleranced), read.model, account, read.path)
     return replace(found, plan=toleranced, account=account, bare=bare)

@@ -227,7 +227,13 @@ def import_(
     Code 1: the plan is written, and something of the model's tolerances was refused.
     """
     from ocmm_core.cli.measure._account import account_json, print_account, print_requirements
-    from ocmm_core.inspection.drawing import Account, general_of, plan_with_tolerances, with_account
+    from ocmm_core.inspection.drawing import (
+        NOT_IMPORTED,
+        Account,
+        general_of,
+        plan_with_tolerances,
+        with_account,
+    )
     from ocmm_core.inspection.plan import feature_table, with_model, with_profiles
     from ocmm_core.inspection.step import (
         STEP_ENDINGS,
@@ -288,7 +294,7 @@ def import_(
     surfaces = tuple(one.feature for one in taken if one.free_form is None)
     bare = _plan(surfaces, output, name, part)
     plan, account = plan_with_tolerances(bare, model, general)
-    reason = "" if tolerances else "the tolerances of the model were not imported"
+    reason = "" if tolerances else NOT_IMPORTED
     plan = with_account(plan if tolerances else bare, model, account, file, reason)
     if profile is not None:
         plan = with_profiles(plan, free_forms, profile)

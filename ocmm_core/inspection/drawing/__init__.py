@@ -16,18 +16,18 @@ from typing import TYPE_CHECKING
 from ocmm_core.door import door
 
 if TYPE_CHECKING:
-    from ocmm_core.inspection.drawing._account import GROUPS, Account, AccountItem
+    from ocmm_core.inspection.drawing._account import GROUPS, NOT_IMPORTED, Account, AccountItem
     from ocmm_core.inspection.drawing._general import CLASSES, general_of
     from ocmm_core.inspection.drawing._plan_of_model import plan_with_tolerances, with_account
 else:
     __getattr__ = door(
         __name__,
-        _account="Account AccountItem GROUPS",
+        _account="Account AccountItem GROUPS NOT_IMPORTED",
         _general="CLASSES general_of",
         _plan_of_model="plan_with_tolerances with_account",
     )
 
 __all__ = [
-    "CLASSES", "GROUPS", "Account", "AccountItem", "general_of", "plan_with_tolerances",
-    "with_account",
+    "CLASSES", "GROUPS", "NOT_IMPORTED", "Account", "AccountItem", "general_of",
+    "plan_with_tolerances", "with_account",
 ]  # fmt: skip

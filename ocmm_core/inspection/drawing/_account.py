@@ -10,6 +10,9 @@ import msgspec
 Group = Literal[
     "dimension", "tolerance", "datum reference", "datum", "datum target", "annotation", "general"
 ]
+NOT_IMPORTED = "the tolerances of the model were not imported"
+"""Reason of every requirement of a model whose features alone were imported."""
+
 GROUPS: tuple[Group, ...] = (
     "dimension", "tolerance", "datum reference", "datum", "datum target", "annotation", "general",
 )  # fmt: skip

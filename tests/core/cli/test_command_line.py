@@ -50,7 +50,12 @@ def test_measure_conforms_with_exit_code_0_and_writes_job_and_report(
 def test_a_part_out_of_tolerance_gives_exit_code_1(
     ocmm_here: Ocmm, tmp_path: Path, slow_rig: Path
 ) -> None:
-    plan = edited(tmp_path / "plan.toml", QUICK, "nominal = 19.989", "nominal = 19.8")
+    plan = edited(
+        tmp_path / "plan.toml",
+        QUICK,
+        "nominal = 19.989\nlower = -0.08",
+        "nominal = 19.989\nlower = 0.06",
+    )
     done = ocmm_here("measure", "--rig", slow_rig, "--plan", plan, "--out", "out")
     assert done.returncode == 1
     assert re.search(r"Ball diameter .*NOT CONFORM", done.stdout)
@@ -65,8 +70,9 @@ def test_a_value_at_its_limit_is_not_proven_and_gives_exit_code_1(
     assert ocmm_here("measure", "--rig", slow_rig, "--plan", QUICK, "--out", "out").returncode == 0
     with (tmp_path / "out/QUICK-001_SIMULATED_report.csv").open(newline="") as stream:
         step = float(list(csv.DictReader(stream))[1]["Measured"])
-    # The same measurement again, with the upper limit (nominal + 0.08) where its value lies.
-    plan = edited(tmp_path / "plan.toml", QUICK, "nominal = 20.34", f"nominal = {step - 0.08:.4f}")
+    # The same measurement again, with the upper limit where its value lies.
+    limits = "nominal = 20.34\nlower = -0.08\nupper = "
+    plan = edited(tmp_path / "plan.toml", QUICK, f"{limits}0.08", f"{limits}{step - 20.34:.4f}")
     done = ocmm_here("measure", "--rig", slow_rig, "--plan", plan, "--out", "out")
     assert done.returncode == 1
     assert re.search(r"Block step .*NOT PROVEN", done.stdout)

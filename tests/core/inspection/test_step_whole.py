@@ -42,7 +42,7 @@ from tests.core.inspection.whole_step_models import (
     bored_plate,
     changed,
     flat_cone,
-    seventy_bores,
+    spline_bores,
     split_plate,
     turned,
 )
@@ -113,15 +113,15 @@ def test_all_targets_of_foreign_models_lie_on_their_faces(
         assert len(bores) == 3
 
 
-@pytest.mark.skipif(not amount(0, 1), reason="long form")
 @pytest.mark.timeout(1800)
-def test_seventy_bores_of_splines_are_bores(tmp_path: Path) -> None:
+def test_bores_of_splines_are_bores(tmp_path: Path) -> None:
     """The bores of as1-oc-214: 70 B-splines, all of them cylinders."""
     needs_package("OCP", "the extra 'step'")
-    path = seventy_bores(tmp_path / "as1.stp", rng_of("as1"))
+    brackets = amount(1, 14)
+    path = spline_bores(tmp_path / "as1.stp", rng_of("as1"), brackets)
     model = read_model(path)
     bores = [one for one in model.features if one.shape is Shape.CYLINDER]
-    assert len(bores) == 70
+    assert len(bores) == 5 * brackets
     assert all(one.side == "inner" for one in bores)
     assert not model.free_forms
     check(path, model)

@@ -178,10 +178,10 @@ def lofted(rng: Generator) -> Any:
     return without(wires.Shape(), rod((0, 0, -1), Z, float(rng.uniform(8, 15)), 100))
 
 
-def seventy_bores(path: Path, rng: Generator) -> Path:
-    """Write an assembly of 14 brackets with five bores each, all surfaces as splines."""
+def spline_bores(path: Path, rng: Generator, brackets: int) -> Path:
+    """Write an assembly of brackets with five bores each, all surfaces as splines."""
     bracket = as_splines(bored_plate(rng, 5))
-    parts = [moved(bracket, 160.0 * (k % 7), 80.0 * (k // 7), 0.0) for k in range(14)]
+    parts = [moved(bracket, 160.0 * (k % 7), 80.0 * (k // 7), 0.0) for k in range(brackets)]
     return written(path, together(*parts))
 
 
