@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 
 
 # Those of the registry, which is not loaded for a help; a test holds the two together.
-FORMAT_WORDS = "polyworks, qif, dfq, xlsx, json, pdf or all"
+FORMAT_WORDS = "polyworks, qif, dfq, xlsx, json, fai, pdf or all"
 PROFILED_WORDS = "polyworks, dfq, xlsx"
 
 
