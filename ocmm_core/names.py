@@ -23,7 +23,7 @@ _JOINERS = "\u200c\u200d"
 _FIRST_JOINED = 0x0600
 """Arabic; scripts before it have no joined forms, so that a joiner would only hide."""
 
-_FORMULA = "=+-@\uff1d\uff0b\uff0d\uff20"
+FORMULA_SIGNS = "=+-@\uff1d\uff0b\uff0d\uff20"
 """A spreadsheet computes what begins with them (CWE-1236), also in full width."""
 
 _SIGNS = {
@@ -68,7 +68,7 @@ def label_fault(name: str) -> str:
         return f"has {len(name)} characters; at most {LONGEST_NAME}"
     if name != name.strip():
         return "begins or ends with a space"
-    if name[0] in _FORMULA:
+    if name[0] in FORMULA_SIGNS:
         return f"begins with '{name[0]}', which a spreadsheet takes for a formula"
     if unicodedata.category(name[0]).startswith("M"):
         return "begins with a combining mark"

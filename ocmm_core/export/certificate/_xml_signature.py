@@ -15,9 +15,9 @@ from dataclasses import dataclass, field
 from datetime import timedelta
 from enum import StrEnum
 from functools import cache
+from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING
-from xml.sax.saxutils import escape
 
 from cryptography import x509
 from cryptography.exceptions import InvalidSignature, UnsupportedAlgorithm
@@ -219,7 +219,7 @@ def _rewritten(root: etree._Element, signature: etree._Element, content: bytes) 
             tail = one.tail
             one.clear()
             one.tail = tail
-    wanted = _FRAME.format(id=escape(signature.get("Id", "")))
+    wanted = _FRAME.format(id=escape(signature.get("Id", ""), quote=False))
     unsigned = etree.tostring(frame, method="c14n", exclusive=True, with_comments=True).decode()
     plain = base64.b64encode(base64.b64decode(value)) == value
     # The only instruction is the XML declaration.

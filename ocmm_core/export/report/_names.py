@@ -11,7 +11,7 @@ from collections.abc import Iterable
 from datetime import UTC, datetime
 
 from ocmm_core.errors import StorageError
-from ocmm_core.names import file_stem, label_fault, name_fault
+from ocmm_core.names import FORMULA_SIGNS, file_stem, label_fault, name_fault
 
 _LONGEST = 250
 _NO_TEXT = frozenset({"Cc", "Cf", "Cs", "Co", "Cn", "Zl", "Zp"})
@@ -66,7 +66,11 @@ def check_name(kind: str, name: str) -> str:
 
 def check_file_stem(name: str) -> str:
     """Return the name of a job that files can be called after; raise StorageError otherwise."""
-    if file_stem(name) != name.replace(" ", "_") or name != name.strip():
+    if (
+        file_stem(name) != name.replace(" ", "_")
+        or name != name.strip()
+        or name[0] in FORMULA_SIGNS
+    ):
         raise StorageError(
             "export.name",
             f"The job name {name!r} is not a valid file name on every system.",

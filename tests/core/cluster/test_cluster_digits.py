@@ -50,7 +50,8 @@ def test_recall_and_comparison_are_the_same_to_the_byte(
     files = sorted(jobs.glob("*.ocmm"))
     alone = compare_files(files, calibrations=found.calibrations)
     there = compare_files(files, calibrations=found.calibrations, site=cluster.site)
-    assert repr(there) == repr(alone)
+    # A cluster does not read files on this computer.
+    assert repr(there) == repr(replace(alone, files=()))
 
 
 def test_monte_carlo_has_the_same_digits(

@@ -102,7 +102,7 @@ JOB = (
     f"Job identity,{HEAD.job_uuid}\r\n"
     "Part,Block\r\n"
     "Serial number,'=4711\r\n"
-    "Operator,Zo? M?ller\r\n"
+    "Operator,Zoe Muller-d6e575a6\r\n"
     "Order,\r\n"
     "Batch,\r\n"
     f"Begun (UTC),{HEAD.created_utc}\r\n"
@@ -189,10 +189,8 @@ def test_a_comma_locale_changes_nothing(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    "name",
-    ["A,B", 'A"B', "A\r\nB", "A\n", "=1+1", "+A", "-A", "@A", "$X", "", "x" * 61, "Größe", "../A",
-     "A/B", "A;B", " A", "\tA"],
-)  # fmt: skip
+    "name", ["A\r\nB", "A\n", "=1+1", "+A", "-A", "@A", "", "../A", " A", "\tA", 'A"B', "A\u202eB"]
+)
 @pytest.mark.parametrize("where", ["job", "feature", "characteristic"])
 def test_a_hostile_name_is_refused_and_nothing_is_written(
     tmp_path: Path, name: str, where: str
