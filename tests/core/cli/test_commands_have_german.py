@@ -32,7 +32,7 @@ _NO_SENTENCE = {
     "Use the stored black image.", "Use no black image and delete the stored one.",
     "List the black images.",
     # Values of options and of documents.
-    "polyworks, qif, dfq, xlsx, json, pdf or all", "polyworks, dfq, xlsx",
+    "polyworks, qif, dfq, xlsx, json, fai, pdf or all", "polyworks, dfq, xlsx",
     "as found", "after adjustment", "gauge block",
     # What is put into errors, which are translated as a whole.
     "All points taken are saved in the job file.", "The command", "The doctor of a station",
