@@ -29,19 +29,19 @@ from ocmm_core.tolerances.zones import Characteristic
 from ocmm_core.tracking import ReferenceBody
 
 _SHORT = 12
-"""Digits of a hash in tables; the whole of it stands in the note."""
+"""Digits of a hash in tables; the note has the whole hash."""
 
 _HASH = re.compile(r"[0-9a-f]{64}")
 
 
 @dataclass(frozen=True, slots=True)
 class Instrument:
-    """What is said about cameras, probe or reference body."""
+    """State of the cameras, probe or reference body."""
 
     label: str
     """State, name and shortened hash: pure ASCII without commas, for tables."""
     note: str = ""
-    """The same with complete hashes, as the job file keeps it; may be empty."""
+    """As stored in the job file, with complete hashes; may be empty."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,12 +49,11 @@ class ReportedFeature:
     """One feature of the job."""
 
     seen: FeatureView
-    """As it stands: shape, points as reported, fit in the world frame, verdict, note."""
+    """Shape, points as reported, fit in the world frame, verdict, note."""
     nominal: NominalFeature | None
-    """What the plan says; None for what was constructed without a nominal."""
+    """None for a construction without a nominal."""
     nominal_element: Element | None
-    """The same, part frame; None together with ``nominal``, and where the nominals of the datums do
-    not tell how the part frame lies to them."""
+    """In the part frame; None without ``nominal``, or if the datums do not define that frame."""
     actual_element: Element | None
     """As measured, in the frame of the report; None without a fit."""
 
@@ -71,12 +70,12 @@ class ReportedFeature:
 
 @dataclass(frozen=True, slots=True)
 class ReportedResult:
-    """One result beside what the plan asked for."""
+    """A result with the characteristic of the plan."""
 
     result: CharacteristicResult
     """Value, uncertainty and verdict."""
     asked: Characteristic | None
-    """The characteristic of the plan; None where it is not known."""
+    """None if the plan does not contain it."""
 
     @property
     def unit(self) -> Literal["mm", "deg"]:
@@ -105,20 +104,19 @@ class ReportData:
     """One job, ready to be reported; lengths in mm, angles in degrees."""
 
     view: JobView
-    """The job as it stands: features, results, what is held back and what is not proven."""
+    """Features, results, points held back and reasons for unproven verdicts."""
     head: JobHead
-    """What the job says about itself: operator, part, serial number, documents."""
+    """Operator, part, serial number, documents."""
     plan: Plan
-    """What was to be measured, with the decision rule."""
+    """Plan of the job, with the decision rule."""
     T_part_from_world: RigidTransform | None
-    """The alignment; None where there is none, and everything measured stays in the world frame."""
+    """Alignment; without it (None) measured values are in the world frame."""
     features: tuple[ReportedFeature, ...]
-    """In the order of the plan, then what was constructed."""
+    """In the order of the plan, then constructions."""
     observations: tuple[MeasuredPoint, ...]
-    """The points as they are stored, before anything is compensated; empty where nobody has them.
-    """
+    """Points as stored, without compensation; may be empty."""
     annulled: tuple[int, ...]
-    """Numbers of the points that were taken back."""
+    """Numbers of the undone points."""
     taken_utc: dict[int, str]
     """ISO 8601 text by number of the point."""
     calibration: Instrument
@@ -127,23 +125,23 @@ class ReportData:
     """`calibration`, `probe`, `reference`: States and hashes. The label of ``reference`` is empty
     without a reference body."""
     climate: Climate
-    """Temperatures, and what was compensated."""
+    """Temperatures and compensations."""
     notes: tuple[str, ...] = ()
-    """What else the reader must know, in sentences: doubts about the file."""
+    """Sentences about suspect parts of the file."""
     taken_back: tuple[tuple[MeasuredPoint, str], ...] = ()
-    """Those points as they are stored, and why each was; empty where nobody has them."""
+    """Undone points as stored, with reasons; may be empty."""
     explanations: tuple[Explanation, ...] = ()
-    """Why results are NOT CONFORM or NOT PROVEN, and what to do, in the order of the plan."""
+    """Reasons and remedies for NOT CONFORM and NOT PROVEN results, in the order of the plan."""
     written_by: str = __version__
-    """Version of the program that reports; that of the program that measured is in ``head``."""
+    """Version of the reporting program; ``head`` has that of the measuring program."""
     seal: JobSeal | None = None
-    """How far the job goes, and who signed it; None if unknown."""
+    """Number of signed steps, and signer; None if unknown."""
     release: ReleaseState = NO_RELEASE
-    """Of the plan, as copied into the job when it was started."""
+    """Release of the plan, copied into the job at its start."""
     identity: FileIdentity | None = None
-    """The job file that was read; None for a job that is measured."""
+    """The job file that was read; None while a job is measured."""
     paper: Paper = field(default_factory=plain_paper)
-    """Whose paper it is, and what no job file knows; set with ``dataclasses.replace``."""
+    """Letterhead, and facts that are not in the job file; set with ``dataclasses.replace``."""
 
     @property
     def job(self) -> str:
@@ -157,12 +155,12 @@ class ReportData:
 
     @property
     def reported(self) -> tuple[ReportedResult, ...]:
-        """Return the results beside the characteristics of the plan."""
+        """Return the results with their characteristics of the plan."""
         asked = {item.name: item for item in self.plan.characteristics}
         return tuple(ReportedResult(result, asked.get(result.name)) for result in self.results)
 
     def explanation(self, characteristic: str) -> Explanation | None:
-        """Return why a result is not CONFORM; None where there is nothing to explain."""
+        """Return why a result is not CONFORM; None if it is."""
         named = (item for item in self.explanations if item.characteristic == characteristic)
         return next(named, None)
 
@@ -188,33 +186,32 @@ class ReportData:
         Raises
         ------
         StorageError
-            A time is none.
+            A stored time is invalid.
         """
         if not self.taken_utc:
             return ""
         latest = max(self.taken_utc.values(), key=lambda text: last_moment(text, ()))
-        # As it is stored, to the digit, where it is UTC already.
+        # A time in UTC keeps its digits.
         return latest if latest.endswith("+00:00") else last_moment(latest, ()).isoformat()
 
     @property
     def states(self) -> tuple[str, ...]:
-        """Return what stands on every page, sheet and file; empty where nothing has to.
+        """Return the states to show on every page, sheet and file.
 
-        SIMULATED, CAMERAS UNPROVEN and INCOMPLETE (`job_states`), PLAN NOT RELEASED if a release
-        does not fit the plan, and why nothing is proven: IN DOUBT if something speaks against the
-        file, else UNCALIBRATED.
+        SIMULATED, CAMERAS UNPROVEN, INCOMPLETE and PARTIAL PLAN (`job_states`), PLAN NOT RELEASED
+        if a release does not fit the plan, and IN DOUBT if the file is suspect, else UNCALIBRATED.
         """
         void = self.release.release is not None and not self.release.released
         states = (*job_states(self.view), *(("PLAN NOT RELEASED",) if void else ()))
         if self.notes:
             return (*states, "IN DOUBT")
-        # What the room leaves unproven is no fault of the calibration.
+        # Reasons of the room are not reasons of the calibration.
         uncalibrated = self.view.unproven not in ("", self.view.room_doubt)
         return (*states, *(("UNCALIBRATED",) if uncalibrated else ()))
 
     @property
     def state_words(self) -> str:
-        """Return the states in one line; empty where there is none."""
+        """Return the states in one line; may be empty."""
         return ", ".join(self.states)
 
     @property
@@ -255,7 +252,7 @@ def report_data(
     release: ReleaseState = NO_RELEASE,
     identity: FileIdentity | None = None,
 ) -> ReportData:
-    """Return what is reported about a job as it stands; parameters as in `ReportData`."""
+    """Return the data of a report; parameters as in `ReportData`."""
     frame = T_part_from_world or RigidTransform.identity()
     T_part_from_nominal = _part_from_nominal(plan)
     nominals = {nominal.name: nominal for nominal in plan.features}
@@ -299,8 +296,8 @@ def report_data(
 def _part_from_nominal(plan: Plan) -> RigidTransform | None:
     """Return the motion from the frame in which nominals are written; None if nothing gives it.
 
-    A plan may be written in the frame of a drawing or a model, and its datums make another one, in
-    which everything measured is given. Nominals beside it must be in the same.
+    Nominals may be in the frame of a drawing or model. Measured values are in the frame of the
+    datums, and so must be the nominals next to them.
     """
     bound = plan.bound_alignment
     if bound is None:
@@ -312,7 +309,7 @@ def _part_from_nominal(plan: Plan) -> RigidTransform | None:
 
 
 def report_of_job(job: ReopenedJob) -> ReportData:
-    """Return what is reported about a job that was opened from its file."""
+    """Return the data of a report on a stored job."""
     last = {event.kind: event.text for event in job.events}
     calibration = last.get("calibration", "NONE")
     probe = last.get("probe", f"NONE {job.body.name}:")
