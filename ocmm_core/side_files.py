@@ -162,6 +162,14 @@ def read_guarded(path: Path, most: int, *, follow: bool = True, private: bool = 
     return content
 
 
+def has_content(path: Path, content: bytes) -> bool:
+    """Return whether a regular file has exactly this content; False if it cannot be read."""
+    try:
+        return read_guarded(path, len(content)) == content
+    except OSError:
+        return False
+
+
 def refuse_side_files(path: Path, kind: Trusted) -> None:
     """Check the names next to a trusted file before a library opens them by name.
 

@@ -7,7 +7,6 @@ the measuring volume.
 
 from __future__ import annotations
 
-import contextlib
 import hashlib
 import json
 from pathlib import Path
@@ -26,7 +25,7 @@ from ocmm_core.geometry import Float, RigidTransform
 from ocmm_core.inspection.evaluation import places_of
 from ocmm_core.inspection.plan import Plan, part_of_plan
 from ocmm_core.inspection.reach import Placement
-from ocmm_core.side_files import read_guarded
+from ocmm_core.side_files import has_content
 from ocmm_core.simulation.scene import PartDocument, PartPose, TouchedEntry
 
 _AS_MANY = 2
@@ -79,9 +78,8 @@ def kept_part(plan: Plan, plan_file: Path, rig: Rig) -> Path:
     content = part_text(part_as_planned(plan, plan_file.absolute().parent, rig)).encode()
     folder = platformdirs.user_cache_path("ocmm") / "virtual-parts"
     path = folder / f"{hashlib.sha256(content).hexdigest()}.toml"
-    with contextlib.suppress(OSError):
-        if read_guarded(path, len(content)) == content:
-            return path
+    if has_content(path, content):
+        return path
     try:
         folder.mkdir(parents=True, exist_ok=True)
         write_atomic(path, content)

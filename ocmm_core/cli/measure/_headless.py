@@ -140,50 +140,8 @@ def _print_pages(job: Path, out: Path, console: Console, *, incomplete: bool) ->
 
 
 def print_table(console: Console, view: JobView, truth: Mapping[str, float] | None = None) -> None:
-    """Print the characteristics of a job, next to the true values if known.
-
-    Numbers and verdicts are never shortened: a narrow terminal gets fewer columns and wrapped
-    names, a very narrow one a block for each characteristic, a pipe or file all columns.
-    """
-    names = ["Nominal", "Measured", "Deviation", "Lower", "Upper", U_LABEL, "True", "Error"]
-    columns = names if truth is not None else names[:-2]
-    rows = [
-        dict(zip(names, _cells(result, (truth or {}).get(result.name)), strict=True))
-        for result in view.characteristics
-    ]
-    verdicts = [say_word(result.verdict.value) for result in view.characteristics]
-    widths = {name: max(map(len, (say_word(name), *(row[name] for row in rows)))) for name in names}
-    last = max(map(len, (say_word("Verdict"), *verdicts)))
-    longest = max((len(result.name) for result in view.characteristics), default=0)
-
-    def needed(wanted: Sequence[str], first: int) -> int:
-        """Return the width of a table with three blanks between its columns."""
-        return first + last + sum(widths[name] + 3 for name in wanted) + 7
-
-    console = wide_enough(console, needed(columns, longest))
-    choices = (columns, ["Measured", "Deviation", U_LABEL, "Error"], ["Measured", U_LABEL])
-    fitting = (
-        [name for name in choice if name in columns]
-        for choice in choices
-        if needed(choice, min(longest, _LEAST_NAME)) <= console.width
-    )
-    wanted = next(fitting, [])
-    if not wanted:
-        for result, cells, verdict in zip(view.characteristics, rows, verdicts, strict=True):
-            console.print(Text(shown(result.name)))
-            for name in columns:
-                console.print(Text(f"  {say_word(name)} {cells[name]}"))
-            console.print(Text(f"  {verdict}", _STYLE[result.verdict]))
-    table = Table(title=f"{view.part}: {view.job}", title_justify="left", box=box.SIMPLE_HEAD)
-    table.add_column(say_word("Characteristic"), overflow="fold")
-    for name in wanted:
-        table.add_column(say_word(name), justify="right", no_wrap=True, min_width=widths[name])
-    table.add_column(say_word("Verdict"), no_wrap=True, min_width=last)
-    for result, cells, verdict in zip(view.characteristics, rows, verdicts, strict=True):
-        values = (cells[name] for name in wanted)
-        table.add_row(result.name, *values, Text(verdict, _STYLE[result.verdict]))
-    if wanted:
-        console.print(table)
+    """Print the characteristics of a job, next to the true values if known."""
+    _print_results(console, view, truth)
     for result in view.characteristics:
         if result.note:
             console.print(f"{result.name}: {say(result.note)}", style="dim", highlight=False)
@@ -201,6 +159,44 @@ def print_table(console: Console, view: JobView, truth: Mapping[str, float] | No
             ),
             highlight=False,
         )
+
+
+def _print_results(console: Console, view: JobView, truth: Mapping[str, float] | None) -> None:
+    """Print values and verdicts, never shortened: the columns that fit, else blocks of lines."""
+    names = ["Nominal", "Measured", "Deviation", "Lower", "Upper", U_LABEL, "True", "Error"]
+    names = names if truth is not None else names[:-2]
+    results = view.characteristics
+    rows = [
+        dict(zip(names, _cells(one, (truth or {}).get(one.name)), strict=False)) for one in results
+    ]
+    verdicts = [Text(say_word(one.verdict.value), _STYLE[one.verdict]) for one in results]
+    widths = {name: max(map(len, (say_word(name), *(row[name] for row in rows)))) for name in names}
+    last = max((len(say_word("Verdict")), *map(len, verdicts)))
+    longest = max((len(one.name) for one in results), default=0)
+
+    def needed(wanted: Sequence[str], first: int) -> int:
+        """Return the width of a table with three blanks between its columns."""
+        return first + last + sum(widths[name] + 3 for name in wanted) + 7
+
+    console = wide_enough(console, needed(names, longest))
+    few = [name for name in names if name in ("Measured", "Deviation", U_LABEL, "Error")]
+    least = min(longest, _LEAST_NAME)
+    choices = (names, few, ["Measured", U_LABEL])
+    wanted = next((one for one in choices if needed(one, least) <= console.width), None)
+    if wanted is None:
+        for one, cells, verdict in zip(results, rows, verdicts, strict=True):
+            lines = (f"  {say_word(name)} {cells[name]}" for name in names)
+            console.print(Text("\n").join([Text(shown(one.name)), *map(Text, lines)]))
+            console.print(Text("  ") + verdict)
+        return
+    table = Table(title=f"{view.part}: {view.job}", title_justify="left", box=box.SIMPLE_HEAD)
+    table.add_column(say_word("Characteristic"), overflow="fold")
+    for name in wanted:
+        table.add_column(say_word(name), justify="right", no_wrap=True, min_width=widths[name])
+    table.add_column(say_word("Verdict"), no_wrap=True, min_width=last)
+    for one, cells, verdict in zip(results, rows, verdicts, strict=True):
+        table.add_row(one.name, *(cells[name] for name in wanted), verdict)
+    console.print(table)
 
 
 def print_verdict(console: Console, view: JobView) -> None:

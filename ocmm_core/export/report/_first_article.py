@@ -20,6 +20,7 @@ from ocmm_core.export.report._names import clean_text
 from ocmm_core.export.report._profile import Profile, TableProfile, polyworks_profile
 from ocmm_core.export.report._report_data import ReportData, ReportedResult
 from ocmm_core.export.report._tables import JOB_STATE, Cell, Number, Table, Units
+from ocmm_core.export.report._xlsx import new_workbook
 from ocmm_core.export.report._xlsx_reader import read_workbook
 from ocmm_core.inspection.plan import Plan, RequirementState, requirement_count, requirement_states
 from ocmm_core.tolerances.decisions import Verdict
@@ -77,11 +78,11 @@ def form_table(data: ReportData) -> Table:
 
 def _planned(one: RequirementState) -> tuple[Cell, ...]:
     item = one.requirement
-    numbers = (None if x is None else Number(x, _DECIMALS) for x in (item.nominal, item.lower))
-    upper = None if item.upper is None else Number(item.upper, _DECIMALS)
+    numbers = (item.nominal, item.lower, item.upper)
     return (
         item.balloon, one.source.file, item.reference, item.group, item.label, item.asks,
-        *numbers, upper, item.unit, "no" if one.why else "yes", ", ".join(item.characteristics),
+        *(None if x is None else Number(x, _DECIMALS) for x in numbers), item.unit,
+        "no" if one.why else "yes", ", ".join(item.characteristics),
         ", ".join(item.nominals), one.why, item.remark,
     )  # fmt: skip
 
@@ -204,14 +205,8 @@ def _shape(table: Table) -> TableProfile:
 
 def _workbook(above: Sequence[str], table: Table) -> bytes:
     """Return a workbook of one sheet; texts stay texts."""
-    import xlsxwriter
-
     stream = io.BytesIO()
-    book = xlsxwriter.Workbook(
-        stream, {"in_memory": True, "strings_to_formulas": False, "strings_to_urls": False}
-    )
-    # The same job gives the same bytes.
-    book.set_properties({"created": datetime(1980, 1, 1, tzinfo=UTC)})
+    book = new_workbook(stream, created=datetime(1980, 1, 1, tzinfo=UTC))
     sheet = book.add_worksheet(table.title)
     bold, text = book.add_format({"bold": True}), book.add_format({"text_wrap": True})
     text.set_align("top")

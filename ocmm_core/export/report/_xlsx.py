@@ -89,6 +89,18 @@ _WARNING = "#B45309"
 def _contents(jobs: Sequence[ReportData], profile: Profile) -> dict[str, bytes]:
     (data,) = jobs
     stream = io.BytesIO()
+    book = new_workbook(
+        stream, title=data.job, created=_begun(data), comments=f"OCMM {data.written_by}"
+    )
+    _write_front(book, data)
+    for key, table in _tables(data, profile).items():
+        _write_table(book, data, key, table)
+    book.close()
+    return {_name(data): stream.getvalue()}
+
+
+def new_workbook(stream: io.BytesIO, **properties: object) -> xlsxwriter.Workbook:
+    """Return a workbook with document properties, in which texts stay texts."""
     # The window knows this format from its start, and writes workbooks in a process of its own.
     import xlsxwriter
 
@@ -103,14 +115,8 @@ def _contents(jobs: Sequence[ReportData], profile: Profile) -> dict[str, bytes]:
         },
     )
     # The same job gives the same bytes, whenever it is reported.
-    book.set_properties(
-        {"title": data.job, "created": _begun(data), "comments": f"OCMM {data.written_by}"}
-    )
-    _write_front(book, data)
-    for key, table in _tables(data, profile).items():
-        _write_table(book, data, key, table)
-    book.close()
-    return {_name(data): stream.getvalue()}
+    book.set_properties(properties)
+    return book
 
 
 def _write_front(book: xlsxwriter.Workbook, data: ReportData) -> None:

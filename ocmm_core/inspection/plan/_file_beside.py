@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -11,7 +10,7 @@ from pathlib import Path
 from ocmm_core.documents import write_atomic
 from ocmm_core.errors import StorageError
 from ocmm_core.inspection.plan._step_checks import file_fault
-from ocmm_core.side_files import read_guarded
+from ocmm_core.side_files import has_content
 
 MOST_NAMES = 1000
 
@@ -88,7 +87,6 @@ class FileKind:
             if not target.exists():
                 self.write(target, content)
                 return name
-            with contextlib.suppress(OSError):
-                if read_guarded(target, len(content)) == content:
-                    return name
+            if has_content(target, content):
+                return name
         raise self.no_name(folder, stem)

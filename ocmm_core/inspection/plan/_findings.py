@@ -38,8 +38,6 @@ _APART = 0.02
 """Nominals of a drawing and of its model differ by no more, mm or degrees, as for an import."""
 _FIT_MM, _FIT_SHARE = 0.06, 0.015
 """Least deviation of usual fits (ISO 286-1) from the nominal size, and its share of the size."""
-_SHORTEST_MM = 1e-3
-_SIZES = ("diameter", "width")
 
 
 @dataclass(frozen=True, slots=True)
@@ -194,7 +192,7 @@ def _characteristics(plan: Plan) -> Iterator[PlanFinding]:
         value = drawn_value(item, nominals, shapes, bound)
         if value is None:
             continue
-        if _is_length(item) and value < _SHORTEST_MM:
+        if _is_length(item) and value < _SAME_MM:
             yield PlanFinding(
                 f"{item.name}: {' and '.join(item.features)} coincide, and a distance of zero has "
                 "no uncertainty.",
@@ -222,7 +220,7 @@ def _limits(item: Characteristic, unit: str) -> Iterator[PlanFinding]:
             item.name,
         )
     beyond = max(item.lower, -item.upper)
-    usual = _FIT_MM + _FIT_SHARE * abs(item.nominal) if item.kind in _SIZES else 0.0
+    usual = _FIT_MM + _FIT_SHARE * abs(item.nominal) if spec_of(item.kind).is_size else 0.0
     if beyond > usual:
         yield PlanFinding(
             f"{item.name}: the limits {low} to {high} {unit} exclude the nominal "
@@ -281,7 +279,7 @@ def _materials(plan: Plan) -> Iterator[PlanFinding]:
     limits: dict[tuple[str, str], set[float]] = {}
     for item in plan.characteristics:
         side = sides.get(item.features[0])
-        if item.kind in _SIZES and side is not None:
+        if spec_of(item.kind).is_size and side is not None:
             low, high = item.nominal + item.lower, item.nominal + item.upper
             most, least = (low, high) if side == "inner" else (high, low)
             limits.setdefault((item.features[0], "maximum material"), set()).add(most)

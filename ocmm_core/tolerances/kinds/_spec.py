@@ -164,5 +164,7 @@ class KindSpec:
     """Special symbols by the first feature's shape."""
     stands_for: Mapping[Shape, str] = field(default_factory=dict)
     """Equivalent kind, by the first feature's shape."""
+    is_size: bool = False
+    """Size of one feature, which has limits of material."""
     is_place: bool = False
     """Coordinate of a place along ``axis``."""
