@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from rich.console import Console
 
     from ocmm_core.inspection.drawing import Account
-    from ocmm_core.inspection.plan import Plan
+    from ocmm_core.tolerances.decisions import RequirementCount
 
 
 def print_account(account: Account, console: Console) -> None:
@@ -49,11 +49,8 @@ def print_account(account: Account, console: Console) -> None:
         console.print(say(remark), highlight=False, markup=False)
 
 
-def print_requirements(plan: Plan, console: Console) -> None:
+def print_requirements(count: RequirementCount | None, console: Console) -> None:
     """Print how many requirements of its sources a plan contains; nothing without a source."""
-    from ocmm_core.inspection.plan import requirement_count
-
-    count = requirement_count(plan)
     if count is not None:
         style = "" if count.is_whole else "bold yellow"
         console.print(say(count.words), style=style, highlight=False)

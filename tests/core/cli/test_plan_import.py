@@ -104,3 +104,21 @@ def test_a_tessellated_model_is_refused_with_what_to_do(
     assert "tessellated model: 273 faces" in refused.stderr
     assert "Export the model with exact geometry" in refused.stderr
     assert not (tmp_path / "a.toml").exists()
+
+
+def test_findings_of_an_imported_plan_give_code_1_and_are_in_the_json(
+    ocmm_here: Ocmm, tmp_path: Path
+) -> None:
+    """Two rows of one plane: the plan is written, but no job can be started by it."""
+    table, plan = tmp_path / "table.csv", tmp_path / "plan.toml"
+    table.write_text(f"{TABLE}LID,Plane,0,0,0,,\n", encoding="utf-8")
+    done = ocmm_here("plan", "import", table, "-o", plan)
+    assert done.returncode == 1
+    assert "TOP and LID are the same plane" in done.stdout
+    done = ocmm_here("plan", "import", table, "-o", plan, "--overwrite", "--json")
+    told = json.loads(done.stdout)
+    assert (done.returncode, told["valid"], told["table"]["rows"]) == (1, False, 3)
+    assert [(one["item"], one["error"]) for one in told["findings"]] == [("LID", True)]
+    table.write_text(TABLE, encoding="utf-8")
+    done = ocmm_here("plan", "import", table, "-o", plan, "--overwrite", "--json")
+    assert (done.returncode, json.loads(done.stdout)["valid"]) == (0, True)
