@@ -5,7 +5,8 @@ In: a file and the statements of the user (`TableOptions`). Out: rows or points 
 
 Read `_account` (what a reader returns), `_text` and `_grid` (bytes to lines and cells), `_numbers`
 (decimal signs by evidence), `_headings` and `_columns` (roles of columns), `_unit_choice`,
-`_points` with `_meshes` (points), `_named` (tables whose first line names the columns).
+`_points` with `_meshes` (points), `_named` (tables whose first line names the columns) and
+`_pixels` (spots).
 It must not know features, plans or cameras.
 """
 
@@ -19,6 +20,7 @@ if TYPE_CHECKING:
     from ocmm_core.tables._account import SKIPPED_BY_USER, TableAccount, TableColumn, TableOptions
     from ocmm_core.tables._named import NamedColumns, TextRow, TextTable, read_table
     from ocmm_core.tables._numbers import NUMBER, NumberGrammar, typed_number
+    from ocmm_core.tables._pixels import PixelTable, read_pixels
     from ocmm_core.tables._points import PointsFile, read_points_file
     from ocmm_core.tables._preview import (
         AccountedTable,
@@ -34,14 +36,15 @@ else:
         _account="SKIPPED_BY_USER TableAccount TableColumn TableOptions",
         _named="NamedColumns TextRow TextTable read_table",
         _numbers="NUMBER NumberGrammar typed_number",
+        _pixels="PixelTable read_pixels",
         _points="PointsFile read_points_file",
         _preview="AccountedTable PreviewRow TablePreview TableReader preview_table",
         _text="decoded",
     )
 
 __all__ = [
-    "NUMBER", "SKIPPED_BY_USER", "AccountedTable", "NamedColumns", "NumberGrammar", "PointsFile",
-    "PreviewRow", "TableAccount", "TableColumn", "TableOptions", "TablePreview", "TableReader",
-    "TextRow", "TextTable", "decoded", "preview_table", "read_points_file", "read_table",
-    "typed_number",
+    "NUMBER", "SKIPPED_BY_USER", "AccountedTable", "NamedColumns", "NumberGrammar", "PixelTable",
+    "PointsFile", "PreviewRow", "TableAccount", "TableColumn", "TableOptions", "TablePreview",
+    "TableReader", "TextRow", "TextTable", "decoded", "preview_table", "read_pixels",
+    "read_points_file", "read_table", "typed_number",
 ]  # fmt: skip

@@ -142,6 +142,8 @@ class TableAccount:
                 return f"Unit {self.unit}, assumed: the file states none."
             case "your statement":
                 return f"Unit {self.unit}, as you stated."
+            case "the kind of table":
+                return f"Unit {self.unit}, by the kind of table."
             case "each row":
                 return f"Unit {self.unit}, stated in each row."
             case "the heading":

@@ -46,6 +46,10 @@ class UnitChoice:
         return np.asarray(np.vectorize(scaled, otypes=[np.float64])(values, self.factors))
 
 
+PIXELS = UnitChoice("px", 1.0, "the kind of table", np.array([1.0]))
+"""Unit of spots; they have no length."""
+
+
 def statements_in(lines: Iterable[tuple[int, str]]) -> list[tuple[int, UnitStatement]]:
     """Return the statements of units in comments and titles, with their lines."""
     found = ((line, unit_statement(text)) for line, text in lines)

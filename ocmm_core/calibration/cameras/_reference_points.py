@@ -36,7 +36,14 @@ import numpy as np
 
 from ocmm_core.errors import InputError
 from ocmm_core.geometry import Pixels, Points3
-from ocmm_core.tables import NamedColumns, TableAccount, TableOptions, TextTable, read_table
+from ocmm_core.tables import (
+    NamedColumns,
+    TableAccount,
+    TableOptions,
+    TextTable,
+    read_pixels,
+    read_table,
+)
 from ocmm_core.units import named_unit, scaled
 
 MAX_COORDINATE_MM = 1e5
@@ -72,6 +79,8 @@ class SpotTable:
     """(C, n, 2), px, in the order of the reference points; NaN if unseen."""
     sigma_px: float
     """Standard deviation of one averaged spot, px per axis."""
+    account: TableAccount | None = None
+    """Of the reader of a file."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -119,7 +128,9 @@ def read_reference_points(path: Path, options: TableOptions | None = None) -> Re
     return ReferenceList(points, table.account(unit))
 
 
-def load_spots(path: Path | str, points: KnownPoints) -> SpotTable:
+def load_spots(
+    path: Path | str, points: KnownPoints, options: TableOptions | None = None
+) -> SpotTable:
     """Return the spots of the table at ``path`` in the order of the reference points.
 
     Raises
@@ -128,8 +139,8 @@ def load_spots(path: Path | str, points: KnownPoints) -> SpotTable:
         Not such a table, no sigma, a point outside the list, two rows for the same point and
         camera, or a cell without a number.
     """
-    table = read_table(path, NamedColumns(("point", "serial", "u", "v"), ("u", "v")))
-    sigma_px = _positive(table, "sigma", "the uncertainty of an averaged spot, in px")
+    read = read_pixels(path, ("point", "serial", "u", "v"), options)
+    table = read.table
     index_of = {name: index for index, name in enumerate(points.names)}
     spots: dict[int, Pixels] = {}
     seen_in: dict[tuple[int, int], int] = {}
@@ -160,9 +171,10 @@ def load_spots(path: Path | str, points: KnownPoints) -> SpotTable:
                 "Keep one of the two rows.",
             )
         camera = spots.setdefault(serial, np.full((len(points.names), 2), np.nan))
-        camera[index] = table.number(row, "u"), table.number(row, "v")
+        camera[index] = read.uv(row)
     serials = tuple(sorted(spots))
-    return SpotTable(serials, np.stack([spots[serial] for serial in serials]), sigma_px)
+    uv = np.stack([spots[serial] for serial in serials])
+    return SpotTable(serials, uv, read.sigma_px, read.account)
 
 
 def _positive(table: TextTable, key: str, what: str, zero: bool = False) -> float:

@@ -26,7 +26,7 @@ import numpy as np
 from ocmm_core.camera import Rig
 from ocmm_core.errors import InputError
 from ocmm_core.geometry import Pixels
-from ocmm_core.tables import NamedColumns, TextRow, TextTable, read_table
+from ocmm_core.tables import TableAccount, TableOptions, TextRow, TextTable, read_pixels
 
 ShotKind = Literal["pose", "bar", "seat", "repeat", "nest", "sphere", "cone"]
 
@@ -45,8 +45,18 @@ class Shot:
     """Standard deviation of a spot, px per axis."""
 
 
-def load_shots(path: Path | str, rig: Rig, n_leds: int) -> tuple[Shot, ...]:
-    """Return the shots of the table at ``path``, in the order of their first rows.
+@dataclass(frozen=True, slots=True)
+class ShotTable:
+    """Recorded shots in the order of their first rows, and the account of the reader."""
+
+    shots: tuple[Shot, ...]
+    account: TableAccount
+
+
+def load_shots(
+    path: Path | str, rig: Rig, n_leds: int, options: TableOptions | None = None
+) -> ShotTable:
+    """Return the shots of the table at ``path``.
 
     Raises
     ------
@@ -54,11 +64,8 @@ def load_shots(path: Path | str, rig: Rig, n_leds: int) -> tuple[Shot, ...]:
         Not such a table, or a row has an unknown kind, camera or LED, repeats a spot, or
         contradicts an earlier row of its shot.
     """
-    table = read_table(path, NamedColumns(_COLUMNS, ("u", "v")))
-    what = "the uncertainty of an averaged spot, in px"
-    line, text, sigma_px = table.head_number("sigma", what)
-    if not sigma_px > 0.0:
-        raise _wrong(table, line, f"'sigma' is {text}", "Give a number above zero.")
+    found = read_pixels(path, _COLUMNS, options)
+    table = found.table
     rows_of = {str(camera.serial): index for index, camera in enumerate(rig.cameras)}
     shots: dict[str, Shot] = {}
     for row in table.rows:
@@ -72,7 +79,7 @@ def load_shots(path: Path | str, rig: Rig, n_leds: int) -> tuple[Shot, ...]:
         shot = shots.get(row.cells["shot"])
         if shot is None:
             uv = np.full((len(rig.cameras), count, 2), np.nan)
-            shot = shots[row.cells["shot"]] = Shot(kind, row.cells["place"], uv, sigma_px)
+            shot = shots[row.cells["shot"]] = Shot(kind, row.cells["place"], uv, found.sigma_px)
         if (shot.kind, shot.place) != (kind, row.cells["place"]):
             raise _wrong(
                 table, row.line, f"shot {row.cells['shot']!r} has another kind or place above",
@@ -87,8 +94,8 @@ def load_shots(path: Path | str, rig: Rig, n_leds: int) -> tuple[Shot, ...]:
         led = _led(table, row, count)
         if np.isfinite(shot.uv[camera, led, 0]):
             raise _wrong(table, row.line, "this spot occurs already", "Keep one of the rows.")
-        shot.uv[camera, led] = table.number(row, "u"), table.number(row, "v")
-    return tuple(shots.values())
+        shot.uv[camera, led] = found.uv(row)
+    return ShotTable(tuple(shots.values()), found.account)
 
 
 def _led(table: TextTable, row: TextRow, count: int) -> int:

@@ -16,6 +16,7 @@ signs: `ocmm_core.tables`.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -24,13 +25,23 @@ from ocmm_core.calibration.pivot._data import PivotSweep
 from ocmm_core.camera import Rig
 from ocmm_core.errors import InputError
 from ocmm_core.geometry import Float
-from ocmm_core.tables import NamedColumns, TextRow, TextTable, read_table
+from ocmm_core.tables import TableAccount, TableOptions, TextRow, TextTable, read_pixels
 
 _COLUMNS = ("sweep", "frame", "serial", "led", "u", "v")
 _SWEEPS = 2
 
 
-def load_sweeps(path: Path | str, rig: Rig, n_leds: int) -> tuple[PivotSweep, ...]:
+@dataclass(frozen=True, slots=True)
+class SweepTable:
+    """Recorded sweeps, the calibrating one first, and the account of the reader."""
+
+    sweeps: tuple[PivotSweep, ...]
+    account: TableAccount
+
+
+def load_sweeps(
+    path: Path | str, rig: Rig, n_leds: int, options: TableOptions | None = None
+) -> SweepTable:
     """Return both sweeps of the table at ``path``.
 
     Raises
@@ -39,10 +50,8 @@ def load_sweeps(path: Path | str, rig: Rig, n_leds: int) -> tuple[PivotSweep, ..
         Not such a table, or it lacks a sweep, or a row has an unknown sweep, camera or LED, or
         repeats a spot.
     """
-    table = read_table(path, NamedColumns(_COLUMNS, ("u", "v")))
-    line, text, sigma_px = table.head_number("sigma", "the uncertainty of a spot, in px")
-    if not sigma_px > 0.0:
-        raise _wrong(table, line, f"'sigma' is {text}", "Give a number above zero.")
+    read = read_pixels(path, _COLUMNS, options)
+    table = read.table
     cameras = {str(camera.serial): index for index, camera in enumerate(rig.cameras)}
     frames: tuple[dict[int, Float], ...] = tuple({} for _ in range(_SWEEPS))
     for row in table.rows:
@@ -58,7 +67,7 @@ def load_sweeps(path: Path | str, rig: Rig, n_leds: int) -> tuple[PivotSweep, ..
         uv = frames[sweep].setdefault(number, np.full((len(rig.cameras), n_leds, 2), np.nan))
         if np.isfinite(uv[camera, led, 0]):
             raise _wrong(table, row.line, "this spot occurs already", "Keep one of the rows.")
-        uv[camera, led] = table.number(row, "u"), table.number(row, "v")
+        uv[camera, led] = read.uv(row)
     for number, own in enumerate(frames, start=1):
         if not own:
             raise InputError(
@@ -66,10 +75,11 @@ def load_sweeps(path: Path | str, rig: Rig, n_leds: int) -> tuple[PivotSweep, ..
                 f"{table.path}: there is no sweep {number}.",
                 "Give both sweeps: the one that calibrates, and an independent one.",
             )
-    return tuple(
-        PivotSweep.even(np.array([own[number] for number in sorted(own)]), sigma_px)
+    sweeps = tuple(
+        PivotSweep.even(np.array([own[number] for number in sorted(own)]), read.sigma_px)
         for own in frames
     )
+    return SweepTable(sweeps, read.account)
 
 
 def _count(table: TextTable, row: TextRow, column: str, most: int | None) -> int:

@@ -15,6 +15,9 @@ from ocmm_core.cli.calibrate._options import (
     NewOption,
     OverruleOption,
     RecordOption,
+    SpotColumnsOption,
+    SpotDecimalOption,
+    SpotSkipOption,
     TemperatureOption,
     WhoOption,
 )
@@ -38,6 +41,7 @@ from ocmm_core.cli.terminal import (
 )
 from ocmm_core.composition import DEFAULT_SEED, DEFAULT_SOURCE, RECOMMENDED_RIG, STANDARD_PROBE
 from ocmm_core.errors import CalibrationError
+from ocmm_core.tables import TableOptions
 
 if TYPE_CHECKING:
     from ocmm_core.calibration.cameras import KnownPoints, KnownPointsProcedure
@@ -60,6 +64,9 @@ def cameras(
     spots: Annotated[
         Path | None, typer.Option("--spots", help="Recorded averaged spots (CSV) of the points.")
     ] = None,
+    spot_columns: SpotColumnsOption = "",
+    spot_decimal: SpotDecimalOption = "",
+    spot_skip: SpotSkipOption = "",
     evaluation: Annotated[
         int | None,
         typer.Option("--evaluation", min=0, help="Points kept for evaluation; default: a quarter."),
@@ -104,7 +111,6 @@ def cameras(
         store_in_cameras,
     )
     from ocmm_core.composition import VirtualSite, scenes_of_known_points
-    from ocmm_core.tables import TableOptions
 
     console, site = make_console(), open_site(rig, calibrations)
     read = read_reference_points(points, TableOptions(unit, columns, decimal, skip))
@@ -124,7 +130,11 @@ def cameras(
         )  # fmt: skip
     _require_same_list(procedure, listed)
     if spots is not None:
-        procedure.take_table(load_spots(spots, listed), now())
+        options = TableOptions("", spot_columns, spot_decimal, spot_skip)
+        table = load_spots(spots, listed, options)
+        if table.account is not None:
+            print_table_account(table.account)
+        procedure.take_table(table, now())
         require_end(procedure)
     elif is_lacking(procedure):
         virtual = VirtualSite(rig, STANDARD_PROBE, seed, move)

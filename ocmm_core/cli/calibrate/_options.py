@@ -46,6 +46,16 @@ BarOption = Annotated[Path, typer.Option("--bar", help="Document of the length b
 ShotsOption = Annotated[
     Path | None, typer.Option("--shots", help="Recorded averaged spots instead of a source.")
 ]
+SpotColumnsOption = Annotated[
+    str,
+    typer.Option("--spot-columns", help="Columns of the recorded spots, such as point,serial,u,v."),
+]
+SpotDecimalOption = Annotated[
+    str, typer.Option("--spot-decimal", help="Decimal sign of the recorded spots: point or comma.")
+]
+SpotSkipOption = Annotated[
+    str, typer.Option("--spot-skip", help="Lines of recorded spots that are not read: 3 or 4-9.")
+]
 RecordOption = Annotated[
     Path | None,
     typer.Option("--record", help="Keep all raw frames in this file; --source replay:FILE."),

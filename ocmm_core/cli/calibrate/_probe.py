@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 from pathlib import Path
@@ -21,6 +22,9 @@ from ocmm_core.cli.calibrate._options import (
     OverruleOption,
     ProbeRecordsOption,
     RecordOption,
+    SpotColumnsOption,
+    SpotDecimalOption,
+    SpotSkipOption,
     TemperatureOption,
     WhoOption,
 )
@@ -33,15 +37,17 @@ from ocmm_core.cli.terminal import (
     SpeedOption,
     lead,
     make_console,
+    print_table_account,
 )
 from ocmm_core.composition import DEFAULT_SEED, DEFAULT_SOURCE, RECOMMENDED_RIG, STANDARD_PROBE
 from ocmm_core.documents import resource
 from ocmm_core.errors import CalibrationError
+from ocmm_core.tables import TableOptions
 
 if TYPE_CHECKING:
+    from ocmm_core.calibration.pivot import PivotSweep
     from ocmm_core.calibration.sweeping import PivotProcedure
     from ocmm_core.cli.calibrate._probe_site import TerminalProbeSite
-    from ocmm_core.cli.calibrate._run import Site
     from ocmm_core.simulation.calibration_scenes import SweepProbe
 
 
@@ -92,6 +98,9 @@ def probe_command(
         Path | None,
         typer.Option("--sweeps", help="Recorded spots of both sweeps (CSV) instead of a source."),
     ] = None,
+    spot_columns: SpotColumnsOption = "",
+    spot_decimal: SpotDecimalOption = "",
+    spot_skip: SpotSkipOption = "",
     poses: Annotated[
         int, typer.Option("--poses", min=100, help="Least number of poses per sweep.")
     ] = POSES_WANTED,
@@ -142,6 +151,7 @@ def probe_command(
     the end the ball rests in the first cone once more: what moved meanwhile shows.
     """
     from ocmm_core.calibration.guided import ProcedureDecision, ProcedureKind
+    from ocmm_core.calibration.pivot import load_sweeps
     from ocmm_core.calibration.sweeping import PivotProcedure
     from ocmm_core.cli.calibrate._probe_report import print_probe, print_tip_status
     from ocmm_core.cli.calibrate._probe_site import about_tip, open_probe_site
@@ -172,7 +182,10 @@ def probe_command(
     if overrule and procedure.base.decision is ProcedureDecision.OPEN:
         procedure.force(now(), overrule)
     if sweeps is not None:
-        _take_recorded(procedure, sweeps, site, body.n_leds)
+        options = TableOptions("", spot_columns, spot_decimal, spot_skip)
+        table = load_sweeps(sweeps, site.rig, body.n_leds, options)
+        print_table_account(table.account)
+        _take_recorded(procedure, table.sweeps)
     elif is_lacking(procedure):
         run = _Run(source, scene, seed, speed, record, force)
         _collect(procedure, place, rig, probe, run, console)
@@ -237,15 +250,14 @@ def _has_again(source: str, sweeps: Path | None, *, again: bool) -> bool:
     return again
 
 
-def _take_recorded(procedure: PivotProcedure, path: Path, site: Site, n_leds: int) -> None:
+def _take_recorded(procedure: PivotProcedure, sweeps: Sequence[PivotSweep]) -> None:
     """Take recorded sweeps that the session does not have yet."""
-    from ocmm_core.calibration.pivot import load_sweeps
     from ocmm_core.calibration.sweeping import SWEEPS
     from ocmm_core.cli.calibrate._run import pass_open_gates
     from ocmm_core.cli.calibrate._steps import now
 
     pass_open_gates(procedure)
-    for name, sweep in zip(SWEEPS, load_sweeps(path, site.rig, n_leds), strict=True):
+    for name, sweep in zip(SWEEPS, sweeps, strict=True):
         view = procedure.view
         if view.base.step.name != name:
             continue

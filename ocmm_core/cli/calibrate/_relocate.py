@@ -20,6 +20,9 @@ from ocmm_core.cli.calibrate._options import (
     OverruleOption,
     RecordOption,
     ShotsOption,
+    SpotColumnsOption,
+    SpotDecimalOption,
+    SpotSkipOption,
     TemperatureOption,
     WhoOption,
 )
@@ -41,6 +44,7 @@ from ocmm_core.cli.terminal import (
 )
 from ocmm_core.composition import DEFAULT_SEED, DEFAULT_SOURCE, RECOMMENDED_RIG, STANDARD_PROBE
 from ocmm_core.errors import CalibrationError
+from ocmm_core.tables import TableOptions
 
 if TYPE_CHECKING:
     from ocmm_core.calibration.guided import Shot
@@ -74,6 +78,9 @@ def relocate(
     *,
     bar: BarOption = VIRTUAL_BAR,
     shots: ShotsOption = None,
+    spot_columns: SpotColumnsOption = "",
+    spot_decimal: SpotDecimalOption = "",
+    spot_skip: SpotSkipOption = "",
     world: Annotated[
         WorldChoice,
         typer.Option(
@@ -147,7 +154,6 @@ def relocate(
         store_in_cameras,
     )
     from ocmm_core.composition import VirtualSite, scenes_of_relocation
-    from ocmm_core.tables import TableOptions
 
     console, site = make_console(), open_site(rig, calibrations)
     body, artefact = body_in_use_of(source, probe, probes, tip), load_bar(bar)
@@ -163,7 +169,12 @@ def relocate(
         console,
         new=new,
     )
-    recorded = () if shots is None else load_shots(shots, site.rig, body.n_leds)
+    recorded: tuple[Shot, ...] = ()
+    if shots is not None:
+        options = TableOptions("", spot_columns, spot_decimal, spot_skip)
+        table = load_shots(shots, site.rig, body.n_leds, options)
+        print_table_account(table.account)
+        recorded = table.shots
     if procedure is None:
         procedure = RelocationProcedure.begin(
             site.sessions, site.rig, body, site.store, artefact, now(),

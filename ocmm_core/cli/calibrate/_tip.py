@@ -20,6 +20,9 @@ from ocmm_core.cli.calibrate._options import (
     ProbeRecordsOption,
     RecordOption,
     ShotsOption,
+    SpotColumnsOption,
+    SpotDecimalOption,
+    SpotSkipOption,
     TemperatureOption,
     WhoOption,
 )
@@ -32,10 +35,12 @@ from ocmm_core.cli.terminal import (
     SpeedOption,
     lead,
     make_console,
+    print_table_account,
 )
 from ocmm_core.composition import DEFAULT_SEED, DEFAULT_SOURCE, RECOMMENDED_RIG, STANDARD_PROBE
 from ocmm_core.documents import resource
 from ocmm_core.errors import CalibrationError
+from ocmm_core.tables import TableOptions
 
 if TYPE_CHECKING:
     from ocmm_core.calibration.guided import Shot
@@ -85,6 +90,9 @@ def tip_command(
         int, typer.Option("--valid-days", min=1, help="Validity period.")
     ] = VALID_DAYS,
     shots: ShotsOption = None,
+    spot_columns: SpotColumnsOption = "",
+    spot_decimal: SpotDecimalOption = "",
+    spot_skip: SpotSkipOption = "",
     scene: SceneOption = TipChoice.GOOD,
     source: SourceOption = DEFAULT_SOURCE,
     rig: RigOption = RECOMMENDED_RIG,
@@ -125,7 +133,8 @@ def tip_command(
             nominal_mm=diameter, valid_days=valid_days, cameras=place.site.store,
         )  # fmt: skip
     feed = _Source(source, rig, probe, scene, seed, speed, record, force)
-    _take(procedure, place, shots, feed, console)
+    options = TableOptions("", spot_columns, spot_decimal, spot_skip)
+    _take(procedure, place, shots, options, feed, console)
     outcome = procedure.view.outcome
     if outcome is not None:
         print_qualification(console, outcome)
@@ -139,6 +148,9 @@ def check_tip_command(
     sphere: SphereOption = VIRTUAL_SPHERE,
     cone: ConeOption = "",
     shots: ShotsOption = None,
+    spot_columns: SpotColumnsOption = "",
+    spot_decimal: SpotDecimalOption = "",
+    spot_skip: SpotSkipOption = "",
     scene: SceneOption = TipChoice.GOOD,
     source: SourceOption = DEFAULT_SOURCE,
     rig: RigOption = RECOMMENDED_RIG,
@@ -179,7 +191,8 @@ def check_tip_command(
             cameras=place.site.store,
         )  # fmt: skip
     feed = _Source(source, rig, probe, scene, seed, speed, record, force)
-    _take(procedure, place, shots, feed, console)
+    options = TableOptions("", spot_columns, spot_decimal, spot_skip)
+    _take(procedure, place, shots, options, feed, console)
     outcome = procedure.view.outcome
     if outcome is not None:
         print_check(console, outcome)
@@ -241,6 +254,7 @@ def _take(
     procedure: TipQualificationProcedure | TipCheckProcedure,
     place: TerminalProbeSite,
     shots: Path | None,
+    options: TableOptions,
     source: _Source,
     console: Console,
 ) -> None:
@@ -254,7 +268,9 @@ def _take(
     from ocmm_core.simulation.calibration_scenes import TipFault
 
     if shots is not None:
-        take_tip_shots(procedure, load_shots(shots, place.site.rig, place.body.n_leds))
+        recorded = load_shots(shots, place.site.rig, place.body.n_leds, options)
+        print_table_account(recorded.account)
+        take_tip_shots(procedure, recorded.shots)
         require_end(procedure)
     elif is_lacking(procedure):
         frames = None

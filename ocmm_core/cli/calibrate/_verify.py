@@ -18,6 +18,9 @@ from ocmm_core.cli.calibrate._options import (
     NewOption,
     RecordOption,
     ShotsOption,
+    SpotColumnsOption,
+    SpotDecimalOption,
+    SpotSkipOption,
     TemperatureOption,
     WhoOption,
 )
@@ -31,8 +34,10 @@ from ocmm_core.cli.terminal import (
     SpeedOption,
     TipOption,
     make_console,
+    print_table_account,
 )
 from ocmm_core.composition import DEFAULT_SEED, DEFAULT_SOURCE, RECOMMENDED_RIG, STANDARD_PROBE
+from ocmm_core.tables import TableOptions
 
 
 class RuleChoice(StrEnum):
@@ -63,6 +68,9 @@ def verify(
         ),
     ] = None,
     shots: ShotsOption = None,
+    spot_columns: SpotColumnsOption = "",
+    spot_decimal: SpotDecimalOption = "",
+    spot_skip: SpotSkipOption = "",
     constant: Annotated[
         float, typer.Option("--limit", help="Permissible error of a length: constant part, mm.")
     ] = Limits().constant,
@@ -149,7 +157,10 @@ def verify(
         procedure.excuse_corner(corner, reason, now())
     retake_misplaced(procedure, console)
     if shots is not None:
-        take_verification_shots(procedure, load_shots(shots, site.rig, body.n_leds))
+        options = TableOptions("", spot_columns, spot_decimal, spot_skip)
+        recorded = load_shots(shots, site.rig, body.n_leds, options)
+        print_table_account(recorded.account)
+        take_verification_shots(procedure, recorded.shots)
         require_end(procedure)
     elif is_lacking(procedure):
         virtual = VirtualSite(rig, probe, seed, move)

@@ -182,7 +182,7 @@ def test_recorded_sweeps_are_read_as_they_were_written(bench: PivotBench, tmp_pa
     path = tmp_path / "sweeps.csv"
     content = write_sweeps(sweeps, bench.rig).decode()
     path.write_text(content)
-    for found, wanted in zip(load_sweeps(path, bench.rig, 6), sweeps, strict=True):
+    for found, wanted in zip(load_sweeps(path, bench.rig, 6).sweeps, sweeps, strict=True):
         assert np.array_equal(found.uv, wanted.uv, equal_nan=True)
         assert np.array_equal(found.sigma_px, wanted.sigma_px)
     serial = str(bench.rig.cameras[0].serial)

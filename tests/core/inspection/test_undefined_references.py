@@ -108,7 +108,8 @@ REFUSED = {
         + BLOCK.format("midpoint", "M2", '["M1", "RIM"]')
         + BLOCK.format("midpoint", "M3", '["M2", "CORNER"]')),
     "alignment by an undefined feature": (
-        SOUND, SOUND + '\n[alignment]\ntype = "plane-axis-point"\nplane = "BASE"\naxis = "BORE"\npoint = "X"\n'
+        SOUND, SOUND + '\n[alignment]\ntype = "plane-axis-point"\nplane = "BASE"\n'
+        'axis = "BORE"\npoint = "X"\n'
     ),
 }  # fmt: skip
 """Text of the sound plan, and its replacement: the plan cannot be loaded."""
