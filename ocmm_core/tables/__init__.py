@@ -29,6 +29,7 @@ if TYPE_CHECKING:
         TableReader,
         preview_table,
     )
+    from ocmm_core.tables._suspects import require_like_names
     from ocmm_core.tables._text import decoded
 else:
     __getattr__ = door(
@@ -39,6 +40,7 @@ else:
         _pixels="PixelTable read_pixels",
         _points="PointsFile read_points_file",
         _preview="AccountedTable PreviewRow TablePreview TableReader preview_table",
+        _suspects="require_like_names",
         _text="decoded",
     )
 
@@ -46,5 +48,5 @@ __all__ = [
     "NUMBER", "SKIPPED_BY_USER", "AccountedTable", "NamedColumns", "NumberGrammar", "PixelTable",
     "PointsFile", "PreviewRow", "TableAccount", "TableColumn", "TableOptions", "TablePreview",
     "TableReader", "TextRow", "TextTable", "decoded", "preview_table", "read_pixels",
-    "read_points_file", "read_table", "typed_number",
+    "read_points_file", "read_table", "require_like_names", "typed_number",
 ]  # fmt: skip

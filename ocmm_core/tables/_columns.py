@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -43,15 +43,34 @@ class ColumnPlan:
         """Return the place of a role, or -1."""
         return self.roles.index(role) if role in self.roles else -1
 
-    def units(self, roles: Sequence[str]) -> dict[str, tuple[int, str]]:
+    def units(self, path: Path, roles: Sequence[str]) -> dict[str, tuple[int, str]]:
         """Return line and text of the unit of each of ``roles`` that has one of its own."""
-        found = {}
-        for place, (heading, role) in enumerate(zip(self.headings, self.roles, strict=True)):
-            below = self.unit_row[place].strip(" []()<>{}") if self.unit_row[place:] else ""
-            text = heading_unit(heading)[1] or below
-            if role in roles and text:
-                found[role] = (self.line, text)
-        return found
+        named = zip(self.headings, self.roles, strict=True)
+        own = {role: heading_unit(heading)[1] for heading, role in named}
+        above = {role: (self.line, text) for role, text in own.items() if text}
+        below = dict(zip(self.roles, self.unit_row, strict=False))
+        found = with_units_below(path, above, self.line, below)
+        return {role: unit for role, unit in found.items() if role in roles}
+
+
+def with_units_below(
+    path: Path, above: Mapping[str, tuple[int, str]], line: int, below: Mapping[str, str]
+) -> dict[str, tuple[int, str]]:
+    """Return the units in headings and in the row below them; InputError if they differ."""
+    units = dict(above)
+    for name, cell in below.items():
+        text = cell.strip(" []()<>{}")
+        if not name or text in ("", "-"):
+            continue
+        if name in units and find_unit(units[name][1]) != find_unit(text):
+            raise InputError(
+                "table.unit",
+                f"{path}, line {line}: the unit {shortened(text)} contradicts the unit "
+                f"{shortened(units[name][1])} in the heading.",
+                "State the unit of all lengths, such as mm.",
+            )
+        units.setdefault(name, (line, text))
+    return units
 
 
 def stated_columns(text: str) -> tuple[str, ...]:

@@ -19,6 +19,7 @@ _SEP = re.compile(r'"?sep=(.)"?[;,]*', re.IGNORECASE)
 _COMMENT = re.compile(r"\s*(#|%|!|//|\$\$|'|;|\*)")
 _TRAILING = re.compile(r"(?:(?<=[\s;,])|(?<=\d))(?:#|%|!|//|\$\$)[^;,\d].*$")
 _RULE = re.compile(r"[\s\-=_+|:*~.;,]*")
+_TEXT_NUMBER = re.compile(r"""(?:=\s*"?|')([^"'=]*)["']?""")
 _ODD_BLANK = re.compile(f"[{BLANKS}]")
 
 
@@ -47,7 +48,8 @@ class TextGrid:
         if separator == "|":
             text = text.strip().strip("|")
         if '"' not in text:
-            return [cell.strip() for cell in text.split(separator)]
+            cells = [cell.strip() for cell in text.split(separator)]
+            return [_constant(cell) for cell in cells] if "=" in text or "'" in text else cells
         try:
             (row,) = csv.reader([text], delimiter=separator, skipinitialspace=True, strict=True)
         except (csv.Error, ValueError):
@@ -59,7 +61,7 @@ class TextGrid:
                     "Save the table again; a cell may not have several lines.",
                 ) from None
             row = text.split(separator)
-        return [cell.strip() for cell in row]
+        return [_constant(cell.strip()) for cell in row]
 
 
 def read_grid(
@@ -104,8 +106,9 @@ def read_grid(
             if not has_texts and (found := _TRAILING.search(text)) is not None:
                 grid.behind.append((number, found[0]))
                 text = text[: found.start()].rstrip()
-            # A leading tab or separator is an empty cell.
-            grid.body.append((number, text if raw[:1] != "\t" else f"\t{text}"))
+            # Tabs at both ends are empty cells.
+            ends = has_texts * (len(raw) - len(raw.rstrip("\t")))
+            grid.body.append((number, "\t" * (raw[:1] == "\t") + text + "\t" * ends))
     grid.is_declared = bool(declared)
     grid.separator = declared or separator_of([text for _, text in grid.body])
     return grid
@@ -205,6 +208,12 @@ def heading_cells(text: str, separator: str) -> list[str]:
         else:
             found.append(cell)
     return found
+
+
+def _constant(cell: str) -> str:
+    """Return the number that a spreadsheet wrote as a text or formula: =1,5, ="1,5" and '1,5."""
+    found = _TEXT_NUMBER.fullmatch(cell)
+    return found[1] if found is not None and is_number(found[1]) else cell
 
 
 def _unquoted(cell: str) -> str:

@@ -8,14 +8,16 @@ import unicodedata
 from ocmm_core.units import heading_unit
 
 _WORDS = {
-    "x": "x easting east este ost rechtswert rechts",
-    "y": "y northing north norte nord hochwert hoch",
-    "z": "z height elevation elev altitude hoehe höhe hohe",
+    "x": "x easting east este est ost rechtswert rechts 东 东坐标",
+    "y": "y northing north norte nord hochwert hoch 北 北坐标",
+    "z": "z height elevation elev altitude hoehe höhe hohe hauteur altura cota quota altitud "
+    "高 高程",
     "i": "i nx",
     "j": "j ny",
     "k": "k nz",
     "name": (
         "name id nr no num number point pt pnt punkt punktnr pointid pointname label feature index "
+        "pkt pktnr nom nombre nome nazwa n n° repère punto "
         "番号 点名 点号 名称 编号 점 точка "
         "idx nummer punktname bezeichnung count # element row"
     ),
@@ -27,16 +29,25 @@ _NOISE = frozenset(
     re.findall(
         r"\w+",
         "coord coords coordinate coordinates koordinate koordinaten position pos value wert werte "
-        "axis achse the location loc point punkt pt",
+        "axis achse the location loc point punkt pt coordonnée coordonnées coordenada coordenadas "
+        "coordinata współrzędna valeur valor valore eje asse",
     )
 )
-_MEASURED = frozenset(re.findall(r"\w+", "actual act measured meas ist mess messwert gemessen"))
+_MEASURED = frozenset(
+    re.findall(
+        r"\w+", "actual act measured meas ist mess messwert gemessen mesuré mesure medido misurato"
+    )
+)
 _NOMINAL = frozenset(
-    re.findall(r"\w+", "nominal nom soll cad target design theo theoretical ref reference")
+    re.findall(
+        r"\w+",
+        "nominal nom soll cad target design theo theoretical ref reference théorique nominale "
+        "teorico teórico nennwert",
+    )
 )
 _NORMAL = frozenset(re.findall(r"\w+", "normal normals norm direction dir"))
 _GLUED = re.compile(
-    r"(?P<a>act|actual|meas|measured|ist|nom|nominal|soll|pos|coord|point|p)?(?P<axis>[xyz])"
+    r"(?P<a>act|actual|meas|measured|ist|nom|nominal|soll|pos|coord|point|p|实测|测量|理论|名义)?(?P<axis>[xyz])"
     r"(?P<b>act|actual|meas|measured|ist|nom|nominal|soll|pos|coord|koord|wert|achse|座標|坐标)?"
 )
 SUMMARY = re.compile(
@@ -44,6 +55,9 @@ SUMMARY = re.compile(
     r"count|median|rms|var|variance|mittel|mittelwert|stabw|standardabweichung|"
     r"standarddeviation|summe|gesamt|anzahl|spannweite|streuung|varianz|moyenne|ecarttype|media|"
     r"promedio|desviacion|somme|totale|minimo|maximo|medie|peaktopeak|tolerance|toleranz|nominal|soll|"
+    r"durchschnitt|maximalwert|minimalwert|nennmass|nennwert|sollwert|minimal|maximal|mediane|"
+    r"mediana|desvio|desvest|scarto|srednia|平均|均值|平均值|标准差|标准偏差|标准|最大|最大值|最小|最小值|合计|"
+    r"总和|中位数|公差|上限|下限|平均値|標準偏差|最大値|最小値|合計|среднее|ско|минимум|максимум|сумма|"
     r"end|ende|eof|endoffile|usl|lsl|limit|limits|spread|deviation|stddeviation|stderr|error|offset|"
     r"date|datum|time|uhrzeit|serial|temperature|temperatur)"
     r"(?:value|values|wert|werte|dev|deviation|of|x|xyz|all|points)?"
@@ -72,7 +86,7 @@ def role_of(heading: str) -> str:
     role = _ROLE_OF.get(word, "")
     if not role and (glued := _GLUED.fullmatch(word)) is not None:
         role = glued["axis"]
-        if {glued["a"], glued["b"]} & _NOMINAL:
+        if {glued["a"], glued["b"]} & (_NOMINAL | {"理论", "名义"}):
             nominal = nominal | {"nom"}
     if role in ("x", "y", "z"):
         if normal:

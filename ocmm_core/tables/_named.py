@@ -11,9 +11,11 @@ from pathlib import Path
 from ocmm_core.documents import shortened
 from ocmm_core.errors import InputError
 from ocmm_core.tables._account import SkippedRows, TableAccount, TableColumn, TableOptions
+from ocmm_core.tables._columns import are_units, with_units_below
 from ocmm_core.tables._grid import heading_cells, read_grid
 from ocmm_core.tables._headings import is_summary, role_of
 from ocmm_core.tables._numbers import NumberGrammar, grammar_of, is_number
+from ocmm_core.tables._suspects import require_no_codes
 from ocmm_core.tables._text import bytes_of, text_lines
 from ocmm_core.tables._unit_choice import UnitChoice, choose_unit, statements_in
 from ocmm_core.units import heading_unit
@@ -169,8 +171,17 @@ def read_table(
     if has_heading:
         grid.log.add(line, text, "is the heading")
     split = grid.splitter()
+    units = {
+        name: (line, unit) for name, (_, unit) in zip(columns, names, strict=True) if name and unit
+    } if has_heading else {}  # fmt: skip
     rows = []
-    for number, row in grid.body[has_heading:]:
+    body = grid.body[has_heading:]
+    if has_heading and body:
+        below = dict(zip(columns, split(*body[0]), strict=False))
+        if _states_units(below, wanted):
+            units = with_units_below(path, units, body[0][0], below)
+            grid.log.add(*body.pop(0), "units of the columns")
+    for number, row in body:
         cells = split(number, row)
         while len(cells) > len(columns) and not cells[-1]:
             cells.pop()
@@ -199,15 +210,21 @@ def read_table(
     ]
     for number, comment in grid.comments:
         grid.log.add(number, comment, "belongs to the header" if ":" in comment else "is a comment")
-    units = {
-        name: (line, unit) for name, (_, unit) in zip(columns, names, strict=True) if name and unit
-    } if has_heading else {}  # fmt: skip
+    for name in wanted.numbers:
+        if name in columns:
+            require_no_codes(path, [(row.line, [row.cells[name]]) for row in rows])
     return TextTable(
         path, _head(path, grid.comments), tuple(columns), tuple(rows), line if has_heading else 0,
         tuple(name for name, _ in names) if has_heading else tuple(columns), units,
         tuple(grid.comments), grid.separator, grammar_of(path, numbers, options.decimal),
         grid.log.entries(), hashlib.sha256(content).hexdigest(),
     )  # fmt: skip
+
+
+def _states_units(below: Mapping[str, str], wanted: NamedColumns) -> bool:
+    """Return whether the row below the heading has a unit for each required number."""
+    needed = [below.get(name, "") for name in wanted.required if name in wanted.numbers]
+    return all(needed) and are_units(needed) and are_units(list(below.values()))
 
 
 def _roles(headings: Sequence[str], wanted: NamedColumns) -> list[str]:

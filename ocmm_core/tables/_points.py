@@ -27,6 +27,7 @@ from ocmm_core.tables._grid import TextGrid, fault, heading_cells, read_grid
 from ocmm_core.tables._headings import is_summary
 from ocmm_core.tables._meshes import Mesh, read_mesh
 from ocmm_core.tables._numbers import NUMBER, NumberGrammar, grammar_of, is_number, number_with_unit
+from ocmm_core.tables._suspects import require_like_names, require_no_codes
 from ocmm_core.tables._text import bytes_of, text_lines
 from ocmm_core.tables._unit_choice import choose_unit, statements_in
 
@@ -118,7 +119,12 @@ def _of_text(file: Path, grid: TextGrid, options: TableOptions) -> PointsFile:
     places = [plan.index(axis) for axis in AXES]
     bare, suffixes = _without_units(rows, places)
     unit_cells = [(line, cells[plan.index("unit")]) for line, cells in rows if "unit" in plan.roles]
-    units = choose_unit(file, statements, plan.units(AXES), options, unit_cells or suffixes)
+    units = choose_unit(file, statements, plan.units(file, AXES), options, unit_cells or suffixes)
+    lines = [line for line, _ in rows]
+    require_no_codes(file, list(zip(lines, bare, strict=True)))
+    if "name" in plan.roles and not options.columns:
+        names = [cells[plan.index("name")] for _, cells in rows]
+        require_like_names(file, list(zip(lines, names, strict=True)))
     values, grammar = _values(file, plan, rows, bare, options)
     points = units.in_mm(values)
     far = ~(np.abs(points) < FARTHEST_MM).all(axis=1)

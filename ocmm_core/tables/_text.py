@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 from ocmm_core.documents import read_bytes
@@ -23,6 +24,9 @@ _FOREIGN = (
     (b"{", "a JSON document", "Export the points as text."),
     (b"<", "an XML document", "Export the points as text."),
 )
+_STRANGE = re.compile("([^\0-\x7f])(?!\\1)[^\0-\x7f]{3}")
+"""Four different signs that are not ASCII in a row."""
+_RARE = re.compile("[\u0192\u02c6\u02dc\u2020\u2021\u2039\u203a]")
 _GRID = ("ncols", "nrows", "cellsize", "dsaa")
 
 
@@ -42,8 +46,12 @@ def decoded(content: bytes) -> str:
         raise UnicodeDecodeError("utf-8", content[:1], 0, 1, "it contains NUL bytes")
     try:
         return content.decode("utf-8-sig")
-    except UnicodeDecodeError:
-        return content.decode("cp1252")
+    except UnicodeDecodeError as error:
+        text = content.decode("cp1252")
+        # Texts of other scripts look like runs of accented letters, or have letters of no language.
+        if _STRANGE.search(text) or len(_RARE.findall(text)) > 1:
+            raise UnicodeDecodeError("cp1252", content[:1], 0, 1, "another encoding") from error
+        return text
 
 
 def text_lines(path: Path, content: bytes) -> list[str]:
@@ -62,8 +70,8 @@ def text_lines(path: Path, content: bytes) -> list[str]:
     except UnicodeDecodeError as error:
         raise InputError(
             "table.not_text",
-            f"{path}: the file is not a text file.",
-            "Give a text file with x y z rows; save UTF-16 text with its byte order mark.",
+            f"{path}: the file is not text in UTF-8, in UTF-16 with its mark, or in Windows-1252.",
+            "Save the table as text in UTF-8.",
         ) from error
     text = text.replace("\r\n", "\n").replace("\r", "\n")
     if text.count("\n") > _MOST_LINES:

@@ -43,6 +43,7 @@ from ocmm_core.tables import (
     TextTable,
     read_pixels,
     read_table,
+    require_like_names,
 )
 from ocmm_core.units import named_unit, scaled
 
@@ -207,6 +208,7 @@ def _names(table: TextTable) -> tuple[str, ...]:
     if "name" not in table.columns:
         return tuple(str(number) for number in range(1, len(table.rows) + 1))
     first: dict[str, int] = {}
+    require_like_names(table.path, [(row.line, row.cells["name"]) for row in table.rows])
     for row in table.rows:
         name = row.cells["name"]
         if not name:

@@ -152,7 +152,7 @@ def test_what_is_wrong_is_said_with_file_and_line(
 
 
 def test_a_file_that_is_no_text_or_not_there(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match="not a text file") as caught:
+    with pytest.raises(InputError, match="not text in UTF-8") as caught:
         points_of(tmp_path, "# unit: \u00b5m", "utf-16-le")
     assert caught.value.code == "table.not_text"
     with pytest.raises(InputError, match="file not found"):

@@ -147,5 +147,5 @@ def test_points_may_be_written_in_several_ways(tmp_path: Path) -> None:
         file.write_text(text, encoding="utf-8")
         assert read_points_file(file).points.tolist() == [[1.5, -2.0, 30.0], [4.0, 5.0, 6.0]]
     file.write_bytes(b"\xff\xfe\x00")
-    with pytest.raises(InputError, match="not a text file"):
+    with pytest.raises(InputError, match="not text in UTF-8"):
         read_points_file(file)
