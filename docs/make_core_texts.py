@@ -76,7 +76,7 @@ COMPOSED = (
 
 TITLES = (
     # Of a room that is left out, but its title is shown in the window.
-    "QIF 3.0 results", "First article (AS9102 form 3)",
+    "QIF 3.0 results", "First article (AS9102)",
     # Kinds of sources of a plan.
     "model", "QIF document", "table", "sources",
     # As fits are named, and with the symbols of ISO 14405-1.

@@ -365,5 +365,5 @@ def counted_line(job: JobView) -> str:
     states = ", ".join(map(said_word, told))
     words = f"{said_word(part.word.value)}: {said(counted)}"
     if part.is_partial:
-        words += f". {said(part.requirement_words)}"
+        words = f"{said_word(part.word.value)}: {said(part.requirement_words)}. {said(counted)}"
     return f"{states}. {words}" if states else words

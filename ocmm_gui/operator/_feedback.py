@@ -42,7 +42,7 @@ class Feedback:
             return
         if job.complete and not previous.complete:
             # The part verdict includes the last feature.
-            self._tell(job.part_verdict.verdict)
+            self._tell(job.part_verdict.shown_as)
             return
         before = {feature.name: feature.state for feature in previous.features}
         for feature in job.features:

@@ -53,8 +53,11 @@ class PartVerdictView(Painted):
             self.update()
 
     def word(self) -> str:
-        """Return the word of the verdict."""
-        return "" if self._job is None else said_word(self._job.part_verdict.word.value)
+        """Return the word of the verdict, with the count of requirements if the plan lacks some."""
+        if self._job is None:
+            return ""
+        word, *count = self._job.part_verdict.short_headline
+        return ": ".join((said_word(word), *map(said, count)))
 
     def lines(self) -> tuple[str, ...]:
         """Return the lines below the word."""
@@ -76,9 +79,9 @@ class PartVerdictView(Painted):
             return
         painter = self._painter()
         part, size = self._job.part_verdict, self._word_font_px()
-        colour = verdict_colour(self._theme, part.verdict)
+        colour = verdict_colour(self._theme, part.shown_as)
         box = self._word_box()
-        mark = Mark.DONE if part.verdict is None else verdict_mark(part.verdict)
+        mark = Mark.DONE if part.shown_as is None else verdict_mark(part.shown_as)
         side = 0.8 * size
         place = QRectF(box.left(), box.center().y() - 0.5 * side, side, side)
         paint_mark(painter, mark, place, colour, self._theme.background)

@@ -361,7 +361,7 @@ def _paint_title(painter: QPainter, box: QRectF, *, data: ReportData) -> None:
     paint_line(painter, beside.adjusted(0.0, 84.0, 0.0, 0.0), named, Style(38.0))
     # What is missing is a warning on paper, where nobody can go on measuring.
     undone = part.word is PartWord.NOT_COMPLETE
-    colour = INK.warn if undone else verdict_colour(INK, part.verdict)
+    colour = INK.warn if undone else verdict_colour(INK, part.shown_as)
     frame = QRectF(box.right() - _VERDICT, box.top(), _VERDICT, 136.0)
     painter.setPen(QPen(QColor(colour), 6.0))
     painter.setBrush(Qt.BrushStyle.NoBrush)
@@ -375,7 +375,8 @@ def _paint_title(painter: QPainter, box: QRectF, *, data: ReportData) -> None:
             painter, states, " · ".join(map(speech.word, told)), style, Qt.AlignmentFlag.AlignCenter
         )
         frame.setTop(frame.top() + 36.0)
-    words = f"{_MARKS[part.verdict]} {speech.word(part.word.value)}"
+    count = "".join(f": {speech.say(one)}" for one in part.short_headline[1:])
+    words = f"{_MARKS[part.shown_as]} {speech.word(part.word.value)}{count}"
     # In some languages it is longer, and a second line would cover the states.
     style = on_one_line(words, Style(56.0, bold=True, colour=colour), frame.width() - 30.0)
     paint_text(painter, frame, words, style, Qt.AlignmentFlag.AlignCenter)

@@ -328,8 +328,8 @@ class ResultsSheet(Sheet):
 
     def _show_summary(self, job: JobView) -> None:
         part = job.part_verdict
-        mark = None if part.verdict is None else verdict_mark(part.verdict)
-        self._summary.show_text(counted_line(job), verdict_colour(self._theme, part.verdict), mark)
+        mark = None if part.shown_as is None else verdict_mark(part.shown_as)
+        self._summary.show_text(counted_line(job), verdict_colour(self._theme, part.shown_as), mark)
 
     def _show_detail(self, name: str) -> None:
         result = self._result(name)

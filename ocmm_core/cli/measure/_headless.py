@@ -207,7 +207,7 @@ def print_verdict(console: Console, view: JobView) -> None:
     print_states(console, view)
     for reason in view.part_verdict.reasons:
         console.print(say(reason), style="bold yellow", highlight=False, markup=False)
-    verdict = view.part_verdict.verdict
+    verdict = view.part_verdict.shown_as
     style = "" if verdict is None else _STYLE[verdict]
     # English in every language: scripts read it.
     console.print(view.part_verdict.headline, style=style, highlight=False, markup=False)

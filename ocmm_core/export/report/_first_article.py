@@ -1,7 +1,9 @@
-"""Requirements with balloon numbers: as an inspection plan, and as form 3 of AS9102 with results.
+"""Requirements with balloon numbers: as an inspection plan, and as forms 1 to 3 of AS9102.
 
 A first article inspection accounts for every requirement of the drawing. Requirements that the plan
 lacks are listed as NOT MEASURED with the reason; no cell that could mean conformity is left empty.
+Blocks that no job knows, such as materials and processes, are blank in forms 1 and 2, with the
+reason; people fill them.
 """
 
 from __future__ import annotations
@@ -20,8 +22,9 @@ from ocmm_core.export.report._names import clean_text
 from ocmm_core.export.report._profile import Profile, TableProfile, polyworks_profile
 from ocmm_core.export.report._report_data import ReportData, ReportedResult
 from ocmm_core.export.report._tables import JOB_STATE, Cell, Number, Table, Units
-from ocmm_core.export.report._xlsx import new_workbook
+from ocmm_core.export.report._xlsx import looks_computed, new_workbook
 from ocmm_core.export.report._xlsx_reader import read_workbook
+from ocmm_core.export.template import PaperLengths
 from ocmm_core.inspection.plan import Plan, RequirementState, requirement_count, requirement_states
 from ocmm_core.tolerances.decisions import Verdict
 from ocmm_core.tolerances.zones import Characteristic
@@ -35,6 +38,12 @@ _PLAN = (
     "Balloon", "Source", "Reference", "Group", "Label", "Requirement", "Nominal", "Lower", "Upper",
     "Unit", "In the plan", "Characteristics", "Features", "Reason", "Remark",
 )  # fmt: skip
+_BLOCKS = ("Block", "Content", "Why blank")
+_PURCHASE = "Fill by hand: the job has no purchase data"
+_DRAWING = "Fill by hand: the plan names files, not drawing numbers or revisions"
+_PEOPLE = "Fill and sign by hand: the program does not sign for people"
+_PROCESS = "Fill by hand: the machine measures geometry, not materials or processes"
+_FORM_3 = "AS9102 form 3: characteristic accountability, verification and compatibility evaluation"
 _NOT_MEASURED = Verdict.NOT_MEASURED.value
 _BASIC = "Basic dimension: nominal of the feature, without a result of its own"
 _DECIMALS = 6
@@ -52,7 +61,7 @@ def account_file(plan: Plan, suffix: str) -> bytes:
     table, count = account_table(plan), requirement_count(plan)
     if suffix.lower() == ".xlsx":
         about = () if count is None else (f"{count.words}.",)
-        return _workbook((f"{plan.name}, part {plan.part}", *about), table)
+        return _workbook(((f"{plan.name}, part {plan.part}", *about), table))
     return delimited(table, _csv_profile(), _shape(table))
 
 
@@ -61,6 +70,7 @@ def form_table(data: ReportData) -> Table:
     rows: list[tuple[Cell, ...]] = []
     end = (clean_text(data.part.headline), data.state_words)
     known = {one.result.name: one for one in data.reported}
+    lengths = PaperLengths(data.paper.template.lengths)
     states = requirement_states(data.plan)
     for state in states:
         if state.counts or state.requirement.group == "note":
@@ -70,10 +80,57 @@ def form_table(data: ReportData) -> Table:
     others = [one for name, one in known.items() if name not in drawn]
     for number, one in enumerate(others, start=max(numbers, default=0) + 1):
         place = f"plan {data.plan.name}"
-        asks = "" if one.asked is None else _words(one.asked, one.unit)
+        asks = "" if one.asked is None else _words(one.asked, one.unit, lengths)
         cells = (str(number), place, one.result.name, asks)
         rows.append((*cells, *_results(data, [one], ""), *end))
     return Table("Form 3", _FORM, tuple(rows))
+
+
+def accountability_table(data: ReportData) -> Table:
+    """Return form 1 of AS9102: part number accountability."""
+    laboratory, plan = data.paper.template.laboratory, data.plan
+    is_full = data.part.complete and not data.part.is_partial
+    why = "; ".join(filter(None, (data.part.requirement_words, *data.part.reasons)))
+    scope = "Full" if is_full else f"Partial: {why or 'incomplete'}"
+    rows: tuple[tuple[str, str, str], ...] = (
+        *_identity(data),
+        ("5. Part Revision Level", "", _DRAWING),
+        ("6. Drawing Number", ", ".join(f"file {one.file}" for one in plan.sources), _DRAWING),
+        ("7. Drawing Revision Level", "", _DRAWING),
+        ("8. Additional Changes", "", _DRAWING),
+        ("9. Manufacturing Process Reference", clean_text(data.view.header.order), _PURCHASE),
+        ("10. Organization Name", clean_text(laboratory.name), "The report template has none"),
+        ("11. Supplier Code", "", _PURCHASE),
+        ("12. Purchase Order Number", "", _PURCHASE),
+        ("13. Detail FAI or Assembly FAI", "", "Fill by hand: the plan does not say which"),
+        ("14. Full FAI or Partial FAI", scope, ""),
+        ("15-18. Index of part numbers of an assembly", "", "Fill by hand if it is an assembly"),
+        ("19. FAI complete", "yes" if is_full else "no", ""),
+        ("20-25. Signatures and dates", "", _PEOPLE),
+    )  # fmt: skip
+    return Table("Form 1", _BLOCKS, tuple((a, b, "" if b else why) for a, b, why in rows))
+
+
+def product_table(data: ReportData) -> Table:
+    """Return form 2 of AS9102: materials, special processes and functional tests, left blank."""
+    names = (
+        "5. Material or Process Name", "6. Specification Number", "7. Code", "8. Supplier",
+        "9. Customer Approval Verification", "10. Certificate of Conformance Number",
+        "11. Functional Test Procedure Number", "12. Acceptance Report Number", "13. Comments",
+    )  # fmt: skip
+    rows = (*_identity(data), *((name, "", _PROCESS) for name in names))
+    return Table("Form 2", _BLOCKS, tuple((a, b, "" if b else why) for a, b, why in rows))
+
+
+def _identity(data: ReportData) -> tuple[tuple[str, str, str], ...]:
+    """Return blocks 1 to 4, which all forms have."""
+    part, serial = clean_text(data.head.part), clean_text(data.head.serial)
+    return (
+        ("1. Part Number", part, ""),
+        ("2. Part Name", "", "Fill by hand: the job has one name of the part, in block 1"),
+        ("3. Serial Number", "" if serial == "-" else serial, "The job has no serial number"),
+        ("4. FAIR Identifier", data.job, ""),
+    )
 
 
 def _planned(one: RequirementState) -> tuple[Cell, ...]:
@@ -106,7 +163,8 @@ def _results(
     data: ReportData, found: Sequence[ReportedResult], comment: str, *, is_partial: bool = False
 ) -> tuple[Cell, ...]:
     """Return results, tool, non-conformance, comment and verdict of a requirement."""
-    told = [_result(one, name=len(found) > 1) for one in found]
+    lengths = PaperLengths(data.paper.template.lengths)
+    told = [_result(one, lengths, name=len(found) > 1) for one in found]
     verdicts = [one.result.verdict for one in found]
     bad = [one.result.name for one in found if one.result.verdict is Verdict.NOT_CONFORM]
     # A part of a requirement cannot conform for the whole of it.
@@ -122,18 +180,25 @@ def _results(
     return "; ".join(dict.fromkeys(told)), _tool(data) if found else "", fault, comment, word
 
 
-def _result(one: ReportedResult, *, name: bool) -> str:
+def _result(one: ReportedResult, lengths: PaperLengths, *, name: bool) -> str:
     lead = f"{one.result.name}: " if name else ""
     if one.result.stated is None:
         return f"{lead}{_NOT_MEASURED}"
     measured, _, u = one.result.stated
-    value, uncertainty = (Units.finite(one.result.name, x, 4).text() for x in (measured, u or 0.0))
-    return f"{lead}{value} {one.unit} (U {uncertainty}), {one.result.verdict.value}"
+    is_length = one.unit == "mm"
+    scale, decimals = (lengths.per_mm, lengths.decimals) if is_length else (1.0, 4)
+    value, uncertainty = (
+        Units.finite(one.result.name, scale * x, decimals).text() for x in (measured, u or 0.0)
+    )
+    unit = lengths.word if is_length else one.unit
+    return f"{lead}{value} {unit} (U {uncertainty}), {one.result.verdict.value}"
 
 
-def _words(one: Characteristic, unit: str) -> str:
-    size = f"{one.nominal:g} {one.upper:+g} {one.lower:+g}" if one.nominal else f"{one.upper:g}"
-    return f"{one.kind} {size} {unit}{''.join(f'|{name}' for name in one.datums)}"
+def _words(one: Characteristic, unit: str, lengths: PaperLengths) -> str:
+    scale, word = (lengths.per_mm, lengths.word) if unit == "mm" else (1.0, unit)
+    nominal, upper, lower = scale * one.nominal, scale * one.upper, scale * one.lower
+    size = f"{nominal:g} {upper:+g} {lower:+g}" if nominal else f"{upper:g}"
+    return f"{one.kind} {size} {word}{''.join(f'|{name}' for name in one.datums)}"
 
 
 def _tool(data: ReportData) -> str:
@@ -144,10 +209,7 @@ def _contents(jobs: Sequence[ReportData], profile: Profile) -> dict[str, bytes]:
     (data,) = jobs
     table = form_table(data)
     csv, book = _files(data)
-    return {
-        csv: delimited(table, _csv_profile(), _shape(table)),
-        book: _workbook(_above(data), table),
-    }
+    return {csv: delimited(table, _csv_profile(), _shape(table)), book: _workbook(*_sheets(data))}
 
 
 def _differences(
@@ -158,32 +220,44 @@ def _differences(
     csv, book = _files(data)
     found = compare_delimited(csv, files[csv], table, _csv_profile(), _shape(table))
     try:
-        (rows,) = read_workbook(files[book]).values()
+        sheets = read_workbook(files[book])
     except (zipfile.BadZipFile, KeyError, ValueError, etree.XMLSyntaxError) as error:
         return [*found, f"{book}: it cannot be read ({error})."]
-    width = len(_FORM)
-    wanted: list[list[Cell]] = [[line] for line in _above(data)]
-    wanted += [list(_FORM), *map(list, table.rows)]
-    for line, (row, cells) in enumerate(zip(wanted, rows, strict=False), start=1):
-        plain = [cell or None for cell in row] + [None] * (width - len(row))
-        if plain != [*cells, *[None] * (width - len(cells))]:
-            found.append(f"{book}: row {line} is not what was to be written.")
-    return found if len(rows) == len(wanted) else [*found, f"{book}: rows are missing."]
+    for above, form in _sheets(data):
+        rows, width = sheets.pop(form.title, []), len(form.columns)
+        wanted: list[list[Cell]] = [[line] for line in above]
+        wanted += [list(form.columns), *map(list, form.rows)]
+        for line, (row, cells) in enumerate(zip(wanted, rows, strict=False), start=1):
+            plain = [cell or None for cell in row] + [None] * (width - len(row))
+            if plain != [*cells, *[None] * (width - len(cells))]:
+                found.append(f"{book}: {form.title}, row {line} is not what was to be written.")
+        if len(rows) != len(wanted):
+            found.append(f"{book}: {form.title} lacks rows.")
+    return found + [f"{book}: the sheet {name} was not written here." for name in sheets]
 
 
 def _preview(jobs: Sequence[ReportData], profile: Profile) -> tuple[Table, ...]:
     (data,) = jobs
-    return (form_table(data),)
+    return tuple(table for _, table in _sheets(data))
 
 
 def _files(data: ReportData) -> tuple[str, str]:
     return f"{data.stem}_fai.csv", f"{data.stem}_fai.xlsx"
 
 
-def _above(data: ReportData) -> tuple[str, ...]:
-    """Return the lines above the form: its blocks 1 to 4, and the verdict."""
+def _sheets(data: ReportData) -> tuple[tuple[tuple[str, ...], Table], ...]:
+    """Return the three forms with the lines above them."""
+    return (
+        (_above(data, "AS9102 form 1: part number accountability"), accountability_table(data)),
+        (_above(data, "AS9102 form 2: product accountability"), product_table(data)),
+        (_above(data, _FORM_3), form_table(data)),
+    )
+
+
+def _above(data: ReportData, title: str) -> tuple[str, ...]:
+    """Return the lines above a form: its title, the part, and the verdict."""
     lines = (
-        "AS9102 form 3: characteristic accountability, verification and compatibility evaluation",
+        title,
         f"Part: {clean_text(data.head.part)}",
         f"Serial number: {clean_text(data.head.serial)}",
         f"Report: {data.job}",
@@ -203,35 +277,38 @@ def _shape(table: Table) -> TableProfile:
     return TableProfile(header=True, columns=list(table.columns))
 
 
-def _workbook(above: Sequence[str], table: Table) -> bytes:
-    """Return a workbook of one sheet; texts stay texts."""
+def _workbook(*sheets: tuple[Sequence[str], Table]) -> bytes:
+    """Return a workbook with tables below lines; texts stay texts."""
     stream = io.BytesIO()
     book = new_workbook(stream, created=datetime(1980, 1, 1, tzinfo=UTC))
-    sheet = book.add_worksheet(table.title)
-    bold, text = book.add_format({"bold": True}), book.add_format({"text_wrap": True})
-    text.set_align("top")
-    for row, line in enumerate(above):
-        sheet.write_string(row, 0, line, bold)
-    for column, name in enumerate(table.columns):
-        longest = max((len(str(row[column] or "")) for row in table.rows), default=0)
-        sheet.set_column(column, column, min(max(longest, len(name)) + 2, _WIDEST))
-        sheet.write_string(len(above), column, name, bold)
-    for place, cells in enumerate(table.rows, start=len(above) + 1):
-        for column, cell in enumerate(cells):
-            if isinstance(cell, Number):
-                sheet.write_number(place, column, cell.value, text)
-            elif cell:
-                sheet.write_string(place, column, str(cell), text)
-    sheet.freeze_panes(len(above) + 1, 0)
-    sheet.set_landscape()
-    sheet.fit_to_pages(1, 0)
+    bold = book.add_format({"bold": True, "quote_prefix": True})
+    text = book.add_format({"text_wrap": True, "valign": "top"})
+    quoted = book.add_format({"text_wrap": True, "valign": "top", "quote_prefix": True})
+    for above, table in sheets:
+        sheet = book.add_worksheet(table.title)
+        for row, line in enumerate(above):
+            sheet.write_string(row, 0, line, bold)
+        for column, name in enumerate(table.columns):
+            longest = max((len(str(row[column] or "")) for row in table.rows), default=0)
+            sheet.set_column(column, column, min(max(longest, len(name)) + 2, _WIDEST))
+            sheet.write_string(len(above), column, name, bold)
+        for place, cells in enumerate(table.rows, start=len(above) + 1):
+            for column, cell in enumerate(cells):
+                if isinstance(cell, Number):
+                    sheet.write_number(place, column, cell.value, text)
+                elif cell:
+                    kind = quoted if looks_computed(str(cell)) else text
+                    sheet.write_string(place, column, str(cell), kind)
+        sheet.freeze_panes(len(above) + 1, 0)
+        sheet.set_landscape()
+        sheet.fit_to_pages(1, 0)
     book.close()
     return stream.getvalue()
 
 
 AS9102 = Exporter(
     name="fai",
-    title="First article (AS9102 form 3)",
+    title="First article (AS9102)",
     purpose="first article inspection: every requirement of the model with its result",
     suffixes=("_fai.csv", "_fai.xlsx"),
     profile="",

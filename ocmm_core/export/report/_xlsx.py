@@ -122,7 +122,7 @@ def new_workbook(stream: io.BytesIO, **properties: object) -> xlsxwriter.Workboo
 def _write_front(book: xlsxwriter.Workbook, data: ReportData) -> None:
     """Write the front sheet: the verdict in large letters, then why."""
     sheet = _new_sheet(book, data, _FRONT)
-    ink, fill = _COLOURS.get(data.part.verdict, _UNDECIDED)
+    ink, fill = _COLOURS.get(data.part.shown_as, _UNDECIDED)
     large = book.add_format(
         {"bold": True, "font_size": 36, "font_color": ink, "bg_color": fill, "align": "vcenter"}
     )
@@ -153,7 +153,7 @@ def _write_front(book: xlsxwriter.Workbook, data: ReportData) -> None:
         if isinstance(told, int):
             sheet.write_number(row, 1, told, value)
         elif told:
-            sheet.write_string(row, 1, str(told), quoted if _looks_computed(str(told)) else value)
+            sheet.write_string(row, 1, str(told), quoted if looks_computed(str(told)) else value)
     sheet.fit_to_pages(1, 0)
 
 
@@ -163,7 +163,8 @@ def _job_rows(data: ReportData) -> tuple[tuple[Cell, ...], ...]:
     return tuple(said_line(row[0], row[1], speech) for row in (table.columns, *table.rows))
 
 
-def _looks_computed(text: str) -> bool:
+def looks_computed(text: str) -> bool:
+    """Return whether a spreadsheet could take a text for a formula."""
     return text.lstrip()[:1] in ("=", "+", "-", "@")
 
 
@@ -199,7 +200,7 @@ def _write_table(book: xlsxwriter.Workbook, data: ReportData, key: str, table: T
             elif isinstance(cell, int):
                 sheet.write_number(row, column, cell)
             elif cell:
-                sheet.write_string(row, column, cell, quoted if _looks_computed(cell) else text)
+                sheet.write_string(row, column, cell, quoted if looks_computed(cell) else text)
     sheet.freeze_panes(top + 1, 0)
     last = top + len(table.rows)
     sheet.repeat_rows(top)
@@ -237,7 +238,7 @@ def _front_lines(data: ReportData) -> tuple[str, ...]:
     part, head, speech = data.part, data.head, _speech(data)
     about = (("Part", head.part), ("Serial number", head.serial), ("Operator", head.operator))
     return (
-        speech.word(part.word.value),
+        ": ".join((speech.word(part.word.value), *map(speech.say, part.short_headline[1:]))),
         *map(speech.word, data.states),
         *(
             line

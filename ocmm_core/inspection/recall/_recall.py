@@ -219,6 +219,7 @@ def _as_record(
         rig=job.rig,
         calibration=job.calibration,
         simulated=job.simulated,
+        requirements=job.requirements,
         in_doubt=tuple(sorted(job.in_doubt)),
         why=tuple(filter(None, dict.fromkeys((*job.in_doubt.values(), job.left_out)))),
         later=job.later_calibration,

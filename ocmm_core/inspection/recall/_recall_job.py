@@ -77,6 +77,8 @@ class JobFindings:
     """Its points come from a virtual rig."""
     points: tuple[MeasuredPoint, ...]
     """That count, in the order in which they were taken."""
+    requirements: str
+    """How many requirements of its sources the plan contains; empty if it contains all."""
     begun_utc: str
     ended_utc: str
     """`begun_utc`, `ended_utc`: When the first and the last of them was stored."""
@@ -144,6 +146,7 @@ def findings_of(doubted: DoubtedJob, file: bytes) -> JobFindings:
     places: dict[str, list[int]] = {point.feature: [] for point in job.points}
     for place, point in enumerate(job.points):
         places[point.feature].append(place)
+    part = job.view.part_verdict
     stored = [job.taken_utc[point.number] for point in job.points]
     return JobFindings(
         path=path,
@@ -153,6 +156,7 @@ def findings_of(doubted: DoubtedJob, file: bytes) -> JobFindings:
         calibration=job.head.rig_identity,
         simulated=job.view.simulated,
         points=job.points,
+        requirements=part.requirement_words if part.is_partial else "",
         begun_utc=min(stored, default=job.head.created_utc),
         ended_utc=max(stored, default=job.head.created_utc),
         in_doubt=in_doubt,

@@ -70,7 +70,8 @@ def job_line(job: RecalledJob) -> str:
     serial = f", serial {job.serial}" if job.serial not in ("", "-") else ""
     origin = f"{SIMULATED}, " if job.simulated else ""
     about = f"{origin}{Path(job.path).name}, part {job.part}{serial}"
-    return f"{about}: {job.outcome.value}. {job.judgement}"
+    count = f" {job.requirements}." if job.requirements else ""
+    return f"{about}: {job.outcome.value}. {job.judgement}{count}"
 
 
 def rests_on(job: RecalledJob) -> str:

@@ -112,6 +112,11 @@ class RequirementCount:
         return self.present == self.total and not self.notes
 
     @property
+    def short(self) -> str:
+        """Return the count for large letters, such as ``18 of 52 requirements``."""
+        return f"{self.present:d} of {self.total:d} requirements"
+
+    @property
     def words(self) -> str:
         """Return the count as a sentence without its full stop."""
         found, kind = self.present, self.origin
@@ -163,6 +168,12 @@ class PartVerdict:
         return f"{self.word.value}: {count}" if count else self.word.value
 
     @property
+    def short_headline(self) -> tuple[str, ...]:
+        """Return the word, and the short count if the plan lacks requirements: one line."""
+        partial = self.requirements if self.is_partial else None
+        return (self.word.value,) if partial is None else (self.word.value, partial.short)
+
+    @property
     def complete(self) -> bool:
         return not self.missing_features and not self.unmeasured
 
@@ -173,8 +184,18 @@ class PartVerdict:
 
     @property
     def verdict(self) -> Verdict | None:
-        """Return the verdict with the colour and sign of the word; None without tolerances."""
+        """Return the verdict of the word; None without tolerances."""
         return _AS_VERDICT[self.word]
+
+    @property
+    def shown_as(self) -> Verdict | None:
+        """Return the verdict with colour, sign and sound of the part.
+
+        A part is not shown as good by a plan that has none of the requirements of its sources.
+        """
+        count = self.requirements
+        has_none = count is not None and self.is_partial and not count.present
+        return Verdict.NOT_PROVEN if has_none and self.word is PartWord.CONFORMS else self.verdict
 
     @property
     def reasons(self) -> tuple[str, ...]:

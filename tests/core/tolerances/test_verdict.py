@@ -11,6 +11,7 @@ from ocmm_core.tolerances.decisions import (
     WORST_FIRST,
     CharacteristicResult,
     PartWord,
+    RequirementCount,
     Verdict,
     judge_part,
     summarise,
@@ -110,3 +111,15 @@ def test_the_word_of_a_part_is_said_once(verdict: Verdict) -> None:
     assert said.startswith(part.word.value)
     assert said.count(f"{part.word.value}: ") + said.count(f"{part.word.value}; ") <= 1
     assert all(reason in said for reason in part.reasons)
+
+
+def test_a_part_by_none_of_its_requirements_is_not_shown_as_good() -> None:
+    """The large line has the count; with 0 of 52 it has neither colour nor sign of CONFORM."""
+    for present in (0, 18, 52):
+        part = judge_part(
+            [result("a", Verdict.CONFORM)], (), RequirementCount(present, 52, 0, "model")
+        )
+        assert (part.word, part.verdict) == (PartWord.CONFORMS, Verdict.CONFORM)
+        assert (part.shown_as is Verdict.CONFORM) == (present > 0)
+        count = (f"{present} of 52 requirements",) if present < 52 else ()
+        assert part.short_headline == ("PART CONFORMS", *count)
