@@ -129,7 +129,12 @@ def ascii_name(name: str) -> str:
     if number.isdecimal() and feature:
         # All points of a feature keep the name of the feature.
         return f"{ascii_name(feature)}{dot}{number}"
-    parts = unicodedata.normalize("NFKD", name)
+    kept = ascii_text(name)[: LONGEST_NAME - 9]
+    return f"{kept}-{hashlib.sha256(name.encode()).hexdigest()[:8]}"
+
+
+def ascii_text(text: str) -> str:
+    """Return text without accents; other signs that are not ASCII become ``_``. Not unique."""
+    parts = unicodedata.normalize("NFKD", text)
     plain = "".join(sign for sign in parts if not unicodedata.combining(sign))
-    kept = "".join(sign if sign.isascii() else "_" for sign in plain)
-    return f"{kept[: LONGEST_NAME - 9]}-{hashlib.sha256(name.encode()).hexdigest()[:8]}"
+    return "".join(sign if sign.isascii() else "_" for sign in plain)

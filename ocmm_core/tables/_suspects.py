@@ -9,7 +9,7 @@ from pathlib import Path
 from ocmm_core.tables._grid import fault
 
 _CODE = re.compile(r"[-+]?(?P<nines>9{3,})(?:[.,](?:0*|25))?")
-_NUMBERED = re.compile(r"(\D*)\d+\D*")
+_NUMBERED = re.compile(r"(\D*)\d.*")
 _LEAST = 3
 """Rows with names of one kind that make another name suspect."""
 _MOST_ODD = 8

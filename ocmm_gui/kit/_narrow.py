@@ -192,9 +192,9 @@ class HintField(QLineEdit):
         self._hint = ""
 
     def setPlaceholderText(self, text: str) -> None:
-        """Set the hint; Qt paints the English one."""
+        """Set the hint; Qt would cut it at the end of the field."""
         self._hint = text
-        super().setPlaceholderText("" if is_longer() else text)
+        self.update()
 
     def placeholderText(self) -> str:
         """Return the hint."""
@@ -211,14 +211,16 @@ class HintField(QLineEdit):
             self._paint_file()
             return
         super().paintEvent(event)
-        if self.text() or not self._hint or not is_longer():
+        if self.text() or not self._hint:
             return
-        found = self.fitted() or Fitted(self._hint, self.font())
+        room = self._room()
+        short = self.fontMetrics().elidedText(self._hint, Qt.TextElideMode.ElideRight, room.width())
+        found = self.fitted() or Fitted(short, self.font())
         painter = QPainter(self)
         painter.setFont(found.font)
         painter.setPen(self.palette().color(QPalette.ColorRole.PlaceholderText))
         painter.drawText(
-            self._room(),
+            room,
             Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter | Qt.TextFlag.TextWordWrap,
             found.text,
         )

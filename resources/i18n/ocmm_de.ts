@@ -4749,8 +4749,8 @@ Startet: {source}</translation>
         <translation>Bezüge</translation>
     </message>
     <message>
-        <source>Names in order of precedence, separated by commas; or empty</source>
-        <translation>Namen in ihrer Rangfolge, durch Komma getrennt; oder leer</translation>
+        <source>Names by precedence, with commas; or empty</source>
+        <translation>Namen nach Rang, mit Kommas; oder leer</translation>
     </message>
     <message>
         <source>mm, or degrees for angles; 0 for zones</source>

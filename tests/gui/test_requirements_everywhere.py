@@ -156,8 +156,7 @@ def test_the_bare_word_is_used_in_known_places_only() -> None:
     """Each place shows the count next to the word, or fills a column with a fixed set of words."""
     known = {
         "ocmm_core/export/report/_xlsx.py", "ocmm_core/archive/records/_extract.py",
-        "ocmm_gui/operator/_part_view.py", "ocmm_gui/kit/_messages.py",
-        "ocmm_gui/reports/_sections.py",
+        "ocmm_gui/kit/_messages.py", "ocmm_gui/reports/_sections.py",
     }  # fmt: skip
     used = re.compile(r"(?:\bpart|part_verdict)\.word\.value")
     found = {

@@ -5,12 +5,10 @@ No cell is ever quoted: names are whitelisted before, and text loses what would 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 from ocmm_core.export.report._names import clean_text, spreadsheet_text
 from ocmm_core.export.report._profile import Profile, TableProfile
 from ocmm_core.export.report._tables import Cell, Number, Table
-from ocmm_core.names import ascii_name, name_fault
+from ocmm_core.names import ascii_name, ascii_text, name_fault
 
 _INSTEAD = {",": ";", ";": ",", "\t": " "}
 """Signs that stand in text for the delimiter."""
@@ -18,7 +16,8 @@ _INSTEAD = {",": ";", ";": ",", "\t": " "}
 
 def delimited(table: Table, profile: Profile, shape: TableProfile) -> bytes:
     """Return a table as text."""
-    lines = [_cells(row, profile) for row in table.rows]
+    has_keys = _has_keys(table)
+    lines = [[_cell(cell, profile, has_keys) for cell in row] for row in table.rows]
     if shape.header:
         lines.insert(0, list(table.columns))
     text = "".join(profile.separator.join(line) + profile.newline for line in lines)
@@ -42,6 +41,7 @@ def compare_delimited(
     if len(found) != len(table.rows):
         return [f"{name}: there are {len(found)} rows instead of {len(table.rows)}."]
     differences = []
+    has_keys = _has_keys(table)
     for index, (row, cells) in enumerate(zip(table.rows, found, strict=True), start=1):
         if len(cells) != len(row):
             differences.append(f"{name}: row {index} has {len(cells)} cells, not {len(row)}.")
@@ -49,7 +49,7 @@ def compare_delimited(
         differences += [
             f"{name}: row {index}, {column}: {cell!r} instead of {wanted!r}."
             for column, wanted, cell in zip(table.columns, row, cells, strict=True)
-            if not _is_told(wanted, cell, profile)
+            if not _is_told(wanted, cell, profile, has_keys)
         ]
     return differences
 
@@ -66,31 +66,32 @@ def same_number(wanted: Number, text: str, decimal: str = ".") -> bool:
     return abs(found - wanted.value) <= half * (1.0 + 1e-6) + 1e-12 * abs(wanted.value)
 
 
-def told(text: str, profile: Profile) -> str:
-    """Return text as a cell can hold it."""
+def _has_keys(table: Table) -> bool:
+    """Return whether cells are names by which programs find items; a list of facts has none."""
+    return table.columns != ("Item", "Value")
+
+
+def told(text: str, profile: Profile, has_keys: bool = True) -> str:
+    """Return text as a cell can hold it; names that are keys stay different from each other."""
     plain = clean_text(text).replace(profile.separator, _INSTEAD[profile.separator])
     plain = plain.replace('"', "'")
     if profile.encoding == "ascii":
-        known = not name_fault(plain)
-        plain = ascii_name(plain) if known else plain.encode("ascii", "replace").decode("ascii")
+        is_key = has_keys and not name_fault(plain)
+        plain = ascii_name(plain) if is_key else ascii_text(plain)
     return spreadsheet_text(plain)
 
 
-def _cells(row: Sequence[Cell], profile: Profile) -> list[str]:
-    return [_cell(cell, profile) for cell in row]
-
-
-def _cell(cell: Cell, profile: Profile) -> str:
+def _cell(cell: Cell, profile: Profile, has_keys: bool) -> str:
     if cell is None:
         return ""
     if isinstance(cell, Number):
         return cell.text(profile.decimal)
-    return told(cell, profile) if isinstance(cell, str) else str(cell)
+    return told(cell, profile, has_keys) if isinstance(cell, str) else str(cell)
 
 
-def _is_told(wanted: Cell, found: str, profile: Profile) -> bool:
+def _is_told(wanted: Cell, found: str, profile: Profile, has_keys: bool) -> bool:
     if isinstance(wanted, Number):
         return same_number(wanted, found, profile.decimal)
     if isinstance(wanted, int):
         return found == str(wanted)
-    return found == ("" if wanted is None else told(wanted, profile))
+    return found == ("" if wanted is None else told(wanted, profile, has_keys))

@@ -89,9 +89,6 @@ class RecalledJob(
     """Its points come from a virtual rig: no real part was measured. Not written where it is not
     so, because recalls of earlier versions, which lack it, keep their hash by that."""
 
-    requirements: str = ""
-    """How many requirements of its sources the plan contains; empty if it contains all."""
-
     @property
     def outcome(self) -> Outcome:
         """Return that of the job: CHANGES where any verdict does, HOLDS where all hold."""

@@ -78,7 +78,7 @@ class JobFindings:
     points: tuple[MeasuredPoint, ...]
     """That count, in the order in which they were taken."""
     requirements: str
-    """How many requirements of its sources the plan contains; empty if it contains all."""
+    """Sentence with the count of requirements that the plan contains; empty if it has all."""
     begun_utc: str
     ended_utc: str
     """`begun_utc`, `ended_utc`: When the first and the last of them was stored."""
@@ -156,7 +156,7 @@ def findings_of(doubted: DoubtedJob, file: bytes) -> JobFindings:
         calibration=job.head.rig_identity,
         simulated=job.view.simulated,
         points=job.points,
-        requirements=part.requirement_words if part.is_partial else "",
+        requirements=f"{part.requirement_words}." if part.is_partial else "",
         begun_utc=min(stored, default=job.head.created_utc),
         ended_utc=max(stored, default=job.head.created_utc),
         in_doubt=in_doubt,

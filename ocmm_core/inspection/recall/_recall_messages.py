@@ -70,8 +70,7 @@ def job_line(job: RecalledJob) -> str:
     serial = f", serial {job.serial}" if job.serial not in ("", "-") else ""
     origin = f"{SIMULATED}, " if job.simulated else ""
     about = f"{origin}{Path(job.path).name}, part {job.part}{serial}"
-    count = f" {job.requirements}." if job.requirements else ""
-    return f"{about}: {job.outcome.value}. {job.judgement}{count}"
+    return f"{about}: {job.outcome.value}. {job.judgement}"
 
 
 def rests_on(job: RecalledJob) -> str:

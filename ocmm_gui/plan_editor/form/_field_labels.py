@@ -70,10 +70,7 @@ _OF_TYPE: Mapping[str, Mapping[str, Words]] = {
     },
     "Characteristic": {
         "kind": (later("Kind"), later("Toleranced features")),
-        "datums": (
-            later("Datums"),
-            later("Names in order of precedence, separated by commas; or empty"),
-        ),
+        "datums": (later("Datums"), later("Names by precedence, with commas; or empty")),
         "nominal": (later("Nominal"), later("mm, or degrees for angles; 0 for zones")),
         "lower": (later("Lower limit"), later("Of the deviation; 0 for zones")),
         "upper": (later("Upper limit"), later("Of the deviation; the tolerance of a zone")),

@@ -16,7 +16,7 @@ import pytest
 from ocmm_core import __version__
 from ocmm_core.documents import resource
 from ocmm_core.errors import InputError, StorageError
-from ocmm_core.export import ENDING, preview, preview_text
+from ocmm_core.export import ENDING, EXPORTERS, preview, preview_text
 from ocmm_core.export.report import ReportData, load_profile, polyworks_profile
 from ocmm_core.export.report._delimited import told
 from ocmm_core.features.shapes import NominalFeature, Shape, element
@@ -102,7 +102,7 @@ JOB = (
     f"Job identity,{HEAD.job_uuid}\r\n"
     "Part,Block\r\n"
     "Serial number,'=4711\r\n"
-    "Operator,Zoe Muller-d6e575a6\r\n"
+    "Operator,Zoe Muller\r\n"
     "Order,\r\n"
     "Batch,\r\n"
     f"Begun (UTC),{HEAD.created_utc}\r\n"
@@ -406,3 +406,16 @@ def test_a_file_that_does_not_come_back_as_written_is_not_kept(
     assert caught.value.code == "export.differs"
     assert [path.name for path in tmp_path.iterdir()] == [f"{STEM}_points.csv"]
     assert (tmp_path / f"{STEM}_points.csv").read_bytes() == b"older export"
+
+
+def test_people_and_parts_are_transliterated_without_a_hash() -> None:
+    """Names of features are keys and stay different; facts of the job are no keys."""
+    data = sample_report()
+    head = dataclasses.replace(data.head, operator="Zoë Müller", serial="№ 7 Ø")
+    files = EXPORTERS["polyworks"].contents(
+        (dataclasses.replace(data, head=head),), polyworks_profile()
+    )
+    (job,) = (content.decode("ascii") for name, content in files.items() if "_job" in name)
+    assert "Operator,Zoe Muller\r\n" in job
+    assert "Serial number,No 7 _\r\n" in job
+    assert told("Müller", polyworks_profile()) != "Muller"
