@@ -11,7 +11,7 @@ from dataclasses import dataclass, field, replace
 from functools import lru_cache
 
 from PySide6.QtCore import QPointF, QRectF, Qt
-from PySide6.QtGui import QColor, QFont, QFontMetricsF, QPainter, QPen
+from PySide6.QtGui import QColor, QFont, QFontMetricsF, QPainter, QPen, QTextLayout
 
 from ocmm_core.export.template import PaperLengths
 from ocmm_core.wording import Speech
@@ -235,12 +235,32 @@ def _face(size: float, bold: bool) -> tuple[QFont, QFontMetricsF]:
 def forget_faces() -> None:
     """Let the fonts go; to be called before the application that they belong to ends."""
     _face.cache_clear()
+    _has_glyph.cache_clear()
+
+
+def printable(text: str) -> str:
+    """Return text with ``[U+4E2D]`` for each sign that no font of this computer has."""
+    if text.isascii() or all(map(_has_glyph, text)):
+        return text
+    return "".join(sign if _has_glyph(sign) else f"[U+{ord(sign):04X}]" for sign in text)
+
+
+@lru_cache(maxsize=4096)
+def _has_glyph(sign: str) -> bool:
+    if sign.isascii() or sign.isspace():
+        return True
+    layout = QTextLayout(sign, _face(BODY.size, BODY.bold)[0])
+    layout.beginLayout()
+    layout.createLine()
+    layout.endLayout()
+    # Glyph 0 is the box of a font.
+    return all(all(run.glyphIndexes()) for run in layout.glyphRuns())
 
 
 def text_height(text: str, style: Style, width: float) -> float:
     """Return how high a text is when it is written into a width."""
     _, metrics = _face(style.size, style.bold)
-    box = QRectF(0.0, 0.0, width, 1e6)
+    box, text = QRectF(0.0, 0.0, width, 1e6), printable(text)
     return metrics.boundingRect(box, _wrapping(metrics, text, width), text).height()
 
 
@@ -261,7 +281,7 @@ def paint_line(
 ) -> None:
     """Write a text into one line of a box; what has no room is left out, with dots."""
     font, metrics = _face(style.size, style.bold)
-    shown = metrics.elidedText(text, Qt.TextElideMode.ElideRight, box.width())
+    shown = metrics.elidedText(printable(text), Qt.TextElideMode.ElideRight, box.width())
     painter.setFont(font)
     painter.setPen(QColor(style.colour))
     painter.drawText(box, int(align) | int(Qt.TextFlag.TextSingleLine), shown)
@@ -276,6 +296,7 @@ def paint_text(
 ) -> None:
     """Write a text into a box."""
     font, metrics = _face(style.size, style.bold)
+    text = printable(text)
     painter.setFont(font)
     painter.setPen(QColor(style.colour))
     painter.drawText(box, int(align) | _wrapping(metrics, text, box.width()), text)

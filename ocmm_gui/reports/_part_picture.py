@@ -16,7 +16,7 @@ from ocmm_core.geometry import Float
 from ocmm_core.rendering import RenderMode
 from ocmm_core.tolerances.decisions import DeviationPicture
 from ocmm_gui.kit import text_font
-from ocmm_gui.reports._canvas import INK, SMALL, WIDTH, Canvas, Style, paint_text
+from ocmm_gui.reports._canvas import INK, SMALL, WIDTH, Canvas, Style, paint_text, printable
 from ocmm_gui.scene import Orbit, StillScene, Tag, paint_scene, painted_still
 from ocmm_gui.views import SCALE_PX, deviation_part, deviations_of, job_items, paint_scale
 
@@ -161,7 +161,7 @@ def placed_words(
     taken, count = np.empty((len(tags), 4)), 0
     for tag, place in zip(tags, places, strict=True):
         anchor = QPointF(box.left() + place[0], box.top() + place[1])
-        width = metrics.horizontalAdvance(tag.text) + 2.0 * _PAD
+        width = metrics.horizontalAdvance(printable(tag.text)) + 2.0 * _PAD
         spots = _spots(anchor, width, height)
         inside = (spots[:, 0] >= box.left()) & (spots[:, 2] <= box.right())
         inside &= (spots[:, 1] >= box.top()) & (spots[:, 3] <= box.bottom())

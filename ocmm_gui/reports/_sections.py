@@ -31,6 +31,7 @@ from ocmm_gui.reports._canvas import (
     on_one_line,
     paint_line,
     paint_text,
+    printable,
 )
 from ocmm_gui.reports._messages import count_words, element_words, measurand, speech_of
 
@@ -132,6 +133,10 @@ def title(canvas: Canvas, data: ReportData) -> None:
         colour = INK.warn if part.is_partial else INK.text
         told = f"{speech.say(part.requirement_words)}."
         canvas.text(told, Style(34.0, bold=True, colour=colour))
+    names = (one.result.name for one in data.reported)
+    if any(printable(one) != one for one in (data.head.part, data.head.operator, *names)):
+        words = "Signs such as [U+4E2D] are in no font of this computer; data files have them."
+        canvas.text(speech.say(words), SMALL)
     for line in (*origin, *(part.reasons or (part.summary.counted,))):
         fails = line.startswith(Verdict.NOT_CONFORM.value)
         plain = INK.text if line == part.summary.counted else INK.warn
