@@ -28,8 +28,8 @@ def item_forms() -> dict[str, ItemForm]:
     }
 
 
-def path_panels() -> tuple[PathPanel, PathPanel, PathPanel, PathPanel]:
-    """Return what asks for the files of plan, import, picture and another plan."""
+def path_panels() -> tuple[PathPanel, PathPanel, PathPanel, PathPanel, PathPanel]:
+    """Return the questions for files of plan, import, picture, other plan, inspection plan."""
     return (
         PathPanel(tr("Write the plan into the file"), tr("File of the plan"), tr("Write")),
         PathPanel(
@@ -39,6 +39,11 @@ def path_panels() -> tuple[PathPanel, PathPanel, PathPanel, PathPanel]:
         ),
         PathPanel(tr("Attach the picture from the file"), tr("File of the picture"), tr("Attach")),
         PathPanel(tr("Open the plan from the file"), tr("File of the plan"), tr("Open")),
+        PathPanel(
+            tr("Write all requirements into the file (.xlsx, .csv)"),
+            tr("File of the inspection plan"),
+            tr("Write"),
+        ),
     )
 
 

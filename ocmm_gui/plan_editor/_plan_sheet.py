@@ -12,6 +12,7 @@ from PySide6.QtCore import Signal
 from PySide6.QtWidgets import QStackedWidget, QWidget
 
 from ocmm_core.errors import OcmmError
+from ocmm_core.export.report import write_account
 from ocmm_core.inspection.plan import EDITED, Plan, check_plan, load_plan
 from ocmm_core.names import file_stem
 from ocmm_core.settings import is_shipped
@@ -68,6 +69,11 @@ KEYS = (
     ActionInfo("new", later("New"), later("Start a new plan"), ("Ctrl+F10",)),
     ActionInfo("open", later("Open"), later("Open another plan file"), ("Ctrl+F8",)),
     ActionInfo("save", later("Save"), later("Write the plan to a file"), ("F8",)),
+    ActionInfo(
+        "requirements", later("Requirements"),
+        later("Write the inspection plan: all requirements with balloon numbers"),
+        ("Ctrl+Shift+F8",),
+    ),
     ActionInfo("measure", later("Measure"), later("Start a job with this plan"), ("Shift+F8",)),
 )  # fmt: skip
 
@@ -119,7 +125,7 @@ class PlanSheet(Sheet):
         self._teaching = Teaching()
         self._teaching.taught.connect(self._on_taught)
         self._teaching.failed.connect(self.failed)
-        self.file, self.source, self.image, self.other = path_panels()
+        self.file, self.source, self.image, self.other, self.listing = path_panels()
         self.file.given.connect(self.save_as)
         self.source.given.connect(self.import_file)
         self.models = FromModels(lambda: self.draft, self._did, in_use)
@@ -130,7 +136,8 @@ class PlanSheet(Sheet):
         self.models.failed.connect(self.failed)
         self.image.given.connect(self.attach_picture)
         self.other.given.connect(self.open_file)
-        for line in (self.file, self.source, self.image, self.other):
+        self.listing.given.connect(self.write_requirements)
+        for line in (self.file, self.source, self.image, self.other, self.listing):
             self.body.addWidget(line)
         right = ((self.picture, 3), (self.checks, 2), (self._teaching, 0))
         lay_out(self._editor, self.items, self._stack, right)
@@ -156,6 +163,7 @@ class PlanSheet(Sheet):
                 "open": lambda: self.other.ask(self._folder()),
                 "save": self.save,
                 "measure": self.measure,
+                "requirements": self.ask_requirements,
             },
             primary="save",
         )
@@ -257,6 +265,19 @@ class PlanSheet(Sheet):
     def open_file(self, path: Path) -> None:
         """PlanChange the plan of another file from now on."""
         self._change_to(lambda: load_plan(path), path)
+
+    def ask_requirements(self) -> None:
+        """Ask for the file of the inspection plan."""
+        path, stem = self.draft.path, file_stem(self.draft.plan.name)
+        own = Path.home() if path is None or is_shipped(path) else path.parent
+        self.listing.ask(own / f"{stem}_requirements.xlsx")
+
+    def write_requirements(self, path: Path) -> None:
+        """Write the requirements of the plan with their account."""
+        plan = self.draft.plan
+        if self.attempt(lambda: write_account(plan, path)) is not None:
+            self.told.emit(tr("Requirements written to {path}.").format(path=path))
+            self.items.setFocus()
 
     def measure(self) -> None:
         """Ask for a job by this plan."""

@@ -5505,6 +5505,10 @@ Startet: {source}</translation>
         <translation>Nennmaße vom laufenden Werkstück übernehmen</translation>
     </message>
     <message>
+        <source>Requirements written to {path}.</source>
+        <translation>Anforderungen geschrieben nach {path}.</translation>
+    </message>
+    <message>
         <source>Import</source>
         <translation>Import</translation>
     </message>
@@ -5527,6 +5531,14 @@ Startet: {source}</translation>
     <message>
         <source>Write the plan to a file</source>
         <translation>Plan in eine Datei schreiben</translation>
+    </message>
+    <message>
+        <source>Requirements</source>
+        <translation>Anforderungen</translation>
+    </message>
+    <message>
+        <source>Write the inspection plan: all requirements with balloon numbers</source>
+        <translation>Prüfliste schreiben: alle Anforderungen mit Positionsnummern</translation>
     </message>
     <message>
         <source>Measure</source>
@@ -5567,6 +5579,14 @@ Startet: {source}</translation>
     <message>
         <source>Open the plan from the file</source>
         <translation>Plan aus Datei öffnen</translation>
+    </message>
+    <message>
+        <source>Write all requirements into the file (.xlsx, .csv)</source>
+        <translation>Alle Anforderungen in die Datei schreiben (.xlsx, .csv)</translation>
+    </message>
+    <message>
+        <source>File of the inspection plan</source>
+        <translation>Datei der Prüfliste</translation>
     </message>
     <message>
         <source>Add the features to construct from first.</source>

@@ -15,7 +15,7 @@ from pytestqt.qtbot import QtBot
 
 from ocmm_core.documents import resource
 from ocmm_core.errors import OcmmError
-from ocmm_core.inspection.plan import EnvironmentLimits, Plan, load_plan
+from ocmm_core.inspection.plan import EnvironmentLimits, Plan, feature_table, load_plan
 from ocmm_core.tolerances.kinds import KINDS
 from ocmm_core.tolerances.zones import Characteristic
 from ocmm_gui.kit import use_language
@@ -263,3 +263,24 @@ def test_every_choice_of_a_plan_is_shown_in_german(qapp: QApplication) -> None:
         use_language(qapp, "en")
     axes = {*"xyz", "-x", "-y", "-z", "rx", "ry", "rz"}
     assert left <= axes | {"3-2-1", "rps", "iso14253-1", "ilac-g8", "position", "Ellipse", "Torus"}
+
+
+def test_the_requirements_are_written_as_an_inspection_plan(
+    sheet: PlanSheet, tmp_path: Path
+) -> None:
+    """The same core method as `ocmm plan account`; a plan without a source has none."""
+    errors: list[OcmmError] = []
+    told: list[str] = []
+    sheet.failed.connect(errors.append)
+    sheet.told.connect(told.append)
+    sheet.ask_requirements()
+    assert sheet.listing.isVisibleTo(sheet)
+    sheet.write_requirements(tmp_path / "list.csv")
+    assert [one.code for one in errors] == ["plan.no_account"]
+    table = tmp_path / "t.csv"
+    table.write_text("name,shape,x,y,z\nPAD,Plane,0,0,77\n", encoding="utf-8")
+    plan = feature_table(table).added_to(sheet.draft.plan)
+    sheet.draft.did(plan)
+    sheet.write_requirements(tmp_path / "list.csv")
+    assert "PAD" in (tmp_path / "list.csv").read_text("utf-8-sig")
+    assert "list.csv" in told[-1]

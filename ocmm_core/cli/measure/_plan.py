@@ -21,7 +21,6 @@ from ocmm_core.cli.measure._plan_import import (
     write_plan,
 )
 from ocmm_core.cli.terminal import make_console, say
-from ocmm_core.errors import InputError
 
 if TYPE_CHECKING:
     from ocmm_core.inspection.plan import Plan
@@ -82,21 +81,12 @@ def account(
 
     Each requirement is in the plan, with its characteristics, or left out, with the reason.
     """
-    from ocmm_core.documents import write_atomic
-    from ocmm_core.export.report import account_file
+    from ocmm_core.export.report import write_account
     from ocmm_core.inspection.plan import load_plan, requirement_count
 
     loaded = load_plan(plan)
-    if not loaded.requirements:
-        raise InputError(
-            "plan.no_account",
-            f"{plan}: the plan has no requirements of a model, QIF document or table.",
-            "Import one: ocmm plan import.",
-        )
-    if output.suffix.lower() not in (".csv", ".xlsx"):
-        raise InputError("plan.output", f"{output}: not .csv or .xlsx.", "Give another name.")
     require_free(output, overwrite=overwrite)
-    write_atomic(output, account_file(loaded, output.suffix))
+    write_account(loaded, output)
     console = make_console()
     console.print(str(output), highlight=False, markup=False)
     print_requirements(requirement_count(loaded), console)

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from ocmm_core.export.report._delimited import same_number
     from ocmm_core.export.report._elements import Element
     from ocmm_core.export.report._exporter import Exporter, ReportFormat
-    from ocmm_core.export.report._first_article import AS9102, account_file
+    from ocmm_core.export.report._first_article import AS9102, account_file, write_account
     from ocmm_core.export.report._head import head_table
     from ocmm_core.export.report._json_file import JSON
     from ocmm_core.export.report._json_schema import ReportFile, read_report
@@ -70,7 +70,7 @@ else:
         _delimited="same_number",
         _elements="Element",
         _exporter="Exporter ReportFormat",
-        _first_article="AS9102 account_file",
+        _first_article="AS9102 account_file write_account",
         _head="head_table",
         _json_file="JSON",
         _json_schema="ReportFile read_report",
@@ -97,4 +97,5 @@ __all__ = [
     "one_line", "open_clauses", "paper_facts", "plan_deviations", "points_table",
     "polyworks_profile", "read_report", "report_data", "report_number", "report_of_job",
     "report_table", "same_number", "specimen_report", "spreadsheet_text", "statements",
+    "write_account",
 ]  # fmt: skip

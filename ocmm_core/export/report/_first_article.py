@@ -12,10 +12,13 @@ import io
 import zipfile
 from collections.abc import Mapping, Sequence
 from datetime import UTC, datetime
+from pathlib import Path
 
 import msgspec
 from lxml import etree
 
+from ocmm_core.documents import write_atomic
+from ocmm_core.errors import InputError, StorageError
 from ocmm_core.export.report._delimited import compare_delimited, delimited
 from ocmm_core.export.report._exporter import Exporter
 from ocmm_core.export.report._names import clean_text
@@ -63,6 +66,33 @@ def account_file(plan: Plan, suffix: str) -> bytes:
         about = () if count is None else (f"{count.words}.",)
         return _workbook(((f"{plan.name}, part {plan.part}", *about), table))
     return delimited(table, _csv_profile(), _shape(table))
+
+
+def write_account(plan: Plan, path: Path) -> Path:
+    """Write the inspection plan as .csv or .xlsx, and return its path.
+
+    Raises
+    ------
+    InputError
+        The plan has no requirements, or the ending is another one.
+    StorageError
+        The file cannot be written.
+    """
+    if not plan.requirements:
+        raise InputError(
+            "plan.no_account",
+            f"{plan.name}: the plan has no requirements of a model, QIF document or table.",
+            "Import one: ocmm plan import, or Import on the plan page.",
+        )
+    if path.suffix.lower() not in (".csv", ".xlsx"):
+        raise InputError("plan.output", f"{path}: not .csv or .xlsx.", "Give another name.")
+    try:
+        write_atomic(path, account_file(plan, path.suffix))
+    except OSError as error:
+        raise StorageError(
+            "plan.output", f"{path}: cannot be written ({error.strerror}).", "Give another name."
+        ) from error
+    return path
 
 
 def form_table(data: ReportData) -> Table:
