@@ -72,7 +72,7 @@ KEYS = (
     ActionInfo(
         "requirements", later("Requirements"),
         later("Write the inspection plan: all requirements with balloon numbers"),
-        ("Ctrl+Shift+F8",),
+        ("Ctrl+F5",),
     ),
     ActionInfo("measure", later("Measure"), later("Start a job with this plan"), ("Shift+F8",)),
 )  # fmt: skip
