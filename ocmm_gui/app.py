@@ -48,11 +48,6 @@ EXIT_OK, EXIT_FAILED = 0, 2
 _START_PAGE = Choice(Errands.START)
 _HELD = "job.locked"
 _SAFE = "All points taken are saved in the job file."
-_NO_DISPLAY = (
-    "window.no_display",
-    "No display available for the window.",
-    "Start OCMM on a desktop, or measure without a window: ocmm demo --headless.",
-)
 
 
 @dataclass(frozen=True, slots=True)
@@ -94,7 +89,7 @@ def make_application(zoom_percent: int = 100) -> QApplication:
     screens = ("DISPLAY", "WAYLAND_DISPLAY", "QT_QPA_PLATFORM")
     if sys.platform == "linux" and not any(os.environ.get(name) for name in screens):
         # Qt would end the program with a message about its plugins.
-        raise InputError(*_NO_DISPLAY)
+        raise _no_display()
     # Threads that track and simulate give way to the window after 1 ms instead of 5: the p99 of
     # its latency falls from 40 to 25 ms on two cores, at no loss of frames (benchmarks/window.py).
     sys.setswitchinterval(0.001)
@@ -107,6 +102,14 @@ def make_application(zoom_percent: int = 100) -> QApplication:
     return app
 
 
+def _no_display() -> InputError:
+    return InputError(
+        "window.no_display",
+        "No display available for the window.",
+        "Start OCMM on a desktop, or measure without a window: ocmm demo --headless.",
+    )
+
+
 @contextlib.contextmanager
 def _fatal_messages_end_in_a_sentence() -> Iterator[None]:
     """Exit with 2 where Qt would abort: the display does not answer, or a library is missing."""
@@ -115,7 +118,8 @@ def _fatal_messages_end_in_a_sentence() -> Iterator[None]:
     def keep(kind: QtMsgType, _context: object, text: str) -> None:
         messages.append(text)
         if kind == QtMsgType.QtFatalMsg:
-            write_last("\n".join((*_NO_DISPLAY[1:], "", *messages, "")))
+            error = _no_display()
+            write_last("\n".join((error.what, error.remedy, "", *messages, "")))
             os._exit(EXIT_FAILED)
 
     before = qInstallMessageHandler(keep)
