@@ -36,7 +36,7 @@ _MEASURING = ("measure", "demo")
 
 
 def main() -> None:
-    """Run the command line; every fault, also an unexpected one, becomes a sentence and its remedy."""
+    """Run the command line; every fault becomes a sentence and its remedy."""
     hold_standard_streams()
     try:
         _main()

@@ -1,4 +1,4 @@
-"""The stores that the campaign writes to, and a station of its own to write as."""
+"""Stores that the campaign writes to, and a station of its own to write as."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from ocmm_core.simulation.calibration_scenes import (
 
 @contextmanager
 def other_station(home: Path) -> Iterator[None]:
-    """Be the program of another station meanwhile: another key, another memory."""
+    """Act as another station: another key, another memory."""
     names = ("XDG_DATA_HOME", "XDG_STATE_HOME")
     before = {name: os.environ.get(name) for name in names}
     try:
@@ -38,7 +38,7 @@ def other_station(home: Path) -> Iterator[None]:
 
 @dataclass(frozen=True, slots=True)
 class CalibrationSite:
-    """A store with calibrated and verified cameras, opened anew."""
+    """A store with calibrated and verified cameras, reopened."""
 
     folder: Path
     store: CalibrationStore
@@ -58,22 +58,20 @@ class CalibrationSite:
         return cls(folder, CalibrationStore(folder))
 
     def state(self, now: datetime) -> State:
-        """Return how the calibration stands at a moment."""
         return self.store.status(now).state
 
     def add(self, text: str, now: datetime) -> None:
-        """Append an event."""
         self.store.suspect("campaign", text, None, now)
 
     def verify(self, now: datetime) -> None:
-        """Measure at a moment that all is well."""
+        """Add a passed verification."""
         if (active := self.store.active()) is not None:
             self.store.verify(made_verification(active), now)
 
 
 @dataclass(frozen=True, slots=True)
 class ProbeSite:
-    """A store with a calibrated and qualified probe, opened anew."""
+    """A store with a calibrated and qualified probe, reopened."""
 
     folder: Path
     store: ProbeStore
@@ -89,19 +87,18 @@ class ProbeSite:
 
     @classmethod
     def opened(cls, folder: Path) -> ProbeSite:
-        """Return one as a program finds it that starts now."""
+        """Return one as a newly started program reads it."""
         return cls(folder, ProbeStore(folder))
 
     def state(self, now: datetime) -> State:
-        """Return how the mounted tip stands at a moment."""
+        """Return the state of the mounted tip."""
         return self.store.status(self._tip, now).state
 
     def add(self, text: str, now: datetime) -> None:
-        """Append an event."""
         self.store.doubt("campaign", text, now, now)
 
     def verify(self, now: datetime) -> None:
-        """Measure at a moment that all is well."""
+        """Add a passed qualification."""
         if (active := self.store.active(self._tip)) is not None:
             again = made_tip_record(active.calibration, points=len(self.store.events))
             self.store.qualify(again, now)
@@ -113,4 +110,3 @@ class ProbeSite:
 
 Site = CalibrationSite | ProbeSite
 SITES: tuple[type[CalibrationSite] | type[ProbeSite], ...] = (CalibrationSite, ProbeSite)
-"""The kinds of stores."""
