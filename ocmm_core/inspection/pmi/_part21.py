@@ -83,9 +83,7 @@ class Part21:
         return frozenset(self.records(number))
 
     def records(self, number: int) -> dict[str, tuple[Argument, ...]]:
-        """Return the arguments of an entity by type; BadEntityError if missing, double or
-        unreadable.
-        """
+        """Return the arguments by type; BadEntityError if missing, double or unreadable."""
         if number in self._read:
             return self._read[number]
         if number in self.twice:
