@@ -136,9 +136,7 @@ class JobSteps:
     def set_compensation(self, method: str, name: str = "") -> None:
         """Set the side detection of a feature, or of all that allow the method.
 
-        `method`: one of `measuring.compensation.METHODS`. `name`: of the feature; empty for all.
-        Raises
-        MeasuringError if feature or method is unknown, or the method does not suit the shape.
+        `method`: one of `measuring.compensation.METHODS`. X feature or method is unknown, or the method does not suit the shape.
         """
         ledger = self._ledger
         with ledger.lock:
