@@ -30,12 +30,9 @@ _SIGNS = {".": later(". (full stop)"), ",": later(", (comma)")}
 
 
 class KeysSheet(Sheet):
-    """A table of `ACTIONS`: what belongs to measuring first.
+    """A table of `ACTIONS`: those of measuring first.
 
-    Parameters
-    ----------
-    changed
-        Gives the keys that somebody chose, by action.
+    `changed`: returns the user's keys by action.
     """
 
     def __init__(self, changed: Callable[[], Mapping[str, Sequence[str]]]) -> None:
@@ -61,7 +58,7 @@ class KeysSheet(Sheet):
         self.use_keys({})
 
     def open(self) -> None:
-        """Give the table the keyboard."""
+        """Focus the table."""
         self._show()
         self.table.resizeRowsToContents()
         self.table.setFocus()

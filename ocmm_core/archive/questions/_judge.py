@@ -73,7 +73,7 @@ class Judge:
                 return
 
     def judged(self, row: Entry) -> Entry | None:
-        """Return a row with ``doubt``, ``copies`` and its station; None if another line is valid."""
+        """Return a row with ``doubt``, ``copies`` and station; None if another line counts."""
         copies = 0
         if row["others"]:
             taken, copies = self._line_of(str(row["job_uuid"]))

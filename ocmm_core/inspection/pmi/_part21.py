@@ -131,9 +131,7 @@ class Part21:
         return self._users.get(number, [])
 
     def users(self, word: str, place: int) -> dict[int, list[int]]:
-        """Return the users of entities by a type at a place of its arguments; skips unreadable
-        ones.
-        """
+        """Return the users of entities by a type at an argument index; skips unreadable ones."""
         found: dict[int, list[int]] = {}
         for number in self.all_of(word):
             try:
@@ -192,7 +190,7 @@ def refs(argument: Argument) -> list[int]:
 
 
 def plain(argument: Argument, longest: int = 200) -> str:
-    """Return a text as one line that can be printed; empty for anything else."""
+    """Return a text as one printable line; empty for anything else."""
     if not isinstance(argument, str):
         return ""
     line = " ".join("".join(c if c.isprintable() else " " for c in argument).split())
@@ -200,7 +198,7 @@ def plain(argument: Argument, longest: int = 200) -> str:
 
 
 def _statements(text: str) -> Iterator[str]:
-    """Yield what stands before each semicolon that is not in a text, in one pass."""
+    """Yield statements, split at semicolons outside of texts, in one pass."""
     start = 0
     while found := _STATEMENT.match(text, start):
         yield found[1]
@@ -228,7 +226,7 @@ def _words(body: str) -> Iterator[str]:
         if found := _HEAD.match(body):
             yield found[0]
         return
-    # Parts of a complex entity stand beside each other; what stands inside is an argument.
+    # Top-level parts of a complex entity are its types; nested ones are arguments.
     depth = 0
     for found in _OUTLINE.finditer(body):
         sign = found[0]
@@ -272,7 +270,6 @@ def _tokens(body: str, number: int) -> Iterator[tuple[str, Any]]:
 
 
 def _list(tokens: Iterator[tuple[str, Any]], depth: int) -> tuple[Argument, ...]:
-    """Return what stands until the bracket that closes."""
     if depth > _DEEPEST:
         msg = "its lists stand deeper in each other than any model needs"
         raise BadEntityError(msg)
@@ -301,7 +298,7 @@ def _list(tokens: Iterator[tuple[str, Any]], depth: int) -> tuple[Argument, ...]
 
 
 def _decoded(text: str) -> str:
-    """Return a text with its characters beyond ASCII (ISO 10303-21, 6.4.3)."""
+    """Decode characters beyond ASCII (ISO 10303-21, 6.4.3)."""
 
     def one(found: re.Match[str]) -> str:
         try:

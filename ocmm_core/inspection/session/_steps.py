@@ -117,7 +117,7 @@ class JobSteps:
     def set_order(self, probing: Probing) -> None:
         """Probe in the order of the plan, or in any: touched features are then recognised.
 
-        Before the part frame is known the order of the plan applies in any case.
+        The order of the plan applies until the part frame is known.
         """
         with self._ledger.lock:
             self._ledger.stand(replace(self._ledger.progress, probing=probing))
@@ -136,7 +136,8 @@ class JobSteps:
     def set_compensation(self, method: str, name: str = "") -> None:
         """Set the side detection of a feature, or of all that allow the method.
 
-        `method`: one of `measuring.compensation.METHODS`. X feature or method is unknown, or the method does not suit the shape.
+        `method`: one of `measuring.compensation.METHODS`. `name`: of the feature; empty for all.
+        MeasuringError if either is unknown, or the method does not suit the shape.
         """
         ledger = self._ledger
         with ledger.lock:

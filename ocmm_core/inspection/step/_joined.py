@@ -60,7 +60,7 @@ class Room:
 def rooms_of(
     faces: Sequence[RawFace], ball_radius: float, doing: Callable[[str], None] = lambda _: None
 ) -> list[Room]:
-    """Return the surfaces of faces with the places where a ball has room, without the mesh.
+    """Return the surfaces of faces and the room for a ball on each, without the mesh.
 
     `ball_radius`: mm. `doing`: receives the current surface.
     """
@@ -209,7 +209,7 @@ def _hollow_rims(faces: Sequence[RawFace], groups: Sequence[Sequence[int]]) -> l
 
 
 def _falls_away(face: RawFace, rim: Rim, beyond: Rim) -> bool:
-    """Return whether the material ends at an edge: the face beyond looks away from this one."""
+    """Return whether the material ends at an edge: the face beyond is turned away."""
     half = len(rim.line) // 2
     along = rim.line[half + 1] - rim.line[half - 1]
     lean: float = kernel.leans_inward(
@@ -266,7 +266,6 @@ def _triples(rows: Float) -> tuple[tuple[float, float, float], ...]:
 
 
 def _joined(faces: Sequence[StepFace]) -> StepFace:
-    """Return the faces of one surface as one."""
     first = faces[0]
     if first.shape not in ("Cylinder", "Cone"):
         return first
@@ -288,10 +287,11 @@ def _against(face: StepFace, places: Float, ball_radius: float) -> str:
 
 
 def _ball_fits(face: StepFace, places: Float, ball_radius: float) -> NDArray[np.bool_]:
-    """Return at which places a ball touches no other side of the same surface.
+    """Return the places where a ball touches no other side of the same surface.
 
     Near the tip of a hollow cone, such as the end of a drilled hole, its centre would lie beyond
-    the axis. It stays as far from there as a hand is exact.
+    the
+    axis. A margin for the accuracy of a hand is included.
     """
     if face.shape != "Cone" or not face.inner:
         return np.ones(len(places), dtype=np.bool_)
@@ -302,9 +302,9 @@ def _ball_fits(face: StepFace, places: Float, ball_radius: float) -> NDArray[np.
 
 
 def _turn(face: StepFace, places: Float) -> float:
-    """Return how much of the turn about the axis a surface spans, rad, but for narrow gaps."""
+    """Return the angle about the axis that a surface spans, rad, excluding narrow gaps."""
     gaps = kernel.gaps_about(np.array(face.point), np.array(face.direction), places)
-    # Places stand in rows along the axis, so most gaps are none at all.
+    # Places are in rows along the axis, so most gaps are zero.
     steps = np.sort(gaps[gaps > _SAME_RAD])
     half = len(steps) // 2
     step = 0.5 * float(steps[half] + steps[-half - 1]) if len(steps) else 0.0
