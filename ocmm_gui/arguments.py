@@ -45,6 +45,7 @@ def given(parsed: argparse.Namespace) -> dict[str, Value]:
 
 
 def parser() -> argparse.ArgumentParser:
+    """Return the parser of the arguments."""
     made = argparse.ArgumentParser(
         prog="ocmm window",
         description="The OCMM window: measure a part to a plan, with real or virtual cameras. What "

@@ -251,7 +251,7 @@ def features(canvas: Canvas, data: ReportData) -> None:
 
 
 def _verdict_field(summary: VerdictSummary, speech: Speech, *, undone: bool) -> PageField:
-    """Return the verdict on a feature, its count, the deciding characteristic, and what is missing."""
+    """Return verdict, count, deciding characteristic and missing items of a feature."""
     lines = [speech.word(INCOMPLETE)] if undone else []
     if summary.verdict is None:
         colour = INK.warn if undone else INK.muted

@@ -59,12 +59,10 @@ class ReportedFeature:
 
     @property
     def name(self) -> str:
-        """Return its name."""
         return self.seen.name
 
     @property
     def shape(self) -> Shape:
-        """Return its shape."""
         return self.seen.shape
 
 
@@ -79,7 +77,6 @@ class ReportedResult:
 
     @property
     def unit(self) -> Literal["mm", "deg"]:
-        """Return the unit of nominal, limits, value and uncertainty."""
         return self.result.unit if self.asked is None else spec_of(self.asked.kind).unit
 
     @property
@@ -145,12 +142,10 @@ class ReportData:
 
     @property
     def job(self) -> str:
-        """Return the name of the job."""
         return self.view.job
 
     @property
     def results(self) -> tuple[CharacteristicResult, ...]:
-        """Return the characteristics in the order of the plan."""
         return self.view.characteristics
 
     @property
@@ -176,7 +171,6 @@ class ReportData:
 
     @property
     def part(self) -> PartVerdict:
-        """Return the verdict on the part."""
         return self.view.part_verdict
 
     @property
@@ -216,12 +210,12 @@ class ReportData:
 
     @property
     def stem(self) -> str:
-        """Return how the names of the files begin: with the name of the job and its states.
+        """Return the stem of the file names: the name of the job and its states.
 
         Raises
         ------
         StorageError
-            Files cannot be called after the job.
+            The job's name is invalid for files.
         """
         name = check_file_stem(self.job)
         return "_".join((name, *(state.replace(" ", "_") for state in self.states)))
@@ -345,7 +339,7 @@ def _note_of(reference: ReferenceBody) -> str:
 def _instrument(note: str, *, uncalibrated: bool) -> Instrument:
     """Return cameras or probe from the text that the job file keeps of them."""
     short = _HASH.sub(lambda found: found.group()[:_SHORT], note, count=1)
-    # Further hashes are those of the records behind the first one: the note has them.
+    # Further hashes of dependent records are in the note.
     short = re.sub(r" (calibration|qualification) [0-9a-f]{64}", "", short)
     short = re.sub(r"due (\d{4}-\d\d-\d\d)T\S*", r"due \1", short)
     word, _, rest = short.partition(" ")

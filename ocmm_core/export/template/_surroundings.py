@@ -1,6 +1,6 @@
-"""What a person read off beside a measurement, a sentence each, from what is given with a report.
+"""Sentences on ambient readings given with a report.
 
-What is kept in the job itself stands before it (`_paper_facts.environment`).
+Readings stored in the job itself have priority (`_paper_facts.environment`).
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ _SAID = {
     "humidity": lambda reading: f"Humidity {reading}.",
     "pressure": lambda reading: f"Air pressure {reading}.",
 }
-"""A sentence of each quantity, by its field."""
+"""Sentence of each quantity, by its field."""
 
 
 def surroundings(given: Particulars, known: AbstractSet[str] = frozenset()) -> tuple[str, ...]:
