@@ -96,7 +96,7 @@ def _texts(data: ReportData, profile: Profile) -> dict[str, _Text]:
 
 
 def _chosen(table: Table, shape: TableProfile) -> Table:
-    """Return a table with the columns of the profile, and that of the states if there is a header."""
+    """Return a table with the columns of the profile, and the states if it has a header."""
     needed = shape.when_needed
     told = (*shape.columns, *needed)
     if shape.header and JOB_STATE in table.columns and JOB_STATE not in told:

@@ -19,17 +19,10 @@ _SAID = {
 
 
 def surroundings(given: Particulars, known: AbstractSet[str] = frozenset()) -> tuple[str, ...]:
-    """Return what was read off, a sentence each; nothing for what nobody read.
+    """Return the ambient readings, a sentence each, without missing ones.
 
-    Parameters
-    ----------
-    known
-        Fields that a record has: what is given for them is passed over.
-
-    Raises
-    ------
-    InputError
-        A field holds no reading, another unit, or a number that is none of a room.
+    `known`: fields in a record, which override the given ones. Raises InputError if a field is no
+    reading, has another unit, or an implausible number.
     """
     asked = [one for one in QUANTITIES if one.field not in known]
     read = [(one.field, reading_of(one, getattr(given, one.field))) for one in asked]
