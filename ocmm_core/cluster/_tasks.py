@@ -23,7 +23,6 @@ a tenth of a second then save.
 
 
 def nothing(thing: object) -> Sequence[bytes]:
-    """Return no contents."""
     return ()
 
 

@@ -73,7 +73,6 @@ class Arithmetic:
 
 @functools.cache
 def arithmetic() -> Arithmetic:
-    """Return the arithmetic of this process."""
     import numpy as np
 
     groups = np.show_config(mode="dicts")["SIMD Extensions"].get("found", ())

@@ -96,7 +96,6 @@ class SealState:
 
     @property
     def shown(self) -> str:
-        """Return the key as displayed."""
         return shown_key(self.fingerprint)
 
     @property
@@ -106,7 +105,6 @@ class SealState:
 
     @property
     def signer(self) -> str:
-        """Return the signer for display."""
         who = self.station or "unknown station"
         return f"{who} (key {shown_key(self.fingerprint)})" if self.fingerprint else "nobody"
 

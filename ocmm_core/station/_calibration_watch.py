@@ -72,7 +72,6 @@ class KeptView(Generic[V]):
             self._view = None
 
     def forget(self) -> None:
-        """Invalidate the judgement."""
         with self.changed():
             pass
 

@@ -37,12 +37,10 @@ class Gear:
 
     @property
     def rig(self) -> Rig:
-        """Return the calibrated cameras."""
         return self.calibration.rig
 
     @property
     def body(self) -> ProbeBody:
-        """Return the probe with its tip."""
         return self.probe.body
 
 

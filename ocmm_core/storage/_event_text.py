@@ -21,7 +21,6 @@ def event_value(kind: str, text: str, form: type[T]) -> T:
 
 
 def bad_event(kind: str, why: str) -> StorageError:
-    """Return the error for a malformed event."""
     return StorageError(
         "job.event",
         f"The event '{kind}' in the job cannot be read: {why}.",

@@ -214,5 +214,4 @@ def _unquoted(cell: str) -> str:
 
 
 def fault(path: Path, line: int, code: str, text: str, what: str, remedy: str) -> InputError:
-    """Return the error about a row."""
     return InputError(f"table.{code}", f"{path}, line {line}: {shortened(text)} {what}.", remedy)

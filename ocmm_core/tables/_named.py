@@ -37,7 +37,6 @@ class NamedColumns:
 
     @property
     def read(self) -> frozenset[str]:
-        """Return all columns that are read."""
         return frozenset((*self.required, *self.numbers, *self.optional, *(self.known or ())))
 
 
@@ -120,7 +119,6 @@ class TextTable:
         return choose_unit(self.path, stated, units, options or TableOptions(), rows, roles)
 
     def account(self, unit: UnitChoice) -> TableAccount:
-        """Return what was read and left out."""
         columns = tuple(
             TableColumn(heading, name, unit.of_column.get(name, ""))
             for heading, name in zip(self.headings, self.columns, strict=True)

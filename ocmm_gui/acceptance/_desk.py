@@ -124,8 +124,6 @@ class AcceptanceDesk(GuidedStack):
         self.start.show_trouble(said(f"{told.what} {told.remedy}"))
 
     def _read_unfinished(self, now: datetime, asked: int) -> None:
-        """Read and show the unfinished tests."""
-
         def done(found: tuple[OpenTest, ...]) -> None:
             if asked == self._asked:
                 self.start.show_unfinished(found)

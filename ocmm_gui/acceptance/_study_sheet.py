@@ -129,7 +129,6 @@ class StudySheet(WorkSheet):
             self._use(plan)
 
     def open_plan(self, path: Path) -> None:
-        """Open the plan of a study."""
         plan = self.attempt(lambda: load_study(path))
         if plan is not None:
             self._use(plan)

@@ -45,7 +45,6 @@ class TouchPicture(Painted):
         self.update()
 
     def paintEvent(self, event: QPaintEvent) -> None:
-        """Paint the sphere and the places."""
         painter = self._painter()
         theme = self._theme
         frame = self._paint_panel(painter)

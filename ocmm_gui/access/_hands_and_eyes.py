@@ -55,7 +55,6 @@ class HandsAndEyes(QObject):
         self.zoom.changed.connect(self._fit)
 
     def calls(self) -> dict[str, Callable[[], None]]:
-        """Return the actions by name."""
         return {
             "zoom_in": lambda: self.step(1),
             "zoom_out": lambda: self.step(-1),

@@ -28,7 +28,6 @@ class RulerLine(Painted):
         self.update()
 
     def words(self) -> str:
-        """Return the text below the line."""
         size = screen_size(self.screen(), self._ruler_mm)
         length = localised(f"{size.mm_per_px * self.length_px():.0f}")
         if self._ruler_mm is not None:

@@ -59,7 +59,6 @@ class TouchTargets(QObject):
             self._timer.stop()
 
     def fit(self) -> None:
-        """Enlarge new controls."""
         if not self._px:
             return
         for widget in _controls(self._window):

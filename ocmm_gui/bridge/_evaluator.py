@@ -33,7 +33,6 @@ class Evaluator:
         self._thread = threading.Thread(target=self._run, name="ocmm-evaluation", daemon=True)
 
     def start(self) -> None:
-        """Start waiting for changes."""
         if not self._thread.is_alive() and not self._stop.is_set():
             self._thread.start()
 

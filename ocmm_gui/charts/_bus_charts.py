@@ -133,7 +133,6 @@ class RecentChart(Chart):
         self._say(f"{name} {value}".strip())
 
     def paintEvent(self, event: QPaintEvent) -> None:
-        """Paint the scale and the curves."""
         painter = self._painter()
         self._paint_head(painter)
         known = [v for curve in self._curves for v in curve.values if v is not None]

@@ -198,7 +198,6 @@ class CoachPanel(Painted):
 
 
 def hint_words(hint: Hint) -> str:
-    """Return a hint with its action and benefit."""
     turns = ", ".join(said(turn.words) for turn in hint.turns)
     return tr("{turns}: U {now} → {then} µm").format(
         turns=turns, now=_um(hint.now_mm), then=_um(hint.then_mm)

@@ -123,7 +123,6 @@ class SettingsPage(Sheet):
         self._show()
 
     def open(self, section: str = "") -> None:
-        """Reread the documents and show a section."""
         self.loaded = self._store.load()
         self._whole.setCurrentIndex(0)
         if section:

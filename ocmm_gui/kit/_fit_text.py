@@ -54,7 +54,6 @@ class FitText(Painted):
             self.update()
 
     def text(self) -> str:
-        """Return the line."""
         return self._text
 
     def type_pixels(self) -> int:
@@ -86,7 +85,6 @@ class FitText(Painted):
         return fitted(base, text, width, self.height(), self._limit).pixelSize()
 
     def paintEvent(self, event: QPaintEvent) -> None:
-        """Paint the mark and the line."""
         size = self._font_size()
         painter = QPainter(self)
         painter.setFont(digit_font(size) if self._digits else text_font(size, bold=True))

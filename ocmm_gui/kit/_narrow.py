@@ -115,7 +115,6 @@ class NarrowButton(QPushButton):
     """A button with fully visible text in every language."""
 
     def minimumSizeHint(self) -> QSize:
-        """Return the minimum size in smallest type."""
         hint = super().minimumSizeHint()
         if not is_longer() or not self.text():
             return hint
@@ -197,7 +196,6 @@ class HintField(QLineEdit):
         super().setPlaceholderText("" if is_longer() else text)
 
     def placeholderText(self) -> str:
-        """Return the hint."""
         return self._hint
 
     def fitted(self) -> Fitted | None:

@@ -93,7 +93,6 @@ def typed_value(text: str) -> float | None:
 
 
 def unit_word() -> str:
-    """Return the displayed unit of lengths."""
     return "in" if _InUse.style.inch else "mm"
 
 
@@ -113,7 +112,6 @@ def length_number(value_mm: float, *, signed: bool = False, decimals: int = 3) -
 
 
 def length_words(value_mm: float, *, signed: bool = False, decimals: int = 3) -> str:
-    """Return a length with its unit."""
     return f"{length_number(value_mm, signed=signed, decimals=decimals)} {unit_word()}"
 
 

@@ -37,11 +37,9 @@ class Painted(QWidget):
         self.update()
 
     def sizeHint(self) -> QSize:
-        """Return the size hint."""
         return self._size_hint
 
     def minimumSizeHint(self) -> QSize:
-        """Return the minimum legible size."""
         return self._least_size
 
     def _painter(self) -> QPainter:

@@ -114,7 +114,6 @@ class OwnKeysField(HintField):
         return super().event(event)
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
-        """Leave at Esc."""
         if event.key() == Qt.Key.Key_Escape:
             self.left.emit()
             return

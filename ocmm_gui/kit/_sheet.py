@@ -162,7 +162,6 @@ class ChoiceBox(QComboBox):
         self.update()
 
     def paintEvent(self, event: QPaintEvent) -> None:
-        """Paint the choice and its arrow."""
         super().paintEvent(event)
         painter = QPainter(self)
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
@@ -185,7 +184,6 @@ def form_field(name: str, tip: str, text: str = "") -> FormField:
 
 
 def caption(text: str, buddy: QWidget | None = None) -> QLabel:
-    """Return a caption for a field."""
     label = PlainLabel(text)
     label.setFont(text_font(14))
     label.setProperty("role", "muted")

@@ -87,7 +87,6 @@ class TableImport(QWidget):
         self.decimal.blockSignals(False)
 
     def options(self) -> TableOptions:
-        """Return the statements of the user."""
         return TableOptions(
             self.unit.text().strip(), self.columns.text().strip(), self.decimal.choice(),
             self.skip.text().strip(),

@@ -123,11 +123,9 @@ class PlainLabel(QLabel):
         super().__init__(text, parent, textFormat=Qt.TextFormat.PlainText)
 
     def setToolTip(self, text: str) -> None:
-        """Set a literal tool tip."""
         super().setToolTip(literal(text))
 
     def minimumSizeHint(self) -> QSize:
-        """Return the minimum size in smallest type."""
         hint = super().minimumSizeHint()
         if not is_longer() or self.wordWrap() or not self.text():
             return hint

@@ -106,15 +106,12 @@ class StatusPage(QWidget, Generic[V, H]):
         raise NotImplementedError
 
     def word(self) -> str:
-        """Return the large word."""
         return self._word.text()
 
     def sentence(self) -> str:
-        """Return the sentence below the word."""
         return self._sentence.text()
 
     def notes(self) -> str:
-        """Return the warnings."""
         return self._notes.text()
 
     def fault(self) -> str:
@@ -134,7 +131,6 @@ class StatusPage(QWidget, Generic[V, H]):
         self._timer.start()
 
     def hideEvent(self, event: QHideEvent) -> None:
-        """Stop refreshing."""
         self._timer.stop()
         super().hideEvent(event)
 

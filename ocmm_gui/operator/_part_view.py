@@ -39,7 +39,6 @@ class PartVerdictView(Painted):
         self._job: JobView | None = None
 
     def show_job(self, job: JobView) -> None:
-        """Show the verdict on the part of a job."""
         if job is self._job:
             return
         self._job = job
@@ -53,11 +52,9 @@ class PartVerdictView(Painted):
             self.update()
 
     def word(self) -> str:
-        """Return the word of the verdict."""
         return "" if self._job is None else said_word(self._job.part_verdict.word.value)
 
     def lines(self) -> tuple[str, ...]:
-        """Return the lines below the word."""
         if self._job is None:
             return ()
         part = self._job.part_verdict

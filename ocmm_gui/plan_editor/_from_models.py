@@ -162,7 +162,6 @@ class FromModels(QObject):
         return True
 
     def close(self) -> None:
-        """Restore the editor."""
         self._read = None
         self.choice.hide()
         self.faces.hide()
@@ -210,7 +209,6 @@ class FromModels(QObject):
             self.told.emit(words.format(count=count))
 
     def _on_offered(self, read: ReadModel) -> None:
-        """Show the offers of a model in the place of the editor."""
         self._read = read
         self.opened.emit()
         self.choice.show_model(read)
@@ -244,7 +242,6 @@ class FromModels(QObject):
             self.closed.emit()
 
     def _ask_tolerances(self, found: Imported, account: Account) -> None:
-        """Show the account of a model's tolerances for confirmation."""
         self._asked = found
         count = len(found.plan.characteristics) - len(found.before.characteristics)
         self.opened.emit()

@@ -159,7 +159,6 @@ class PlanSheet(Sheet):
         self._refresh(HEAD)
 
     def open(self) -> None:
-        """Resume editing."""
         self.models.close()
         self._refresh(self.items.chosen())
 
@@ -178,12 +177,10 @@ class PlanSheet(Sheet):
         self._add(made, tr("Add the features to construct from first."))
 
     def add_characteristic(self) -> None:
-        """Add a characteristic of the selected feature."""
         made = with_characteristic(self.draft.plan, self.items.chosen())
         self._add(made, tr("Select the feature to tolerance first."))
 
     def align(self) -> None:
-        """Show the alignment with the focus in its form."""
         self.items.choose(ALIGNMENT)
         self.form().focus_first()
 
@@ -250,11 +247,9 @@ class PlanSheet(Sheet):
         self._refresh(self.items.chosen())
 
     def open_file(self, path: Path) -> None:
-        """Edit the plan of another file."""
         self._change_to(lambda: load_plan(path), path)
 
     def measure(self) -> None:
-        """Request a job by this plan."""
         if self.draft.path is None or not self.draft.is_saved:
             self.told.emit(tr("Save the plan first (F8): a job starts from its file."))
         else:

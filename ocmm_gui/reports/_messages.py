@@ -54,7 +54,6 @@ def element_words(element: Element, speech: Speech, lengths: PaperLengths) -> st
 
 
 def measurand(item: ReportedResult, speech: Speech) -> str:
-    """Return the measurand and its features."""
     axis = f" {item.asked.axis}" if item.asked is not None and item.asked.axis else ""
     of = speech.word("of")
     return f"{speech.word(item.result.kind)}{axis} {of} {', '.join(item.result.features)}"

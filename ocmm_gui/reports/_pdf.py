@@ -203,7 +203,6 @@ def write_pdf(data: ReportData, folder: Path, *, incomplete: bool = False) -> Pa
 
 
 def paint_page(painter: QPainter, canvas: Canvas, index: int, data: ReportData) -> None:
-    """Paint a page with its foot and the states of the report."""
     if data.states:
         _paint_band(painter, data)
     # Every page identifies its report (ISO/IEC 17025, 7.8.2.1 d).

@@ -90,5 +90,4 @@ class PagePreview(QScrollArea):
             y += picture.height + _GAP_PX
 
     def minimumSizeHint(self) -> QSize:
-        """Return the smallest legible size."""
         return QSize(_LEAST_PX, _LEAST_PX)

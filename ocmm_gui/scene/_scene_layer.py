@@ -226,7 +226,6 @@ class _Canvases:
         return True
 
     def take(self, width: int, height: int) -> Canvas:
-        """Return an unused canvas."""
         for canvas in self._free:
             if (canvas.width, canvas.height) == (width, height):
                 self._free.remove(canvas)
@@ -235,7 +234,6 @@ class _Canvases:
         return Canvas(width, height)
 
     def give_back(self, canvas: Canvas | None) -> None:
-        """Return a canvas that is not shown any longer."""
         if canvas is not None and len(self._free) < 2:
             self._free.append(canvas)
 

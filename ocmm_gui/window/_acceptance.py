@@ -155,7 +155,6 @@ class AcceptanceRooms(MadeLate):
         return self._join(StudySheet(lambda: station.job.path.parent, probes, cameras))
 
     def calls(self) -> dict[str, Callable[[], None]]:
-        """Return the actions by key."""
         return {
             "acceptance": lambda: self._open_desk(""),
             "interim": lambda: self._open_desk("INTERIM"),

@@ -58,7 +58,6 @@ class KeysSheet(Sheet):
         self.use_keys({})
 
     def open(self) -> None:
-        """Focus the table."""
         self._show()
         self.table.resizeRowsToContents()
         self.table.setFocus()

@@ -175,7 +175,6 @@ class Maintenance(MadeLate):
         return ConfirmedActions(self._bridge, self._notices, self.probe)
 
     def calls(self) -> dict[str, Callable[[], None]]:
-        """Return the actions of Maintain by key."""
         deeds: dict[str, Callable[[], None]] = {
             "mount": lambda: self._confirmed.mount_tip(),
             "define": self.open_definition,

@@ -76,7 +76,6 @@ class Output(QObject):
         )
 
     def calls(self) -> dict[str, Callable[[], None]]:
-        """Return the actions by key."""
         return {"export": self._export, "bus_text": self._save_bus_text, "log": self._save_log}
 
     def use_formats(self, formats: tuple[str, ...], action: QAction) -> None:
@@ -90,7 +89,6 @@ class Output(QObject):
         action.setToolTip(literal(tr("Write the report files: {titles}").format(titles=titles)))
 
     def folder(self) -> Path:
-        """Return the default folder of files."""
         out = self._out if self._out is not None else Path.home() / "ocmm-out"
         return out.expanduser().absolute()
 

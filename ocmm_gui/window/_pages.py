@@ -120,7 +120,6 @@ class Pages(QObject):
         self._inspect.setFocus()
 
     def to_desk(self) -> None:
-        """Show the desk view."""
         self.show_mode(Mode.INSPECT)
         self.show_far(False)
 
@@ -138,7 +137,6 @@ class Pages(QObject):
             page.setFocus()
 
     def keys(self) -> dict[str, QAction]:
-        """Return the actions of the page and of the window."""
         page = self.shown()
         own = page.keys if isinstance(page, Sheet) else {}
         return {**own, **self._actions}

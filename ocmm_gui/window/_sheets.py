@@ -234,7 +234,6 @@ class Sheets(MadeLate):
         self.keys.open()
 
     def open_manual(self, page: QWidget | None) -> None:
-        """Show the section of the manual that explains a page."""
         from ocmm_gui.manual import place_of
 
         self.manual.come_from(page)
@@ -347,7 +346,6 @@ def _records(bridge: StationBridge) -> tuple[Path | None, Path | None]:
 
 
 def _folder_of(store: RecordStore[Any] | None) -> Path | None:
-    """Return the parent folder of a store."""
     return None if store is None else store.folder.parent
 
 

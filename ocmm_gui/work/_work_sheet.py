@@ -53,5 +53,4 @@ class WorkSheet(Sheet):
         self._show(answer)
 
     def _show(self, answer: object) -> None:
-        """Show the answer."""
         raise NotImplementedError

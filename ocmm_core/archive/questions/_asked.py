@@ -93,7 +93,6 @@ def wall(utc: Cell) -> str:
 
 
 def remark(entry: Entry) -> str:
-    """Return the remarks on a judged job."""
     words = [SIMULATED] if entry["simulated"] else []
     words += [f"{entry['requirements']!s}."] if entry["requirements"] else []
     words += [str(entry["doubt"])] if entry["doubt"] else []

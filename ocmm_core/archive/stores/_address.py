@@ -42,7 +42,6 @@ class PostgresAddress:
 
     @property
     def shown(self) -> str:
-        """Return the display name."""
         where = self.options.get("host", "local socket")
         port = f":{self.options['port']}" if "port" in self.options else ""
         return f"postgresql://{where}{port}/{self.options.get('dbname', '')}"

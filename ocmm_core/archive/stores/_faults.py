@@ -169,7 +169,6 @@ def endless_answer(place: str, limit: int) -> OcmmError:
 
 
 def not_understood(place: str, why: str) -> StorageError:
-    """Return the error for a malformed answer."""
     return StorageError(
         "archive.not_understood",
         f"{place}: the answer is none of an archive ({_short(why)}).",

@@ -24,7 +24,6 @@ _STYLES = {
 
 
 def print_answer(console: Console, answer: ArchiveAnswer) -> None:
-    """Print a table with its remarks."""
     table = Table(title=Text(answer.title), title_justify="left", box=box.SIMPLE_HEAD)
     for number, name in enumerate(answer.columns):
         numbers = any(isinstance(row[number], int | float) for row in answer.rows)

@@ -245,7 +245,6 @@ def history(
 
 @contextmanager
 def bar(console: Console, text: str) -> Iterator[Told]:
-    """Show a progress bar."""
     with Progress(
         TextColumn(text, markup=False),
         BarColumn(),

@@ -58,7 +58,6 @@ class BusSession:
         return RemoteObjects(self.process, camera_of(self.rig, camera).name)
 
     def report(self) -> BusReport | None:
-        """Return the last report of the bus process."""
         return decode_report(self.feed.ring.report())
 
 

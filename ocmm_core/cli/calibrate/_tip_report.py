@@ -16,7 +16,6 @@ from ocmm_core.cli.terminal import heads, say, say_word, told
 
 
 def print_sphere(console: Console, view: TouchView) -> None:
-    """Print the touches on the sphere and the misfits."""
     sphere = view.sphere
     _say(
         console,

@@ -66,7 +66,6 @@ def good_files(folder: Path) -> dict[str, Path]:
 
 
 def hostile_groups(good: dict[str, Path], damaged: int, leaves: int, seed: int) -> list[Group]:
-    """Return all kinds with their commands."""
     quick = str(resource("plans", "quick.toml"))
 
     def recorded(option: str) -> Command:

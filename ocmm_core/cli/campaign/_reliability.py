@@ -96,7 +96,6 @@ def run_reliability(
     state: Path | None,
     console: Console,
 ) -> list[LaneResult]:
-    """Run all lanes in sequence."""
     from rich.progress import MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 
     from ocmm_core.cli.campaign._clock import clock

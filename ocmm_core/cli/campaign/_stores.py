@@ -64,7 +64,6 @@ class CalibrationSite:
         self.store.suspect("campaign", text, None, now)
 
     def verify(self, now: datetime) -> None:
-        """Add a passed verification."""
         if (active := self.store.active()) is not None:
             self.store.verify(made_verification(active), now)
 
@@ -91,7 +90,6 @@ class ProbeSite:
         return cls(folder, ProbeStore(folder))
 
     def state(self, now: datetime) -> State:
-        """Return the state of the mounted tip."""
         return self.store.status(self._tip, now).state
 
     def add(self, text: str, now: datetime) -> None:

@@ -229,7 +229,6 @@ def print_explanations(console: Console, explained: Sequence[Explanation]) -> No
 
 
 def print_counters(console: Console, status: AcquisitionStatus) -> None:
-    """Print the counters of cycles and frames."""
     console.print(
         say(
             f"Cycles  {status.elapsed}: {status.good} good, {status.late} late, {status.lost} "

@@ -37,7 +37,6 @@ class FitRow:
 
 
 def rows_of(fit: Fit, found: FitUncertainty | None) -> list[FitRow]:
-    """Return all numbers of the shape with their uncertainties."""
     rows = []
     spec = fit.shape.spec
     if not spec.centred:

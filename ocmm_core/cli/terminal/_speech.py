@@ -52,7 +52,6 @@ def say_word(text: str) -> str:
 
 
 def heads(*words: str) -> tuple[str, ...]:
-    """Translate the heads of a table."""
     return tuple(_translation().word(word) for word in words)
 
 

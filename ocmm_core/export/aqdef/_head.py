@@ -22,7 +22,6 @@ _HASH_DIGITS = 12
 
 
 def head_lines(jobs: Sequence[ReportData], units: Units) -> Iterator[KeyedLine]:
-    """Yield the lines of the header."""
     for key, index, text in (
         *_part_lines(jobs),
         *_catalogue_lines(jobs),

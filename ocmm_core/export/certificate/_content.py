@@ -37,7 +37,6 @@ class Conformity(StrEnum):
 
     @property
     def words(self) -> str:
-        """Return it in the words of the product."""
         return {
             Conformity.CONFORM: "CONFORM",
             Conformity.LEANING_IN: "NOT PROVEN, leaning in",
@@ -112,7 +111,6 @@ class CertificateRun:
 
     @property
     def words(self) -> str:
-        """Return the verdict for people."""
         if self.stated == "noPass":
             return "VOID: it shows nothing"
         if isinstance(self.stated, Conformity):

@@ -71,7 +71,6 @@ class XmlSignature:
 
     @property
     def words(self) -> str:
-        """Return the state for people."""
         more = "; ".join(part for part in (self.signer, self.why) if part)
         return f"XML signature {self.word.value}{f' ({more})' if more else ''}"
 

@@ -142,7 +142,6 @@ def _add_datums(
 
 
 def _link_datums(writer: Writer, datums: Mapping[str, etree._Element], ids: FeatureIds) -> None:
-    """Link every datum to its feature."""
     for name, definition in datums.items():
         if name in ids.nominals:
             writer.add_ids(definition, "FeatureNominalIds", [ids.nominals[name]])

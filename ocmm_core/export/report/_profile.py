@@ -89,7 +89,6 @@ def load_profile(path: Path | str) -> Profile:
 
 
 def polyworks_profile() -> Profile:
-    """Return the default profile."""
     return load_profile(resource("profiles", "polyworks.toml"))
 
 

@@ -86,7 +86,6 @@ class ReportedResult:
 
     @property
     def datums(self) -> tuple[str, ...]:
-        """Return the names of the datums in their order."""
         return () if self.asked is None else tuple(self.asked.datums)
 
     @property
@@ -150,7 +149,6 @@ class ReportData:
 
     @property
     def reported(self) -> tuple[ReportedResult, ...]:
-        """Return the results with their characteristics of the plan."""
         asked = {item.name: item for item in self.plan.characteristics}
         return tuple(ReportedResult(result, asked.get(result.name)) for result in self.results)
 
@@ -166,7 +164,6 @@ class ReportData:
 
     @property
     def system(self) -> Literal["Part", "World"]:
-        """Return the name of that frame."""
         return "World" if self.T_part_from_world is None else "Part"
 
     @property
@@ -222,7 +219,6 @@ class ReportData:
 
     @property
     def rule_words(self) -> str:
-        """Return the decision rule in words."""
         return rule_words(rule_id(self.plan.rule))
 
 
@@ -303,7 +299,6 @@ def _part_from_nominal(plan: Plan) -> RigidTransform | None:
 
 
 def report_of_job(job: ReopenedJob) -> ReportData:
-    """Return the data of a report on a stored job."""
     last = {event.kind: event.text for event in job.events}
     calibration = last.get("calibration", "NONE")
     probe = last.get("probe", f"NONE {job.body.name}:")

@@ -31,7 +31,6 @@ class PaperLengths:
 
     @property
     def word(self) -> str:
-        """Return the unit for heads."""
         return _WORDS[self.unit]
 
     @property
@@ -59,7 +58,6 @@ class PaperLengths:
 
     @property
     def sentence(self) -> str:
-        """Return the sentence on units for the head."""
         if self.unit == "inch":
             return (
                 "Lengths of tables and plots in inch (1 in = 25.4 mm), in sentences in mm; "

@@ -224,7 +224,6 @@ def _error(path: Path, field: str, fault: str) -> InputError:
 
 
 def _field_error(path: Path, error: InputError) -> InputError:
-    """Return a structural error with line and field."""
     said = error.what.removeprefix(f"{path}: ").removesuffix(".")
     fault, _, where = said.partition(" - at `$")
     field = re.sub(r"\[(?:\d+|\.\.\.)\]", "", where.rstrip("`").lstrip("."))

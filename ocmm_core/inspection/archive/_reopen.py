@@ -93,7 +93,6 @@ class ReopenedJob:
 
     @property
     def annulled(self) -> tuple[int, ...]:
-        """Return the numbers of the annulled points."""
         return tuple(point.number for point, _ in self.taken_back)
 
     @property

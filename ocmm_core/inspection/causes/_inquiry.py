@@ -83,7 +83,6 @@ class Inquiry:
 
     @cached_property
     def as_measured(self) -> Results:
-        """Return the results in question as measured."""
         return self._named(self.job.results_of(self.items))
 
     @cached_property

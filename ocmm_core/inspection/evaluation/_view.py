@@ -311,7 +311,6 @@ class JobView:
         object.__setattr__(self, "part_verdict", part)
 
     def verdict_of(self, feature: str) -> VerdictSummary:
-        """Return the joint verdict of all characteristics of a feature."""
         return self._summaries.get(feature, NO_VERDICT)
 
     def deciding(self, feature: str) -> CharacteristicResult | None:

@@ -114,7 +114,6 @@ def with_requirements(plan: Plan, source: PlanSource, found: Sequence[Requiremen
 
 
 def requirement_states(plan: Plan) -> tuple[RequirementState, ...]:
-    """Return all requirements with their current state in the plan."""
     contents = _contents(plan)
     return tuple(
         RequirementState(one, plan.sources[one.source - 1], _fault(contents, one))

@@ -109,7 +109,6 @@ class Conditions:
                 self._store(CLIMATE_EVENT, text)
 
     def note_limits(self) -> None:
-        """Store the limits if changed."""
         text = limits_text(self._options)
         with self._ledger.lock:
             if self._last.get(LIMITS_EVENT) != text:

@@ -58,7 +58,6 @@ class CoachWatch:
 
     @property
     def shown(self) -> CoachView:
-        """Return the last report."""
         return self._shown
 
     def start(self) -> None:

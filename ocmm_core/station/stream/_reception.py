@@ -64,7 +64,6 @@ class Reception:
 
     @property
     def listening(self) -> list[StreamClient]:
-        """Return those that get messages."""
         return [client for client in self._guests if client.listens]
 
     @property
@@ -171,7 +170,6 @@ class Reception:
             client.write(self._greet())
 
     def heard(self, client: StreamClient, said: bytes) -> None:
-        """Process received bytes."""
         with self.dropping(client):
             request = client.hear(said)
             if request is not None:

@@ -126,7 +126,6 @@ class ItemForm(QScrollArea):
         return self._faulty
 
     def focus_first(self) -> None:
-        """Focus the first field."""
         if self._lines:
             field = self.fields[self._lines[0].key]
             field.setFocus()

@@ -56,11 +56,9 @@ class FarBanner(Painted):
             self.update()
 
     def word(self) -> str:
-        """Return the word."""
         return self._told.word
 
     def note(self) -> str:
-        """Return the line below it."""
         return self._told.note
 
     def type_pixels(self) -> tuple[int, int]:

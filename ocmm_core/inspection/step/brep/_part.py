@@ -343,7 +343,6 @@ def _piece(edge: Any, face: Any, steps: EdgeSteps) -> Float | None:
 
 
 def _chained(pieces: Sequence[Float]) -> Float:
-    """Return pieces chained into one closed line."""
     if not pieces:
         return np.empty((0, 2))
     starts = np.array([piece[0] for piece in pieces])
