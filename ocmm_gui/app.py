@@ -70,15 +70,9 @@ class WindowOptions:
 def make_application(zoom_percent: int = 100) -> QApplication:
     """Return the application, styled alike on every system.
 
-    Parameters
-    ----------
-    zoom_percent
-        Used if Qt cannot change it later.
+    `zoom_percent`: Used if Qt cannot change it later.
 
-    Raises
-    ------
-    InputError
-        There is no screen to show a window on.
+    Raises InputError if there is no screen to show a window on.
     """
     existing = QApplication.instance()
     if isinstance(existing, QApplication):

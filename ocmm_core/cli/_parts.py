@@ -26,10 +26,8 @@ def measure_parts(
 ) -> None:
     """Measure parts one by one, and exit with the worst code.
 
-    Raises
-    ------
-    OcmmError
-        A part could not be measured, or a secondary output (recording, report) failed.
+    Raises OcmmError if a part could not be measured, or a secondary output (recording, report)
+    failed.
     """
     from ocmm_core.cli.archive import MeasuredJobs
     from ocmm_core.cli.measure import (

@@ -60,10 +60,7 @@ def seal_of(
 ) -> tuple[str, bytes]:
     """Return name and content of the seal of files to be written.
 
-    Raises
-    ------
-    StorageError
-        The key of this station cannot be used.
+    Raises StorageError if the key of this station cannot be used.
     """
     seal = ReportSeal(
         schema=SCHEMA,

@@ -17,15 +17,10 @@ _LARGEST = 1 << 20
 def guarded_content(path: Path, what: str) -> bytes | None:
     """Return the content of a file that only this user or root can have written; None if missing.
 
-    Parameters
-    ----------
-    what
-      Noun for the file in messages.
+    `what`: Noun for the file in messages.
 
-    Raises
-    ------
-    StorageError
-      It cannot be read, is no regular file, or another user can write it or its folder.
+    Raises StorageError if it cannot be read, is no regular file, or another user can write it or
+    its folder.
     """
     descriptor = -1
     try:

@@ -92,10 +92,8 @@ class TokenKey(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=
 def make_token_key(place: TokenPlace) -> TokenKey:
     """Make a key in a token and return its record.
 
-    Raises
-    ------
-    StorageError
-      The token is not there, does not open, or makes no key of a kind that OCMM verifies.
+    Raises StorageError if the token is not there, does not open, or makes no key of a kind that
+    OCMM verifies.
     """
     import pkcs11
     from pkcs11 import Attribute, KeyType, Mechanism

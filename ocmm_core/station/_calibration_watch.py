@@ -79,16 +79,10 @@ class KeptView(Generic[V]):
 class CalibrationWatch:
     """Judge the calibration in use repeatedly; `view` never waits for a camera.
 
-    Parameters
-    ----------
-    bus
-        None if frames do not come over one.
-    objects
-        Access to the cameras, or None.
-    clock
-        Local time with its zone.
-    failed
-        Receives an unexpected error that ended the polling of cameras.
+    `bus`: None if frames do not come over one.
+    `objects`: Access to the cameras, or None.
+    `clock`: Local time with its zone.
+    `failed`: Receives an unexpected error that ended the polling of cameras.
     """
 
     def __init__(
@@ -138,12 +132,8 @@ class CalibrationWatch:
 
         That is the one accepted last, even if this job was started with another one.
 
-        Raises
-        ------
-        CalibrationError
-            There is no calibration, or there are no cameras to write to.
-        BusError
-            A camera refuses them.
+        Raises CalibrationError if there is no calibration, or there are no cameras to write to;
+        BusError if a camera refuses them.
         """
         store, objects = self.in_use.store, self._objects
         record = store.active() if store is not None else None

@@ -43,17 +43,10 @@ _REMEDY = "Fasten the cameras and verify the calibration; if that fails, calibra
 class ChangeWatch:
     """Feed the monitor and act on its findings; `feed` belongs to the reconstruction thread.
 
-    Parameters
-    ----------
-    session, job
-        Hold the points.
-    clock
-        Local time with its zone.
+    `session`, `job`: Hold the points.
+    `clock`: Local time with its zone.
 
-    Raises
-    ------
-    CalibrationError
-        The baseline learned for this calibration is damaged.
+    Raises CalibrationError if the baseline learned for this calibration is damaged.
     """
 
     def __init__(

@@ -79,10 +79,7 @@ class OpenJob:
 def open_job(file: JobFile, use: PlanInUse, gear: Gear) -> OpenJob:
     """Return a job ready to measure; errors as `InspectionSession` and `ChangeWatch`.
 
-    Raises
-    ------
-    InputError
-        Its plan excludes cameras that cannot prove the age of their data.
+    Raises InputError if its plan excludes cameras that cannot prove the age of their data.
     """
     device = gear.calibration.device
     if device is not None:

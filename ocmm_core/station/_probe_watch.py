@@ -38,14 +38,9 @@ _USABLE = (CalibrationStatus.VALID, CalibrationStatus.DUE)
 class ProbeWatch:
     """Judge the probe in use repeatedly; `feed` belongs to the reconstruction thread.
 
-    Parameters
-    ----------
-    session, job
-        Hold the points.
-    pause
-        Time without a point or a check after which the tip must be checked.
-    clock
-        Local time with its zone.
+    `session`, `job`: Hold the points.
+    `pause`: Time without a point or a check after which the tip must be checked.
+    `clock`: Local time with its zone.
     """
 
     def __init__(
@@ -71,10 +66,7 @@ class ProbeWatch:
     def start(self) -> None:
         """Mount a tip requested by name; mark a tip suspect after a pause.
 
-        Raises
-        ------
-        OcmmError
-            An event of the tip could not be made durable.
+        Raises OcmmError if an event of the tip could not be made durable.
         """
         store = self._store
         if store is not None and self.in_use.tip != store.mounted:
@@ -97,12 +89,8 @@ class ProbeWatch:
     def mount(self, tip: str) -> None:
         """Note that a tip, maybe the same one, was mounted; it must be checked.
 
-        Raises
-        ------
-        CalibrationError
-            The probe has no records, or was never calibrated with this tip.
-        StorageError
-            The history cannot be written.
+        Raises CalibrationError if the probe has no records, or was never calibrated with this tip;
+        StorageError if the history cannot be written.
         """
         store = self.in_use.store
         if store is None:

@@ -23,16 +23,10 @@ Intent = Callable[[int], str | None]
 class TouchTaker:
     """Make points of touches; a `MeasureStep`.
 
-    Parameters
-    ----------
-    live
-        State of the latest frames.
-    maintenance
-        Its procedures receive the frames instead of the job.
-    faults, events
-        Receive the results of touches.
-    intent
-        Of a scripted operator; None if the session decides.
+    `live`: State of the latest frames.
+    `maintenance`: Its procedures receive the frames instead of the job.
+    `faults`, `events`: Receive the results of touches.
+    `intent`: Of a scripted operator; None if the session decides.
     """
 
     def __init__(

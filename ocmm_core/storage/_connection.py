@@ -173,19 +173,11 @@ def connection_in_memory(
 ) -> Iterator[GuardedConnection]:
     """Yield a connection to the bytes of a job file without a log, closed on errors.
 
-    Parameters
-    ----------
-    path
-        Name for messages; no file is touched.
-    content
-        Of this version or an earlier one, which is updated in memory.
-    whole
-        Check all pages; else only those that a list reads, in the file's own version.
+    `path`: Name for messages; no file is touched.
+    `content`: Of this version or an earlier one, which is updated in memory.
+    `whole`: Check all pages; else only those that a list reads, in the file's own version.
 
-    Raises
-    ------
-    StorageError
-        It is no job file, or damaged.
+    Raises StorageError if it is no job file, or damaged.
     """
     if not content.startswith(_MAGIC):
         raise no_job(path)

@@ -98,10 +98,7 @@ def stored_times(db: sqlite3.Connection, path: Path) -> dict[int, str]:
 def stored_points(db: sqlite3.Connection, path: Path, *, annulled: bool) -> list[MeasuredPoint]:
     """Return the annulled or the other points, oldest first.
 
-    Raises
-    ------
-    StorageError
-      An observation differs from what was stored.
+    Raises StorageError if an observation differs from what was stored.
     """
     among = f"number {'IN' if annulled else 'NOT IN'} (SELECT number FROM annulment)"  # noqa: S608 - constants
     rows = db.execute(

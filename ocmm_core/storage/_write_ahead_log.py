@@ -54,10 +54,7 @@ class LogPages:
 def read_log(read: Read, size: int, most: int) -> LogPages:
     """Return the complete steps of a log of ``size`` bytes.
 
-    Parameters
-    ----------
-    most
-      Maximum bytes of the file that results.
+    `most`: Maximum bytes of the file that results.
     """
     if not size:
         return LogPages({})

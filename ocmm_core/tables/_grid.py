@@ -67,15 +67,9 @@ def read_grid(
 ) -> TextGrid:
     """Return the lines of a table, without comments and lines that the user skips.
 
-    Parameters
-    ----------
-    has_texts
-        Cells are free text: a comment needs a separate line.
+    `has_texts`: Cells are free text: a comment needs a separate line.
 
-    Raises
-    ------
-    InputError
-        A line is longer than any row, or --skip cannot be understood.
+    Raises InputError if a line is longer than any row, or --skip cannot be understood.
     """
     grid = TextGrid(path, " ", [])
     skipped = options.skipped()

@@ -57,10 +57,7 @@ class Fitted:
 def fit_words(text: str, font: QFont, width: float, height: float, *, wraps: bool) -> Fitted | None:
     """Return the layout of a text in a room, largest type first, or None.
 
-    Parameters
-    ----------
-    wraps
-        The painter wraps freely; otherwise one line break at most, made here.
+    `wraps`: The painter wraps freely; otherwise one line break at most, made here.
     """
     pixels = font.pixelSize() if font.pixelSize() > 0 else QFontMetricsF(font).height()
     texts = (text,) if wraps or "\n" in text else (text, halved(text, font))

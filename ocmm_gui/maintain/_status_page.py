@@ -47,15 +47,10 @@ H = TypeVar("H")
 class StatusPage(QWidget, Generic[V, H]):
     """A large status word, its meaning, and facts; refreshed while visible.
 
-    Parameters
-    ----------
-    pull_overview
-        Returns the contents of the store; called on opening and after status changes, as it reads
-        many files.
-    in_order, design
-        Texts for good order, and for a virtual rig.
-    in_doubt
-        Opens the jobs with suspect points.
+    `pull_overview`: Returns the contents of the store; called on opening and after status changes,
+      as it reads many files.
+    `in_order`, `design`: Texts for good order, and for a virtual rig.
+    `in_doubt`: Opens the jobs with suspect points.
     """
 
     def __init__(

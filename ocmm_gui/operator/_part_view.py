@@ -27,10 +27,7 @@ _LEFT = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter
 class PartVerdictView(Painted):
     """Sign and word of the verdict, counts, and names of failed or missing features.
 
-    Parameters
-    ----------
-    least
-        Minimum pixel size of a reason: names that do not fit are counted.
+    `least`: Minimum pixel size of a reason: names that do not fit are counted.
     """
 
     def __init__(self, limit: int, least: int) -> None:

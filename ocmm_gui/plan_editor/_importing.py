@@ -138,19 +138,11 @@ def with_offers(
 
     Checks omitted for a large model are made now, see `ask_for_chosen`.
 
-    Parameters
-    ----------
-    plan_file
-        Path of the plan, with its model next to it; None if never saved: no model is kept.
-    zone_mm
-        Width of the zone of the profile of free forms; None without any.
+    `plan_file`: Path of the plan, with its model next to it; None if never saved: no model is kept.
+    `zone_mm`: Width of the zone of the profile of free forms; None without any.
 
-    Raises
-    ------
-    StorageError
-        The model cannot be copied next to the plan.
-    InputError
-        The plan would become unmeasurable.
+    Raises StorageError if the model cannot be copied next to the plan, and InputError if the plan
+    would become unmeasurable.
     """
     reach = ask_for_chosen(read.model, taken, given_up, progress)
     taken = reach.taken

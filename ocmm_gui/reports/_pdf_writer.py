@@ -28,19 +28,11 @@ def written_pdf(
 ) -> bytes:
     """Return pages as PDF/A-3a with their data as associated files.
 
-    Parameters
-    ----------
-    paint
-        Paints the page of an index, see `paint_with_foot`; in tenths of a millimetre.
-    attachments
-        Files by name.
-    title, software, utc
-        As in `PdfFacts`.
+    `paint`: Paints the page of an index, see `paint_with_foot`; in tenths of a millimetre.
+    `attachments`: Files by name.
+    `title`, `software`, `utc`: As in `PdfFacts`.
 
-    Raises
-    ------
-    StorageError
-        The file read back differs from the input.
+    Raises StorageError if the file read back differs from the input.
     """
     content = QByteArray()
     buffer = QBuffer(content)

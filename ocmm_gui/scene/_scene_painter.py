@@ -45,16 +45,11 @@ def place_labels(
 ) -> list[QRectF | None]:
     """Return the place of each label, px; None without room near its point.
 
-    Parameters
-    ----------
-    anchors, sizes
-        Point of each label, and its width and height, px. Earlier labels have priority.
-    bounds
-        Area of the labels; those with points outside are omitted.
-    taken
-        Label-free areas.
-    marks
-        Places (n, 2), px, of marks, covered only if there is no other room nearby.
+    `anchors`, `sizes`: Point of each label, and its width and height, px. Earlier labels have
+      priority.
+    `bounds`: Area of the labels; those with points outside are omitted.
+    `taken`: Label-free areas.
+    `marks`: Places (n, 2), px, of marks, covered only if there is no other room nearby.
     """
     walls = [_edges(rect) for rect in taken]
     placed: list[QRectF | None] = []

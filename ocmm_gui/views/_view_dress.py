@@ -22,10 +22,7 @@ _WORDS_PX = 26.0
 class Overview:
     """Small overview of the rig in a free corner.
 
-    Parameters
-    ----------
-    lines
-        Its cameras, segments (n, 2, 3), mm, world.
+    `lines`: Its cameras, segments (n, 2, 3), mm, world.
     """
 
     def __init__(self, rig: Rig, orbit: Orbit, lines: Float) -> None:

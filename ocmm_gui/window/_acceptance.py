@@ -82,12 +82,8 @@ S = TypeVar("S", bound=Sheet)
 class AcceptanceRooms(MadeLate):
     """Make desk and sheets at their first use.
 
-    Parameters
-    ----------
-    bench
-        Testable items; None if unknown.
-    folder
-        Default for files.
+    `bench`: Testable items; None if unknown.
+    `folder`: Default for files.
     """
 
     made = Signal(object)

@@ -41,16 +41,10 @@ if TYPE_CHECKING:
 class Maintenance(MadeLate):
     """Make pages and wizards at their first use, and join them to the station.
 
-    Parameters
-    ----------
-    feedback
-        Sounds of the wizards.
-    actions
-        By key.
-    tests
-        Acceptance tests and certificates.
-    practice
-        Virtual rig for practising wizards; None for real work.
+    `feedback`: Sounds of the wizards.
+    `actions`: By key.
+    `tests`: Acceptance tests and certificates.
+    `practice`: Virtual rig for practising wizards; None for real work.
     """
 
     made = Signal(object)

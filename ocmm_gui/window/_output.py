@@ -26,12 +26,8 @@ _SHORT = {
 class Output(QObject):
     """Write files into the folder given at the start, or ask for one in the window.
 
-    Parameters
-    ----------
-    out
-        Folder of the report; None asks.
-    far
-        Returns whether the far view is shown.
+    `out`: Folder of the report; None asks.
+    `far`: Returns whether the far view is shown.
     """
 
     exported = Signal(object)

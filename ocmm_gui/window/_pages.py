@@ -24,14 +24,9 @@ _ON_SHEETS = (*_IN_WIZARDS, "settings", "start", "find", "what_to_do", "support"
 class Pages(QObject):
     """Far view, desk view, sheets, and Maintain with its wizards: one is shown.
 
-    Parameters
-    ----------
-    sheets, maintenance, tests
-        Make the other pages at their first use.
-    actions
-        Of the window, by key.
-    banner
-        Sized by the page under it.
+    `sheets`, `maintenance`, `tests`: Make the other pages at their first use.
+    `actions`: Of the window, by key.
+    `banner`: Sized by the page under it.
     """
 
     mode_wanted = Signal()

@@ -43,14 +43,9 @@ _PART = "The window"
 class RunningJob(QObject):
     """Show the state of the station; if that fails, former values are cleared.
 
-    Parameters
-    ----------
-    notices, feedback
-        News, and sounds.
-    pages
-        The current page, which gets the state as soon as it is shown.
-    choice, hand
-        The selected point, and the hand of a virtual probe.
+    `notices`, `feedback`: News, and sounds.
+    `pages`: The current page, which gets the state as soon as it is shown.
+    `choice`, `hand`: The selected point, and the hand of a virtual probe.
     """
 
     def __init__(

@@ -45,12 +45,8 @@ S = TypeVar("S", bound=Sheet)
 class Sheets(MadeLate):
     """Make each sheet at its first use, and join it to the station.
 
-    Parameters
-    ----------
-    folder
-        Default for files.
-    written
-        Receives a written report.
+    `folder`: Default for files.
+    `written`: Receives a written report.
     """
 
     made = Signal(object)

@@ -58,18 +58,11 @@ class PointCollector:
     Keeps the last point across sources and retests: a ball still at rest there gives no second
     point.
 
-    Parameters
-    ----------
-    rig, body
-        Cameras and probe that are tracked.
-    temperature
-        Returns the room temperature.
-    told
-        Called with the view and a hint while points are recorded.
-    stop
-        Polled between batches.
-    keep
-        Also receives all frames, before they are evaluated.
+    `rig`, `body`: Cameras and probe that are tracked.
+    `temperature`: Returns the room temperature.
+    `told`: Called with the view and a hint while points are recorded.
+    `stop`: Polled between batches.
+    `keep`: Also receives all frames, before they are evaluated.
     """
 
     def __init__(
@@ -95,10 +88,7 @@ class PointCollector:
     def collect(self, feed: Feed, frames: int | None = None) -> bool:
         """Record points from a started source; return whether all are recorded.
 
-        Parameters
-        ----------
-        frames
-            Length of its script; None for a source without end.
+        `frames`: Length of its script; None for a source without end.
         """
         session, seen = self._session, 0
         while session.current >= 0 and not self._stop():
@@ -163,10 +153,7 @@ def run_test(
 ) -> AcceptanceRecord:
     """Run a test to its verdict, and return the record.
 
-    Raises
-    ------
-    CalibrationError
-        The test may not start, or the source ended before the last point.
+    Raises CalibrationError if the test may not start, or the source ended before the last point.
     """
     require_scenes(site.source)
     is_recorded = origin_of(site.source) is Origin.RECORDING

@@ -41,10 +41,7 @@ def decode_capture(
 ) -> CaptureAccount:
     """Read a recorded bus, print its counters, and optionally keep its frames.
 
-    Parameters
-    ----------
-    recording
-        New file for the frames, for replay; None: none.
+    `recording`: New file for the frames, for replay; None: none.
     """
     capture = BusCapture(path, n_cameras)
     with ExitStack() as stack:

@@ -185,10 +185,7 @@ def recorder_of(
 ) -> tuple[list[str], bytes]:
     """Return the command that records the bus of a source, and its input.
 
-    Raises
-    ------
-    InputError
-        The source has no accessible network interface.
+    Raises InputError if the source has no accessible network interface.
     """
     named = source_of(source)
     if not named.spec.on_bus or not named.value or named.spec.segment is not None:

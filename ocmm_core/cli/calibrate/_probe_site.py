@@ -60,12 +60,8 @@ def open_probe_site(
 ) -> TerminalProbeSite:
     """Return cameras and records of a probe.
 
-    Raises
-    ------
-    InputError
-        A document is wrong.
-    CalibrationError
-        The cameras have no usable calibration.
+    Raises InputError if a document is wrong, and CalibrationError if the cameras have no usable
+    calibration.
     """
     body, design = load_probe(probe), load_rig(rig)
     cameras = choose_calibration(source, rig, calibrations, uncalibrated=uncalibrated)
@@ -120,16 +116,10 @@ def collect_from(
 ) -> None:
     """Record from a source until done, optionally keeping its frames in a file.
 
-    Parameters
-    ----------
-    frames
-        Length of a script; None for a source without end.
+    `frames`: Length of a script; None for a source without end.
 
-    Raises
-    ------
-    CalibrationError
-        A recording of real cameras has no known calibration, or the source ended before the last
-        step.
+    Raises CalibrationError if a recording of real cameras has no known calibration, or the source
+    ended before the last step.
     """
     try:
         require_cameras(checked_for_replay(probe.cameras, feed.recorded), console)

@@ -113,10 +113,7 @@ def continued(
 def virtual_feed(script: CalibratingScript, source: str, speed: float) -> Feed:
     """Return the virtual rig with its scenes, in this process or on a virtual wire.
 
-    Raises
-    ------
-    InputError
-        The source plays no scenes of calibrations.
+    Raises InputError if the source plays no scenes of calibrations.
     """
     scenes = source_of(source).spec.scenes
     if scenes is None:
@@ -138,10 +135,7 @@ def real_feed(rig: Path, design: Rig, source: str, *, force: bool) -> Feed:
 def make_recorder(feed: Feed, path: Path | None, design: Rig) -> FrameRecorder | None:
     """Return a recorder of a source's frames; None without a path.
 
-    Raises
-    ------
-    OcmmError
-        The file cannot be written; the source is then closed.
+    Raises OcmmError if the file cannot be written; the source is then closed.
     """
     if path is None:
         return None
@@ -161,18 +155,12 @@ def collect(
 ) -> None:
     """Record available observations, and enter the next step as soon as its gate opens.
 
-    Parameters
-    ----------
-    frames
-        Length of the script; None for a source without end.
-    recorder
-        Also receives all frames; closed at the end. Its failure is printed, and the calibration
-        continues.
+    `frames`: Length of the script; None for a source without end.
+    `recorder`: Also receives all frames; closed at the end. Its failure is printed, and the
+      calibration continues.
 
-    Raises
-    ------
-    CalibrationError
-        The source ended before the last step; the session keeps the observations so far.
+    Raises CalibrationError if the source ended before the last step; the session keeps the
+    observations so far.
     """
     console.print(f"{lead('Source   ')}{feed.description.name}")
     columns = (
@@ -344,10 +332,7 @@ def take_relocation_shots(procedure: RelocationProcedure, shots: Sequence[Shot])
 def take_verification_shots(procedure: VerificationProcedure, shots: Sequence[Shot]) -> None:
     """Add recorded shots that a session does not have yet, and enter their steps.
 
-    Raises
-    ------
-    CalibrationError
-        A shot is of a kind that is out of sequence.
+    Raises CalibrationError if a shot is of a kind that is out of sequence.
     """
     view = procedure.view
     left = sum(step.done for step in view.base.steps)

@@ -31,10 +31,7 @@ _IDLE_S = 0.005
 def require_usable(site: Site, now: datetime) -> str:
     """Return the hash of the calibration in force, to which the baseline belongs.
 
-    Raises
-    ------
-    CalibrationError
-        It is missing or unusable: a moved camera must not be learned.
+    Raises CalibrationError if it is missing or unusable: a moved camera must not be learned.
     """
     status = site.store.status(now)
     calibration = site.store.active_hash

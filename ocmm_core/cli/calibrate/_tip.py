@@ -275,10 +275,7 @@ def take_tip_shots(
 ) -> None:
     """Add recorded shots that a session does not have yet: all on the sphere, then the cone.
 
-    Raises
-    ------
-    CalibrationError
-        A shot is of a kind that is out of sequence.
+    Raises CalibrationError if a shot is of a kind that is out of sequence.
     """
     from ocmm_core.calibration.tip import CONE, SPHERE
     from ocmm_core.cli.calibrate._steps import now

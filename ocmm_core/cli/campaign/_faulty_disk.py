@@ -179,15 +179,10 @@ def served(
 ) -> Iterator[Trial]:
     """Yield the trials of a lane run by a separate program with a preloaded library.
 
-    Parameters
-    ----------
-    serve
-        Public function of this package that prints ``[number, acknowledged, found, note]`` of each
-        trial; its first argument is ``order``.
-    order
-        Seed, number of trials, finished trials, working folder.
-    prelude
-        Code that the program runs first.
+    `serve`: Public function of this package that prints ``[number, acknowledged, found, note]`` of
+      each trial; its first argument is ``order``.
+    `order`: Seed, number of trials, finished trials, working folder.
+    `prelude`: Code that the program runs first.
     """
     seed, runs, done, folder = order
     program = subprocess.Popen(  # noqa: S603 - this program again

@@ -93,10 +93,7 @@ class LaneResult:
 def read_state(path: Path) -> list[Trial]:
     """Return the trials of a state file, without a truncated last line.
 
-    Raises
-    ------
-    InputError
-        It is no state file, or cannot be read.
+    Raises InputError if it is no state file, or cannot be read.
     """
     if not path.exists():
         return []
@@ -122,14 +119,9 @@ def run_lane(
 ) -> LaneResult:
     """Run the remaining trials of a lane, and return all.
 
-    Parameters
-    ----------
-    state
-        Every trial is appended to it; None to keep nothing.
-    until_s
-        No trial starts after it, `time.monotonic`.
-    told
-        Receives the number of trials.
+    `state`: Every trial is appended to it; None to keep nothing.
+    `until_s`: No trial starts after it, `time.monotonic`.
+    `told`: Receives the number of trials.
     """
     before = [] if state is None else read_state(state)
     trials = [

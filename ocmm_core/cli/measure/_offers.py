@@ -82,10 +82,7 @@ def request_by(
 ) -> StepRequest:
     """Return the request that targets are chosen by.
 
-    Parameters
-    ----------
-    stands
-        Axis of the part that points up, and rotation about it, degrees.
+    `stands`: Axis of the part that points up, and rotation about it, degrees.
     """
     from ocmm_core.inspection.step import up_of, usual_request
 

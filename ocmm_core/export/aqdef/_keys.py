@@ -89,13 +89,7 @@ KEYS: Mapping[str, Key] = {
 
 
 def fitted(key: str, text: str) -> str:
-    """Return a text fitted to a key by the rules above.
-
-    Raises
-    ------
-    StorageError
-        A number does not fit.
-    """
+    """Return a text fitted to a key by the rules above; StorageError if a number does not fit."""
     asked = KEYS[key]
     if asked.type != "AN":
         number = text.lstrip("-") if asked.type == "I" else text

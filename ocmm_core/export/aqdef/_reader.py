@@ -46,13 +46,7 @@ class TransferFile:
 
 
 def read_transfer(content: bytes) -> TransferFile:
-    """Return the contents of a file.
-
-    Raises
-    ------
-    StorageError
-        A line is neither keyed nor one of values.
-    """
+    """Return the contents of a file; StorageError if a line is neither keyed nor one of values."""
     lines: list[KeyedLine] = []
     values: list[tuple[dict[str, str], ...]] = []
     for number, line in enumerate(content.decode(ENCODING).split(NEWLINE), start=1):

@@ -42,13 +42,7 @@ def dcc_bytes(paper: Certificate) -> bytes:
 
 
 def dcc_tree(paper: Certificate) -> etree._Element:
-    """Return a certificate as a DCC without signature.
-
-    Raises
-    ------
-    StorageError
-        A number is not finite.
-    """
+    """Return a certificate as a DCC without signature; StorageError if a number is not finite."""
     root = etree.Element(f"{{{DCC}}}digitalCalibrationCertificate", nsmap={"dcc": DCC, "si": SI})
     root.set("schemaVersion", VERSION)
     _administrative(_add(root, "administrativeData"), paper)

@@ -101,16 +101,10 @@ def ask_cameras(
 ) -> CameraHistory:
     """Return the history of a job's calibration on this computer, if present.
 
-    Parameters
-    ----------
-    job
-        Own copy of a job file.
-    record
-        Calibration of the job; None for a rig document, which has no history.
-    folder
-        Folder of calibrations, one subfolder per rig.
-    store
-        That of the rig, if already read.
+    `job`: Own copy of a job file.
+    `record`: Calibration of the job; None for a rig document, which has no history.
+    `folder`: Folder of calibrations, one subfolder per rig.
+    `store`: That of the rig, if already read.
     """
     if record is None:
         return CameraHistory()
@@ -136,10 +130,7 @@ def settle_by_calibration(
 ) -> History:
     """Hold and release points by the known history of their calibration.
 
-    Parameters
-    ----------
-    job
-        Own copy of a job file.
+    `job`: Own copy of a job file.
     """
     if not known.calibration:
         return History(absent=known.absent, unread=known.unread)

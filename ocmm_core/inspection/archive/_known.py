@@ -84,10 +84,7 @@ def content_and_known(
 ) -> tuple[bytes, bytes]:
     """Return all that another computer needs to open a job: its bytes, and the knowledge.
 
-    Raises
-    ------
-    OcmmError
-        The job cannot be read.
+    Raises OcmmError if the job cannot be read.
     """
     try:
         with JobFile.read(path) as job:

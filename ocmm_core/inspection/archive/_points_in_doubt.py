@@ -55,16 +55,10 @@ def points_between(
 ) -> dict[int, str]:
     """Return the points within spans up to a moment, with the reason of the span.
 
-    Parameters
-    ----------
-    taken
-        When each point was stored, by number.
-    spans
-        Oldest first.
-    end
-        Points from then on are not suspect; None without end.
-    reason
-        Span that gives the reason for a point in several: the first or the last one.
+    `taken`: When each point was stored, by number.
+    `spans`: Oldest first.
+    `end`: Points from then on are not suspect; None without end.
+    `reason`: Span that gives the reason for a point in several: the first or the last one.
     """
     return {
         number: span.why
@@ -105,10 +99,7 @@ def sentences_of(session: InspectionSession, *hold_reasons: HoldReason) -> tuple
 def hold(session: InspectionSession, points: Mapping[int, str], hold_reason: HoldReason) -> bool:
     """Hold points, each for its reason; return whether any was not held before.
 
-    Raises
-    ------
-    StorageError
-        It could not be made durable; points are held until the program ends.
+    Raises StorageError if it could not be made durable; points are held until the program ends.
     """
     changed = False
     for reason in dict.fromkeys(points.values()):

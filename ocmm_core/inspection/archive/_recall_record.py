@@ -135,15 +135,9 @@ def points_digest(points: Sequence[MeasuredPoint], numbers: Collection[int]) -> 
 def points_released(store: CalibrationStore, calibration: str, job: JobFile) -> frozenset[int]:
     """Return the points of a job released by the last recall about it.
 
-    Parameters
-    ----------
-    calibration
-        Hash of the record that the points were measured with.
+    `calibration`: Hash of the record that the points were measured with.
 
-    Raises
-    ------
-    CalibrationError
-        The record of a recall is missing or was changed.
+    Raises CalibrationError if the record of a recall is missing or was changed.
     """
     events = store.events
     for at in range(len(events) - 1, -1, -1):

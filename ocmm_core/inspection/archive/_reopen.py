@@ -264,10 +264,7 @@ def _differences(
 ) -> list[str]:
     """Return the differences from the stored points.
 
-    Parameters
-    ----------
-    anew
-        For every point its tips from the raw spots, by each method used in the job.
+    `anew`: For every point its tips from the raw spots, by each method used in the job.
     """
     found = []
     known = {feature.name for feature in plan.features}

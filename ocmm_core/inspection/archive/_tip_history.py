@@ -98,10 +98,7 @@ def ask_tip(probe: ProbeText | None, folder: Path) -> TipHistory:
 def settle_by_history(session: InspectionSession, job: JobFile, known: TipHistory) -> History:
     """Hold and release points by the known history of their tip.
 
-    Parameters
-    ----------
-    job
-        Own copy of a job file.
+    `job`: Own copy of a job file.
     """
     if not known.tip:
         return History(unread=known.unread)

@@ -42,10 +42,7 @@ _OTHER_PLACE = 0.5
 def cause_of(inquiry: Inquiry, item: Characteristic, result: CharacteristicResult) -> CauseFinding:
     """Return the cause that the evidence supports, and the remedy.
 
-    Parameters
-    ----------
-    item, result
-        The characteristic in question, NOT CONFORM or NOT PROVEN.
+    `item`, `result`: The characteristic in question, NOT CONFORM or NOT PROVEN.
     """
     if inquiry.is_doubted(item, result):
         return CauseFinding(Cause.DOUBT, (), (), result.note)

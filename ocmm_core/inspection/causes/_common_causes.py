@@ -71,10 +71,7 @@ class Common:
 def common_causes(job: EvaluatedJob, left_out: Collection[int]) -> Common | None:
     """Return the common errors of the features of a job; None while its pose is unknown.
 
-    Parameters
-    ----------
-    left_out
-        Indices of points contradicted by their feature.
+    `left_out`: Indices of points contradicted by their feature.
     """
     found = whereabouts(job.plan, job.found)
     surfaces = surfaces_of(job.actual, left_out)

@@ -171,11 +171,8 @@ def _fitted(
 ) -> Pattern:
     """Return motion and amount of a pattern, by Gauss-Newton with a weight per feature.
 
-    Parameters
-    ----------
-    pattern
-        From normals and contact points, (n, 3) each, frame of the nominals, to the change of the
-        deviations per unit of the amount, (n,).
+    `pattern`: From normals and contact points, (n, 3) each, frame of the nominals, to the change of
+      the deviations per unit of the amount, (n,).
     """
     T, amount, sigma = start, 0.0, 0.0
     owner = np.repeat(np.arange(len(surfaces)), [len(item.tips) for item in surfaces])

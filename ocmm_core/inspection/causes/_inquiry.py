@@ -40,10 +40,7 @@ Results = Mapping[str, CharacteristicResult]
 class Inquiry:
     """Queries to one job; shared quantities are computed once.
 
-    Parameters
-    ----------
-    view
-        Current verdicts, coverage, held points.
+    `view`: Current verdicts, coverage, held points.
     """
 
     def __init__(self, job: EvaluatedJob, view: JobView) -> None:

@@ -58,14 +58,11 @@ def suspects_of(
 ) -> Suspects | None:
     """Return the points of a feature contradicted by the others; None if all agree.
 
-    Parameters
-    ----------
-    noise
-        mm^2: mean square of a residual by the noise of the points alone; less scatter is chance.
-    usual
-        mm^2: mean square of the residuals of the other features of the job. If a feature scatters
-        no more without some points, it counts as if seen on some points more (a prior of `_PRIOR`
-        degrees of freedom), because few remaining points are weak evidence.
+    `noise`: mm^2: mean square of a residual by the noise of the points alone; less scatter is
+      chance.
+    `usual`: mm^2: mean square of the residuals of the other features of the job. If a feature
+      scatters no more without some points, it counts as if seen on some points more (a prior of
+      `_PRIOR` degrees of freedom), because few remaining points are weak evidence.
     """
     touches = feature.touches
     fit = _least_squares(feature)

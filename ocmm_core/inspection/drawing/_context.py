@@ -47,10 +47,7 @@ class Context:
     def checked(self, items: Sequence[Characteristic]) -> list[Characteristic]:
         """Return characteristics that can be measured and match the surfaces as drawn.
 
-        Raises
-        ------
-        RefusedError
-            One cannot be measured, or its nominal is not that of the model.
+        Raises RefusedError if one cannot be measured, or its nominal is not that of the model.
         """
         probed = {feature.name for feature in self.plan.features}
         for item in items:

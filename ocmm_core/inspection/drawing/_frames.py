@@ -35,10 +35,7 @@ _MOST = 100
 class Frames:
     """Datums of a model, as features of the plan if possible.
 
-    Parameters
-    ----------
-    context
-        The plan; it gets a middle plane for a datum of two opposite faces.
+    `context`: The plan; it gets a middle plane for a datum of two opposite faces.
     """
 
     def __init__(
@@ -67,10 +64,7 @@ class Frames:
     def names_of(self, references: Sequence[DatumReference]) -> list[str]:
         """Return the features named by datum references, in order.
 
-        Raises
-        ------
-        RefusedError
-            One has a modifier, is a common datum, or is no feature of the plan.
+        Raises RefusedError if one has a modifier, is a common datum, or is no feature of the plan.
         """
         names = []
         for reference in references:
@@ -99,10 +93,7 @@ class Frames:
     def open_motions(self, names: Sequence[str]) -> tuple[str, ...]:
         """Return the motions left open by datums, in words; empty if they hold the part.
 
-        Raises
-        ------
-        RefusedError
-            Even the part as drawn could not be held by them.
+        Raises RefusedError if even the part as drawn could not be held by them.
         """
         plan = self._context.plan
         nominals = nominal_geometries(plan.features, plan.constructions)

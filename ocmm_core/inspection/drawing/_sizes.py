@@ -60,17 +60,10 @@ _LEAST = 5
 def fit_limits(code: str, size: float) -> tuple[float, float, bool]:
     """Return lower and upper deviation of a fit, mm, and whether it is a hole.
 
-    Parameters
-    ----------
-    code
-        Such as ``H7`` or ``g6``.
-    size
-        Nominal diameter, mm.
+    `code`: Such as ``H7`` or ``g6``.
+    `size`: Nominal diameter, mm.
 
-    Raises
-    ------
-    RefusedError
-        The tables do not have it.
+    Raises RefusedError if the tables do not have it.
     """
     found = _CODE.fullmatch(code)
     letter, grade = (found.group(1), int(found.group(2))) if found else ("", 0)

@@ -23,10 +23,7 @@ class Found:
 class Surfaces:
     """Features of a plan by their faces.
 
-    Parameters
-    ----------
-    features
-        Features of the plan by name, without omitted ones.
+    `features`: Features of the plan by name, without omitted ones.
     """
 
     def __init__(self, model: StepModel, features: Mapping[str, NominalFeature]) -> None:
@@ -54,10 +51,7 @@ class Surfaces:
     def one(self, faces: Sequence[int], odd: Sequence[str]) -> NominalFeature:
         """Return the one feature of some faces.
 
-        Raises
-        ------
-        RefusedError
-            They are none, several, or also something else.
+        Raises RefusedError if they are none, several, or also something else.
         """
         found = self.all_of(faces, odd)
         if found.missing:

@@ -74,10 +74,7 @@ def _dial(turns: Float, count: int) -> tuple[NDArray[np.bool_], float]:
     rounding nor an unsteady hand moves it across. Among equally wide gaps, the one with the fewest
     touched sectors is used.
 
-    Parameters
-    ----------
-    turns
-        (n,), angles of the touches about the axis, rad.
+    `turns`: (n,), angles of the touches about the axis, rad.
     """
     places = turns / (2.0 * np.pi) * count
     if not places.size:

@@ -50,12 +50,8 @@ def compensate_by_plan(
 ) -> dict[str, ActualFeature | FitError]:
     """Return the single points of a plan, compensated along its directions, by name.
 
-    Parameters
-    ----------
-    nominals
-        Features of the plan; other shapes are ignored.
-    points
-        All points of the job, or those of these features.
+    `nominals`: Features of the plan; other shapes are ignored.
+    `points`: All points of the job, or those of these features.
     """
     single = [item for item in nominals if item.shape is Shape.POINT]
     to_world = T_part_from_world.rotation.T

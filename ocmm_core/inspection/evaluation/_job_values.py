@@ -32,10 +32,7 @@ class Record:
 class ValueGraph:
     """Values of a job.
 
-    Parameters
-    ----------
-    rig, body
-        Cameras and probe of the points.
+    `rig`, `body`: Cameras and probe of the points.
     """
 
     def __init__(self, graph: FeatureGraph, rig: Rig, body: ProbeBody) -> None:
@@ -48,12 +45,8 @@ class ValueGraph:
     ) -> tuple[CharacteristicResult, ...]:
         """Return a result for every characteristic of the plan, in order.
 
-        Parameters
-        ----------
-        touched, actual
-            The points, and their features by `FeatureGraph`.
-        sensitivities
-            Of the points of each feature, in order.
+        `touched`, `actual`: The points, and their features by `FeatureGraph`.
+        `sensitivities`: Of the points of each feature, in order.
         """
         plan, alignment = self._graph.plan, self._graph.alignment(actual)
         blocks = {name: self._factors(name, touched, own) for name, own in sensitivities.items()}

@@ -33,10 +33,7 @@ _log = logging.getLogger(__name__)
 def cached_part(folder: Path, sha256: str) -> PartModel | None:
     """Return the cached part of a model for a folder of plans, or None.
 
-    Parameters
-    ----------
-    sha256
-        Hash of the model.
+    `sha256`: Hash of the model.
     """
     for place in _places(folder):
         path = place / f"{sha256}{MODEL_ENDING}"

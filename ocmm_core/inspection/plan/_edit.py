@@ -149,10 +149,7 @@ def rename_item(plan: Plan, old: str, new: str) -> Plan:
 
     For tests only.
 
-    Raises
-    ------
-    InputError
-        The item is unknown, or ``new`` is taken or no name.
+    Raises InputError if the item is unknown, or ``new`` is taken or no name.
     """
     if new == old:
         return plan

@@ -94,10 +94,7 @@ def environment_fault(limits: EnvironmentLimits) -> tuple[str, str] | None:
 def noted_text(points: int, next_point: int, typed: TypedRoom, who: str) -> str:
     """Return the text of the event.
 
-    Raises
-    ------
-    InputError
-        A value is no ambient reading, or nothing was read.
+    Raises InputError if a value is no ambient reading, or nothing was read.
     """
     typed.check()
     if typed.empty:

@@ -28,10 +28,7 @@ class FileKind:
         A copy gets a portable name. Nothing is overwritten: a copy whose name is in use is
         numbered.
 
-        Raises
-        ------
-        StorageError
-            It cannot be copied.
+        Raises StorageError if it cannot be copied.
         """
         return self.inside(source, folder) or self._copied(source, content, folder)
 

@@ -47,15 +47,9 @@ class Aspects:
     def faces(self, aspect: int, *, is_note: bool = False) -> Faces:
         """Return the faces of an aspect and of its components.
 
-        Parameters
-        ----------
-        is_note
-            The aspect is of a note, which has no meaning for tolerances.
+        `is_note`: The aspect is of a note, which has no meaning for tolerances.
 
-        Raises
-        ------
-        BadEntityError
-            A visited entity is missing, cannot be read, or is not supported.
+        Raises BadEntityError if a visited entity is missing, cannot be read, or is not supported.
         """
         found: dict[int, None] = {}
         others: dict[str, None] = {}

@@ -48,18 +48,11 @@ def misfit_of(
 ) -> Misfit:
     """Return the fit of points to a calibration.
 
-    Parameters
-    ----------
-    points
-        At least one, in their order.
-    scale
-        Of the noise of the spots, in standard deviations: the calibration's own residual beyond
-        the noise of the rig.
+    `points`: At least one, in their order.
+    `scale`: Of the noise of the spots, in standard deviations: the calibration's own residual
+      beyond the noise of the rig.
 
-    Raises
-    ------
-    TrackingError
-        The spots of a point do not determine a pose.
+    Raises TrackingError if the spots of a point do not determine a pose.
     """
     spots = np.stack([point.spots for point in points])
     poses = solve(spots, rig, body, spot_sigma_px(rig))

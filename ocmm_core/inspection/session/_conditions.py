@@ -31,17 +31,10 @@ class Conditions:
 
     The methods that store raise StorageError if it could not be made durable.
 
-    Parameters
-    ----------
-    ledger
-        The job; changes invalidate its view.
-    options
-        Current options.
+    `ledger`: The job; changes invalidate its view.
+    `options`: Current options.
 
-    Raises
-    ------
-    MeasuringError
-        Existing points have other temperatures.
+    Raises MeasuringError if existing points have other temperatures.
     """
 
     def __init__(self, ledger: JobLedger, options: SessionOptions, *, begun: bool) -> None:

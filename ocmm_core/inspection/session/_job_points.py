@@ -147,12 +147,8 @@ class JobPoints:
     ) -> Change:
         """Delete points, each for its reason, and restore others, in one transaction.
 
-        Raises
-        ------
-        MeasuringError
-            A point to be deleted does not count, or one to be restored was not deleted.
-        StorageError
-            It could not be made durable; nothing is changed.
+        Raises MeasuringError if a point to be deleted does not count, or one to be restored was not
+        deleted; StorageError if it could not be made durable; nothing is changed.
         """
         if not (annul or restore or events):
             return Change((), ())

@@ -49,15 +49,10 @@ class HeldPoints:
     def hold_back(self, since_s: float | None, reason: str) -> list[int]:
         """Hold the points since a moment of this run, and return them.
 
-        Parameters
-        ----------
-        since_s
-            Bus time, s; None for all points of this run.
+        `since_s`: Bus time, s; None for all points of this run.
 
-        Raises
-        ------
-        StorageError
-            It could not be made durable; the points are held until the program ends.
+        Raises StorageError if it could not be made durable; the points are held until the program
+        ends.
         """
         with self._ledger.lock:
             numbers = self._ledger.points.taken_since(since_s)
@@ -84,10 +79,7 @@ class HeldPoints:
 
         Points held for the cameras in an earlier run stay held.
 
-        Raises
-        ------
-        StorageError
-            It could not be made durable; they stay held.
+        Raises StorageError if it could not be made durable; they stay held.
         """
         with self._ledger.lock:
             self._ledger.view = None
