@@ -148,7 +148,6 @@ class Tasks:
     asked_alone: set[int] = field(default_factory=set)
     """Those that were: if a worker ends then, they are the cause."""
     thing_s: float = math.inf
-    """Duration of one thing, s."""
     done: queue.SimpleQueue[str] = field(default_factory=queue.SimpleQueue)
 
     def run(self) -> Iterator[Any]:

@@ -40,9 +40,7 @@ class ReleaseState:
 
     signer: SealState
     release: Release | None = None
-    """None without a release."""
     changed: bool = False
-    """The file was changed after its release."""
 
     @property
     def released(self) -> bool:

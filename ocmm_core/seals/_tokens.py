@@ -67,7 +67,6 @@ class TokenKey(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=
     key_id: str
     """Identifier of the key in the token, hexadecimal."""
     public: str
-    """Base64."""
 
     @property
     def public_bytes(self) -> bytes:

@@ -65,7 +65,6 @@ class Contents:
     entries: Mapping[str, Any] = field(default_factory=dict)
     """All entries, also unknown ones."""
     notes: tuple[Note, ...] = ()
-    """Ignored entries."""
     state: str = "good"
     """``good``, ``missing``, ``unusable`` (damaged or foreign) or ``future``."""
     stamps: Mapping[str, str] = field(default_factory=dict)

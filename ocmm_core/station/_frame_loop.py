@@ -58,7 +58,6 @@ class Tracked:
     block: FrameBlock
     track: TrackBlock
     touches: Sequence[Touch]
-    """Touches that ended in the block."""
     collecting: bool
     pipeline: TrackingPipeline
     """Its pipeline, for the labels and the reference body."""

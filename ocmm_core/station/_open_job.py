@@ -33,7 +33,6 @@ class Gear:
     pause: timedelta = PAUSE
     """Time without a point or a check after which the tip must be checked."""
     released_only: bool = False
-    """Refuse plans that are not released."""
 
     @property
     def rig(self) -> Rig:
@@ -97,7 +96,6 @@ class CurrentJob:
     def __init__(self, now: OpenJob) -> None:
         self.now = now
         self.ended = False
-        """The station was closed."""
 
     def what_is_safe(self) -> str:
         """Return the sentence on what is not lost."""

@@ -27,7 +27,6 @@ class StationOptions:
     pause: timedelta = PAUSE
     """Time without a point or a check after which the tip must be checked."""
     stream: StreamOptions | None = None
-    """Options of the stream; None for no stream."""
     plan_file: Path | None = None
     """Path of the plan, next to its pictures; None if unknown."""
     released_only: bool = False

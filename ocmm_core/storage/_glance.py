@@ -23,7 +23,6 @@ class JobSummary:
     events: tuple[JobEvent, ...]
     """Oldest first."""
     n_points: int
-    """Number of points that count."""
 
 
 def read_summary(path: Path) -> JobSummary:

@@ -21,7 +21,6 @@ SCHEMA = "ocmm.held-jobs/1"
 class HeldJobs(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     schema: str = SCHEMA
     archive: str = ""
-    """Source archive."""
     after: int = 0
     """Number of the last known mark."""
     jobs: Mapping[str, Mapping[str, str]] = {}

@@ -52,7 +52,6 @@ class JobSeal:
     state: SealState
     """State of the signature on the last row."""
     signature: Signature | None = None
-    """None if missing."""
     unsigned: int = 0
     """Number of initial rows stored without a signature."""
     missing: str = ""

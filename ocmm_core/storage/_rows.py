@@ -70,7 +70,6 @@ class JobReference:
     spots: Float
     """(C, R, 2), px: mean spots by LED number, NaN where not seen."""
     n_frames: int
-    """Number of averaged frames."""
 
     @property
     def identity(self) -> str:

@@ -62,7 +62,6 @@ class Cleaner:
     """Remove secrets and names from texts."""
 
     secrets: tuple[str, ...] = ()
-    """Known values."""
     names: tuple[str, ...] = ()
     """Names of people; empty to keep them."""
 

@@ -46,7 +46,6 @@ class SupportSite:
     extra: dict[str, str] = field(default_factory=dict)
     """Additional texts of the caller by file name, such as the log of the window."""
     doctor: Callable[[], str] = lambda: doctor_text()
-    """Returns the report of the doctor."""
     environment: dict[str, str] = field(default_factory=lambda: dict(os.environ))
     people: tuple[str, ...] = ()
     """Additional names known to the caller, such as the current operator."""
@@ -67,9 +66,7 @@ class PartSpec:
     title: str
     """`name`, `title`: For scripts, and for people."""
     about: str
-    """One sentence on the contents."""
     take: Callable[[SupportSite, LoadedSettings], Iterator[RawItem]]
-    """Yields its files."""
 
 
 def _versions(site: SupportSite, loaded: LoadedSettings) -> Iterator[RawItem]:

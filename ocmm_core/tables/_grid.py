@@ -33,7 +33,6 @@ class TextGrid:
     """Line number and text without comments."""
     comments: list[tuple[int, str]] = field(default_factory=list)
     behind: list[tuple[int, str]] = field(default_factory=list)
-    """Comments behind rows."""
     log: SkippedLog = field(default_factory=SkippedLog)
     is_declared: bool = False
     """The file names its separator itself."""

@@ -47,7 +47,6 @@ class TextRow:
     line: int
     """Its number in the file, from 1."""
     cells: dict[str, str]
-    """By column name."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -59,7 +59,6 @@ class Zoom(QObject):
     """
 
     changed = Signal()
-    """The scale has changed."""
 
     def __init__(self, app: QApplication) -> None:
         super().__init__(app)

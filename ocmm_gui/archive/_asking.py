@@ -20,7 +20,6 @@ class Answered:
     place: str
     """Display name of the archive."""
     parts: tuple[tuple[str, str], ...]
-    """Parts with their characteristics, to choose from."""
     standing: HandOver
     """State of the upload."""
 

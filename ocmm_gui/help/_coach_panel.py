@@ -36,7 +36,6 @@ class CoachPanel(Painted):
     """Ellipse and U in good order; the probe with an arrow if a turn would help."""
 
     refusal_over = Signal()
-    """The display time of a refusal is over."""
 
     def __init__(self, *, far: bool = False) -> None:
         super().__init__(tr("Coach"), (160, 150), (130, 90))

@@ -53,7 +53,6 @@ _APPLY = ActionInfo(
 )  # fmt: skip
 _NOTES_SHOWN = 4
 _HEAD = "report"
-"""Section with a preview."""
 
 
 class SettingsPage(Sheet):

@@ -112,7 +112,6 @@ class FromModels(QObject):
     warned = Signal(str)
     """As `told`, but not as good news."""
     failed = Signal(object)
-    """An `OcmmError`."""
 
     def __init__(
         self, draft: Callable[[], PlanDraft], did: Did, in_use: Callable[[], InUse] | None

@@ -83,7 +83,6 @@ class ReadModel:
 
     path: Path
     model: StepModel
-    """With its part."""
     offers: tuple[Offer, ...]
     """All surfaces that can become features."""
     up: str
@@ -215,7 +214,6 @@ class Importing(WorkLine):
     """
 
     imported = Signal(object)
-    """Emits an `Imported`."""
     offered = Signal(object)
     """Emits a `ReadModel`: its features are to be selected."""
     previewed = Signal(object)
@@ -223,7 +221,6 @@ class Importing(WorkLine):
     part_read = Signal(object)
     """Emits the `PartOfPlan` of a plan's model."""
     failed = Signal(object)
-    """Emits the exception."""
     _reading = Signal(str)
 
     def __init__(self, in_use: Callable[[], InUse] | None = None) -> None:

@@ -30,7 +30,6 @@ class PlanChange:
     make: Callable[[], Plan]
     """Returns the other plan; raises `OcmmError` if impossible."""
     chosen: ItemKey
-    """Item shown afterwards."""
 
 
 def with_feature(plan: Plan, chosen: ItemKey) -> PlanChange:

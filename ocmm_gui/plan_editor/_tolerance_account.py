@@ -45,7 +45,6 @@ class ToleranceAccount(QWidget):
     without = Signal()
     """Accept the features alone."""
     declined = Signal()
-    """Accept nothing."""
 
     def __init__(self) -> None:
         super().__init__()

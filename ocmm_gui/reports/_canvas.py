@@ -22,7 +22,6 @@ INK = THEMES["light"]
 """Paper is white in every theme of the window."""
 
 PAGE = (2100.0, 2970.0)
-"""A4."""
 _LEAST = 0.6
 """Minimum relative type size of words in narrow places."""
 LEFT, RIGHT, TOP, BOTTOM = 150.0, 1950.0, 140.0, 2800.0
@@ -68,7 +67,6 @@ class Canvas:
     """Pages under construction."""
 
     speech: Speech = field(default_factory=Speech)
-    """Language of the report."""
     lengths: PaperLengths = field(default_factory=PaperLengths)
     """Unit of the report, shown in every heading above lengths."""
     pages: list[list[Draw]] = field(default_factory=lambda: [[]])

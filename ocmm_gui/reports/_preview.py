@@ -18,7 +18,6 @@ class PagePreview(QScrollArea):
     """All pages stacked, at the available width; scrolled by Page up and down."""
 
     widened = Signal()
-    """The width for the pages has changed."""
 
     def __init__(self) -> None:
         super().__init__()

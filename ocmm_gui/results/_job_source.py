@@ -23,9 +23,7 @@ class JobSource:
     """A job to view."""
 
     file: Callable[[], Path]
-    """Returns its file."""
     view: Callable[[], JobView]
-    """Returns the job as last shown."""
     report: Ask
     """Requests the full report data of its current state."""
     lost: Callable[[], OcmmError | None] = lambda: None

@@ -15,7 +15,6 @@ class OpenedJob:
 
     path: Path
     report: ReportData
-    """The report data of the job."""
     doubts: tuple[str, ...]
     """Findings against the file, in sentences."""
     remarks: tuple[str, ...] = ()

@@ -59,7 +59,6 @@ class ReportSheet(Sheet):
     """
 
     written = Signal(object)
-    """Emits a `_report_writer.Written`."""
 
     def __init__(self, folder: Callable[[], Path]) -> None:
         super().__init__(tr("Report"), _KEYS)

@@ -58,13 +58,10 @@ class ReportWriter(QObject):
     asked = Signal(str)
     """The job is incomplete: emits the question confirmed by `agree`."""
     begun = Signal()
-    """Writing has started."""
     advanced = Signal(str, float)
     """Next step, and the share done."""
     ended = Signal()
-    """Writing has ended, with any result."""
     written = Signal(object)
-    """Emits a `Written`."""
     failed = Signal(object)
     """Emits an `OcmmError`."""
 

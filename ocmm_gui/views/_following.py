@@ -33,7 +33,6 @@ class Work:
 
     ball: Float = field(default_factory=_none)
     target: Target | None = None
-    """Next target; None if unknown."""
     active: Float = field(default_factory=_none)
     whole: Float = field(default_factory=_none)
     """The part, as far as known."""

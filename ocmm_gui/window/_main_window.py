@@ -71,7 +71,6 @@ class MainWindow(QMainWindow):
     """
 
     closed = Signal()
-    """The station has stopped and the window is closing."""
 
     def __init__(
         self,

@@ -52,7 +52,6 @@ class Sheets(MadeLate):
     made = Signal(object)
     """Emits a new `Sheet`, for the stack of the window."""
     wanted = Signal(object)
-    """Emits the `Sheet` to be shown."""
     left = Signal()
     """Back to measuring."""
     settings_changed = Signal(object)

@@ -55,7 +55,6 @@ class WizardSite:
     blocker: tuple[str, str] = ("", "")
     """Why no calibrations are kept, and the remedy; empty if they are."""
     probe: ProbeSite | None = None
-    """Site of probe wizards; None if not needed."""
     practice: PracticeRoom | None = None
     """Practice with a virtual hand; None for real use."""
 

@@ -94,9 +94,7 @@ class SideProcess(QObject):
     came = Signal(object)
     """A part of the answer, ahead of the rest."""
     finished = Signal(object)
-    """The answer."""
     failed = Signal(object)
-    """An `OcmmError`."""
 
     def __init__(self, parent: QObject | None = None, *, helpers: bool = False) -> None:
         super().__init__(parent)

@@ -48,7 +48,6 @@ _OFF = (
 @dataclass(frozen=True, slots=True)
 class Checked:
     looked_at: int
-    """Number of jobs."""
     faults: tuple[tuple[str, str], ...]
     """Identity of a job, empty for none, and its fault in a sentence."""
     suspect: frozenset[str] = frozenset()

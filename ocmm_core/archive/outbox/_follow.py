@@ -43,7 +43,6 @@ class ArchivePlace:
     station: str
     """Empty is the name of this computer."""
     outbox: Path
-    """Folder of the outbox."""
     password: Path | None = None
 
     def courier(self, outbox: Outbox) -> Courier:

@@ -47,7 +47,6 @@ class Item:
     path: str
     """`sha256`, `name`, `path`: Of the file as queued; display name; place of the job file then."""
     put_utc: str
-    """Time of queueing."""
     state: ItemState
     said: str
     """`state`, `said`: State; why it was set aside."""

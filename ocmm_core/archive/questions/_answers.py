@@ -23,7 +23,6 @@ _FORMULA = ("=", "+", "-", "@", "\t", "\r", "\uff1d", "\uff0b", "\uff0d", "\uff2
 @dataclass(frozen=True, slots=True)
 class ArchiveAnswer:
     title: str
-    """The query in words."""
     columns: tuple[str, ...]
     rows: tuple[Row, ...]
     """`columns`, `rows`: The table; numbers are numbers, in mm or degrees."""

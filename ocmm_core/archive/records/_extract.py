@@ -46,7 +46,6 @@ _CALLED = Path("/-/job.ocmm")
 """Placeholder of the file name in sentences, as names may be any text."""
 
 Extract = Callable[[bytes, str, str, Mapping[int, str] | None], ExtractedJob]
-"""As `extract_job`."""
 
 
 def snapshot(path: Path) -> bytes:

@@ -125,7 +125,6 @@ class JobRecord(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields
 
 class Sender(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     outbox: str
-    """Identity of the outbox."""
     station: str
     machine: str
     """Identity of the computer, to distinguish equal names; empty for jobs taken from their files.

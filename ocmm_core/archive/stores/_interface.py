@@ -38,7 +38,6 @@ class Answer(Enum):
 class Receipt:
     answer: Answer
     job: int
-    """Number of the row."""
     clock_off_s: float
     """Lead of the sender's clock over the archive's."""
 

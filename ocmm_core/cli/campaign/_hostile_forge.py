@@ -39,7 +39,6 @@ Edit = Callable[[sqlite3.Connection], object]
 @dataclass(frozen=True, slots=True)
 class Kind:
     name: str
-    """Names the fault."""
     make: Callable[[Path, Path], None]
     """Writes it to a path, from a good one: ``make(good, path)``."""
     harmless: bool = False

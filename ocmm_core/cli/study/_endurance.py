@@ -22,7 +22,6 @@ _MIB = 1024.0 * 1024.0
 @dataclass(frozen=True, slots=True)
 class MemoryRun:
     frames: int
-    """Tracked frames."""
     wall_s: float
     memory_mib: tuple[float, ...]
     """Resident memory at ten equal steps of bus time, MiB; the first after one tenth, when

@@ -85,7 +85,6 @@ KEYS: Mapping[str, Key] = {
     "K4073": Key("AN", 80, "gauge in words, entry of the catalogue"),
     "K4092": Key("AN", 50, "operator, entry of the catalogue", tells_apart=True),
 }
-"""All keys that are written."""
 
 
 def fitted(key: str, text: str) -> str:

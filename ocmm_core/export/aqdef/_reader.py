@@ -31,7 +31,6 @@ class KeyedLine:
 @dataclass(frozen=True, slots=True)
 class TransferFile:
     lines: tuple[KeyedLine, ...]
-    """In order."""
     values: tuple[tuple[dict[str, str], ...], ...]
     """For each part the fields of every characteristic by key."""
 

@@ -98,7 +98,6 @@ class CertificateRun:
     data_sha256: str
     """`record`, `data_sha256`: Hashes of the record and of its observations."""
     notes: tuple[str, ...] = ()
-    """Remarks."""
     stated: Conformity | Literal["", "noPass"] = ""
     """Verdict in the words of a procedure, if more specific than ``passed``; may be empty."""
     air: RoomAir = field(default_factory=RoomAir)
@@ -163,7 +162,6 @@ class Certificate:
     artefacts: tuple[ArtefactUse, ...]
     """Basis of traceability."""
     volume: str
-    """Measuring volume in words."""
     begin_utc: str
     end_utc: str
     """`begin_utc`, `end_utc`: Of the test, ISO 8601."""

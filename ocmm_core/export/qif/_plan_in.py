@@ -59,7 +59,6 @@ class QifPlan:
 
     plan: Plan
     left_out: list[LeftOut] = field(default_factory=list)
-    """Omitted items."""
 
 
 def plan_of_qif(content: bytes, name: str, part: str, file: str = "QIF document") -> QifPlan:

@@ -92,7 +92,6 @@ class ReportTemplate(Document, frozen=True, kw_only=True):
     )
     """Text below the lines."""
     sections: list[Section] = msgspec.field(default_factory=lambda: list(SECTIONS))
-    """Included sections, in order."""
 
 
 @dataclass(frozen=True, slots=True)

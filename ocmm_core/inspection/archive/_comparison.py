@@ -91,7 +91,6 @@ class Comparison:
     jobs: tuple[str, ...]
     """Names of the jobs, in the order in which they were begun."""
     words: tuple[str, ...]
-    """What each of them is and what its part is."""
     trends: tuple[Trend, ...]
     """One for every characteristic."""
     left_out: tuple[str, ...]
@@ -148,7 +147,6 @@ class PartJob:
     simulated: bool
     """It came from a virtual rig."""
     words: str
-    """Job and part in one line."""
     file: FileIdentity | None
 
 

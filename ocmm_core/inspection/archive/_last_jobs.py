@@ -31,7 +31,6 @@ class LastJob:
     operator: str = ""
     """`part`, `serial`, `operator`: Empty if the header cannot be read."""
     points: int = 0
-    """Points that count."""
     finished: int = 0
     features: int = 0
     """`finished`, `features`: Features finished or skipped, of all."""

@@ -23,7 +23,6 @@ class History:
     against: tuple[str, ...] = ()
     """Suspect points and reasons; they are held."""
     unread: tuple[str, ...] = ()
-    """Unreadable histories."""
     absent: str = ""
     """Missing history; empty if it is here, does not exist, or its absence is irrelevant."""
 

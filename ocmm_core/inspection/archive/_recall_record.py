@@ -70,7 +70,6 @@ class RecalledJob(
     in_doubt: tuple[int, ...]
     """Numbers of the points that are suspect by the history."""
     why: tuple[str, ...]
-    """Reasons, a sentence each."""
     later: str
     """Hash of the later calibration used; empty if there was none."""
     judgement: str
@@ -105,11 +104,9 @@ class RecallRecord(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fie
     version.
     """
     folders: tuple[str, ...]
-    """Searched folders."""
     looked_at: int
     """Number of opened job files."""
     jobs: tuple[RecalledJob, ...]
-    """Affected jobs."""
     unread: tuple[str, ...]
     """Files that could not be judged, a sentence each."""
 

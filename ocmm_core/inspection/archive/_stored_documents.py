@@ -41,7 +41,6 @@ class StoredDocuments:
     path: Path
     """The opened file, for messages."""
     head: JobHead
-    """Holds the texts."""
 
     def plan(self) -> Plan:
         return self._from_text("plan", self.head.plan_text, load_plan)

@@ -32,7 +32,6 @@ class CauseFinding:
 
     cause: Cause
     features: tuple[str, ...]
-    """Features to inspect."""
     points: tuple[int, ...]
     """Numbers of the points that drive the value, the strongest first."""
     suggestion: str

@@ -80,7 +80,6 @@ class Pattern:
     """A pattern common to all features."""
 
     T_nominal_from_world: RigidTransform
-    """Pose of the nominals."""
     amount: float
     sigma: float
     """`amount`, `sigma`: Amount in addition to the rigid motion, and its standard uncertainty by

@@ -48,7 +48,6 @@ class EvaluatedJob:
     factors: PointFactors
     """`parts`, `factors`: Parts of the joint uncertainty of the points, and their sum."""
     samples: tuple[FormSample, ...]
-    """Evidence of the features' form."""
     evaluations: Mapping[str, Evaluation]
     missing: Mapping[str, str]
     """`evaluations`, `missing`: Values with gradients by name of the characteristic, and why others

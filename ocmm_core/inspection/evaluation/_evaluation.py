@@ -34,7 +34,6 @@ class JobStatus:
     """Suspicions about a job."""
 
     held: Mapping[int, str]
-    """Held points, and why."""
     unproven: str
     """Why the job proves nothing; empty if it does."""
 

@@ -90,7 +90,6 @@ class PlanFacts:
 
     by_name: Mapping[str, NominalFeature]
     bound: BoundAlignment | None
-    """None without an alignment."""
     nominals: Mapping[str, Float]
     """Geometry vectors (12,) of all features, by name."""
     constructions: Sequence[Construction]

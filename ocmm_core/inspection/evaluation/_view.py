@@ -187,9 +187,7 @@ class FeatureView:
     outliers: tuple[int, ...] = ()
     """Numbers of points contradicted by the others: flagged, and counting until deleted."""
     deleted: tuple[DeletedPoint, ...] = ()
-    """Deleted points, oldest first."""
     coverage: Coverage | None = None
-    """None without points."""
     targets: tuple[Target, ...] = ()
     """Open targets, the best next one first; empty if the pose of the part or the size of the
     feature is

@@ -57,7 +57,6 @@ class FeatureTable:
     sha256: str
     heading_line: int
     lines: tuple[int, ...]
-    """Line of each feature."""
 
     def requirements(self) -> list[Requirement]:
         """Return the account for the plan: each row, and each line skipped by the user."""

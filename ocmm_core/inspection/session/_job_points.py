@@ -53,7 +53,6 @@ class JobPoints:
                     raise bad_event(RESTORED, f"{shortened(event.text)} names no two points")
                 self._successor[int(found[1])] = int(found[2])
         self.held = {hold_reason: held_back(events, hold_reason) for hold_reason in HoldReason}
-        """Held points, and why."""
         self._own: set[int] = set()
         self._sensitivities: dict[int, TipSensitivity] = {}
 

@@ -61,7 +61,6 @@ class JobState:
     camera_doubts: tuple[str, ...] = ()
     """Unproven properties of its cameras, in sentences."""
     part: PartModel | None = None
-    """The nominal part, if any."""
     room_doubt: str = ""
     room: tuple[NotedRoom, ...] = ()
     """`room_doubt`, `room`: Why ambient conditions invalidate it, and the readings."""

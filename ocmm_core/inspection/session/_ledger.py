@@ -29,7 +29,6 @@ class JobLedger:
         self.points = self.log.points
         pauses = [event.kind for event in job.events() if event.kind in (PAUSED, RESUMED)]
         self.paused = pauses[-1:] == [PAUSED]
-        """Touches are refused."""
         self.selected = ""
         """Feature selected by the inspector, while active."""
         self.looked_at = ""

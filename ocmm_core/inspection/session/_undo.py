@@ -25,7 +25,6 @@ Way = Literal["did", "undid", "redid"]
 @dataclass(frozen=True, slots=True)
 class UndoStep:
     words: str
-    """Words for the undo button."""
     change: Change
     before: Progress
     after: Progress

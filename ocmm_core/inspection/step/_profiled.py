@@ -27,7 +27,6 @@ class FreeForm:
     name: str
     """Of the profile; unique among the surfaces of the model."""
     face: NominalFace
-    """The face, with its outline."""
     targets: tuple[Triple, ...]
     normals: tuple[Triple, ...]
     """`targets`, `normals`: mm and unit, out of the material: places on it, each as far as possible

@@ -23,7 +23,6 @@ class LastPose:
     spots: Float
     """(C, L, 2), px, of that frame."""
     sensitivities: Sensitivities
-    """Sensitivities of the ball to spots."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

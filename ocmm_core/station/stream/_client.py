@@ -38,9 +38,7 @@ class StreamClient:
     ending: bool = False
     """`begun`, `ending`: It gets messages; its last one is queued."""
     poses: bool = True
-    """It wants poses."""
     next_seq: int = 1
-    """Number of its next message."""
     told_state: int = 0
     """Last state change sent; 0 for none."""
     told_verdict: int = 0

@@ -13,7 +13,6 @@ from ocmm_core.tolerances.zones import Characteristic
 from ocmm_gui.kit import later, said_word, tr, tr_all, unit_word
 
 Words = tuple[str, str]
-"""Label and explanation."""
 
 _NAME = (later("Name"), later("Letters, digits, spaces, _ . - /"))
 _LIST = later("Names, separated by commas")

@@ -23,7 +23,6 @@ from ocmm_gui.plan_editor.form._form_lines import FieldKind, FormLine
 
 _YES, _NO = "yes", "no"
 FLAGS = (_NO, _YES)
-"""Choices of a flag."""
 
 _WANTED: Mapping[FieldKind, str] = {
     FieldKind.COUNT: "a whole number",

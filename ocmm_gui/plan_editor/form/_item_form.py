@@ -36,7 +36,6 @@ class RowsField(QPlainTextEdit):
     """Multi-line text; Tab moves to the next field."""
 
     editingFinished = Signal()
-    """Focus left the field."""
 
     def __init__(self, name: str, tip: str) -> None:
         super().__init__()
@@ -73,7 +72,6 @@ class ItemForm(QScrollArea):
     edited = Signal()
     """Focus left a field, or a choice was changed."""
     left = Signal()
-    """Esc was pressed."""
 
     def __init__(self, name: str, make: Any, without: tuple[str, ...] = ()) -> None:
         super().__init__()

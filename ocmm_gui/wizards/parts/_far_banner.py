@@ -33,7 +33,6 @@ class Told:
     word: str = ""
     """One to three words in capitals."""
     note: str = ""
-    """Instruction, in a sentence."""
     mark: Mark = Mark.OPEN
     """Determines shape and colour."""
     share: float | None = None

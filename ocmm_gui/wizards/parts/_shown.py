@@ -63,7 +63,6 @@ class Seen:
 
     view: ShownView
     automatic: bool
-    """Automatic takes are on."""
     calculating_s: float | None
     """Duration of the running calculation, s; None if none is running."""
 

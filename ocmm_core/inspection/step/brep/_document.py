@@ -60,7 +60,6 @@ class StepDocument:
     empty: tuple[str, ...] = ()
     """Names of components without a face."""
     steps: EdgeSteps = field(default_factory=EdgeSteps)
-    """Steps along its edges, cached."""
 
     def of_faces(self, faces: Sequence[Any]) -> StepDocument:
         """Return the document with some of its faces as its shape."""
