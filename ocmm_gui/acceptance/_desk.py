@@ -53,10 +53,7 @@ _TEXTS = WizardTexts(
 class AcceptanceDesk(GuidedStack):
     """One test at a time.
 
-    Parameters
-    ----------
-    tap
-        Station frames; measuring is suspended while a watcher is attached.
+    `tap`: Station frames; measuring is suspended while a watcher is attached.
     """
 
     paper_wanted = Signal(object)

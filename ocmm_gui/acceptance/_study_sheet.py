@@ -44,10 +44,7 @@ from ocmm_gui.work import WorkSheet
 class StudySheet(WorkSheet):
     """Plan, progress, table and plots.
 
-    Parameters
-    ----------
-    probes, calibrations
-        Record folders; None for this user's.
+    `probes`, `calibrations`: Record folders; None for this user's.
     """
 
     def __init__(

@@ -22,16 +22,10 @@ from ocmm_gui.kit import NoticeCentre, tr
 class HandsAndEyes(QObject):
     """Zoom of a window, and targets for gloves; both are stored.
 
-    Parameters
-    ----------
-    window
-        Its central widget is ``area``.
-    area
-        Scrolled.
-    store
-        Stores the choices.
-    notices
-        Shows messages.
+    `window`: Its central widget is ``area``.
+    `area`: Scrolled.
+    `store`: Stores the choices.
+    `notices`: Shows messages.
     """
 
     kept = Signal()

@@ -111,12 +111,8 @@ _MOST_NOTES = 5
 class ArchiveSheet(WorkSheet):
     """Query the archive in a side process.
 
-    Parameters
-    ----------
-    place
-        Returns archive and outbox by the settings; None if the archive is off.
-    folder
-        Proposed for exported files.
+    `place`: Returns archive and outbox by the settings; None if the archive is off.
+    `folder`: Proposed for exported files.
     """
 
     def __init__(

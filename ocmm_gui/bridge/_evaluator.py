@@ -15,10 +15,7 @@ _PAUSE_S = 0.04
 class Evaluator:
     """Evaluate the job after changes; simultaneous changes cause one evaluation.
 
-    Parameters
-    ----------
-    failed
-        Receives an exception instead: the previous view is no longer valid.
+    `failed`: Receives an exception instead: the previous view is no longer valid.
     """
 
     def __init__(

@@ -104,10 +104,7 @@ class Curve:
 class RecentChart(Chart):
     """Values over the last minutes.
 
-    Parameters
-    ----------
-    reach
-        Minimum half range of the scale.
+    `reach`: Minimum half range of the scale.
     """
 
     def __init__(self, title: str, reach: float, span_s: float, form: str) -> None:

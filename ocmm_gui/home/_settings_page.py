@@ -61,10 +61,7 @@ class SettingsPage(Sheet):
     Values are stored on Return or when leaving the field. Values that a running job cannot adopt
     wait until the job is reopened, by a key.
 
-    Parameters
-    ----------
-    apply
-        Reopens the job; None without an open job.
+    `apply`: Reopens the job; None without an open job.
     """
 
     changed = Signal(object)

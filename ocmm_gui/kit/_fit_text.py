@@ -15,10 +15,7 @@ _LEAST_PX = 9
 class FitText(Painted):
     """One line in the largest type that fits, with an optional mark before it.
 
-    Parameters
-    ----------
-    reserve
-        This text must fit as well; keeps changing digits from changing the type size.
+    `reserve`: This text must fit as well; keeps changing digits from changing the type size.
     """
 
     def __init__(

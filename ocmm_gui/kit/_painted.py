@@ -15,12 +15,8 @@ SCENE_SIZE, SCENE_LEAST = (460, 340), (200, 130)
 class Painted(QWidget):
     """A widget painted in the colours of a theme.
 
-    Parameters
-    ----------
-    size
-        Size hint, px; the layout's stretch decides.
-    least
-        Minimum legible size.
+    `size`: Size hint, px; the layout's stretch decides.
+    `least`: Minimum legible size.
     """
 
     def __init__(self, name: str, size: tuple[int, int], least: tuple[int, int]) -> None:

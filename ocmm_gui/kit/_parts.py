@@ -61,12 +61,8 @@ _HIGH_PX = 1 << 14
 class DataTable(QTableWidget):
     """A read-only table.
 
-    Parameters
-    ----------
-    columns
-        Title and explanation of each.
-    font
-        Font of the cells. Fonts set later are overridden by an applied style sheet.
+    `columns`: Title and explanation of each.
+    `font`: Font of the cells. Fonts set later are overridden by an applied style sheet.
     """
 
     def __init__(

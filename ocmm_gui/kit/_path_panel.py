@@ -17,12 +17,8 @@ from ocmm_gui.kit._texts import PlainLabel, tr
 class PathPanel(QFrame):
     """One line: path, Browse, Write, Cancel.
 
-    Parameters
-    ----------
-    what
-        Text before the field, such as ``"Write the report into the folder"``.
-    asked
-        Hint of the field, such as ``"Folder of the report"``.
+    `what`: Text before the field, such as ``"Write the report into the folder"``.
+    `asked`: Hint of the field, such as ``"Folder of the report"``.
     """
 
     given = Signal(object)

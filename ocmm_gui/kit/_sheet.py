@@ -37,10 +37,7 @@ class Sheet(QWidget):
 
     The keys act only while the sheet has the focus.
 
-    Parameters
-    ----------
-    infos
-        Actions; `LEAVE` is added.
+    `infos`: Actions; `LEAVE` is added.
     """
 
     left = Signal()

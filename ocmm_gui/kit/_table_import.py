@@ -27,10 +27,7 @@ class TableImport(QWidget):
 
     Return takes the table over, Esc goes back without.
 
-    Parameters
-    ----------
-    example
-        Columns of such a table, as they are stated.
+    `example`: Columns of such a table, as they are stated.
     """
 
     changed = Signal(object, object)

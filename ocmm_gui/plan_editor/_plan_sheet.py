@@ -76,14 +76,9 @@ _END_S = 1.0
 class PlanSheet(Sheet):
     """List on the left, form in the middle, picture and checks on the right.
 
-    Parameters
-    ----------
-    plan, path
-        The current plan of the station, and its file if known.
-    job_path
-        Returns the file of the running job, whose part can be the master.
-    in_use
-        Returns the cameras and the probe for imported models.
+    `plan`, `path`: The current plan of the station, and its file if known.
+    `job_path`: Returns the file of the running job, whose part can be the master.
+    `in_use`: Returns the cameras and the probe for imported models.
     """
 
     warned = Signal(str)

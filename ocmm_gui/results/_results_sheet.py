@@ -153,14 +153,9 @@ _KEYS = (
 class ResultsSheet(Sheet):
     """Table on the left, budget and decision of the selected characteristic on the right.
 
-    Parameters
-    ----------
-    running
-        Returns the running job.
-    calibration
-        Returns the state of cameras and probe.
-    records
-        Returns the folders of records of probes and calibrations; None is that of this user.
+    `running`: Returns the running job.
+    `calibration`: Returns the state of cameras and probe.
+    `records`: Returns the folders of records of probes and calibrations; None is that of this user.
     """
 
     report_wanted = Signal(object)

@@ -75,12 +75,8 @@ class KeptScene:
     ) -> StillScene:
         """Return the scene, created by ``make`` if an input changed.
 
-        Parameters
-        ----------
-        things
-            Inputs with arrays, such as orbits and items, compared by identity.
-        values
-            Inputs compared by value.
+        `things`: Inputs with arrays, such as orbits and items, compared by identity.
+        `values`: Inputs compared by value.
         """
         made_of = (*things, *values)
         count = len(things)

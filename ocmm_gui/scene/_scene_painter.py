@@ -162,14 +162,9 @@ class ScenePainter:
     Faces and dots are painted from far to near. Labels do not overlap, and cover marks only without
     other room nearby; distant ones have a leader line. Earlier ones have priority.
 
-    Parameters
-    ----------
-    taken
-        Label-free areas, px from the upper left corner of ``box``.
-    depth
-        Part that hides lines and dots; None hides nothing.
-    ghost
-        Opacity of hidden items, 0 to 1.
+    `taken`: Label-free areas, px from the upper left corner of ``box``.
+    `depth`: Part that hides lines and dots; None hides nothing.
+    `ghost`: Opacity of hidden items, 0 to 1.
     """
 
     def __init__(

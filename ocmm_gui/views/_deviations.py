@@ -123,12 +123,8 @@ def paint_scale(
 ) -> None:  # fmt: skip
     """Paint the scale: too little, within, too much, with limits at the middle's ends.
 
-    Parameters
-    ----------
-    scale
-        Type size relative to the screen's.
-    reach_mm
-        Colour reach of a point; None without colours.
+    `scale`: Type size relative to the screen's.
+    `reach_mm`: Colour reach of a point; None without colours.
     """
     if not picture.whiskers:
         return

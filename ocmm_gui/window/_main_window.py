@@ -52,22 +52,13 @@ START, REOPEN = "start", "reopen"
 class MainWindow(QMainWindow):
     """Inspect in two densities, Maintain, each on one key; closing it stops the station.
 
-    Parameters
-    ----------
-    sounds
-        Player, or None for silence.
-    theme
-        Name of the initial theme.
-    out
-        Folder of the report; None asks for one in the window.
-    bench
-        Possible acceptance tests, or None.
-    store
-        The settings; None for those of this user.
-    hand
-        The probe of a virtual rig, held by the user; None if real.
-    practice
-        Virtual rig for practising wizards; None for real work.
+    `sounds`: Player, or None for silence.
+    `theme`: Name of the initial theme.
+    `out`: Folder of the report; None asks for one in the window.
+    `bench`: Possible acceptance tests, or None.
+    `store`: The settings; None for those of this user.
+    `hand`: The probe of a virtual rig, held by the user; None if real.
+    `practice`: Virtual rig for practising wizards; None for real work.
     """
 
     closed = Signal()

@@ -50,10 +50,7 @@ _log = logging.getLogger(__name__)
 class WizardDriver(QObject):
     """Drive one procedure; created and used on the window's thread.
 
-    Parameters
-    ----------
-    predict
-        Predicts the quality of the result so far; None if unsupported.
+    `predict`: Predicts the quality of the result so far; None if unsupported.
     """
 
     seen = Signal(object)

@@ -61,14 +61,9 @@ GO_ON_MS = 1500
 class Runner(QWidget):
     """Show a procedure and forward commands; contains no logic.
 
-    Parameters
-    ----------
-    driver
-        Not started; closed by `close_driver`.
-    extra
-        Commands of the actions ``skip``, ``repeat`` and ``anew``, if available.
-    practice
-        Results do not count, as every heading states.
+    `driver`: Not started; closed by `close_driver`.
+    `extra`: Commands of the actions ``skip``, ``repeat`` and ``anew``, if available.
+    `practice`: Results do not count, as every heading states.
     """
 
     left = Signal()

@@ -18,12 +18,8 @@ if TYPE_CHECKING:
 class MeasuredJobs:
     """Jobs of a measuring command: noted at their start, uploaded at the end.
 
-    Parameters
-    ----------
-    place
-        Archive and outbox; None if nothing is archived.
-    console
-        Receives the failures.
+    `place`: Archive and outbox; None if nothing is archived.
+    `console`: Receives the failures.
     """
 
     def __init__(self, place: ArchivePlace | None, console: Console) -> None:

@@ -85,19 +85,11 @@ def open_bus(
 ) -> Iterator[BusSession]:
     """Keep the bus of a source in operation for the duration of the context.
 
-    Parameters
-    ----------
-    camera
-        Camera to be used; checked before anything is started.
-    wait
-        False: the context begins when the bus process is started.
+    `camera`: Camera to be used; checked before anything is started.
+    `wait`: False: the context begins when the bus process is started.
 
-    Raises
-    ------
-    InputError
-        The source is no EtherCAT bus, or the rig has no such camera.
-    BusError
-        It cannot be brought to operation.
+    Raises InputError if the source is no EtherCAT bus, or the rig has no such camera; BusError if
+    it cannot be brought to operation.
     """
     if not source_of(source).spec.on_bus:
         raise _wrong_source(source, _NO_BUS, [spec for spec in SOURCES if spec.on_bus])

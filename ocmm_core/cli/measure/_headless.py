@@ -48,27 +48,15 @@ def run_job(
 ) -> JobView:
     """Measure until the job is complete or the source has ended, and write the report.
 
-    Parameters
-    ----------
-    built
-        Closed afterwards.
-    out
-        Folder of the report.
-    incomplete
-        Also write the report of an incomplete job.
-    formats
-        See `export.chosen_formats`; empty for the default.
+    `built`: Closed afterwards.
+    `out`: Folder of the report.
+    `incomplete`: Also write the report of an incomplete job.
+    `formats`: See `export.chosen_formats`; empty for the default.
 
-    Raises
-    ------
-    StorageError
-        The job is not on the disk under its name: its report is removed.
-    MeasuringError
-        The source ended or failed before the job was complete; the points stay in the job file.
-    CalibrationError
-        The calibration does not allow points.
-    InternalError
-        The station has failed; the points stay in the job file.
+    Raises StorageError if the job is not on the disk under its name: its report is removed;
+    MeasuringError if the source ended or failed before the job was complete; the points stay in the
+    job file; CalibrationError if the calibration does not allow points; InternalError if the
+    station has failed; the points stay in the job file.
     """
     station, reported = built.station, False
     files: tuple[Path, ...] = ()

@@ -13,15 +13,9 @@ _NO = ("q", "quit", "n", "no", "nein")
 def await_part(console: Console, number: int, parts: int, serial: str, *, replayed: bool) -> None:
     """Wait for the confirmation that the next part is in place.
 
-    Parameters
-    ----------
-    number, parts, serial
-        Index of the next part, number of parts, and its serial number.
+    `number`, `parts`, `serial`: Index of the next part, number of parts, and its serial number.
 
-    Raises
-    ------
-    MeasuringError
-        The answer is that no part follows, or the input has ended.
+    Raises MeasuringError if the answer is that no part follows, or the input has ended.
     """
     console.print(
         say(f"Part {number} of {parts} is next, serial {serial}.")

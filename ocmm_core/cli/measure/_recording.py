@@ -24,10 +24,7 @@ def record_source(
 ) -> None:
     """Record until the source or its script ends, or ``seconds`` of bus time have passed.
 
-    Raises
-    ------
-    AcquisitionError
-        The source failed; earlier frames are in the file.
+    Raises AcquisitionError if the source failed; earlier frames are in the file.
     """
     plan, rig = load_plan(request.plan), calibration_of(request).rig
     feed = make_feed(request, plan, rig)

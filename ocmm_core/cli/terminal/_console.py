@@ -34,12 +34,8 @@ class PlainConsole(Console):
 def make_console(*, soft_wrap: bool = False, stderr: bool = False) -> Console:
     """Return the console; pipes and files are wide enough for the whole table.
 
-    Parameters
-    ----------
-    soft_wrap
-        Leave long lines as they are.
-    stderr
-        Keep the output separate from what other programs read.
+    `soft_wrap`: Leave long lines as they are.
+    `stderr`: Keep the output separate from what other programs read.
     """
     console = PlainConsole(soft_wrap=soft_wrap, stderr=stderr)
     if soft_wrap or console.is_terminal:

@@ -59,14 +59,9 @@ class ItemForm(QScrollArea):
 
     If a choice decides which fields exist, the lines follow it and keep compatible values.
 
-    Parameters
-    ----------
-    name
-        Accessible name.
-    make
-        Type of the item, as for `form_lines`.
-    without
-        Fields without a line; they stay unchanged.
+    `name`: Accessible name.
+    `make`: Type of the item, as for `form_lines`.
+    `without`: Fields without a line; they stay unchanged.
     """
 
     edited = Signal()
