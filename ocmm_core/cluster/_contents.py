@@ -38,7 +38,7 @@ class Contents:
         ]
 
     def _handed(self, client: Client, sha256: str, content: bytes) -> bytes | Future:
-        """Return what a task gets for a content.
+        """Return the argument of a task for a content.
 
         The bytes themselves the first time: keeping them on a worker is a task of its own, which
         costs

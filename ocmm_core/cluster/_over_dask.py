@@ -70,7 +70,7 @@ def over_local(
 ) -> Iterator[R | OcmmError]:
     """Yield the result of each thing, computed by Dask processes on this computer.
 
-    They use TLS with keys of their own, so that other users of this computer cannot run code.
+    They use TLS with separate keys, so that other users of this computer cannot run code.
     """
     use_one_thread()
     with (

@@ -1,6 +1,6 @@
 """Keep the HTTP server of Dask closed: ``dask scheduler --preload ocmm_core.cluster.no_page``.
 
-Dask opens an unencrypted one on a port of its own in every scheduler and worker, even with TLS and
+Dask opens an unencrypted one on a separate port in every scheduler and worker, even with TLS and
 without a dashboard. It starts after the preloads, and no option disables it.
 """
 

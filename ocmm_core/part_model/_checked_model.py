@@ -142,7 +142,7 @@ def _are_knots(knots: Float, degree: int) -> bool:
         return False
     if (knots[: degree + 1] != knots[0]).any() or (knots[-degree - 1 :] != knots[-1]).any():
         return False
-    # An inner knot has at most as many repetitions as the degree.
+    # An inner knot is repeated at most ``degree`` times.
     inner = knots[1:-1]
     return len(inner) <= degree or bool((inner[degree:] > inner[:-degree]).all())
 

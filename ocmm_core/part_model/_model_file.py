@@ -97,7 +97,7 @@ def model_from_bytes(content: bytes, where: str) -> PartModel:
     Raises
     ------
     InputError
-      The content is no such model, of another version, damaged, or inconsistent.
+      The content is not a model, of another version, damaged, or inconsistent.
     """
     if len(content) > LARGEST_MODEL:
         raise _damaged(where, f"it has more than {LARGEST_MODEL / 1e6:.0f} MB")
@@ -200,7 +200,7 @@ class _Arrays:
         self._body, self._where, self._at = body, where, 0
 
     def take(self, kind: str, *shape: int) -> NDArray[Any]:
-        """Return the next array; InputError where the rest is too short."""
+        """Return the next array; InputError if the rest is too short."""
         if any(not 0 <= length <= _MOST_ITEMS for length in shape):
             raise _damaged(self._where, "it says a length that cannot be")
         # Python integers: a product of lengths from a file has no bound.

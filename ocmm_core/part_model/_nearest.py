@@ -2,7 +2,7 @@
 
 Boxes around flat pieces of the surface bound the distance of each piece (`_patches`). From the
 nearest one Newton's method goes to a foot (`_foot`); every piece whose box is not farther than that
-foot plus a margin is tried, too, so that a nearer place of another face, or of the other side of a
+foot plus a margin is also tried, so that a nearer place of another face, or of the other side of a
 fold, is not missed. All other pieces are farther by proof.
 """
 
@@ -60,11 +60,11 @@ class Feet:
     """(n,), mm: positive outside the material; on an edge the sign is that of the face beside it.
     """
     curvatures: Float
-    """(n, 2), 1/mm: positive where the material bends away (a shaft)."""
+    """(n, 2), 1/mm: positive if the material bends away (a shaft)."""
     edge_gaps: Float
     """(n,), mm: from the foot to the nearest edge."""
     rivals: Float
-    """(n,), mm: how much farther the next foot is; infinite without one within `RIVAL_MM`."""
+    """(n,), mm: extra distance of the next foot; infinite without one within `RIVAL_MM`."""
     on_edge: Bool
     """(n,): the nearest place is on an edge, or not distinguishable from one."""
     stretches: Float
@@ -75,7 +75,7 @@ class Feet:
 
     @property
     def doubts(self) -> tuple[str, ...]:
-        """Return for each point why its distance is not usable; empty where it is."""
+        """Return for each point why its distance is not usable; empty if it is."""
         return tuple(
             "the nearest place is on an edge of the face"
             if edge
@@ -94,7 +94,7 @@ def searched_face(face: ModelFace) -> SearchedFace:
     Raises
     ------
     InputError
-      The model holds no surface of the face, or one that is no spline.
+      The model holds no surface of the face, or not a spline.
     """
     if face.spline is None:
         raise InputError(
@@ -125,7 +125,7 @@ def nearest_feet(points: Points3, faces: Sequence[SearchedFace]) -> Feet:
     Raises
     ------
     InputError
-        A point is not finite, or there is no face.
+        A point is not finite, or ``faces`` is empty.
     """
     points = np.asarray(points, dtype=np.float64).reshape(-1, 3)
     if not faces or not np.all(np.isfinite(points)):

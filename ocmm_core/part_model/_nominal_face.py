@@ -106,7 +106,7 @@ def searched(face: NominalFace) -> SearchedFace:
     Raises
     ------
     InputError
-      The face is no rational B-spline.
+      The face is not a rational B-spline.
     """
     return searched_face(model_face(face))
 

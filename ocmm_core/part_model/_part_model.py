@@ -58,7 +58,7 @@ class ModelFace:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PartModel:
-    """Nominal part in the frame of its model; lengths in mm whatever the unit of the file."""
+    """Nominal part in the frame of its model; lengths in mm for any unit of the file."""
 
     source_name: str
     source_sha256: str
@@ -78,7 +78,7 @@ class PartModel:
     edge_starts: NDArray[np.int32]
     """(e + 1,): start of each line in ``edge_points``, and at last their number."""
     edge_faces: NDArray[np.int32]
-    """(e, 2): indices in ``faces`` of both sides of an edge; -1 where there is none."""
+    """(e, 2): indices in ``faces`` of both sides of an edge; -1 if missing."""
     deflection_mm: float
     """Maximum distance of triangles and edge segments from their face."""
 

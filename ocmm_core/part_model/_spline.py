@@ -140,7 +140,7 @@ def normals_at(surface: BezierSurface, parameters: Float) -> Float:
 
 
 def curvatures_at(surface: BezierSurface, parameters: Float, normals: Float) -> Float:
-    """Return the principal curvatures (m, 2), 1/mm, positive where the surface bends away.
+    """Return the principal curvatures (m, 2), 1/mm, positive if the surface bends away.
 
     `normals` (m, 3), unit, point to the viewer: a ball seen from outside has 1 / radius.
     """

@@ -87,7 +87,7 @@ def _own_lists(keys: KeyFolder, kept: Sequence[str]) -> Iterator[_Heads]:
 
 
 def learn_heads(text: str, place: str, keys: KeyFolder) -> int:
-    """Add ends that are further than those known here to the memory; return their number.
+    """Add ends beyond those in the memory; return their number.
 
     Parameters
     ----------
@@ -99,7 +99,7 @@ def learn_heads(text: str, place: str, keys: KeyFolder) -> int:
     Raises
     ------
     StorageError
-      The text is no such list, or no trusted station signed it.
+      The text is not a list of ends, or not signed by a trusted station.
     """
     try:
         found = msgspec.json.decode(text, type=_SignedHeads)

@@ -1,7 +1,7 @@
 """Key of this station, and the keys whose signatures it trusts.
 
 The private key is a file readable only by the user of the station, or lies in a token. A replaced
-key goes to the ring of known keys, so that its signatures still verify. To read files of another
+key goes to the ring of trusted keys, so that its signatures still verify. To read files of another
 station, its public key is added to the ring.
 """
 
@@ -47,12 +47,12 @@ class StationKey:
         return fingerprint_of(self.public)
 
     def sign(self, content: bytes) -> bytes:
-        """Return the signature, 64 bytes; StorageError where a token does not answer."""
+        """Return the signature, 64 bytes; StorageError if a token does not answer."""
         return self._sign(content)
 
 
 class KeyFolder:
-    """Folder with the key of this station and the ring of known keys; read anew at each call.
+    """Folder with the key of this station and the ring of trusted keys; read anew at each call.
 
     `folder` None is the folder of this user.
     """
@@ -79,7 +79,7 @@ class KeyFolder:
         return None
 
     def known(self) -> tuple[KnownKey, ...]:
-        """Return the ring of known keys, without the one in force.
+        """Return the ring of trusted keys, without the one in force.
 
         Raises
         ------
@@ -159,7 +159,7 @@ class KeyFolder:
         return self.station_key()
 
     def token_place(self) -> TokenPlace | None:
-        """Return the token of the key of this station; None where the key is in a file.
+        """Return the token of the key of this station; None for a key in a file.
 
         Raises
         ------
@@ -216,7 +216,7 @@ class KeyFolder:
         return self._station_key(private)
 
     def _put(self, name: str, content: bytes, *, instead_of: str) -> None:
-        """Put a key into force in place of the previous one, wherever that is kept."""
+        """Put a key into force in place of the previous one, in a file or a token."""
         temporary = private_temporary(self.folder / name, content)
         try:
             temporary.replace(self.folder / name)

@@ -1,8 +1,8 @@
-"""Memory of the station: last known end of each chain, and the latest time seen.
+"""Memory of the station: last recorded end of each chain, and the latest time seen.
 
 A chain that was cut at its end, or replaced by an older copy, carries a good signature. The memory
-of this user on this computer holds the last known end of each chain, keyed by the identity of the
-thing (job, history, cameras, probe), never by a path. A copy is recognized wherever it lies.
+of this user on this computer holds the last end of each chain, keyed by the identity of the
+thing (job, history, cameras, probe), never by a path. A copy is recognized in any folder.
 
 Everything that this station signs is in its memory before it is signed. So a missing memory is
 recognized by the signature, except for files from before a `start_memory` by name.
@@ -36,7 +36,7 @@ _HISTORY = "history "
 
 
 class KnownEnd(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """Last known end of a chain."""
+    """Last recorded end of a chain."""
 
     name: str
     """Identity of the chain or of its thing."""
@@ -46,7 +46,7 @@ class KnownEnd(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=
     utc: str = ""
     """Latest time at which the chain was checked, ISO 8601 text; empty if unknown."""
     place: str = ""
-    """Last known path, for messages."""
+    """Last path, for messages."""
     first: str = ""
     """Hash of the first line; only for things with a history."""
     moment: str = ""
@@ -57,7 +57,7 @@ class KnownEnd(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=
     """Path of the history that replaced this one; only from memories of version 0.1."""
 
     def holds_in(self, links: Sequence[str]) -> bool:
-        """Return whether a chain still contains its last known line."""
+        """Return whether a chain still contains its last recorded line."""
         return not self.count or (len(links) >= self.count and links[self.count - 1] == self.link)
 
 
@@ -73,7 +73,7 @@ class _SignedStart(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 def recall(name: str) -> KnownEnd | None:
-    """Return the last known end of a chain; None if the station has never seen it.
+    """Return the last recorded end of a chain; None if the station has never seen it.
 
     Raises
     ------

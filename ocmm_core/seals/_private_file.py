@@ -19,7 +19,7 @@ def guarded_content(path: Path, what: str) -> bytes | None:
 
     `what`: Noun for the file in messages.
 
-    Raises StorageError if it cannot be read, is no regular file, or another user can write it or
+    Raises StorageError if it cannot be read, is not a regular file, or another user can write it or
     its folder.
     """
     descriptor = -1

@@ -1,7 +1,7 @@
 """Public keys: text form, fingerprint and verification.
 
-Ed25519 (RFC 8032) where this program or a capable token made the key; ECDSA on P-256 with SHA-256
-(FIPS 186-5) for other tokens, e.g. a TPM. The length tells them apart: 32 bytes, or the 33 of a
+Ed25519 (RFC 8032) for keys of this program or a capable token; ECDSA on P-256 with SHA-256
+(FIPS 186-5) for other tokens, e.g. a TPM. The length distinguishes them: 32 bytes, or the 33 of a
 compressed point (SEC 1, 2.3.3). A signature has 64 bytes with both.
 """
 
@@ -38,7 +38,7 @@ def public_text(public: bytes) -> str:
 
 
 def public_from_text(text: str) -> bytes:
-    """Return a public key from its Base64; InputError where it is none."""
+    """Return a public key from its Base64; InputError if invalid."""
     try:
         public = base64.b64decode(text, validate=True)
         if public_text(public) != text:
@@ -54,7 +54,7 @@ def public_from_text(text: str) -> bytes:
 
 
 def compressed_p256(point: bytes) -> bytes:
-    """Return the 33 bytes of a point on P-256; ValueError where it is none."""
+    """Return the 33 bytes of a point on P-256; ValueError if invalid."""
     return _compressed(EllipticCurvePublicKey.from_encoded_point(SECP256R1(), point))
 
 

@@ -41,7 +41,7 @@ class KnownKey(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=
 
     @property
     def public_bytes(self) -> bytes:
-        """Return the key itself; InputError where it is none."""
+        """Return the key itself; InputError if invalid."""
         return public_from_text(self.public)
 
     @property
@@ -55,7 +55,7 @@ class _Ring(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tru
 
 
 def read_ring(folder: Path) -> tuple[KnownKey, ...]:
-    """Return the known keys of a folder.
+    """Return the trusted keys of a folder.
 
     Raises StorageError if the ring is damaged, cannot be read, or other users can write it.
     """
@@ -118,7 +118,7 @@ def changing(folder: Path) -> Iterator[None]:
 
 
 def check_names(name: str, who: str) -> None:
-    """Raise InputError where the name of a station or a person is missing or too long."""
+    """Raise InputError if the name of a station or a person is missing or too long."""
     for what, text in (("name of the station", name), ("name of who decides", who)):
         if not 0 < len(text.strip()) <= _NAME_LENGTH:
             raise InputError(

@@ -122,7 +122,7 @@ def judge_signature(
     Raises
     ------
     StorageError
-        The ring of known keys cannot be read.
+        The ring of trusted keys cannot be read.
     """
     if signature is None:
         return SealState(SealWord.NOT_SIGNED)

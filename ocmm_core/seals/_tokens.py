@@ -1,7 +1,7 @@
 """Key in a token: a security key, a module or a TPM, through PKCS #11.
 
 The token makes the key and signs with it; the private key cannot be copied. The station keeps the
-token's location, the public key and the PIN. Ed25519 where the token supports it, else ECDSA on
+token's location, the public key and the PIN. Ed25519 if the token supports it, else ECDSA on
 P-256; see PKCS #11 3.1, 6.3.12 (EDDSA) and 6.3.9 (ECDSA of a hash).
 """
 
@@ -70,7 +70,7 @@ class TokenKey(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=
 
     @property
     def public_bytes(self) -> bytes:
-        """Return the public key; InputError where it is none."""
+        """Return the public key; InputError if invalid."""
         return public_from_text(self.public)
 
     def sign(self, content: bytes) -> bytes:
@@ -174,7 +174,7 @@ class _Tokens:
                 raise _wrong_pin(place) from error
             except StorageError:
                 raise
-            # What a module does not support ends in many kinds of these.
+            # An unsupported operation of a module raises any of these.
             except (RuntimeError, OSError, ValueError, TypeError) as error:
                 name = type(error).__name__
                 # A token that was removed is found again only by a reinitialized module.

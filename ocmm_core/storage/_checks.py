@@ -184,5 +184,5 @@ def _is_time(text: str) -> bool:
         found = datetime.fromisoformat(text)
     except ValueError:
         return False
-    # Far from both ends of the calendar, where a change of the time zone fails.
+    # Far from both ends of the calendar, at which a change of the time zone fails.
     return found.tzinfo is not None and _FIRST_YEAR <= found.year <= _LAST_YEAR

@@ -177,7 +177,7 @@ def connection_in_memory(
     `content`: Of this version or an earlier one, which is updated in memory.
     `whole`: Check all pages; else only those that a list reads, in the file's own version.
 
-    Raises StorageError if it is no job file, or damaged.
+    Raises StorageError if it is not a job file, or damaged.
     """
     if not content.startswith(_MAGIC):
         raise no_job(path)

@@ -105,7 +105,7 @@ def saved_sentence(saved: Path | None) -> str:
 
 
 def lost_name(path: Path, words: str, saved: Path | None) -> StorageError:
-    """Return the error for a job that is no longer on the disk under its name.
+    """Return the error for a job not found on the disk any more under its name.
 
     `words`: event. `saved`: new file with all acknowledged steps; None if no folder accepted them.
     """

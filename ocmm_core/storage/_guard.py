@@ -108,7 +108,7 @@ class GuardedConnection(HeldConnection):
             size = self._size if self._path is None else self._path.stat().st_size
         except OSError:
             size = 0
-        # CPU time of this thread: a slow disk or a busy computer is no fault of the file.
+        # CPU time of this thread: a slow disk or a busy computer is not a fault of the file.
         self._until_s = time.thread_time() + BASE_S + size / _BYTES_A_SECOND
 
     def _is_over(self) -> bool:

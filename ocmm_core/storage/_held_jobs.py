@@ -22,7 +22,7 @@ class HeldJobs(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     schema: str = SCHEMA
     archive: str = ""
     after: int = 0
-    """Number of the last known mark."""
+    """Number of the last mark."""
     jobs: Mapping[str, Mapping[str, str]] = {}
     """Reasons per held job, by kind of the mark."""
 

@@ -399,13 +399,13 @@ class JobFile:
         Parameters
         ----------
         seal
-            Judged by the requesting computer; None: by the keys known here.
+            Judged by the requesting computer; None: by the trusted keys.
         """
         with self._reading() as db:
             return [*find_faults(db), *(seal or self._sealed(db)).doubts]
 
     def seal(self, keys: KeyFolder | None = None) -> JobSeal:
-        """Return the end of the job, and its signer by the keys known here, or by ``keys``."""
+        """Return the end of the job, and its signer by the trusted keys, or by ``keys``."""
         with self._reading() as db:
             return self._sealed(db, keys)
 
@@ -420,7 +420,7 @@ class JobFile:
             return read_links(db)
 
     def check_line(self, line: str) -> str:
-        """Return what the line of a report proves, in a sentence; errors as `check_line`."""
+        """Return the evidence of the line of a report, in a sentence; errors as `check_line`."""
         with self._reading() as db:
             return check_line(db, self.head.job_uuid, line, KeyFolder())
 

@@ -210,7 +210,7 @@ class JobKeeper:
                 insert_event(db, RESCUED, f"Rescued from {self._path}: {self._loss.words}.")
                 insert_seal(db, self.key)
             if self._last is not None:
-                # Without the event: a moved file that is found again is no older copy.
+                # Without the event: a moved file that is found again is not an older copy.
                 remember_job(self._uuid, *self._last, path)
             db.execute("COMMIT")
             return job_bytes(db)

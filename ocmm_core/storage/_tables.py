@@ -1,6 +1,6 @@
 """Read and insert rows of a job file, over an open connection.
 
-Inserting needs a transaction of the caller; reading returns only rows equal to what was stored.
+Inserting needs a transaction of the caller; reading returns only unaltered rows.
 """
 
 from __future__ import annotations
@@ -64,7 +64,7 @@ class Observed:
 
 
 def stored_head(db: sqlite3.Connection, path: Path) -> JobHead:
-    """Return the head; StorageError where there is none."""
+    """Return the head; StorageError if missing."""
     statement = f"SELECT {','.join(AUDITED['head'])} FROM head"  # noqa: S608 - constants
     row = db.execute(statement).fetchone()
     if row is None:
@@ -76,7 +76,7 @@ def stored_head(db: sqlite3.Connection, path: Path) -> JobHead:
 
 
 def stored_events(db: sqlite3.Connection, path: Path) -> list[JobEvent]:
-    """Return the events, oldest first; StorageError where a row is invalid."""
+    """Return the events, oldest first; StorageError if a row is invalid."""
     rows = db.execute("SELECT id, time_utc, kind, text FROM event ORDER BY id").fetchall()
     fault = next(filter(None, map(event_fault, rows)), "")
     if fault:
@@ -98,7 +98,7 @@ def stored_times(db: sqlite3.Connection, path: Path) -> dict[int, str]:
 def stored_points(db: sqlite3.Connection, path: Path, *, annulled: bool) -> list[MeasuredPoint]:
     """Return the annulled or the other points, oldest first.
 
-    Raises StorageError if an observation differs from what was stored.
+    Raises StorageError if an observation was altered.
     """
     among = f"number {'IN' if annulled else 'NOT IN'} (SELECT number FROM annulment)"  # noqa: S608 - constants
     rows = db.execute(
@@ -163,7 +163,7 @@ def insert_point(db: sqlite3.Connection, path: Path, point: MeasuredPoint) -> No
 
 
 def insert_annulment(db: sqlite3.Connection, path: Path, number: int, reason: str) -> None:
-    """Annul a point; StorageError where the number is unknown or annulled already."""
+    """Annul a point; StorageError if it is unknown or annulled already."""
     known = db.execute(
         "SELECT (SELECT count(*) FROM observation WHERE number = ?1),"
         " (SELECT count(*) FROM annulment WHERE number = ?1)",
@@ -203,7 +203,7 @@ def next_number(db: sqlite3.Connection) -> int:
 
 
 def insert_reference(db: sqlite3.Connection, path: Path, reference: JobReference) -> None:
-    """Store the reference body; StorageError where there is one already."""
+    """Store the reference body; StorageError if the job has one already."""
     if db.execute("SELECT count(*) FROM reference").fetchone()[0]:
         raise StorageError(
             "job.reference",
@@ -214,7 +214,7 @@ def insert_reference(db: sqlite3.Connection, path: Path, reference: JobReference
 
 
 def stored_reference(db: sqlite3.Connection, path: Path) -> JobReference | None:
-    """Return the reference body or None; StorageError where it differs from what was stored."""
+    """Return the reference body or None; StorageError if it was altered."""
     row = db.execute(
         f"SELECT {','.join(AUDITED['reference'])}, content_sha256 FROM reference "  # noqa: S608 - constants
         "LEFT JOIN audit ON subject = 'reference' AND key = id"
@@ -231,7 +231,7 @@ def stored_reference(db: sqlite3.Connection, path: Path) -> JobReference | None:
 
 
 def insert_part(db: sqlite3.Connection, path: Path, part: PartModel) -> None:
-    """Store the nominal part; StorageError where there is one already."""
+    """Store the nominal part; StorageError if the job has one already."""
     if db.execute("SELECT count(*) FROM part").fetchone()[0]:
         raise StorageError(
             "job.part", f"{path}: the job already has a part.", "Start a new job for another one."
@@ -241,7 +241,7 @@ def insert_part(db: sqlite3.Connection, path: Path, part: PartModel) -> None:
 
 
 def stored_part(db: sqlite3.Connection, path: Path) -> PartModel | None:
-    """Return the nominal part or None; StorageError where it differs from what was stored."""
+    """Return the nominal part or None; StorageError if it was altered."""
     row = db.execute(
         f"SELECT {','.join(AUDITED['part'])}, content_sha256 FROM part "  # noqa: S608 - constants
         "LEFT JOIN audit ON subject = 'part' AND key = id"

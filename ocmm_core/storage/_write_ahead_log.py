@@ -48,7 +48,7 @@ class LogPages:
     head: bytes = b""
     """Head of the log: changes when the log starts again."""
     left_out: str = ""
-    """Sentence about an incomplete end of the log; empty if there is none."""
+    """Sentence about an incomplete end of the log; empty without one."""
 
 
 def read_log(read: Read, size: int, most: int) -> LogPages:

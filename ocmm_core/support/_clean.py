@@ -1,6 +1,6 @@
 """Remove secrets, and names on request, from texts.
 
-Three filters in series: secrets with known values (files named by settings, environment variables),
+Three filters in series: secrets by value (files named by settings, environment variables),
 patterns of secrets (a password in an address, `token = ...`, a private key), and names of people.
 A false match costs a line of a log; a missed secret cannot be recalled.
 """
@@ -14,7 +14,7 @@ from urllib.parse import quote, unquote
 
 MASKED = "[secret]"
 _LEAST_SECRET = 4
-"""Shorter known secrets would remove half of a text; the patterns still find them."""
+"""Shorter secrets would remove half of a text; the patterns still find them."""
 _LEAST_NAME = 3
 _WORD = r"(?:pass(?:word|wd|phrase|code)?|pwd|(?<![a-z])pin(?![a-z])|secret|token|api[_-]?key|"
 _WORD += r"access[_-]?key|private[_-]?key|credential|authori[sz]ation|kennwort|passwort)s?"
@@ -66,7 +66,7 @@ class Cleaner:
     """Names of people; empty to keep them."""
 
     def clean(self, text: str) -> str:
-        # Whole keys first: masking a known line of one would hide its start.
+        # Whole keys first: masking a line of one would hide its start.
         text = _PATTERNS[0][0].sub(_PATTERNS[0][1], text)
         for secret in sorted(self._forms(), key=len, reverse=True):
             text = text.replace(secret, MASKED)
@@ -102,7 +102,7 @@ class Cleaner:
 
 
 def secrets_in(texts: Iterable[str], environment: Mapping[str, str]) -> tuple[str, ...]:
-    """Return known secrets: contents of secret files, and values of secret variables."""
+    """Return the values of secrets: contents of secret files, and values of secret variables."""
     found: dict[str, None] = {}
     for text in texts:
         for part in (text, text.strip(), *text.split()):

@@ -48,7 +48,7 @@ class SupportSite:
     doctor: Callable[[], str] = lambda: doctor_text()
     environment: dict[str, str] = field(default_factory=lambda: dict(os.environ))
     people: tuple[str, ...] = ()
-    """Additional names known to the caller, such as the current operator."""
+    """Additional names, such as the current operator."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -198,7 +198,7 @@ PARTS = (
 
 
 def names_of(loaded: LoadedSettings, site: SupportSite) -> tuple[str, ...]:
-    """Return the known names of people: settings, records, logged-in user."""
+    """Return the names of people: settings, records, logged-in user."""
     found: dict[str, None] = {}
     for key in NAME_SETTINGS:
         value = loaded.values[key]

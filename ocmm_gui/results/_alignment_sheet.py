@@ -200,7 +200,7 @@ class AlignmentSheet(Sheet):
 def _points_of(job: JobView, names: set[str]) -> object:
     """Return job and point numbers of features; of all points if one is constructed.
 
-    The inputs of a constructed feature are not known here.
+    The inputs of a constructed feature are not available here.
     """
     all_of_them = not names <= {item.name for item in job.features}
     return job.job, tuple(

@@ -222,7 +222,7 @@ class CompareSheet(WorkSheet):
         self.say(tr("Table of the batch written to {path}.").format(path=path))
 
     def _filter(self) -> None:
-        """Show the trends of the feature in the field; all if it is none."""
+        """Show the trends of the feature in the field; all without one."""
         if self._found is None:
             return
         try:

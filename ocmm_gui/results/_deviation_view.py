@@ -53,7 +53,7 @@ class DeviationView(OrbitView):
             return
         self._job = job
         self._seen = deviations_of(job)
-        # An unaligned part is not where the points are.
+        # An unaligned part does not coincide with the points.
         placed = job.placed_part
         self._part.place(None if placed is None or placed.is_rough else placed)
         self._part.show_deviations(self._seen)

@@ -35,7 +35,7 @@ class Budgets:
     explained: Mapping[str, Explanation] = field(default_factory=dict)
     """Reasons and remedies of NOT CONFORM or NOT PROVEN."""
     up: Float | None = None
-    """(3,), unit, world: upright by the cameras of the job; None before that is known."""
+    """(3,), unit, world: upright by the cameras of the job; None if unknown."""
 
 
 def budgets_of_file(path: Path, tell: Tell) -> Budgets:

@@ -27,7 +27,7 @@ class JobSource:
     report: Ask
     """Requests the full report data of its current state."""
     lost: Callable[[], OcmmError | None] = lambda: None
-    """Returns why the job is no longer on the disk under its name; None while it is."""
+    """Returns why the job is not on the disk under its name; None while it is."""
     read_only: bool = False
     """Opened from its file."""
     calibration: str = ""

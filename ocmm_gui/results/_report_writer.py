@@ -26,7 +26,7 @@ class Written:
     missing: tuple[str, ...]
 
     def tell(self, notices: NoticeCentre) -> None:
-        """Show where the files are, with a warning if the job is incomplete."""
+        """Show the folder of the files, with a warning if the job is incomplete."""
         folder = self.paths[0].parent if self.paths else ""
         if self.missing:
             files = tr("%n files", "1 file", len(self.paths))

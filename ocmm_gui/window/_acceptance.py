@@ -89,7 +89,7 @@ class AcceptanceRooms(MadeLate):
     made = Signal(object)
     """Emits a new page, for the stack of the window."""
     wanted = Signal(object)
-    """Emits the page to be shown with keys of its own."""
+    """Emits the page to be shown with its own keys."""
     left = Signal()
     """Back to the pages of Maintain."""
 

@@ -1,4 +1,4 @@
-"""All keys of the window and what they do, on one page."""
+"""All keys of the window and their actions, on one page."""
 
 from __future__ import annotations
 

@@ -119,7 +119,7 @@ class Pages(QObject):
         self.show_far(False)
 
     def leave_keys_to(self, view: QWidget) -> None:
-        """Show a sheet or a wizard, which has keys of its own."""
+        """Show a sheet or a wizard, which has its own keys."""
         kept = _ON_SHEETS if self._is_free(view) else _IN_WIZARDS
         for info in ACTIONS:
             self._actions[info.key].setEnabled(info.key in kept)
@@ -153,7 +153,7 @@ class Pages(QObject):
         }
 
     def may_be_left(self) -> bool:
-        """Return whether the page may be left: a wizard has an end of its own."""
+        """Return whether the page may be left: a wizard has its own end."""
         return self._is_free(self.shown())
 
     def _is_free(self, page: QWidget | None) -> bool:

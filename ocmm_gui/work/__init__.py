@@ -4,7 +4,7 @@ In: a computation. Out: the answer or the error, by signals; the window stays fr
 
 Read `_side_process` (a process, killed immediately) and `_worker` (a thread), `_work_line`
 (progress, and the key that cancels), `_work_sheet` (a sheet with work).
-It must not know what is computed.
+It must not know the computations.
 """
 
 from __future__ import annotations

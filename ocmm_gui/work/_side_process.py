@@ -127,7 +127,7 @@ class SideProcess(QObject):
         )
         self._process.start()
         if self._helpers:
-            # Exit would wait for a process that is no daemon.
+            # Exit would wait for a process that is not a daemon.
             atexit.register(self._process.kill)
         sender.close()
         given.close()

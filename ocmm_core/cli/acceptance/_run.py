@@ -204,7 +204,7 @@ def run_test(
 
 
 def _unfinished(site: AcceptanceSite, base: Path, console: Console) -> AcceptanceSession | None:
-    """Return the newest unfinished test of a procedure; None if there is none."""
+    """Return the newest unfinished test of a procedure; None without one."""
     folder = base / "sessions"
     paths = sorted(folder.glob(f"{site.stage.procedure.id}-*.chain"), reverse=True)
     for path in paths:
@@ -227,7 +227,7 @@ def _unfinished(site: AcceptanceSite, base: Path, console: Console) -> Acceptanc
 class _Source:
     """Frames of a test: one source for cameras and recordings, to their end.
 
-    A retest continues where the first run ended, so that no frame is used twice. The virtual rig
+    A retest continues at the end of the first run, so that no frame is used twice. The virtual rig
     shows
     missing points, and missed ones again, because a wire does not wait.
     """

@@ -1,4 +1,4 @@
-"""Upload after measuring: queue the jobs, then send what can be sent now."""
+"""Upload after measuring: queue the jobs, then send all that is possible now."""
 
 from __future__ import annotations
 

@@ -61,7 +61,7 @@ class Site:
 
     design: Rig
     rig: Rig
-    """With the calibration in force; the design if there is none."""
+    """With the calibration in force; the design without one."""
     document: Path
     calibrations: Path
     """Folder of calibrations, one subfolder per rig."""
@@ -82,7 +82,7 @@ def open_site(rig: Path, calibrations: Path | None) -> Site:
 def continued(
     site: Site, kind: ProcedureKind, resume: Callable[[Path], P], console: Console, *, new: bool
 ) -> P | None:
-    """Return the newest resumable session of a kind; None if there is none or ``new`` is set."""
+    """Return the newest resumable session of a kind; None without one or if ``new`` is set."""
     for path in () if new else sessions(site.sessions, kind):
         try:
             procedure = resume(path)

@@ -200,7 +200,7 @@ class _Source:
 def _continued(
     kind: type[T], place: TerminalProbeSite, tip: str, console: Console, *, new: bool
 ) -> T | None:
-    """Return the newest resumable session about a tip; None if there is none."""
+    """Return the newest resumable session about a tip; None without one."""
     from ocmm_core.cli.calibrate._probe_site import about_tip
     from ocmm_core.cli.calibrate._run import continued
 

@@ -24,7 +24,7 @@ from ocmm_core.storage import JobFile
 from ocmm_core.tracking import load_probe
 
 REOPEN_LIMIT_S = 2.0
-"""CPU time, so that other load is no finding."""
+"""CPU time, so that other load has no effect."""
 QUICK_PLAN = resource("plans", "quick.toml")
 RATE_HZ = 500
 _RINGS = Path("/dev/shm")  # noqa: S108 - shared memory, only looked at

@@ -1,4 +1,4 @@
-"""Stores that the campaign writes to, and a station of its own to write as."""
+"""Stores that the campaign writes to, and its own station identity."""
 
 from __future__ import annotations
 

@@ -93,7 +93,7 @@ class LaneResult:
 def read_state(path: Path) -> list[Trial]:
     """Return the trials of a state file, without a truncated last line.
 
-    Raises InputError if it is no state file, or cannot be read.
+    Raises InputError if it is not a state file, or cannot be read.
     """
     if not path.exists():
         return []

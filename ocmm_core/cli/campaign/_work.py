@@ -82,7 +82,7 @@ def append_points(path: Path, acknowledge: Acknowledge, most: int) -> None:
 
 
 def lost_points(path: Path, acknowledged: list[int]) -> int:
-    """Return how many acknowledged points are missing or changed in the job."""
+    """Return the number of acknowledged points that are missing or changed in the job."""
     if not path.exists():
         return len(acknowledged)
     with JobFile.open(path) as job:

@@ -50,7 +50,7 @@ def print_account(account: Account, console: Console) -> None:
 
 
 def print_requirements(plan: Plan, console: Console) -> None:
-    """Print how many requirements of its sources a plan contains; nothing without a source."""
+    """Print the number of requirements of its sources a plan contains; nothing without a source."""
     from ocmm_core.inspection.plan import requirement_count
 
     count = requirement_count(plan)

@@ -29,7 +29,7 @@ SkipOption = Annotated[
 
 
 def print_table_account(account: TableAccount) -> None:
-    """Print what a reader accepted and omitted to the standard error output.
+    """Print the accepted and omitted data of a reader to the standard error output.
 
     An assumed unit is yellow.
     """
