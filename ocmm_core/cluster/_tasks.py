@@ -49,13 +49,9 @@ def run_tasks(
         Small and picklable, like the answers.
     named
         Name of the work on a thing, as the beginning of a sentence: "The reading of a.ocmm".
-    site
-        Where to compute.
     contents
         Returns the bytes that a thing needs, called when submitted; a function of a module or a
         partial of one. Workers receive equal bytes once and verify their SHA-256.
-    told
-        Receives the number done.
 
     Raises
     ------

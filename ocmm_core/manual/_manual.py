@@ -49,15 +49,7 @@ class Place:
 
 
 class Manual:
-    """Documents of a folder.
-
-    Parameters
-    ----------
-    folder
-        Also holds their pictures.
-    chapters
-        In the order shown.
-    """
+    """Documents of a folder."""
 
     def __init__(self, folder: Path, chapters: tuple[Chapter, ...]) -> None:
         self.folder = folder

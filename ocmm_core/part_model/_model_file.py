@@ -69,7 +69,7 @@ def model_to_bytes(model: PartModel) -> bytes:
     Raises
     ------
     InputError
-      The model is inconsistent or has more than `LARGEST_MODEL` bytes.
+        The model is inconsistent or has more than `LARGEST_MODEL` bytes.
     """
     check_model(model, model.source_name)
     head = msgspec.json.encode(_head(model))
@@ -92,12 +92,12 @@ def model_from_bytes(content: bytes, where: str) -> PartModel:
     Parameters
     ----------
     where
-      Name of the file or job in error sentences.
+        Name of the file or job in error sentences.
 
     Raises
     ------
     InputError
-      The content is not a model, of another version, damaged, or inconsistent.
+        The content is not a model, of another version, damaged, or inconsistent.
     """
     if len(content) > LARGEST_MODEL:
         raise _damaged(where, f"it has more than {LARGEST_MODEL / 1e6:.0f} MB")
@@ -130,9 +130,9 @@ def write_model_file(path: Path, model: PartModel) -> None:
     Raises
     ------
     InputError
-      The model is inconsistent or too large.
+        The model is inconsistent or too large.
     OSError
-      The folder cannot be written.
+        The folder cannot be written.
     """
     write_atomic(path, model_to_bytes(model))
 

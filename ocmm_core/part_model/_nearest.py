@@ -94,7 +94,7 @@ def searched_face(face: ModelFace) -> SearchedFace:
     Raises
     ------
     InputError
-      The model holds no surface of the face, or not a spline.
+        The model holds no surface of the face, or not a spline.
     """
     if face.spline is None:
         raise InputError(
@@ -119,8 +119,6 @@ def nearest_feet(points: Points3, faces: Sequence[SearchedFace]) -> Feet:
     ----------
     points
         (n, 3), mm, frame of the model.
-    faces
-        At least one.
 
     Raises
     ------

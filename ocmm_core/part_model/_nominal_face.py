@@ -47,7 +47,7 @@ def nominal_face(face: ModelFace) -> NominalFace:
     Raises
     ------
     InputError
-      The model holds no surface of the face, or it is too large for a plan.
+        The model holds no surface of the face, or it is too large for a plan.
     """
     if face.spline is None:
         raise InputError(
@@ -106,7 +106,7 @@ def searched(face: NominalFace) -> SearchedFace:
     Raises
     ------
     InputError
-      The face is not a rational B-spline.
+        The face is not a rational B-spline.
     """
     return searched_face(model_face(face))
 

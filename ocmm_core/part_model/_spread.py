@@ -26,9 +26,9 @@ def spread_places(
     Parameters
     ----------
     clear_mm
-      Minimum distance from every edge.
+        Minimum distance from every edge.
     ball_radius
-      mm: a ball there touches this place alone.
+        mm: a ball there touches this place alone.
     """
     surface = face.surface
     steps = (np.arange(_GRID) + 0.5) / _GRID

@@ -44,12 +44,12 @@ def signed_heads(keys: KeyFolder, kept: Sequence[str] = ()) -> str:
     Parameters
     ----------
     kept
-      Existing lists; one of this station with the same ends is not made again.
+        Existing lists; one of this station with the same ends is not made again.
 
     Raises
     ------
     StorageError
-      The key of the station cannot be used.
+        The key of the station cannot be used.
     """
     known = (one for one in _known_ends() if one.thing or one.first)
     content = _Heads(heads=tuple(sorted(known, key=lambda one: one.name)[:_MOST]))
@@ -92,14 +92,12 @@ def learn_heads(text: str, place: str, keys: KeyFolder) -> int:
     Parameters
     ----------
     text
-      From `signed_heads` of this or a trusted station.
-    place
-      Path or name of the list, for messages.
+        From `signed_heads` of this or a trusted station.
 
     Raises
     ------
     StorageError
-      The text is not a list of ends, or not signed by a trusted station.
+        The text is not a list of ends, or not signed by a trusted station.
     """
     try:
         found = msgspec.json.decode(text, type=_SignedHeads)

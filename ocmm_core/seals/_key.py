@@ -66,7 +66,7 @@ class KeyFolder:
         Raises
         ------
         StorageError
-          The key cannot be read or made, is damaged, or others can read it.
+            The key cannot be read or made, is damaged, or others can read it.
         """
         found = self._stored_key()
         return self._make() if found is None else found
@@ -84,7 +84,7 @@ class KeyFolder:
         Raises
         ------
         StorageError
-          The ring is damaged or cannot be read.
+            The ring is damaged or cannot be read.
         """
         return read_ring(self.folder)
 
@@ -102,9 +102,9 @@ class KeyFolder:
         Raises
         ------
         InputError
-          Name, person or reason is missing, or it is the key of this station.
+            Name, person or reason is missing, or it is the key of this station.
         StorageError
-          The ring cannot be read or written.
+            The ring cannot be read or written.
         """
         check_names(name, who)
         if public == self.own_public():
@@ -130,17 +130,13 @@ class KeyFolder:
 
         Parameters
         ----------
-        who, reason
-          Person and reason of the replacement.
-        now
-          Time with its time zone.
         token
-          Token that makes the new key; None makes it in a file.
+            Token that makes the new key; None makes it in a file.
 
         Raises
         ------
         StorageError
-          The key or the ring cannot be read or written, or the token makes none.
+            The key or the ring cannot be read or written, or the token makes none.
         """
         self.station_key()
         with changing(self.folder):
@@ -164,7 +160,7 @@ class KeyFolder:
         Raises
         ------
         StorageError
-          The token record is damaged, cannot be read, or others can read it.
+            The token record is damaged, cannot be read, or others can read it.
         """
         found = self._token_key()
         return None if found is None else found.place

@@ -135,10 +135,8 @@ def memory_loss(name: str, last_utc: str, keys: KeyFolder) -> StorageError | Non
 
     Parameters
     ----------
-    name
-      Name of the chain; `recall` returns None for it.
     last_utc
-      Time of its last line, ISO 8601 text; empty if unknown.
+        Time of its last line, ISO 8601 text; empty if unknown.
     """
     start = _read_start(keys)
     if start is not None and _order(last_utc) <= _order(start.utc):

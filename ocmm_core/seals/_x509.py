@@ -46,12 +46,12 @@ def document_key(key: StationKey, what: str) -> DocumentKey:
     Parameters
     ----------
     what
-      Name of the document, truncated to fit into the certificate.
+        Name of the document, truncated to fit into the certificate.
 
     Raises
     ------
     StorageError
-      The token with the key of the station does not answer.
+        The token with the key of the station does not answer.
     """
     private, station = ec.generate_private_key(ec.SECP256R1()), station_certificate(key)
     usage = x509.KeyUsage(True, True, False, False, False, False, False, False, False)

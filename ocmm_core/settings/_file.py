@@ -115,8 +115,6 @@ class SettingsFile:
 
         Parameters
         ----------
-        changes
-            By key.
         stamp
             Current time, ISO 8601; stored next to a temperature that is set.
         keep_defaults

@@ -32,18 +32,12 @@ class Instruments:
 
     Parameters
     ----------
-    gear
-        Equipment of every job.
-    calibration
-        Judges the calibration of the cameras.
     current
         Its watches judge the tip and the monitor's findings.
     bus
         None if frames do not come over one.
     simulated
         The frames are known to come from a virtual rig.
-    faults, events
-        Receive failures, held and released points.
     """
 
     def __init__(

@@ -31,8 +31,6 @@ class StationJob:
         Tells whether a point can be recorded now.
     frames
         Records it.
-    faults, events
-        Receive failures and changes.
     """
 
     def __init__(

@@ -33,16 +33,10 @@ class JobChange:
 
     Parameters
     ----------
-    gear
-        Equipment of every job.
-    current
-        Replaced.
     instruments
         Note the equipment of the other job's points.
     frames
         Paused meanwhile.
-    events
-        Report the change.
     parts
         Load the part of the other job's plan.
     """
@@ -87,8 +81,6 @@ class JobChange:
 
         Parameters
         ----------
-        path
-            Document of the plan.
         header
             Operator, serial number, order and batch; the part is that of the plan.
 

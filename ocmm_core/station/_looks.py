@@ -29,8 +29,6 @@ class Looks:
 
     Parameters
     ----------
-    live
-        State of the latest frames.
     bus
         None if frames do not come over one.
     instruments

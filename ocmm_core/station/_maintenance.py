@@ -27,8 +27,6 @@ class StationMaintenance:
         None if frames do not come over one.
     rig
         Name of the rig, for the report of the bus.
-    faults, events
-        Receive failures and changes.
     """
 
     def __init__(

@@ -219,11 +219,6 @@ class JobFile:
     ) -> JobFile:
         """Open the bytes of a job file without a log; no disk is touched, and nothing is kept.
 
-        Parameters
-        ----------
-        path
-            Name for messages.
-
         Raises
         ------
         StorageError
@@ -425,13 +420,7 @@ class JobFile:
             return check_line(db, self.head.job_uuid, line, KeyFolder())
 
     def note_seen(self, place: Path, seal: JobSeal | None = None) -> None:
-        """Store the end of the job at ``place`` in the station's memory.
-
-        Parameters
-        ----------
-        seal
-            Of this job, if already read.
-        """
+        """Store the end of the job at ``place`` in the station's memory."""
         seal = seal or self.seal()
         if not seal.doubts:
             remember_job(seal.job_uuid, seal.steps, seal.head, place)

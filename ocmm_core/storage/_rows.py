@@ -85,7 +85,7 @@ def make_head(
     Raises
     ------
     InputError
-      A document cannot be read; documents are loaded and checked before this.
+        A document cannot be read; documents are loaded and checked before this.
     """
     return JobHead(
         job_uuid=str(uuid.uuid4()),

@@ -135,11 +135,6 @@ def linearity_study(
 ) -> LinearityStudy:
     """Return the bias over the range.
 
-    Parameters
-    ----------
-    references
-        Certified values, one per part.
-
     Raises
     ------
     InputError

@@ -99,8 +99,6 @@ def draft_bundle(
     ----------
     mask_names
         Also remove names of people.
-    told
-        Receives the title of each part before it is collected, and the share done.
     """
     loaded = site.store.load()
     secrets = secrets_in(secret_texts(loaded), site.environment)

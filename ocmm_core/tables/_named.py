@@ -137,11 +137,6 @@ def read_table(
 ) -> TextTable:
     """Return the table at ``path``.
 
-    Parameters
-    ----------
-    most
-        Bytes of the largest file.
-
     Raises
     ------
     InputError

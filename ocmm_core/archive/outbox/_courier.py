@@ -82,8 +82,6 @@ class Courier:
     ----------
     connect
         Opens the archive; called again after every failure.
-    station
-        Empty is the name of this computer.
     """
 
     def __init__(

@@ -38,11 +38,6 @@ def default_outbox() -> Path:
 class Outbox(OutboxFile):
     """Queued jobs; for one thread, many processes.
 
-    Parameters
-    ----------
-    folder
-        Created if missing.
-
     Raises
     ------
     StorageError

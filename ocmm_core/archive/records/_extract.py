@@ -67,8 +67,6 @@ def extract_job(
 
     Parameters
     ----------
-    station
-        Where it was measured.
     known
         Hash of the audit by its number of rows, of versions already archived by this station: a
         file that does not continue them was altered.

@@ -38,7 +38,7 @@ def other_station(home: Path) -> Iterator[None]:
 
 @dataclass(frozen=True, slots=True)
 class CalibrationSite:
-    """A store with calibrated and verified cameras, reopened."""
+    """Store with calibrated and verified cameras, reopened."""
 
     folder: Path
     store: CalibrationStore
@@ -46,7 +46,7 @@ class CalibrationSite:
 
     @classmethod
     def made(cls, folder: Path) -> CalibrationSite:
-        """Return one in which the cameras are VALID."""
+        """Return a new store with VALID cameras."""
         store, record = CalibrationStore(folder), made_camera_record()
         store.accept(record, "technician", "new", RECORDS_MADE)
         store.verify(made_verification(record), RECORDS_MADE + timedelta(hours=1))
@@ -54,7 +54,7 @@ class CalibrationSite:
 
     @classmethod
     def opened(cls, folder: Path) -> CalibrationSite:
-        """Return one as a program finds it that starts now."""
+        """Return the store as a newly started program reads it."""
         return cls(folder, CalibrationStore(folder))
 
     def state(self, now: datetime) -> State:
@@ -70,7 +70,7 @@ class CalibrationSite:
 
 @dataclass(frozen=True, slots=True)
 class ProbeSite:
-    """A store with a calibrated and qualified probe, reopened."""
+    """Store with a calibrated and qualified probe, reopened."""
 
     folder: Path
     store: ProbeStore
@@ -78,7 +78,7 @@ class ProbeSite:
 
     @classmethod
     def made(cls, folder: Path) -> ProbeSite:
-        """Return one in which the tip is VALID."""
+        """Return a new store with a VALID tip."""
         store, record = ProbeStore(folder), made_probe_record()
         store.calibrate(record, "technician", "new", RECORDS_MADE)
         store.qualify(made_tip_record(record), RECORDS_MADE + timedelta(hours=1))
@@ -86,7 +86,7 @@ class ProbeSite:
 
     @classmethod
     def opened(cls, folder: Path) -> ProbeSite:
-        """Return one as a newly started program reads it."""
+        """Return the store as a newly started program reads it."""
         return cls(folder, ProbeStore(folder))
 
     def state(self, now: datetime) -> State:

@@ -64,11 +64,6 @@ class QifPlan:
 def plan_of_qif(content: bytes, name: str, part: str, file: str = "QIF document") -> QifPlan:
     """Return the plan of a document with its account, and the omitted items.
 
-    Parameters
-    ----------
-    file
-        Name of the document, for the account.
-
     Raises
     ------
     InputError

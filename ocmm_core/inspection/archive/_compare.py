@@ -61,8 +61,6 @@ def compare_files(
     ----------
     paths
         Job files; read-only, many in parallel processes. Unreadable ones are left out and named.
-    progress
-        Receives the current step and the share done.
     probes, calibrations
         Folders of histories, as for `reopen_job`.
     processes

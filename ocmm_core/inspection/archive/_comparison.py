@@ -64,13 +64,13 @@ class Trend:
 
     @property
     def caution(self) -> str:
-        """Return what must be known before the indices are used; empty where nothing must."""
+        """Return a warning about the indices of a process out of control; empty without one."""
         if self.chart is None or self.capability is None or not self.chart.signals:
             return ""
         return "Not in control: find the causes of the signals before Cp and Cpk are used."
 
     def span(self) -> tuple[float, float]:
-        """Return the ends of a scale for values, their uncertainties, and both kinds of limits."""
+        """Return the limits of an axis for values, their uncertainties, and both kinds of limits."""
         ends = [value for value in (self.low, self.high) if math.isfinite(value)]
         if self.chart is not None:
             ends += [self.chart.low, self.chart.high]
@@ -87,34 +87,25 @@ class Comparison:
     """Jobs of one plan side by side."""
 
     plan: str
-    """Name of the plan that they were measured by."""
     jobs: tuple[str, ...]
-    """Names of the jobs, in the order in which they were begun."""
+    """In the order of their starts."""
     words: tuple[str, ...]
     trends: tuple[Trend, ...]
-    """One for every characteristic."""
     left_out: tuple[str, ...]
-    """Why files are not compared, a sentence each."""
+    """Reasons for not comparing files, a sentence each."""
     unread: tuple[str, ...]
-    """Those of them about files that could not be read."""
+    """The reasons in ``left_out`` about unreadable files."""
     simulated: bool
-    """What is counted came from a virtual rig."""
+    """The counted jobs came from a virtual rig."""
     files: tuple[FileIdentity, ...] = ()
-    """Job files read on this computer."""
 
     def require_names(self) -> None:
-        """Raise StorageError if a job is no longer on the disk under its name."""
+        """Raise StorageError if a job is not on the disk under its name any more."""
         for file in self.files:
             file.require_name()
 
     def about(self, feature: str) -> Comparison:
-        """Return the trends of a feature; everything for an empty name.
-
-        Raises
-        ------
-        InputError
-            No characteristic is about it.
-        """
+        """Return the trends of a feature, all for an empty name; InputError without any."""
         if not feature:
             return self
         found = tuple(trend for trend in self.trends if feature in trend.features)
@@ -140,12 +131,11 @@ class PartJob:
     plan_text: str
     characteristics: tuple[Characteristic, ...]
     values: tuple[tuple[tuple[float, float] | None, str, Verdict], ...]
-    """Per characteristic: value and U (95 %), or None; reason for not counting it, or empty;
-    verdict.
-    Mixing of simulated and real jobs is not considered here.
+    """Per characteristic: value and U (95 %), or None; reason for not counting it; verdict.
+
+    Ignores mixing of simulated and real jobs.
     """
     simulated: bool
-    """It came from a virtual rig."""
     words: str
     file: FileIdentity | None
 

@@ -63,8 +63,6 @@ def known_here(
         Own copy of the file.
     store
         Of the rig of the job in ``calibrations``, if already read.
-    keys
-        Trusted keys, if already read.
     """
     stored = StoredDocuments(path, job.head)
     seal = job.seal(keys)

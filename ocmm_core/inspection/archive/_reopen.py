@@ -169,13 +169,7 @@ def reopen_job(
 
 
 def reopen_content(path: Path, file: bytes, known: KnownOfJob) -> ReopenedJob:
-    """Return the job in the bytes of a file; errors as of `reopen_job`.
-
-    Parameters
-    ----------
-    path
-        Name for messages; nothing is looked up on this computer.
-    """
+    """Return the job in the bytes of a file; errors as of `reopen_job`."""
     with JobFile.in_memory(path, file) as job, _told_of(path):
         return _reopened(path, job, known, lambda what, share: None)
 

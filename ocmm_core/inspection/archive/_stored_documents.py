@@ -77,13 +77,7 @@ class StoredDocuments:
     def measured_with(
         self, events: Sequence[JobEvent], stored: JobReference | None
     ) -> tuple[ProbeBody, SessionOptions]:
-        """Return the probe at the job's temperature, and the options of the session.
-
-        Parameters
-        ----------
-        events
-            Of the job file, oldest first.
-        """
+        """Return the probe at the job's temperature, and the options of the session."""
         body = self.probe()
         recorded = [event.text for event in events if event.kind == CLIMATE_EVENT]
         climate = climate_of_text(recorded[-1]) if recorded else Climate()

@@ -33,8 +33,6 @@ def with_account(
 
     Parameters
     ----------
-    file
-        The model.
     without
         Reason for importing features without tolerances, part of a sentence; no item is then in
         the plan.

@@ -35,8 +35,6 @@ class EvaluationCache:
 
         Parameters
         ----------
-        inputs
-            All inputs of ``make``.
         make
             Computes it if not cached for these inputs; errors are not cached.
         """

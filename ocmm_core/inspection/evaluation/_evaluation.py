@@ -77,8 +77,6 @@ def evaluate_job(
     ----------
     sensitivities
         Per point, in their order.
-    done, skipped
-        Complete features, and omitted ones.
     cache
         Of earlier evaluations of the same job; None computes everything.
     """

@@ -106,13 +106,7 @@ def progress_from(written: WrittenProgress, names: tuple[str, ...]) -> Progress:
 
 
 def progress_of(plan: Plan, counts: Mapping[str, int], events: Sequence[JobEvent]) -> Progress:
-    """Return the progress of a job after its points and events.
-
-    Parameters
-    ----------
-    counts
-        Number of points of each feature.
-    """
+    """Return the progress of a job after its points and events."""
     names = tuple(feature.name for feature in plan.features)
     start, written = Progress(names), False
     for event in reversed(events):

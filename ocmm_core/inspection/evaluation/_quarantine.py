@@ -139,13 +139,7 @@ def with_doubt(
 
 
 def withdrawn(job: JobView, why: str) -> JobView:
-    """Return a job with its points and without any computed number.
-
-    Parameters
-    ----------
-    why
-        The failure, a sentence.
-    """
+    """Return a job with its points and without any computed number."""
     return replace(
         job,
         features=tuple(map(_without_fit, job.features)),

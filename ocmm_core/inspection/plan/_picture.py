@@ -28,8 +28,6 @@ def with_picture(plan: Plan, plan_file: Path | None, feature: str, source: Path)
     ----------
     plan_file
         None if the plan was never saved.
-    feature
-        Name of the feature.
 
     Raises
     ------

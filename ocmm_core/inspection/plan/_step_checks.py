@@ -17,13 +17,7 @@ PICTURES = (".png", ".jpg", ".jpeg", ".svg", ".webp")
 
 
 def step_fault(feature: NominalFeature, by_plan: str) -> tuple[str, str] | None:
-    """Return field and fault of a feature's text, picture or compensation; None if valid.
-
-    Parameters
-    ----------
-    by_plan
-        Default compensation of the plan.
-    """
+    """Return field and fault of a feature's text, picture or compensation; None if valid."""
     if len(feature.text) > LONGEST_TEXT or not feature.text.replace("\n", " ").isprintable():
         return "text", f"is longer than {LONGEST_TEXT} characters, or contains non-printing ones"
     fault = picture_fault(feature.picture)

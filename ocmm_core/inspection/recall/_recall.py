@@ -150,8 +150,6 @@ def recall_doubted(
         Returns the bytes of a job, with the steps of its log.
     site
         Where each job is computed; all are judged here, together.
-    told
-        Receives the number done.
     """
     found: list[JobFindings] = []
     failed: list[str] = []

@@ -114,13 +114,9 @@ class InspectionSession:
 
     Parameters
     ----------
-    plan, rig, body
-        Plan, cameras and probe.
     job
         Makes points durable before they are reported. Existing points and decisions about
         features are used, so that an interrupted job resumes.
-    options
-        Limits.
 
     Raises
     ------

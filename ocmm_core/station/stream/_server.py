@@ -57,8 +57,6 @@ class StreamServer:
 
     Parameters
     ----------
-    source
-        Source of the stream.
     failed
         Receives unexpected errors that ended the stream or a client.
 
