@@ -70,7 +70,7 @@ class Trend:
         return "Not in control: find the causes of the signals before Cp and Cpk are used."
 
     def span(self) -> tuple[float, float]:
-        """Return the limits of an axis for values, their uncertainties, and both kinds of limits."""
+        """Return the ends of an axis for values, their uncertainties, and both kinds of limits."""
         ends = [value for value in (self.low, self.high) if math.isfinite(value)]
         if self.chart is not None:
             ends += [self.chart.low, self.chart.high]
