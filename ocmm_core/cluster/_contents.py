@@ -41,8 +41,7 @@ class Contents:
         """Return the argument of a task for a content.
 
         The bytes themselves the first time: keeping them on a worker is a task of its own, which
-        costs
-        the scheduler as much as the work, and no second task may need them.
+        costs the scheduler as much as the work, and no second task may need them.
         """
         self.users[sha256] += 1
         if sha256 not in self.kept:

@@ -80,8 +80,7 @@ def other_processor(
     """Return the error of a worker with another kind of processor.
 
     `there`, `here`: environment in which the worker, or this computer, computes as the other; None
-    if
-    impossible.
+    if impossible.
     """
     if there:
         remedy = f"Start that worker with {_assigned(there)}"

@@ -144,8 +144,7 @@ def followed_feet(points: Points3, faces: Sequence[SearchedFace], before: Feet) 
     """Return the feet of points that moved a little, from their previous feet.
 
     For the steps of an iteration: it considers no other face, edge or second foot, and the result
-    is to
-    be checked by `nearest_feet`. Points without a foot inside are searched again.
+    is to be checked by `nearest_feet`. Points without a foot inside are searched again.
     """
     lost = np.flatnonzero(before.faces < 0)
     found = {name: getattr(before, name).copy() for name in Feet.__dataclass_fields__}

@@ -70,8 +70,7 @@ def bezier_surface(spline: SplineSurface) -> BezierSurface:
     """Return a spline as its knot spans.
 
     Raises InputError if the numbers of poles, knots and degrees do not match, knots fall, or a
-    weight
-    is not positive.
+    weight is not positive.
     """
     _check(spline)
     weighted = np.concatenate(

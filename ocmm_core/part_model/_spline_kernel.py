@@ -13,11 +13,9 @@ def to_bezier(knots: Float, degree: int, spans: Int, found: Float) -> None:
     """Fill in ``found`` (k, p + 1, p + 1): weights of the p + 1 spline poles for each span pole.
 
     ``spans`` (k,) is the first knot of each. Pole j is the blossom f(a, ..., a, b, ..., b) with the
-    end
-    b of the span j times: de Boor's scheme with a separate argument in each step, the first j of
-    them
-    b. Row j of ``values`` is a pole as weights of the poles; after p steps the last row is the
-    result.
+    end b of the span j times: de Boor's scheme with a separate argument in each step, the first j
+    of them b. Row j of ``values`` is a pole as weights of the poles; after p steps the last row is
+    the result.
     """
     values = np.empty((degree + 1, degree + 1))
     for s in range(len(spans)):

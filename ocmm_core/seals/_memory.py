@@ -265,8 +265,7 @@ def _migrate(folder: Path) -> None:
     """Convert a memory of version 0.1, which was keyed by path, once.
 
     It kept the end of the history for each folder and for each history. A history whose folder
-    holds
-    another one now was replaced.
+    holds another one now was replaced.
     """
     clock = folder / _file_name(_CLOCK)
     if clock.exists() or not folder.is_dir():

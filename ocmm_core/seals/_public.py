@@ -62,8 +62,7 @@ def low_s(signature: bytes) -> bytes:
     """Return an ECDSA signature with the lower of its two values of s.
 
     (r, s) and (r, n - s) both verify; only one is accepted, as the other would be an unnoticed
-    change
-    of a file.
+    change of a file.
     """
     s = int.from_bytes(signature[32:], "big")
     return signature[:32] + min(s, _P256_ORDER - s).to_bytes(32, "big")

@@ -80,8 +80,7 @@ def add_to_ring(folder: Path, added: KnownKey) -> None:
     """Add a key to the ring, replacing the entry of the same key.
 
     To be called with the folder locked by `changing`. Raises StorageError if the ring cannot be
-    read or
-    written.
+    read or written.
     """
     keys = [key for key in read_ring(folder) if key.public != added.public] + [added]
     _write(folder, keys)

@@ -141,8 +141,7 @@ class _Tokens:
     """Tokens of this process.
 
     A process is logged in to a token as a whole, whatever the thread, so calls are serialized. A
-    token
-    counts wrong PINs until it locks: a refused PIN is not tried again.
+    token counts wrong PINs until it locks: a refused PIN is not tried again.
     """
 
     def __init__(self) -> None:

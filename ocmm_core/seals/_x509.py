@@ -121,8 +121,7 @@ def _issued(builder: x509.CertificateBuilder, key: StationKey) -> x509.Certifica
     """Return a certificate signed by a station, whose key may be in a token.
 
     The builder signs with a private key only, so it signs with a temporary one of the same kind,
-    and
-    the signature is replaced. The signed part does not depend on the key that signs it.
+    and the signature is replaced. The signed part does not depend on the key that signs it.
     """
     if len(key.public) == 32:
         passing = builder.sign(Ed25519PrivateKey.generate(), None)

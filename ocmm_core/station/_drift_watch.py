@@ -81,8 +81,7 @@ class ChangeWatch:
         """Process tracked frames; return whether the suspicion changed.
 
         `track`: consecutive frames. `view`: current state of the calibration. Raises OcmmError if
-        the
-        suspicion could not be made durable; it holds until the program ends in any case.
+        the suspicion could not be made durable; it holds until the program ends in any case.
         """
         settled = self.settle()
         if self._doubt is not None:
@@ -130,8 +129,7 @@ class ChangeWatch:
         """Return the wall time of a moment of the frames.
 
         Points are stored a little after their frames, and simulated frames may run faster than real
-        time:
-        a point before the moment must also be before it in wall time.
+        time: a point before the moment must also be before it in wall time.
         """
         taken = first_taken(self._job)
         before = [

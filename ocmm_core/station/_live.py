@@ -80,8 +80,7 @@ _STALE_S = 0.3
 
 _WAITS_S = 2.0
 """Of a source that waits for its reader: a busy computer may delay it for a while, but after this
-it has
-stopped.
+it has stopped.
 """
 
 _SHOWN_FRAMES = 80
@@ -92,8 +91,7 @@ _SEEN_SHARE = 0.5
 
 _UNCERTAINTY_EVERY_S = 0.2
 """The uncertainty of the live tip changes slowly, costs milliseconds, and is not read more than
-five
-times a second.
+five times a second.
 """
 
 
@@ -327,8 +325,7 @@ class LiveState:
         """Compute the uncertainty of the last good frame, if the cached one is old.
 
         On the reader's thread, so that frames never wait for a displayed number; without readers
-        nothing
-        is computed. A second reader gets the cached number.
+        nothing is computed. A second reader gets the cached number.
         """
         latest, now = self._last_good, time.monotonic()
         if latest is None or now - self._uncertainty_at <= _UNCERTAINTY_EVERY_S:

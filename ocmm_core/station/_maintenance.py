@@ -63,8 +63,7 @@ class StationMaintenance:
         """Reread the records of the probe after an addition.
 
         A passed check unblocks points immediately. A new calibration or qualification applies to
-        the next
-        job: this one keeps its geometry.
+        the next job: this one keeps its geometry.
         """
         probe = self._current.now.probe
         probe.forget()
@@ -89,8 +88,7 @@ class StationMaintenance:
         """Pass all frames to a calibration procedure, or to none.
 
         It is called on the reconstruction thread. Meanwhile no points are recorded: the probe is
-        not
-        measuring the part.
+        not measuring the part.
         """
         self._watcher = watcher
 

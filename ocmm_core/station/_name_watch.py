@@ -20,8 +20,7 @@ class NameWatch:
     """Make the station FAILED when a file is no longer on the disk under its name.
 
     `checks`: return why a file is lost, or None, by its part of the station; a slow check delays
-    later
-    ones. `faults`: stores and reports the loss.
+    later ones. `faults`: stores and reports the loss.
     """
 
     def __init__(

@@ -58,8 +58,7 @@ class Reports:
         """Write reports of the job to ``directory`` and return their paths; as `write_report`.
 
         On the report sheet of this station, with the data given with the job; InputError if the
-        template
-        cannot be used.
+        template cannot be used.
         """
         data = replace(self.data(), paper=paper_of(self._current.now.file.path))
         files = write_report(data, formats, directory, profile, incomplete=incomplete)

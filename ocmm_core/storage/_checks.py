@@ -107,8 +107,7 @@ def seal_fault(rows: Iterable[Sequence[Any]], steps: int) -> str:
     """Return the fault of one of the rows of ``seal``; empty if none.
 
     `rows`: number of the signed step, key and signature; read up to the first fault. `steps`: of
-    the
-    audit, which include the signed ones.
+    the audit, which include the signed ones.
     """
     for row in rows:
         found = kind_fault("seal", row)

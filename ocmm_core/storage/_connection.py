@@ -131,8 +131,7 @@ def connection_to(path: Path) -> Iterator[GuardedConnection]:
     """Yield a connection to a job file for writing, closed on errors.
 
     Raises StorageError if the file is missing, no job file, newer than this program, damaged,
-    cannot
-    be read or written, is in use by another program, or a file next to it is refused.
+    cannot be read or written, is in use by another program, or a file next to it is refused.
     """
     # As every reader sees it, before SQLite opens anything by name.
     content = read_job(path)
@@ -210,8 +209,7 @@ def checkpoint(db: sqlite3.Connection) -> bool:
     """Write the write-ahead log into the file; on a full disk the log stays.
 
     Returns whether the log is empty. Raises sqlite3.Error if the disk failed: the connection must
-    then
-    be given up.
+    then be given up.
     """
     try:
         return bool(db.execute("PRAGMA wal_checkpoint(TRUNCATE)").fetchone()[0] == 0)

@@ -48,8 +48,7 @@ def read_job(path: Path) -> JobContent:
     """Return the content of the job at ``path`` at one moment.
 
     Raises StorageError if it is missing, unreadable, no job, too large, has a file next to it that
-    this
-    program never makes, or changes too fast.
+    this program never makes, or changes too fast.
     """
     try:
         # For a link, the files next to its target belong to the job.

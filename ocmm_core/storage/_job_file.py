@@ -77,8 +77,7 @@ class JobFile:
     """An open job file; made by `create` or `open`; close it or use it in ``with``.
 
     Thread-safe: one lock guards the connection. A call waits at most for one commit of another
-    thread
-    (milliseconds; as long as the disk takes).
+    thread (milliseconds; as long as the disk takes).
     """
 
     def __init__(
@@ -122,8 +121,7 @@ class JobFile:
         """Return why the job is not on the disk under its name; None if it is.
 
         If it is not, all acknowledged steps are written to a new file and nothing is stored
-        afterwards.
-        Cheap: for a timer, and before each report.
+        afterwards. Cheap: for a timer, and before each report.
         """
         keeper = self._keeper
         if keeper is None or self._closing:

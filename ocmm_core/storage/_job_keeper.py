@@ -93,8 +93,7 @@ class JobKeeper:
         """Keep a committed step of the job.
 
         `last`: number and hash of its last audit row, if it was signed. Raises StorageError if the
-        name
-        means another file; the step does not count then, and is not in the rescued job.
+        name means another file; the step does not count then, and is not in the rescued job.
         """
         loss = self.name_loss()
         # A concurrent detection of the loss rescues this step also, or it is refused.

@@ -185,9 +185,8 @@ def require_adoptable(seal: JobSeal, path: Path, faults: Sequence[str]) -> None:
     """Refuse to adopt a job that needs no adoption, or that is proven to be changed.
 
     `faults`: of the file against its own chain. Raises StorageError if the job is sealed, was
-    changed,
-    was signed by an unknown station, or contradicts the memory of this station by more than missing
-    steps at the end.
+    changed, was signed by an unknown station, or contradicts the memory of this station by more
+    than missing steps at the end.
     """
     word, found = seal.state.word, list(faults)
     if word in (SealWord.UNKNOWN_KEY, SealWord.FORGED) or (seal.missing and not seal.older):

@@ -32,8 +32,7 @@ class JobWriter:
         """Make the changes of the body durable, or none of them.
 
         Raises StorageError if the disk failed before, or a text is invalid; sqlite3.Error if it
-        could not
-        be stored.
+        could not be stored.
         """
         if self.failed:
             raise disk_failed(self._path)

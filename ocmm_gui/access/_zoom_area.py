@@ -35,9 +35,8 @@ class _Holder(QWidget):
     """Holder of the whole window, with its minimum size.
 
     A scroll area with a layout would use the preferred height of texts. Every page was tested at
-    the
-    smallest size, at which it hides what is least needed, and gets no more, unless its buttons are
-    made for gloves.
+    the smallest size, at which it hides what is least needed, and gets no more, unless its buttons
+    are made for gloves.
     """
 
     def __init__(self, whole: QWidget) -> None:

@@ -61,8 +61,7 @@ class Imported:
     """The plan before and after an import, the new item, and a message.
 
     With an account, the plan has the imported tolerances of a model, and ``bare`` is the plan
-    without
-    them. It is doubtful if selected items were left out or not checked.
+    without them. It is doubtful if selected items were left out or not checked.
     """
 
     before: Plan
@@ -109,8 +108,7 @@ def model_of(
     """Return the offers of a model, for the probe and cameras in use; InputError if unusable.
 
     `up`: axis of the model that points up. `in_use`: None for the standard probe and the
-    recommended
-    rig. `given_up`, `progress`: as of `read_model`; it takes up to a minute.
+    recommended rig. `given_up`, `progress`: as of `read_model`; it takes up to a minute.
     """
     request = msgspec.structs.replace(usual_request(), up=up_of(up))
     setting = None
@@ -244,8 +242,7 @@ class Importing(WorkLine):
         """Start to read a file, cancelling an earlier one.
 
         `relocate`: relocate a frame at its control points instead of using it as saved. `up`: axis
-        of a
-        model that points up. `options`: user's statements about a table.
+        of a model that points up. `options`: user's statements about a table.
         """
         self._given_up.set()
         given_up = self._given_up = threading.Event()

@@ -161,8 +161,7 @@ def pdf_bytes(
     """Return the report as a PDF file with other files inside.
 
     `progress`: receives index and number of pages before each is painted. Raises StorageError if
-    the
-    file read back differs from the input.
+    the file read back differs from the input.
     """
     canvas = lay_out(data)
 

@@ -258,8 +258,7 @@ class ResultsSheet(Sheet):
         """Update the results if the running job is shown.
 
         A file that was left is replaced by the running job: an inspector who returns for its
-        results must
-        not read those of another part.
+        results must not read those of another part.
         """
         if self._source is self._running:
             if self.isVisible():

@@ -202,8 +202,7 @@ def _converse(work: Work, giver: Connection, receiver: Connection, mail: deque[o
     """Send the work and receive its messages, in a separate thread.
 
     A pipe blocks until the new process reads, which is a second later, and pictures of pages come
-    in
-    many pieces: the window waits for neither.
+    in many pieces: the window waits for neither.
     """
     # A process cancelled meanwhile neither reads nor writes.
     with contextlib.suppress(OSError), giver:

@@ -13,8 +13,7 @@ class WorkSheet(Sheet):
     """Show progress; F9 stops the work, and displayed results stay.
 
     Subclasses put ``working`` into their body and answer in `_show`. `title`, `infos`: as of
-    `Sheet`;
-    one of ``infos`` is ``stop``. `working`: accessible name of the progress line.
+    `Sheet`; one of ``infos`` is ``stop``. `working`: accessible name of the progress line.
     """
 
     def __init__(self, title: str, infos: Sequence[ActionInfo], working: str) -> None:

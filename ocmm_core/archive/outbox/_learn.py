@@ -21,8 +21,7 @@ def learn_marks(archive: Archive, path: Path | None = None) -> int:
     """Store new marks on this computer; return how many.
 
     `path`: None for the file of this user. Raises StorageError if the archive cannot be read, or
-    the
-    marks cannot be stored.
+    the marks cannot be stored.
     """
     known = read_held_jobs(path)
     # Another archive numbers its marks from 1; holds of the former one are not final.

@@ -48,8 +48,7 @@ class Outbox(OutboxFile):
         """Queue a job in its current state; durable on return.
 
         Returns None if the identical job was queued before. Raises StorageError if the job cannot
-        be
-        read, or the outbox cannot be written.
+        be read, or the outbox cannot be written.
         """
         return self.put_content(snapshot(path), path)
 

@@ -51,8 +51,7 @@ class Judge:
         """Yield judged rows, page by page, until ``most`` of them were kept.
 
         `sql` selects `JUDGED` in addition to its own columns, and sorts. `keep`: whether a row
-        counts
-        for ``most``; all are yielded.
+        counts for ``most``; all are yielded.
         """
         kept = offset = 0
         while True:

@@ -171,8 +171,7 @@ class SqlArchive(SqlReader):
         """Admit a sender; StorageError if another computer has its name.
 
         A name belongs to the computer that used it first. In an archive rebuilt from job files it
-        belongs
-        to none yet.
+        belongs to none yet.
         """
         name: dict[str, Cell] = {"name": sender.station}
         claim = (

@@ -228,8 +228,7 @@ class _Source:
     """Frames of a test: one source for cameras and recordings, to their end.
 
     A retest continues at the end of the first run, so that no frame is used twice. The virtual rig
-    shows
-    missing points, and missed ones again, because a wire does not wait.
+    shows missing points, and missed ones again, because a wire does not wait.
     """
 
     def __init__(

@@ -121,8 +121,7 @@ def more_characteristics(plan: Plan) -> Plan:
 
     Points and planes get a distance to the first parallel plane, centres their coordinates if there
     is a part frame. The true form is zero, and a range of residuals can only be greater: no
-    interval
-    about it could cover the truth in 95 of 100 runs.
+    interval about it could cover the truth in 95 of 100 runs.
     """
     kept = [item for item in plan.characteristics if not spec_of(item.kind).form_alone]
     stated = {(item.kind, frozenset(item.features), item.axis) for item in kept}

@@ -142,8 +142,7 @@ class Certificate:
 
     title: str
     """In-house certificates are called records or test reports; "calibration certificate" requires
-    an
-    ``accreditation``.
+    an ``accreditation``.
     """
     number: str
     """From the hash of its record."""
@@ -183,8 +182,7 @@ class Certificate:
     not_found: str = ""
     not_after: str = ""
     """`not_found`, `not_after`: Why the state before, or after, an adjustment was not determined;
-    empty
-    if it was, or if nothing was adjusted.
+    empty if it was, or if nothing was adjusted.
     """
 
     @property

@@ -175,8 +175,7 @@ def found_before(record: AcceptanceRecord, folder: Path) -> tuple[AcceptanceReco
     """Return the test as found in the folder of a test after adjustment, or why not.
 
     It is the last earlier one of the same machine and procedure. If that is also after an
-    adjustment,
-    the state before the later adjustment was not tested.
+    adjustment, the state before the later adjustment was not tested.
     """
     before, unread = [], 0
     for path in sorted(folder.glob("*.json")):

@@ -202,10 +202,8 @@ class ReportFile(_Part, frozen=True, kw_only=True):
     """The whole file.
 
     ``state`` has the limitations of the report: SIMULATED, CAMERAS UNPROVEN, INCOMPLETE, IN DOUBT
-    or
-    UNCALIBRATED. ``head`` has laboratory, customer, item, measurement and instruments; "not stated"
-    if
-    unknown. These, ``part_verdict`` and ``seal`` are missing in files of older versions.
+    or UNCALIBRATED. ``head`` has laboratory, customer, item, measurement and instruments; "not
+    stated" if unknown. These, ``part_verdict`` and ``seal`` are missing in files of older versions.
     """
 
     schema: str

@@ -31,8 +31,7 @@ CLAUSES = (
     "7.8.2.2", "7.8.3.1 a", "7.8.3.1 b", "7.8.3.1 c",
 )  # fmt: skip
 """Clauses for test reports. Omitted: k (sampling: every item is measured), p (results of others:
-there
-are none), opinions and methods of customers (7.8.3.1 d, e).
+there are none), opinions and methods of customers (7.8.3.1 d, e).
 """
 
 _HEAD_DIGITS = 16
@@ -59,8 +58,7 @@ def report_number(data: ReportData) -> str:
     """Return the unique number of the report.
 
     Given by the user, or made from job, identity and end of its chain: equal for reports of the
-    same
-    state of a job, different for others.
+    same state of a job, different for others.
     """
     given = one_line(data.paper.given.number)
     if given:

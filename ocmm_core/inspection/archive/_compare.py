@@ -147,9 +147,8 @@ def _read_all(
     """Yield the result of each file in order, reading in parallel if that pays.
 
     The time per job (0.03 s with 14 points, 0.2 s with 91 and thirteen characteristics) decides
-    more
-    than their number: two are read here, the second one with everything loaded, and processes are
-    started if the rest takes longer than their start.
+    more than their number: two are read here, the second one with everything loaded, and processes
+    are started if the rest takes longer than their start.
     """
 
     def read(some: Sequence[Path], many: int, before: int) -> Iterator[PartJob | OcmmError]:

@@ -44,8 +44,7 @@ class RecalledCharacteristic(msgspec.Struct, frozen=True, kw_only=True, forbid_u
     before: RecalledValue
     after: RecalledValue | None
     """`before`, `after`: By the calibration of the job, and by the one that its spots support; None
-    if
-    unknown.
+    if unknown.
     """
     outcome: Outcome
     reason: str
@@ -82,8 +81,7 @@ class RecalledJob(
     """Of those points (`points_digest`)."""
     simulated: bool = False
     """From a virtual rig: no real part was measured. Not written if false, so that recalls of
-    earlier
-    versions, which lack it, keep their hash.
+    earlier versions, which lack it, keep their hash.
     """
 
     @property

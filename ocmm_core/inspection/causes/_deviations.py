@@ -83,8 +83,7 @@ class Pattern:
     amount: float
     sigma: float
     """`amount`, `sigma`: Amount in addition to the rigid motion, and its standard uncertainty by
-    the
-    scatter of the features: mm for a ball, dimensionless for a scale. Zero without a pattern.
+    the scatter of the features: mm for a ball, dimensionless for a scale. Zero without a pattern.
     """
     misfits: Mapping[str, float]
     """mm, root mean square, per feature name."""

@@ -105,8 +105,7 @@ class Zones:
 
         It controls form and orientation and leaves the location to the upper one. A profile without
         datums is one; for one face or axis the rest is an orientation. The locations within a
-        pattern
-        are neither.
+        pattern are neither.
         """
         if item.word == "surface profile" and not datums:
             return item

@@ -109,8 +109,7 @@ class _Probed:
         """Return a result without a verdict if a feature it depends on is not done.
 
         It is PROVISIONAL once one of its own features has points. It is NOT MEASURED before that,
-        and
-        if a feature was skipped or is done without a number: nothing more will come.
+        and if a feature was skipped or is done without a number: nothing more will come.
         """
         below = self.below.rests_on[item.name]
         open_ = [name for name in below if name not in self.done]

@@ -52,8 +52,7 @@ class ReferenceView:
     moved_mm: float | None
     turned_rad: float | None
     """`moved_mm`, `turned_rad`: Motion of body and part relative to the cameras since the start of
-    the
-    job; None if unknown.
+    the job; None if unknown.
     """
     leds_world: Float | None
     """(R, 3), mm, world of the job; None before its pose is known."""
@@ -124,8 +123,7 @@ class Coverage:
     """Remedy for a bad distribution; else empty."""
     start: float = 0.0
     """Start of the first sector, rad counter-clockwise from the first axis of `perpendicular_pair`
-    of the
-    direction; 0 without sectors.
+    of the direction; 0 without sectors.
     """
 
 
@@ -137,8 +135,7 @@ class Target:
     surface_world: Float
     normal_world: Float
     """`surface_world`, `normal_world`: (3,), mm, and (3,), unit, from the material towards the
-    probe;
-    zero for a line, whose plan does not name its face.
+    probe; zero for a line, whose plan does not name its face.
     """
     ball_world: Float
     """(3,), mm: centre of the ball in contact."""
@@ -161,8 +158,7 @@ class PlannedFeature:
     """Pose unknown: the part is shown upright in the middle of the volume."""
     targets: tuple[Target, ...] = ()
     """Targets in the assumed pose. Neither ring nor tone guides to them, and no touch is checked
-    against
-    them.
+    against them.
     """
 
 
@@ -179,8 +175,7 @@ class FeatureView:
     """Points that count, oldest first."""
     fit: Fit | None
     """Compensated fit in the world frame (`features.shapes.Fit`; diameters without the ball); None
-    with
-    too few points.
+    with too few points.
     """
     note: str
     """Why there is no fit, or why its points prove nothing; else empty."""
@@ -190,8 +185,7 @@ class FeatureView:
     coverage: Coverage | None = None
     targets: tuple[Target, ...] = ()
     """Open targets, the best next one first; empty if the pose of the part or the size of the
-    feature is
-    unknown.
+    feature is unknown.
     """
     text: str = ""
     picture: str = ""
@@ -292,8 +286,7 @@ class JobView:
     """Ambient readings: fields and sentences, as `environment_words`."""
     part_verdict: PartVerdict = field(init=False)
     """The verdict on the part. Like `verdict_of`, derived from ``features`` and ``characteristics``
-    at
-    construction, so that they agree.
+    at construction, so that they agree.
     """
     _summaries: Mapping[str, VerdictSummary] = field(init=False, repr=False, compare=False)
 
@@ -324,12 +317,9 @@ class JobView:
         """Return the feature that screens show.
 
         That is the one under review, else the active one. But a feature just done stays until the
-        next
-        one has its first point, so that its result is seen, and one whose only point was deleted
-        stays,
-        so that the point can be restored. At the end it is the one that decides over the part,
-        unless
-        CONFORM. None if no feature was touched and none is active.
+        next one has its first point, so that its result is seen, and one whose only point was
+        deleted stays, so that the point can be restored. At the end it is the one that decides over
+        the part, unless CONFORM. None if no feature was touched and none is active.
         """
         named = {item.name: item for item in self.features}
         if self.looked_at in named:

@@ -85,8 +85,7 @@ class Plan(Document, frozen=True, kw_only=True):
     sources: list[PlanSource] = msgspec.field(default_factory=list)
     requirements: list[Requirement] = msgspec.field(default_factory=list)
     """`sources`, `requirements`: Imported files, and the account of their requirements; both are
-    empty in
-    a plan made by hand.
+    empty in a plan made by hand.
     """
 
     @classmethod

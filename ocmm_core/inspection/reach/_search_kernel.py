@@ -164,13 +164,11 @@ def search(
     """Fill in the progress of the search and its attitude for each target.
 
     ``points`` and ``normals`` (n, 3). ``turns`` (d, y, 3, 3): part from probe, for directions of
-    the
-    handle and turns about it. ``ranks`` (n, d): directions, the most natural first; -1 ends them.
-    ``surfaces`` (f,): surface of each face; ``own`` (n,): touched surface of each target, equal
-    ones
-    consecutive. ``found`` (n, 5): stage, face against it, direction, turn, LEDs seen by two
-    cameras;
-    ``way_of`` (n,), mm, free along the normal. Without cameras (0, 21) sight is not checked.
+    the handle and turns about it. ``ranks`` (n, d): directions, the most natural first; -1 ends
+    them. ``surfaces`` (f,): surface of each face; ``own`` (n,): touched surface of each target,
+    equal ones consecutive. ``found`` (n, 5): stage, face against it, direction, turn, LEDs seen by
+    two cameras; ``way_of`` (n,), mm, free along the normal. Without cameras (0, 21) sight is not
+    checked.
     """
     body = np.empty(tree.N_COLUMNS)
     centre = np.empty(3)

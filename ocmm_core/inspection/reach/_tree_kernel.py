@@ -199,8 +199,7 @@ def first_near(
     """Return a face that comes nearer to a body than ``gap``, mm; FREE if none does.
 
     ``surfaces`` (f,): surface of each face; for those of ``own`` ``own_gap`` holds instead, which
-    is
-    no greater. ``faces`` (n,): of each triangle. The others as of `_grow_kernel.grow`.
+    is no greater. ``faces`` (n,): of each triangle. The others as of `_grow_kernel.grow`.
     """
     corners = np.empty((8, 3))
     start, way, across, thick = np.empty(3), np.empty(3), np.empty(3), np.empty(3)

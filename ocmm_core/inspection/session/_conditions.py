@@ -84,8 +84,7 @@ class Conditions:
         """Store the calibration and probe of the points from now on.
 
         `calibration`, `probe`: words on them, with the hashes of their records. `unproven`: why
-        this
-        job proves nothing from now on, for good, or empty.
+        this job proves nothing from now on, for good, or empty.
         """
         with self._ledger.lock:
             self._store(_CALIBRATION, calibration)

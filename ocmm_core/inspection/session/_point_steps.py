@@ -36,8 +36,8 @@ class PointSteps:
         """Delete a point for a reason; its observation stays in the job file.
 
         The feature is fitted without it, and takes points again if it has fewer than planned;
-        `finish`
-        accepts it with fewer. Raises MeasuringError if the point is unknown, or without a reason.
+        `finish` accepts it with fewer. Raises MeasuringError if the point is unknown, or without a
+        reason.
         """
         ledger = self._ledger
         with ledger.lock:

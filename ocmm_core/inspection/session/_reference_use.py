@@ -83,8 +83,7 @@ class ReferenceUse:
         """Return the tip of mean spots (C, L, 2) and (C, R, 2), px, with its derivatives.
 
         Raises TrackingError if the spots do not determine a pose; MeasuringError if the point is
-        not
-        relative to the reference body of the job.
+        not relative to the reference body of the job.
         """
         return self.sensitivities([(spots, reference_spots)])[0]
 
@@ -112,8 +111,7 @@ class ReferenceUse:
         """Return the tip (3,), mm, of mean spots by the method of the thesis.
 
         NaN if the spots do not determine a pose, or the point is not relative to the reference body
-        of
-        the job.
+        of the job.
         """
         if (self._reference is None) != (reference_spots is None):
             return np.full(3, np.nan)

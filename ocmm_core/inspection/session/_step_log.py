@@ -79,8 +79,7 @@ class StepLog:
         """Carry out a step without a new point.
 
         `words`: for the undo button. `after`: new progress. `annul`, `restore`: points to delete,
-        each
-        for its reason, and to restore. `events`: written with it.
+        each for its reason, and to restore. `events`: written with it.
         """
         step = UndoStep(words, self.points.planned(annul, restore), self.progress, after)
         self.points.change(annul, restore, [*events, *self._events_of(step)])

@@ -84,9 +84,8 @@ class JobSteps:
         """Review a feature; one that still takes points also gets the next touch.
 
         A feature that is done or skipped stays so: verdicts and counts do not change. `reopen` lets
-        it
-        take points again. An empty name returns to the active feature. Raises MeasuringError if the
-        feature is unknown.
+        it take points again. An empty name returns to the active feature. Raises MeasuringError if
+        the feature is unknown.
         """
         ledger = self._ledger
         with ledger.lock:

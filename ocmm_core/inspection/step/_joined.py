@@ -290,8 +290,7 @@ def _ball_fits(face: StepFace, places: Float, ball_radius: float) -> NDArray[np.
     """Return the places where a ball touches no other side of the same surface.
 
     Near the tip of a hollow cone, such as the end of a drilled hole, its centre would lie beyond
-    the
-    axis. A margin for the accuracy of a hand is included.
+    the axis. A margin for the accuracy of a hand is included.
     """
     if face.shape != "Cone" or not face.inner:
         return np.ones(len(places), dtype=np.bool_)

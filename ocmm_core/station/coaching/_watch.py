@@ -40,8 +40,7 @@ class CoachWatch:
     """Sample the probe a few times a second, on a separate thread.
 
     Nothing is computed before `start`: a station without a screen needs no coach. `failed`:
-    receives
-    the error that ended the thread; measuring continues.
+    receives the error that ended the thread; measuring continues.
     """
 
     changed: ClassVar[Signal] = Signal(CoachView)

@@ -42,8 +42,7 @@ def tls_context(options: StreamOptions) -> ssl.SSLContext | None:
     """Return the TLS context; None for plain TCP.
 
     Raises InputError if a file is missing, unreadable, does not fit the other, or the certificate
-    has
-    expired.
+    has expired.
     """
     certificate, private_key = options.certificate, options.private_key
     if certificate is None and private_key is None:

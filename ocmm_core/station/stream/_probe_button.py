@@ -22,8 +22,7 @@ class ButtonWatch:
     """Find every change of the button in consecutive frames; for one thread.
 
     After missing frames a change is reported with the first frame. A button that is down in the
-    very
-    first frame was pressed before, and only its release is reported.
+    very first frame was pressed before, and only its release is reported.
     """
 
     def __init__(self) -> None:

@@ -39,10 +39,8 @@ class Reception:
     """Accept and close connections; for one event loop, not thread-safe.
 
     `listener`: bound, and listening. `tls`: None for plain TCP. `greet`: returns the first line of
-    the
-    server. `begin`: receives a client and its request. `failed`: receives unexpected errors; the
-    client
-    in question is disconnected.
+    the server. `begin`: receives a client and its request. `failed`: receives unexpected errors;
+    the client in question is disconnected.
     """
 
     def __init__(

@@ -29,8 +29,7 @@ class VerdictWatch:
     """Evaluate a job on request.
 
     `last_seq` returns the number of the latest message that an evaluation now would include; `made`
-    is
-    called on the thread of the watch when there is a new line.
+    is called on the thread of the watch when there is a new line.
     """
 
     def __init__(

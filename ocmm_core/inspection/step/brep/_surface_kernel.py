@@ -26,8 +26,7 @@ def _outline(kind: int, a: float, b: float, v: float) -> tuple[float, float, flo
     """Return radius and height of the profile turned about an axis at ``v``, and both by ``v``.
 
     ``a`` and ``b``: radius of a cylinder or sphere; radius at the start and half the angle of a
-    cone;
-    radius of the ring and of the tube of a torus.
+    cone; radius of the ring and of the tube of a torus.
     """
     if kind == CYLINDER:
         return a, v, 0.0, 1.0
@@ -81,11 +80,10 @@ def run_along(
     """Fill in the edges of a face: parameters, places, the normal in their middle, their length.
 
     ``frame`` (4, 3): origin, x, y and axis. A mirrored one is left-handed: y is stored, not
-    computed.
-    ``sizes`` (2,): see `_outline`. ``side``: 1, or -1 for a reversed face. ``curves`` (m, 6): start
-    and direction of a line; middle, x and y of a ring, both scaled by its radius. ``starts``
-    (m + 1,): start of each edge in ``along`` (n,), ``uv`` (n, 2), which is given for other curves,
-    and ``lines`` (n, 3). ``normals`` (m, 3), ``lengths`` (m,), mm.
+    computed. ``sizes`` (2,): see `_outline`. ``side``: 1, or -1 for a reversed face. ``curves`` (m,
+    6): start and direction of a line; middle, x and y of a ring, both scaled by its radius.
+    ``starts`` (m + 1,): start of each edge in ``along`` (n,), ``uv`` (n, 2), which is given for
+    other curves, and ``lines`` (n, 3). ``normals`` (m, 3), ``lengths`` (m,), mm.
     """
     a, b = sizes[0], sizes[1]
     for m in range(len(curve_kinds)):
@@ -142,9 +140,8 @@ def closed_loops(uv: Float, starts: Int) -> Float:
     """Return the stretches (m, 2, 2) of all edges, and those that close gaps between their ends.
 
     Ray counting needs loops closed bit for bit: rounding leaves a gap at the corner of two arcs,
-    and
-    a ray through it misses a crossing. Each end is joined to the nearest free end; ends are sorted
-    along u, so that few are compared.
+    and a ray through it misses a crossing. Each end is joined to the nearest free end; ends are
+    sorted along u, so that few are compared.
     """
     edges = len(starts) - 1
     ends = np.empty((2 * edges, 2))

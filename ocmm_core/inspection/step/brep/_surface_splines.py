@@ -49,8 +49,7 @@ def surface_of(surface: Any, bounds: tuple[float, float, float, float]) -> Mappe
     """Return the spline of a surface; None if impossible.
 
     `surface`: `BRepAdaptor_Surface` of a face, with its place. `bounds`: first and last u, first
-    and
-    last v of the face.
+    and last v of the face.
     """
     kind = kind_of(surface)
     make = _MAKERS.get(kind, _by_library)
@@ -224,11 +223,10 @@ def _arc(first: float, last: float) -> _Row:
     """Return the arc of a unit circle between two angles, rad.
 
     In segments of at most a quarter, each the quadratic with the weights 1, cos a, 1 where a is
-    half
-    its angle (Piegl and Tiller, The NURBS Book, 7.3). With the angle p from the middle of a segment
-    its parameter is t = (1 + tan(p / 2) / tan(a / 2)) / 2: the rational parameter of a circle is
-    the
-    tangent of half the angle, and a Moebius map that keeps both ends and the middle is linear.
+    half its angle (Piegl and Tiller, The NURBS Book, 7.3). With the angle p from the middle of a
+    segment its parameter is t = (1 + tan(p / 2) / tan(a / 2)) / 2: the rational parameter of a
+    circle is the tangent of half the angle, and a Moebius map that keeps both ends and the middle
+    is linear.
     """
     count = max(1, int(np.ceil((last - first) / _WIDEST - 1e-9)))
     ends = np.linspace(first, last, count + 1)
