@@ -86,8 +86,7 @@ _LOSSES = 3
 """Tolerated losses of the scheduler between two answers."""
 _BUNDLE_S, _LARGEST = 0.4, 8
 """Shorter things are bundled, up to this number: a task of a millisecond costs scheduler and client
-as much as one of a minute.
-"""
+as much as one of a minute."""
 _BUNDLE_BYTES = 32_000_000
 """Larger things are not bundled: short ones may be followed by a job of gigabytes."""
 _OPEN_BYTES = 1_000_000_000
@@ -136,12 +135,10 @@ class Tasks:
     """Number of things submitted at least once."""
     alone: deque[int] = field(default_factory=deque)
     """Indices to be submitted one by one, before new ones: of a bundle that failed as a whole, and
-    of tasks open when the scheduler was lost.
-    """
+    of tasks open when the scheduler was lost."""
     suspects: deque[int] = field(default_factory=deque)
     """Indices to be submitted while nothing else is open: a worker that ended took innocent waiting
-    tasks with it.
-    """
+    tasks with it."""
     asked_alone: set[int] = field(default_factory=set)
     """Those that were: if a worker ends then, they are the cause."""
     thing_s: float = math.inf

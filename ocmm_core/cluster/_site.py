@@ -22,15 +22,13 @@ class Site:
     cert: Path | None = None
     key: Path | None = None
     """`ca`, `cert`, `key`: PEM files for ``tls``: certificate authority, certificate and key of
-    this computer.
-    """
+    this computer."""
     unencrypted: bool = False
     """Allow a networked scheduler without TLS."""
     dask: bool = False
     """Local processes may be Dask's if installed and worthwhile; else they are our own, which start
     sooner and do not retry the task of a process that ended. Scripts that set it guard their main
-    module, as for `multiprocessing`.
-    """
+    module, as for `multiprocessing`."""
 
     def check(self) -> None:
         """Raise InputError if the site cannot or must not be used."""

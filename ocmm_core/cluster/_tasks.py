@@ -17,8 +17,7 @@ R = TypeVar("R")
 
 _PAYS = 64
 """Number of tasks from which local Dask pays: it takes three seconds to start on two cores, which
-tasks of a tenth of a second then save.
-"""
+tasks of a tenth of a second then save."""
 
 
 def nothing(thing: object) -> Sequence[bytes]:

@@ -1,8 +1,7 @@
 """Code on a worker, and checks that both ends have the same version and arithmetic.
 
 In addition to versions, instruction sets decide the last bit: loops of numba are compiled for one
-of
-two kinds of processors (`ocmm_core.instructions`); numpy and OpenBLAS each choose by the actual
+of two kinds of processors (`ocmm_core.instructions`); numpy and OpenBLAS each choose by the actual
 processor, and wider registers change the order of sums.
 """
 

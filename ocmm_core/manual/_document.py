@@ -37,8 +37,7 @@ class ManualSection:
 
     anchor: str
     """Link target after ``#``; for the first section, that of its title. Translated sections have
-    the anchors of the English ones, so that links hold in every language.
-    """
+    the anchors of the English ones, so that links hold in every language."""
     level: int
     """1 for the title of the document."""
     title: str

@@ -19,8 +19,7 @@ _STEPS = 60
 _SETTLED = 1e-9
 """Step, as part of the size of the surface, below which a foot is converged.
 
-The remaining error is the square of Newton's step, and that of the distance the square of that.
-"""
+The remaining error is the square of Newton's step, and that of the distance the square of that."""
 
 
 Bool = np.ndarray[tuple[int], np.dtype[np.bool_]]

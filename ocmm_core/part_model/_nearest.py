@@ -70,8 +70,7 @@ class Feet:
     stretches: Float
     """(n,): minimum of 1 + distance times curvature; 0 in a centre of curvature.
 
-    A shift of the point shifts its foot by that shift divided by this.
-    """
+    A shift of the point shifts its foot by that shift divided by this."""
 
     @property
     def doubts(self) -> tuple[str, ...]:

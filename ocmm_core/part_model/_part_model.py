@@ -27,8 +27,7 @@ class SplineSurface:
     knots_u: Float
     knots_v: Float
     """With repetitions, (nu + degree_u + 1,) and (nv + degree_v + 1,); clamped at both ends, a
-    periodic surface is unrolled.
-    """
+    periodic surface is unrolled."""
     degree_u: int
     degree_v: int
 
@@ -50,8 +49,7 @@ class ModelFace:
     outward: bool = True
     loops: tuple[Float, ...] = ()
     """Trimming outline and holes, each (n, 2), closed polygons in the parameters (u, v) of
-    ``spline``; material lies where a ray crosses them an odd number of times.
-    """
+    ``spline``; material lies where a ray crosses them an odd number of times."""
     feature: str = ""
     """Name of the imported feature of this face; empty for none."""
 
@@ -98,5 +96,4 @@ class PlacedPart:
     T_world_from_model: RigidTransform
     is_rough: bool
     """The position is not measured, or not completely as the alignment of the plan needs it;
-    displays must say so.
-    """
+    displays must say so."""

@@ -80,8 +80,7 @@ _STALE_S = 0.3
 
 _WAITS_S = 2.0
 """Of a source that waits for its reader: a busy computer may delay it for a while, but after this
-it has stopped.
-"""
+it has stopped."""
 
 _SHOWN_FRAMES = 80
 """The live position is the mean of the latest frames, 10 ms at 8 kHz."""
@@ -91,8 +90,7 @@ _SEEN_SHARE = 0.5
 
 _UNCERTAINTY_EVERY_S = 0.2
 """The uncertainty of the live tip changes slowly, costs milliseconds, and is not read more than
-five times a second.
-"""
+five times a second."""
 
 
 class LiveState:

@@ -21,8 +21,7 @@ class StationOptions:
     """Frames are pushed over a bus, so that silence is a fault."""
     intent: Intent | None = None
     """For scripted operators: intended feature of a touch that ends at an exposure; None if the
-    active feature gets every point.
-    """
+    active feature gets every point."""
     pause: timedelta = PAUSE
     """Time without a point or a check after which the tip must be checked."""
     stream: StreamOptions | None = None

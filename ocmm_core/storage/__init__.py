@@ -8,8 +8,7 @@ Read `_job_file` (the file and its guarantees), `_tables` and `_rows` (its conte
 is lost), `_event_text`, `_connection` and `_faults` (faults as sentences), `_job_content` with
 `_write_ahead_log` (the only access for readers), `_guard` and `_checks` (limits and checks of
 foreign files), `_migrations` (versions), `_glance` (a read-only summary), `_held_jobs` (jobs held
-by
-an archive).
+by an archive).
 It must not know plans, features or verdicts.
 """
 

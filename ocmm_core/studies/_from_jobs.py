@@ -43,8 +43,7 @@ class CharacteristicStudy:
     from_budget: Suitability | None
     from_study: Suitability | None
     """`from_budget`, `from_study`: Q by the stated uncertainty, and by the study; None without a
-    two-sided tolerance.
-    """
+    two-sided tolerance."""
     why_not: str
     values: Float | None = None
     """(parts, operators, trials), mm; None without a study."""

@@ -63,8 +63,7 @@ class PartStudy(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields
     u_workpiece: float
     u_expansion: float
     """`u_workpiece`, `u_expansion`: Standard uncertainties of the parts, mm, and of the expansion,
-    1/K.
-    """
+    1/K."""
     expanded_model: float | None
     """U stated by the program for the characteristic; None without."""
     expanded: float

@@ -46,8 +46,7 @@ class Type1Study:
     var_percent: float
     var_bias_percent: float
     """`var_percent`, `var_bias_percent`: 100 K / Cg and 100 K / Cgk, of K = 0.2; infinite if Cgk is
-    not above zero.
-    """
+    not above zero."""
     least_tolerance: float
     """Smallest tolerance that meets both, without a bias."""
     resolution_good: bool | None

@@ -9,8 +9,7 @@ from PySide6.QtWidgets import QFrame, QScrollArea, QScroller, QStackedWidget, QW
 TRIED = QSize(1280, 720)
 """The smallest screen that every page is tested on; zoomed pages are never laid out smaller.
 
-A page in a window of half its size is scrolled, as with a magnifying glass.
-"""
+A page in a window of half its size is scrolled, as with a magnifying glass."""
 
 
 class PageStack(QStackedWidget):

@@ -116,8 +116,7 @@ class PagePicture:
     """`width`, `height`: Pixels."""
     packed: bytes
     """Compressed, 32 bits a pixel, as ``QImage.Format_RGB32``: a page is mostly white, and a
-    hundred uncompressed ones are half a gigabyte.
-    """
+    hundred uncompressed ones are half a gigabyte."""
 
     @property
     def content(self) -> bytes:

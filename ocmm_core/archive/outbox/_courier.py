@@ -46,8 +46,7 @@ class Handed:
     aside: int = 0
     again: int = 0
     """`sent`, `aside`, `again`: Jobs delivered; refused by the archive; requeued because the
-    archive had lost them.
-    """
+    archive had lost them."""
     error: OcmmError | None = None
     """Why the round ended early; None if nothing waits."""
 

@@ -30,8 +30,7 @@ class Asked:
     kind: str = "calibration"
     what: str = ""
     """`kind`, `what`: Of `used`: calibration, tip, artefact ...; its hash (or a prefix), serial or
-    name.
-    """
+    name."""
     first: date | None = None
     last: date | None = None
     """`first`, `last`: Local dates, inclusive; None for no limit (`today`: today)."""

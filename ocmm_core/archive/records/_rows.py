@@ -135,8 +135,7 @@ class Sender(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tr
     key: str = ""
     proof: str = ""
     """`key`, `proof`: Public key of the station, and its signature of `station_claim`, Base64;
-    empty without a key.
-    """
+    empty without a key."""
 
 
 class Delivery(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):

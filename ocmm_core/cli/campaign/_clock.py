@@ -106,8 +106,7 @@ _BEHIND = timedelta(minutes=10) + _CORRECTED
 """A store notes every ten minutes that it was checked."""
 _SLACK = timedelta(seconds=2)
 """Between our reading of the clock and that of the callee; a busy computer delays at most between
-two steps, where it changes nothing.
-"""
+two steps, where it changes nothing."""
 _LONGEST_KILL_S = 0.02
 _DEEDS = ("look", "look", "look", "look anew", "look anew", "killed", "add", "verify")
 _FIRST, _LAST = datetime(1990, 1, 1, tzinfo=UTC), datetime(2090, 1, 1, tzinfo=UTC)

@@ -14,8 +14,7 @@ _LIMIT, _NATURAL = 1, 2
 _QUANTITIES = {"straightness": 100, "position": 109}
 _UNDEFINED = 0
 """``K2009``, measured quantity: only values shown in a public source of Q-DAS. Any other kind gets
-the published "undefined", and its quantity in words in ``K2900``.
-"""
+the published "undefined", and its quantity in words in ``K2900``."""
 
 _HASH_DIGITS = 12
 

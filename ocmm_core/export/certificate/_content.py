@@ -142,8 +142,7 @@ class Certificate:
 
     title: str
     """In-house certificates are called records or test reports; "calibration certificate" requires
-    an ``accreditation``.
-    """
+    an ``accreditation``."""
     number: str
     """From the hash of its record."""
     item: str
@@ -174,16 +173,14 @@ class Certificate:
     """No real machine was tested."""
     camera_doubts: tuple[str, ...] = ()
     """Unproven properties of the cameras, in sentences; the certificate then states CAMERAS
-    UNPROVEN.
-    """
+    UNPROVEN."""
     values_before: tuple[CertificateValue, ...] = ()
     climate: tuple[tuple[str, float], ...] = ()
     """Further temperatures by object, degrees Celsius."""
     not_found: str = ""
     not_after: str = ""
     """`not_found`, `not_after`: Why the state before, or after, an adjustment was not determined;
-    empty if it was, or if nothing was adjusted.
-    """
+    empty if it was, or if nothing was adjusted."""
 
     @property
     def states(self) -> tuple[str, ...]:

@@ -21,13 +21,11 @@ class Element:
     """`direction`, `across`: (3,), unit: normal or axis, and the direction of the length."""
     diameter: float | None = None
     """mm: of circle, sphere, cylinder; of a cone perpendicular to its axis at ``point``; of the
-    centre line of a torus.
-    """
+    centre line of a torus."""
     length: float | None = None
     width: float | None = None
     """`length`, `width`: mm: of slot, rectangle and ellipse, over all; the width of a torus is that
-    of its tube. Of other shapes the nominal length along the axis, if in the plan.
-    """
+    of its tube. Of other shapes the nominal length along the axis, if in the plan."""
     angle_deg: float | None = None
     """Full apex angle of a cone."""
 

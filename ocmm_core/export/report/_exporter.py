@@ -35,11 +35,9 @@ class Exporter(ReportFormat):
     """The files of jobs, bytes by file name."""
     differences: Callable[[Sequence[ReportData], Profile, Mapping[str, bytes]], list[str]]
     """Differences between files read back and the jobs, a sentence each. It has a reader
-    independent of the writer.
-    """
+    independent of the writer."""
     preview: Callable[[Sequence[ReportData], Profile], tuple[Table, ...]]
     """Contents of the files as tables."""
     batch: bool
     """Several jobs go into one file as several values; otherwise the functions get one job at a
-    time.
-    """
+    time."""

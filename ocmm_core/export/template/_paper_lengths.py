@@ -15,8 +15,7 @@ _MM_PER_INCH = 25.4
 
 _DECIMALS: dict[LengthUnit, int] = {"mm": 4, "inch": 5}
 """0.00001 in is 0.25 µm. One digit less, 2.5 µm, is as large as U: a limit of 0.02 mm would be
-printed as 0.0008 in, which is 0.0203 mm.
-"""
+printed as 0.0008 in, which is 0.0203 mm."""
 
 _WORDS: dict[LengthUnit, str] = {"mm": "mm", "inch": "in"}
 

@@ -120,8 +120,7 @@ class Particulars:
     humidity: str = ""
     pressure: str = ""
     """`room`, `humidity`, `pressure`: Ambient air, °C, % and hPa: a number, a range, or a number
-    with its uncertainty (`surroundings`).
-    """
+    with its uncertainty (`surroundings`)."""
     deviations: tuple[str, ...] = ()
     """From the plan or the method, in sentences, in addition to those found in the job."""
     remarks: tuple[str, ...] = ()

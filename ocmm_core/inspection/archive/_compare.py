@@ -25,8 +25,7 @@ from ocmm_core.tolerances.decisions import CharacteristicResult
 
 _TRIED, _START_S = 2, 4.0
 """Jobs read before deciding on parallel reading, and the cost of starting processes, s: each loads
-libraries and kernels for one to two seconds, on cores that could read meanwhile.
-"""
+libraries and kernels for one to two seconds, on cores that could read meanwhile."""
 
 
 def compare_folder(

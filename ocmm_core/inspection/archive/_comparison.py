@@ -133,8 +133,7 @@ class PartJob:
     values: tuple[tuple[tuple[float, float] | None, str, Verdict], ...]
     """Per characteristic: value and U (95 %), or None; reason for not counting it; verdict.
 
-    Ignores mixing of simulated and real jobs.
-    """
+    Ignores mixing of simulated and real jobs."""
     simulated: bool
     words: str
     file: FileIdentity | None

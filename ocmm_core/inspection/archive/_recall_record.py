@@ -44,8 +44,7 @@ class RecalledCharacteristic(msgspec.Struct, frozen=True, kw_only=True, forbid_u
     before: RecalledValue
     after: RecalledValue | None
     """`before`, `after`: By the calibration of the job, and by the one that its spots support; None
-    if unknown.
-    """
+    if unknown."""
     outcome: Outcome
     reason: str
     """`outcome`, `reason`: And why, in a sentence."""
@@ -81,8 +80,7 @@ class RecalledJob(
     """Of those points (`points_digest`)."""
     simulated: bool = False
     """From a virtual rig: no real part was measured. Not written if false, so that recalls of
-    earlier versions, which lack it, keep their hash.
-    """
+    earlier versions, which lack it, keep their hash."""
 
     @property
     def outcome(self) -> Outcome:
@@ -99,8 +97,7 @@ class RecallRecord(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fie
     made_by: str
     software: str
     """`made_utc`, `made_by`, `software`: Time, name (empty for a trial, which decides nothing) and
-    version.
-    """
+    version."""
     folders: tuple[str, ...]
     looked_at: int
     """Number of opened job files."""

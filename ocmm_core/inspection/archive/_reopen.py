@@ -39,8 +39,7 @@ Tell = Callable[[str, float], None]
 
 SAME_TIP_MM = 0.01
 """Tolerated difference between the stored mean tip of the frames and the tip of their mean spots,
-from nonlinearity: at most 0.002 mm in the demonstration job.
-"""
+from nonlinearity: at most 0.002 mm in the demonstration job."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,8 +53,7 @@ class ReopenedJob:
     rig: Rig
     body: ProbeBody
     """`plan`, `rig`, `body`: By the file alone. ``body`` has the geometry at the job's
-    temperatures.
-    """
+    temperatures."""
     options: SessionOptions
     """Limits, temperatures, contact and reference body of the job."""
     view: JobView

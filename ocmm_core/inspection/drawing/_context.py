@@ -18,8 +18,7 @@ from ocmm_core.tolerances.zones import Characteristic
 
 SAME_MM = 0.02
 """mm: a dimension further from its surface belongs to another one, or has another unit; three
-decimals of an inch are not rounded by more.
-"""
+decimals of an inch are not rounded by more."""
 SAME_DEG = 0.02
 _LONGEST = 60
 

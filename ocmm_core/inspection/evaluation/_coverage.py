@@ -22,8 +22,7 @@ _SHORTEST = 0.5
 _CAP_DEG = 60.0
 _SAME_GAP = 1e-6
 """Gaps that differ by less than this share of a sector are equal: rounding is 1e-9 of it, the
-uncertainty of a touch 1e-4.
-"""
+uncertainty of a touch 1e-4."""
 
 
 def coverage_of(

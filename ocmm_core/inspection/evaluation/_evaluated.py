@@ -51,8 +51,7 @@ class EvaluatedJob:
     evaluations: Mapping[str, Evaluation]
     missing: Mapping[str, str]
     """`evaluations`, `missing`: Values with gradients by name of the characteristic, and why others
-    have none.
-    """
+    have none."""
 
     @property
     def actual(self) -> dict[str, ActualFeature]:

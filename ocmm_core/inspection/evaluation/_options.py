@@ -41,8 +41,7 @@ class SessionOptions:
     """Reference body of all points; None without one."""
     near: RigidTransform | None = None
     """Rough motion from the world to the nominals of the plan, from a previous part; for guidance
-    only.
-    """
+    only."""
     method: Method = "gauss-newton"
     """Computation of the poses of touches; results of ``"thesis"`` prove nothing."""
 

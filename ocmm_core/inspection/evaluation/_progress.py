@@ -45,8 +45,7 @@ class Progress:
     probing: Probing = "plan"
     methods: Mapping[str, str] = field(default_factory=dict)
     """Compensation (`measuring.compensation.METHODS`) of features for which the inspector overrides
-    the plan.
-    """
+    the plan."""
 
     def advanced(self) -> Progress:
         """Return a copy with the first open feature after the active one active."""

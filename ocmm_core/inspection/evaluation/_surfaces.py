@@ -118,8 +118,7 @@ PlacesOf: TypeAlias = Callable[[NominalFeature, Float, Float, float, int], Place
 """From a feature, its point (3,), its direction (3,), 1 or -1 for outer or inner, and a count."""
 NearnessTo: TypeAlias = Callable[[NominalFeature, Float, Float, float, float], Nearness]
 """From a feature, the arm (3,) of a ball from its point, its direction (3,), 1 or -1 for outer or
-inner, and the radius of the ball, mm.
-"""
+inner, and the radius of the ball, mm."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -42,8 +42,7 @@ class JobUncertainty:
     """Why a characteristic has none."""
     tasks: tuple[Task, ...]
     """Of a simulation: values in which form is an uncertainty, and those in which it is the
-    measurand. Empty if nothing can be simulated.
-    """
+    measurand. Empty if nothing can be simulated."""
 
 
 def job_uncertainty(

@@ -52,8 +52,7 @@ class ReferenceView:
     moved_mm: float | None
     turned_rad: float | None
     """`moved_mm`, `turned_rad`: Motion of body and part relative to the cameras since the start of
-    the job; None if unknown.
-    """
+    the job; None if unknown."""
     leds_world: Float | None
     """(R, 3), mm, world of the job; None before its pose is known."""
 
@@ -72,8 +71,7 @@ class LiveView:
     rotation_world_from_probe: Float | None
     origin_world: Float | None
     """`rotation_world_from_probe`, `origin_world`: (3, 3) and (3,); None together with
-    ``tip_world``.
-    """
+    ``tip_world``."""
     spots: Float
     """(C, S, 2), px: spot of every slot, NaN without spot."""
     slot_leds: Int
@@ -123,8 +121,7 @@ class Coverage:
     """Remedy for a bad distribution; else empty."""
     start: float = 0.0
     """Start of the first sector, rad counter-clockwise from the first axis of `perpendicular_pair`
-    of the direction; 0 without sectors.
-    """
+    of the direction; 0 without sectors."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -135,8 +132,7 @@ class Target:
     surface_world: Float
     normal_world: Float
     """`surface_world`, `normal_world`: (3,), mm, and (3,), unit, from the material towards the
-    probe; zero for a line, whose plan does not name its face.
-    """
+    probe; zero for a line, whose plan does not name its face."""
     ball_world: Float
     """(3,), mm: centre of the ball in contact."""
     approximate: bool = False
@@ -158,8 +154,7 @@ class PlannedFeature:
     """Pose unknown: the part is shown upright in the middle of the volume."""
     targets: tuple[Target, ...] = ()
     """Targets in the assumed pose. Neither ring nor tone guides to them, and no touch is checked
-    against them.
-    """
+    against them."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -175,8 +170,7 @@ class FeatureView:
     """Points that count, oldest first."""
     fit: Fit | None
     """Compensated fit in the world frame (`features.shapes.Fit`; diameters without the ball); None
-    with too few points.
-    """
+    with too few points."""
     note: str
     """Why there is no fit, or why its points prove nothing; else empty."""
     outliers: tuple[int, ...] = ()
@@ -185,8 +179,7 @@ class FeatureView:
     coverage: Coverage | None = None
     targets: tuple[Target, ...] = ()
     """Open targets, the best next one first; empty if the pose of the part or the size of the
-    feature is unknown.
-    """
+    feature is unknown."""
     text: str = ""
     picture: str = ""
     """`text`, `picture`: Instruction of the plan, and its picture file next to the plan."""
@@ -280,14 +273,12 @@ class JobView:
     """Nominals of the active feature while it has no fit."""
     room_doubt: str = ""
     """Why the ambient conditions invalidate the job by its plan; empty if they do not. Also in
-    ``unproven``, unless a weightier reason is.
-    """
+    ``unproven``, unless a weightier reason is."""
     room: tuple[tuple[str, str], ...] = ()
     """Ambient readings: fields and sentences, as `environment_words`."""
     part_verdict: PartVerdict = field(init=False)
     """The verdict on the part. Like `verdict_of`, derived from ``features`` and ``characteristics``
-    at construction, so that they agree.
-    """
+    at construction, so that they agree."""
     _summaries: Mapping[str, VerdictSummary] = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:

@@ -36,8 +36,7 @@ class EnvironmentLimits(msgspec.Struct, frozen=True, kw_only=True, forbid_unknow
     humidity_percent: tuple[float, float] | None = None
     pressure_hpa: tuple[float, float] | None = None
     """`temperature_c`, `humidity_percent`, `pressure_hpa`: Of the air at the machine, not of part
-    or probe.
-    """
+    or probe."""
 
 
 _DEMANDS = (

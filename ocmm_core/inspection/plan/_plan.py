@@ -49,8 +49,7 @@ class CadModel(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=
     """Relative to the folder of the plan, and inside it."""
     sha256: str
     """Of the bytes of the file, or of the names and bytes of all files of an assembly: 64 hex
-    digits.
-    """
+    digits."""
 
 
 class Plan(Document, frozen=True, kw_only=True):
@@ -68,8 +67,7 @@ class Plan(Document, frozen=True, kw_only=True):
     """Required by characteristics that are coordinates."""
     rule: Literal["iso14253-1", "ilac-g8", "simple"] = "iso14253-1"
     """Decision rule: ISO 14253-1 (default), ILAC-G8 with the guard band w = U, or simple acceptance
-    (`tolerances.decision`).
-    """
+    (`tolerances.decision`)."""
     material: Material | None = None
     """Required for results at 20 °C."""
     compensation: Literal["approach", "pulled", "shank", "nominal"] = "approach"
@@ -78,15 +76,13 @@ class Plan(Document, frozen=True, kw_only=True):
     """The CAD model in whose frame the nominals are; shown only, nothing is computed from it."""
     cameras: Literal["proven", "unproven"] = "proven"
     """``"proven"``: only cameras whose data prove their age and order; ``"unproven"``: also others,
-    knowingly.
-    """
+    knowingly."""
     environment: EnvironmentLimits | None = None
     """Ambient limits from the first to the last point; None for none."""
     sources: list[PlanSource] = msgspec.field(default_factory=list)
     requirements: list[Requirement] = msgspec.field(default_factory=list)
     """`sources`, `requirements`: Imported files, and the account of their requirements; both are
-    empty in a plan made by hand.
-    """
+    empty in a plan made by hand."""
 
     @classmethod
     def completed(cls, data: dict[str, Any]) -> dict[str, Any]:

@@ -34,8 +34,7 @@ class Misfit:
     """(n + 1,): degrees of freedom of the points before each index."""
     alike: float
     """Mean number of spots that share one error (>= 1), by which the effective number of
-    observations is smaller.
-    """
+    observations is smaller."""
 
     @property
     def whole(self) -> float:

@@ -107,8 +107,7 @@ class DoubtedJob:
     """Suspect points by the history of its calibration, and why."""
     known: KnownOfJob
     """Knowledge outside its file; of its calibration only whether it can be read, because
-    ``in_doubt`` has the rest.
-    """
+    ``in_doubt`` has the rest."""
 
 
 def findings_of(doubted: DoubtedJob, file: bytes) -> JobFindings:

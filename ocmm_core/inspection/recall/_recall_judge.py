@@ -26,8 +26,7 @@ from ocmm_core.tolerances.decisions import CharacteristicResult, Verdict
 WORSE = 40.0
 """A case is excluded by another one whose chi-square is smaller by this, after correction for
 correlation: a likelihood ratio of exp(20). Noise alone does so in less than one of 10^9 jobs (6.3
-sigma).
-"""
+sigma)."""
 
 SURPRISE = 6.0
 """A case is excluded if its chi-square exceeds its degrees of freedom by this many sigma."""
@@ -38,8 +37,7 @@ _SAME_VERDICT = {
     (False, True): "Same verdict with the calibration after the change.",
 }
 """By whether a job may have been measured before the change, and after it; whole sentences, for
-translation.
-"""
+translation."""
 
 
 @dataclass(frozen=True, slots=True)

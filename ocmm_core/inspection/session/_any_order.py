@@ -30,8 +30,7 @@ MOST_SLANT_DEG = 60.0
 
 CLEAR_DEG = 30.0
 """A path within this of one normal, and this much further from every other, distinguishes surfaces;
-more slanted points are not compensated anyway (`evaluation.MAX_SLANT_DEG`).
-"""
+more slanted points are not compensated anyway (`evaluation.MAX_SLANT_DEG`)."""
 
 _LYING_MM, _LYING_DEG = 0.1, 10.0
 """Tolerances for a planned point on a planned surface: places and directions are rounded."""

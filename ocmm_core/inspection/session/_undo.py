@@ -79,8 +79,7 @@ class _Written(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     before: WrittenProgress
     after: WrittenProgress | None
     """`way`, `words`, `added`, `removed`, `before`, `after`: See `Way` and `UndoStep`; ``after`` is
-    None if the progress is unchanged.
-    """
+    None if the progress is unchanged."""
     next_number: int
     """Of the first point after this step."""
 

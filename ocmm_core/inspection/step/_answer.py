@@ -20,8 +20,7 @@ class StepSurface(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fiel
     """mm, on the trimmed faces, each as far as possible from the earlier ones."""
     held: tuple[Triple, ...] = ()
     """Attitude of the probe at each target: rotation vector, rad, frame of the model from that of
-    the probe. Empty if not computed.
-    """
+    the probe. Empty if not computed."""
     ways: tuple[float, ...] = ()
     """mm: free straight way along the normal at each target."""
     against: str = ""

@@ -22,8 +22,7 @@ class Offer:
 
     feature: NominalFeature
     """The resulting feature, without targets if there is a reason against it. A free form becomes
-    one point per target.
-    """
+    one point per target."""
     faces: tuple[int, ...]
     """Numbers of its faces, see `ModelFace`."""
     against: str = ""
@@ -49,8 +48,7 @@ class Choice:
     only: tuple[str, ...] = ()
     without: tuple[str, ...] = ()
     """`only`, `without`: Names, with wildcards ``*`` and ``?``, or numbers of faces. ``only`` also
-    selects surfaces that are not selected by default.
-    """
+    selects surfaces that are not selected by default."""
     kinds: tuple[str, ...] = ()
     """Words of shapes, such as Cylinder; case-insensitive."""
     least_mm: float = 0.0

@@ -24,8 +24,7 @@ class FacesAccount:
     taken: int
     left_out: tuple[tuple[str, int], ...]
     """Reasons, each a part of a sentence, and number of faces, the most frequent first. With
-    ``taken`` they sum up to all faces.
-    """
+    ``taken`` they sum up to all faces."""
     recognised: tuple[tuple[str, float], ...] = ()
     """Features that are splines in the file, and their largest distance from these, mm."""
 

@@ -50,8 +50,7 @@ class Reached:
     """Numbers of its faces, see `ModelFace`."""
     held: tuple[Triple, ...] = ()
     """Attitude of the probe at each target: rotation vector, rad, frame of the model from that of
-    the probe. Empty if not computed.
-    """
+    the probe. Empty if not computed."""
     ways: tuple[float, ...] = ()
     """mm: free straight way along the normal at each target."""
 
@@ -72,8 +71,7 @@ class StepModel:
     """Tolerances of the file; None if not read."""
     faces: dict[int, tuple[str, ...]] = field(default_factory=dict)
     """Surfaces (of both lists) of each face of the file, by its number there; several for a part
-    that occurs more than once in an assembly.
-    """
+    that occurs more than once in an assembly."""
     face_words: dict[int, str] = field(default_factory=dict)
     """Kind of surface of every face of the file, by its number there."""
     reached: tuple[Reached, ...] = ()
@@ -91,8 +89,7 @@ class StepModel:
     """
     unasked: Setting | None = None
     """Probe, cameras and placement that only selected surfaces are checked with, see
-    `ask_for_chosen`; None if all were, or nothing was requested.
-    """
+    `ask_for_chosen`; None if all were, or nothing was requested."""
 
 
 def read_model(

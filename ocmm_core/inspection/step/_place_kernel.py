@@ -12,8 +12,7 @@ from ocmm_core.geometry import Float, Int
 
 _BESIDE = 0.25
 """Squared cosine to the perpendicular direction, within which a place is beside an edge: 60
-degrees.
-"""
+degrees."""
 
 
 @compiled()

@@ -30,8 +30,7 @@ class FreeForm:
     targets: tuple[Triple, ...]
     normals: tuple[Triple, ...]
     """`targets`, `normals`: mm and unit, out of the material: places on it, each as far as possible
-    from the earlier ones.
-    """
+    from the earlier ones."""
     held: tuple[Triple, ...] = ()
     ways: tuple[float, ...] = ()
     """`held`, `ways`: As in `Reached`."""

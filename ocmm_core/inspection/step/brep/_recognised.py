@@ -21,8 +21,7 @@ from ocmm_core.inspection.step.brep._step_face import StepFace, normals_of, offs
 
 RECOGNISED_MM = 0.005
 """A face that leaves its plane, cylinder, cone or sphere by more stays a free form: well below the
-uncertainty of a touch, far above the rounding of exporters.
-"""
+uncertainty of a touch, far above the rounding of exporters."""
 _KINDS = frozenset(
     ("BSplineSurface", "BezierSurface", "SurfaceOfRevolution", "SurfaceOfExtrusion",
      "OffsetSurface", "OtherSurface")

@@ -21,8 +21,7 @@ class StepFace(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=
     direction: Triple
     across: Triple = (1.0, 0.0, 0.0)
     """`point`, `direction`, `across`: mm and unit: middle of the face, normal out of the material
-    or axis, and direction of its length.
-    """
+    or axis, and direction of its length."""
     radius: float = 0.0
     second: float = 0.0
     half_angle: float = 0.0
@@ -30,8 +29,7 @@ class StepFace(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=
     low: float = 0.0
     high: float = 0.0
     """`low`, `high`: mm: extent along ``direction`` from ``point`` for round faces, along
-    ``across`` for planes.
-    """
+    ``across`` for planes."""
     width: float = 0.0
     """mm: extent of a plane perpendicular to ``across``."""
     inner: bool = False
