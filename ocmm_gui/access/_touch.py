@@ -17,7 +17,7 @@ from PySide6.QtWidgets import (
 )
 
 TARGET_MM = 15.0
-"""A finger in a work glove; the same as decision 88 says where it comes from."""
+"""A finger in a work glove; the same as decision 74 says where it comes from."""
 
 _EVERY_MS = 250
 """Rows and buttons come while somebody works: so long they may be small."""

@@ -30,7 +30,7 @@ class MemoryRun:
     memory_mib: tuple[float, ...]
     """Resident memory at ten equal steps of bus time, MiB; the first is after one tenth, when
     everything has been loaded and the script has been measured. Without the frames of the last 30
-    s, which are kept on purpose and bounded (decision 99)."""
+    s, which are kept on purpose and bounded (decision 21)."""
 
     @property
     def growth_mib(self) -> float:

@@ -1,6 +1,6 @@
 """Free-form faces of a model, with places on them where a ball can touch; needs OCP.
 
-A free form is no element: what is asked of it is the profile of a surface (decision 64). The face
+A free form is no element: what is asked of it is the profile of a surface (decision 60). The face
 itself goes to whoever asked, exactly, and its places lie inside its edges, as far from each other
 as can be, where the probe reaches them and cameras see it.
 """
