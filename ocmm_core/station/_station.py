@@ -145,8 +145,8 @@ class MeasuringStation:
         InternalError
             Unexpected; the station is FAILED then, as after any other error.
         """
-        # psygnal inspects all modules when a listener first fails: done here, that delays no frame; in
-        # the reconstruction thread of a busy computer it takes 0.3 s.
+        # psygnal inspects all modules when a listener first fails: done here, that delays no frame;
+        # in the reconstruction thread of a busy computer it takes 0.3 s.
         inspect.getmodule(inspect.currentframe())
         try:
             if self.stream is not None:

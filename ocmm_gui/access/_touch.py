@@ -17,7 +17,7 @@ from PySide6.QtWidgets import (
 )
 
 TARGET_MM = 15.0
-"""A gloved finger; source in decision 88."""
+"""A gloved finger; source in decision 74."""
 
 _EVERY_MS = 250
 """ms: new rows and buttons may be small for as long."""

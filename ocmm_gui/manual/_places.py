@@ -19,7 +19,7 @@ PLACES = {
     "PlanSheet": "plans.md#in-the-window",
     "AlignmentSheet": "inspecting.md#alignment-f5",
     "ResultsSheet": "inspecting.md#results-f3",
-    "ReportSheet": "exports.md#the-paper-template-and-head",
+    "ReportSheet": "exports.md#report-template-and-head",
     "CompareSheet": "exports.md#a-batch",
     "ArchiveSheet": "archive.md#questions",
     "RecallSheet": "recall.md#recalculating",

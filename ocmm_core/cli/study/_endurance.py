@@ -26,7 +26,7 @@ class MemoryRun:
     memory_mib: tuple[float, ...]
     """Resident memory at ten equal steps of bus time, MiB; the first after one tenth, when
     everything is loaded and the script has been measured. Excludes the last 30 s of frames, which
-    are kept on purpose and bounded (decision 99)."""
+    are kept on purpose and bounded (decision 21)."""
 
     @property
     def growth_mib(self) -> float:

@@ -1,6 +1,6 @@
 """Free-form faces of a model, with places for a ball; needs OCP.
 
-A free form is no element: its requirement is the profile of a surface (decision 64). The face
+A free form is no element: its requirement is the profile of a surface (decision 60). The face
 itself is returned exactly, and its places lie inside its edges, as far apart as possible, within
 reach of the probe and in sight of the cameras.
 """
