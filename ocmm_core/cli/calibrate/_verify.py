@@ -41,7 +41,7 @@ from ocmm_core.tables import TableOptions
 
 
 class RuleChoice(StrEnum):
-    """How limits of a verification are applied."""
+    """Rule of decision of a verification."""
 
     GUARDED = "guarded"
     SIMPLE = "simple"

@@ -161,7 +161,7 @@ def part(
 
 
 def warnings_of(plan: Plan, folder: Path) -> list[str]:
-    """Return what a plan lacks that it can be measured without."""
+    """Return warnings: missing entries that a plan can be measured without."""
     from ocmm_core.inspection.evaluation import places_of
 
     found = [
