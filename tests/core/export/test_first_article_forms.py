@@ -58,7 +58,7 @@ def test_texts_that_look_like_formulas_stay_texts() -> None:
     with zipfile.ZipFile(io.BytesIO(workbook(sample_report()))) as archive:
         styles = etree.fromstring(archive.read("xl/styles.xml"))
         texts = [
-            "".join(item.itertext())
+            "".join(map(str, item.itertext()))
             for item in etree.fromstring(archive.read("xl/sharedStrings.xml")).iter(f"{_SPACE}si")
         ]
         sheet = etree.fromstring(archive.read("xl/worksheets/sheet1.xml"))
