@@ -301,8 +301,7 @@ class Tasks:
         except Exception as error:
             if one.future.status in ("cancelled", "lost", "pending"):
                 # Finished, but its worker was lost before the answer came; Dask repeats it, or the
-                # scheduler is gone,
-                # which the next poll detects.
+                # scheduler is gone, which the next poll detects.
                 one.future.add_done_callback(lambda _: self.done.put(key))
                 return None
             if len(one.places) > 1:

@@ -161,8 +161,7 @@ def recall_archive(
             tell(f"Recalculated {done} of {len(touched)} jobs", share)
 
         # Local processes open the archive themselves; for remote workers it is read here over the
-        # open
-        # connection.
+        # open connection.
         contents = partial(_content_of, places, hashes)
         if site.scheduler:
             contents = partial(_from_open, archive, hashes)

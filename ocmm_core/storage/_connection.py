@@ -146,8 +146,7 @@ def connection_to(path: Path) -> Iterator[GuardedConnection]:
         backup_older(db, path)
         bring_up_to_date(db, path)
         # Log content of a killed program or failed sync may only be in memory: now it is on the
-        # disk, before
-        # anything is written after it.
+        # disk, before anything is written after it.
         checkpoint(db)
         db.left_out = content.left_out
         yield db

@@ -102,8 +102,7 @@ def _at_once(path: Path, there: Path) -> JobContent | None:
         pages = _pages(log)
         settled = 0 <= before.st_mtime_ns <= time.time_ns() - _SETTLED_NS
         # The log only grows while the file is unchanged, so a file that was the same before and
-        # after, with the
-        # same head of the log, is one moment of the job.
+        # after, with the same head of the log, is one moment of the job.
         if (log is not None or not settled) and _read(file, size) != content:
             return None
         after = os.fstat(file)

@@ -42,8 +42,7 @@ class JobWriter:
             db.execute("COMMIT")
         except BaseException as error:
             # After a failed sync the kernel may have dropped the pages: a retry could seem to
-            # succeed. The job
-            # continues in another file instead.
+            # succeed. The job continues in another file instead.
             self._note(error)
             with contextlib.suppress(sqlite3.Error):
                 db.execute("ROLLBACK")

@@ -28,8 +28,7 @@ _TABLES = (
         rig_text TEXT NOT NULL, rig_sha256 TEXT NOT NULL,
         probe_text TEXT NOT NULL, probe_sha256 TEXT NOT NULL) STRICT""",
     # Arrays are little-endian float64, row by row. Their shapes: tip_world and direction (3),
-    # covariance and
-    # rotation (3, 3), spots by spots_shape ("cameras,leds,2").
+    # covariance and rotation (3, 3), spots by spots_shape ("cameras,leds,2").
     """CREATE TABLE observation (
         number INTEGER PRIMARY KEY CHECK (number > 0),
         feature TEXT NOT NULL, time_s REAL NOT NULL,

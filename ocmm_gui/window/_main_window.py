@@ -125,8 +125,7 @@ class MainWindow(QMainWindow):
         )  # fmt: skip
         self._preload = Preload()
         # Parents delete the listeners: Qt keeps connections of one without a parent, and with them
-        # window and
-        # station, for the life of the program.
+        # window and station, for the life of the program.
         for part in (
             self.choice, self.output, self.sheets, self.tests, self.maintenance, self.pages,
             self.running,

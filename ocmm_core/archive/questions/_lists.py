@@ -74,8 +74,7 @@ def used(archive: Archive, asked: Asked) -> ArchiveAnswer:
         )
     needs(asked, "what")
     # Each search uses its index and ends at the limit, regardless of the number of jobs; a hash may
-    # be
-    # shortened as on screens.
+    # be shortened as on screens.
     found: dict[tuple[Cell, ...], Entry] = {}
     judge = Judge(archive)
     for column, word in _words_for(archive, asked):

@@ -269,8 +269,7 @@ class PostgresArchive(SqlArchive):
         # Statements are ours or typed by the user; values never become part of them.
         with self._waiting(), self._open().cursor() as cursor:
             # Binary answers use the protocol for single statements: a COMMIT before another
-            # statement would end the
-            # read-only transaction.
+            # statement would end the read-only transaction.
             cursor.execute(text.encode(), values or None, binary=alone or None)
             if not cursor.description:
                 return Table((), ())

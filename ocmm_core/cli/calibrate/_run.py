@@ -88,8 +88,7 @@ def continued(
             procedure = resume(path)
         except (CalibrationError, InputError, StorageError) as error:
             # Started with another calibration, probe or version, or at an implausible temperature:
-            # its
-            # observations are useless.
+            # its observations are useless.
             if not is_ended(path):
                 console.print(
                     f"{lead('Left out ')}{say(error.what)}",

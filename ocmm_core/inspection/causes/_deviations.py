@@ -205,8 +205,7 @@ def _fitted(
         if pattern is not None:
             amount = float(change[6])
             # Points of one feature share its error: count features (a sandwich of clusters); the
-            # pattern has one
-            # degree of freedom.
+            # pattern has one degree of freedom.
             pulls = np.zeros((len(surfaces), matrix.shape[1]))
             np.add.at(pulls, owner, design * (weights * left)[:, None])
             spread = inverse @ pulls.T @ pulls @ inverse

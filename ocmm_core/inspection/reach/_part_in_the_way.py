@@ -43,8 +43,7 @@ def make_obstacle(triangles: Float, faces: Int, n_faces: int, deflection_mm: flo
     `deflection_mm`: bound of the distance of the mesh from the faces.
     """
     # Read-only arrays, e.g. from a pipe, are another type to the compiler: it would recompile all
-    # loops,
-    # which takes longer than thousands of queries.
+    # loops, which takes longer than thousands of queries.
     triangles = np.require(triangles, np.float64, ("C", "W"))
     faces = np.require(faces, np.int64, ("C", "W"))
     triangles, faces = _without_long(triangles, faces)

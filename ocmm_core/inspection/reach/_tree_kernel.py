@@ -13,10 +13,8 @@ from ocmm_core.geometry import Float, Int
 
 BAR, PANEL = 0, 1
 # Columns of a body: its kind; middle of its start and its end; unit vector across (panel); radius
-# of a
-# bar, or half the width of a panel, at the start and at the end; half the thickness of a panel;
-# part
-# of the probe.
+# of a bar, or half the width of a panel, at the start and at the end; half the thickness of a
+# panel; part of the probe.
 KIND, START, END, ACROSS, AT_START, AT_END, HALF_THICK, PART = 0, 1, 4, 7, 10, 11, 12, 13
 N_COLUMNS = 14
 
@@ -65,8 +63,7 @@ def point_triangle(px: float, py: float, pz: float, t: Float) -> float:
             v = 1.0 - w
         else:
             # va + vb + vc is the square of twice the area; 0 for a degenerate triangle, which the
-            # edges above have
-            # caught.
+            # edges above have caught.
             v, w = vb / (va + vb + vc), vc / (va + vb + vc)
     x, y, z = x - v * abx - w * acx, y - v * aby - w * acy, z - v * abz - w * acz
     return float(np.sqrt(x * x + y * y + z * z))
@@ -97,8 +94,7 @@ def _bar_near(body: Float, t: Float, gap: float) -> bool:
         return True
     if near >= first:
         # A convex distance that rises at its start rises to its end: this settles most triangles
-        # about a ball
-        # that leaves its surface.
+        # about a ball that leaves its surface.
         if 0.5 * (first + near - _CLOSE * (length + abs(dr))) >= gap:
             return False
         high = _CLOSE
@@ -246,8 +242,7 @@ def first_near(
                 outside = True
                 break
             # The body's axis intersects the box, enlarged by its radius, between these shares of
-            # its length
-            # (slabs, Kay and Kajiya 1986).
+            # its length (slabs, Kay and Kajiya 1986).
             if abs(way[a]) > 1e-12:
                 one = (boxes[box, a] - round_about - start[a]) / way[a]
                 other = (boxes[box, 3 + a] + round_about - start[a]) / way[a]

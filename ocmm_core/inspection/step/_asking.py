@@ -72,8 +72,7 @@ def ask(
     if not files.parts and _printable(str(path)) == str(path):
         return _asked(path, path, wanted, files, asking)
     # Part files are read as a copy, so that no name leads to another file; the library takes names
-    # in
-    # UTF-8 only.
+    # in UTF-8 only.
     with tempfile.TemporaryDirectory(prefix="ocmm-step-") as folder:
         return _asked(path, files.copied(Path(folder)), wanted, files, asking)
 

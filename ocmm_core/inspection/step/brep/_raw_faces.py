@@ -346,8 +346,7 @@ def go_round(ends: Float) -> bool:
     if not np.any(tree.query_ball_point(loose, _GAP_MM, return_length=True) % 2):
         return True
     # Edges no longer than a gap, as of a curve exported as a thousand lines: chains of near ends
-    # belong
-    # to one corner.
+    # belong to one corner.
     every = ends.reshape(-1, 3)
     near = cKDTree(every).query_pairs(_GAP_MM, output_type="ndarray")
     links = coo_array((np.ones(len(near)), (near[:, 0], near[:, 1])), shape=(len(every),) * 2)
