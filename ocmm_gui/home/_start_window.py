@@ -9,7 +9,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from PySide6.QtCore import QTimer, Signal
+from PySide6.QtCore import QEvent, QTimer, Signal
 from PySide6.QtGui import QAction, QCloseEvent, QDragEnterEvent, QDropEvent, QKeyEvent, QKeySequence
 from PySide6.QtWidgets import QMainWindow, QVBoxLayout, QWidget
 
@@ -196,10 +196,17 @@ class StartWindow(QMainWindow):
         errand = Errands.LOOK if path.suffix.lower() == ".ocmm" else Errands.NEW
         self._leave_for(errand, path)
 
+    def event(self, event: QEvent) -> bool:
+        """Keep Esc for the shown notice: it is dismissed before a page is left."""
+        if event.type() is QEvent.Type.ShortcutOverride and self.banner.takes(event):
+            event.accept()
+            return True
+        return super().event(event)
+
     def keyPressEvent(self, event: QKeyEvent) -> None:
         """Dismiss a notice with Esc."""
-        self.banner.hide()
-        super().keyPressEvent(event)
+        if not (self.banner.takes(event) and self.banner.dismiss()):
+            super().keyPressEvent(event)
 
     def dragEnterEvent(self, event: QDragEnterEvent) -> None:
         """Accept one plan or job."""

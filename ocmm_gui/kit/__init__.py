@@ -86,6 +86,7 @@ if TYPE_CHECKING:
         localised,
         numbers_in_use,
         plain_number,
+        read_number,
         split_unit,
         style_of,
         time_words,
@@ -173,8 +174,8 @@ else:
         _notify="Banner ErrorHooks Level Notice NoticeCentre",
         _numbers=(
             "INCH_MM NumberStyle day_words field_length is_ambiguous length_number length_of_field "
-            "length_words localised numbers_in_use plain_number split_unit style_of time_words "
-            "to_mm typed_value unit_word use_numbers"
+            "length_words localised numbers_in_use plain_number read_number split_unit style_of "
+            "time_words to_mm typed_value unit_word use_numbers"
         ),
         _painted="SCENE_LEAST SCENE_SIZE Painted",
         _parts="ColouredRow DataTable NumberTable panel sentence_label stacked value_label",
@@ -213,11 +214,11 @@ __all__ = [
     "limit_words", "list_step", "literal", "localised", "make_actions", "make_button",
     "mark_colour", "millimetres", "mode_words", "named_quantity", "next_step", "numbers_in_use",
     "outlier_count", "outlier_words", "paint_mark", "panel", "plain_number", "progress_word",
-    "quantity", "reference_led_name", "reference_words", "said", "said_word", "seen_cameras",
-    "seen_targets", "sentence_label", "session_of", "shape_word", "shortcuts_of", "show_mode",
-    "slot_names", "split_unit", "stacked", "status_colour", "status_mark", "step_text", "style_of",
-    "text_font", "time_words", "to_mm", "tr", "tr_all", "trouble", "typed_value", "unit_word",
-    "usable_keys", "use_language", "use_numbers", "use_role", "use_shortcuts", "value_label",
-    "verdict_colour", "verdict_line", "verdict_mark", "verdict_sound", "with_unit",
+    "quantity", "read_number", "reference_led_name", "reference_words", "said", "said_word",
+    "seen_cameras", "seen_targets", "sentence_label", "session_of", "shape_word", "shortcuts_of",
+    "show_mode", "slot_names", "split_unit", "stacked", "status_colour", "status_mark", "step_text",
+    "style_of", "text_font", "time_words", "to_mm", "tr", "tr_all", "trouble", "typed_value",
+    "unit_word", "usable_keys", "use_language", "use_numbers", "use_role", "use_shortcuts",
+    "value_label", "verdict_colour", "verdict_line", "verdict_mark", "verdict_sound", "with_unit",
     "wrapped_pixels",
 ]  # fmt: skip

@@ -14,8 +14,8 @@ from enum import Enum
 from pathlib import Path
 from types import TracebackType
 
-from PySide6.QtCore import QObject, Qt, QTimer, Signal
-from PySide6.QtGui import QResizeEvent
+from PySide6.QtCore import QEvent, QObject, Qt, QTimer, Signal
+from PySide6.QtGui import QKeyEvent, QResizeEvent
 from PySide6.QtWidgets import QFrame, QHBoxLayout, QSizePolicy, QWidget
 
 from ocmm_core.documents import write_atomic
@@ -26,6 +26,7 @@ from ocmm_gui.kit._texts import PlainLabel, said, tr
 from ocmm_gui.kit._theme import Theme, text_font
 
 INFO_SECONDS = 12
+_MOST_WAITING = 20
 _AGAIN_S = 5.0
 _FAR_SHARE, _DESK_PX = 26.0 / 1080.0, 14.0
 """Type size: relative to the window height, and in pixels."""
@@ -54,6 +55,8 @@ class Notice:
     detail: str
     """Full text for the log, such as a traceback; never on screen."""
     when: datetime
+    job: str = ""
+    """Job that it is about: the next job ends its display. Empty if about none."""
 
 
 class NoticeCentre(QObject):
@@ -78,20 +81,20 @@ class NoticeCentre(QObject):
         """Return the notices, oldest first."""
         return tuple(self._notices)
 
-    def inform(self, what: str) -> None:
-        """Show information."""
-        self.post(Notice(Level.INFO, what, "", "", datetime.now().astimezone()))
+    def inform(self, what: str, job: str = "") -> None:
+        """Show information, optionally about a job."""
+        self.post(Notice(Level.INFO, what, "", "", datetime.now().astimezone(), job))
 
-    def warn(self, what: str, remedy: str = "") -> None:
+    def warn(self, what: str, remedy: str = "", job: str = "") -> None:
         """Show a warning."""
-        self.post(Notice(Level.WARNING, what, remedy, "", datetime.now().astimezone()))
+        self.post(Notice(Level.WARNING, what, remedy, "", datetime.now().astimezone(), job))
 
-    def error(self, error: BaseException) -> None:
+    def error(self, error: BaseException, job: str = "") -> None:
         """Show an error: `OcmmError` in its own words, others as `failure.contained`."""
         detail = "".join(traceback.format_exception(error))
         told = contained(error, "The window")
         when = datetime.now().astimezone()
-        self.post(Notice(Level.ERROR, told.what, told.remedy, detail, when))
+        self.post(Notice(Level.ERROR, told.what, told.remedy, detail, when, job))
 
     def text(self) -> str:
         """Return all kept notices with their full text."""
@@ -181,7 +184,8 @@ class Banner(QFrame):
         self.setObjectName("banner")
         self.setAccessibleName(tr("Notice"))
         self._theme: Theme | None = None
-        self._level = Level.INFO
+        self._shown: list[Notice] = []
+        self._job = ""
         self._text = PlainLabel()
         self._text.setTextFormat(Qt.TextFormat.PlainText)
         self._text.setWordWrap(True)
@@ -189,10 +193,10 @@ class Banner(QFrame):
         self._far = False
         self._set_font()
         self._text.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Preferred)
-        self._dismiss = NarrowButton(tr("Dismiss  [Esc]"))
+        self._dismiss = NarrowButton("")
         self._dismiss.setAccessibleName(tr("Dismiss this message"))
         self._dismiss.setFocusPolicy(Qt.FocusPolicy.NoFocus)
-        self._dismiss.clicked.connect(self.hide)
+        self._dismiss.clicked.connect(self.dismiss)
         layout = QHBoxLayout(self)
         layout.setContentsMargins(14, 6, 8, 6)
         layout.addWidget(self._text, 1)
@@ -200,25 +204,60 @@ class Banner(QFrame):
         self._timer = QTimer(self)
         self._timer.setSingleShot(True)
         self._timer.setInterval(INFO_SECONDS * 1000)
-        self._timer.timeout.connect(self.hide)
+        self._timer.timeout.connect(self.dismiss)
         self.hide()
 
     def show_notice(self, notice: Notice) -> None:
-        """Show a notice; information disappears, and only an error replaces an error."""
-        covered = self._level is Level.ERROR and self.isVisible()
-        if covered and notice.level is not Level.ERROR:
+        """Show a notice: the newest of the worst level; others wait until it is dismissed.
+
+        Information replaces information; what is repeated waits once.
+        """
+        same = (notice.level, notice.what, notice.remedy)
+        self._shown = [
+            one
+            for one in self._shown
+            if (one.level, one.what, one.remedy) != same
+            and not (one.level is notice.level is Level.INFO)
+        ]
+        levels = list(Level)
+        worse = [one for one in self._shown if levels.index(one.level) > levels.index(notice.level)]
+        self._shown.insert(len(worse), notice)
+        del self._shown[_MOST_WAITING:]
+        self._show_first()
+
+    def dismiss(self) -> bool:
+        """Put away the shown notice and show the next; return whether one was shown."""
+        was_shown = bool(self._shown)
+        del self._shown[:1]
+        self._show_first()
+        return was_shown
+
+    def end_job(self, job: str) -> None:
+        """Put away the notices about other jobs than ``job``; later ones about them expire."""
+        self._job = job
+        self._shown = [one for one in self._shown if one.job in ("", job)]
+        self._show_first()
+
+    def takes(self, event: QEvent) -> bool:
+        """Return whether a key belongs to the shown notice: Esc, before it leaves the page."""
+        is_key = isinstance(event, QKeyEvent) and event.key() == Qt.Key.Key_Escape
+        return is_key and bool(self._shown)
+
+    def _show_first(self) -> None:
+        self._timer.stop()
+        self.setVisible(bool(self._shown))
+        if not self._shown:
             return
-        self._level = notice.level
+        notice, waiting = self._shown[0], len(self._shown) - 1
         self._text.setText(
             f"{_MARKS[notice.level]}  {said(notice.what)} {said(notice.remedy)}".rstrip()
         )
+        more = tr("Dismiss  [Esc]  ({count} more)").format(count=waiting)
+        self._dismiss.setText(more if waiting else tr("Dismiss  [Esc]"))
         self._set_font()
         self._paint()
-        self.show()
-        if notice.level is Level.INFO:
+        if notice.level is Level.INFO or notice.job not in ("", self._job):
             self._timer.start()
-        else:
-            self._timer.stop()
 
     def use_far(self, *, far: bool) -> None:
         """Set the type for far or near reading."""
@@ -243,12 +282,12 @@ class Banner(QFrame):
         self._text.setFont(text_font(pixels, bold=True))
 
     def _paint(self) -> None:
-        if self._theme is not None:
+        if self._theme is not None and self._shown:
             colour = {
                 Level.INFO: self._theme.good,
                 Level.WARNING: self._theme.warn,
                 Level.ERROR: self._theme.bad,
-            }[self._level]
+            }[self._shown[0].level]
             self.setStyleSheet(
                 f"#banner {{ background: {self._theme.panel}; border: 2px solid {colour};"
                 f" border-radius: 6px; }} QLabel {{ color: {colour}; }}"

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 from PySide6.QtCore import QRectF, Signal
-from PySide6.QtGui import QHideEvent, QPaintEvent
+from PySide6.QtGui import QPaintEvent
 from PySide6.QtWidgets import QHBoxLayout, QVBoxLayout
 
 from ocmm_core.geometry import Float
@@ -191,7 +191,6 @@ class ResultsSheet(Sheet):
         self._calibration = calibration
         self._records = records
         self._job: JobView | None = None
-        self._left_at: object = None
         self.table = ResultTable()
         self.detail = ResultDetail()
         self.points = DrivingPoints()
@@ -226,7 +225,7 @@ class ResultsSheet(Sheet):
             {
                 "simulate": self.detail.simulate,
                 "open": self.ask_for_file,
-                "running": self.show_running,
+                "running": self.open,
                 "batch": lambda: self.batch_wanted.emit(self._source.path.parent),
                 "report": lambda: self.report_wanted.emit(self._source),
             },
@@ -234,20 +233,16 @@ class ResultsSheet(Sheet):
         )
 
     def open(self) -> None:
-        """Show the running job as it stands, or the file that was opened before."""
-        self._refresh()
-        self.table.setFocus()
-
-    def show_running(self) -> None:
-        """Show the job that is measured now."""
-        self._source = self._running
-        self._refresh()
-
-    def forget_file(self) -> None:
-        """Show the running job when the sheet is opened next."""
+        """Show the current job, whatever file was shown before."""
         self._opening.cancel()
         self.opening.end()
         self._source = self._running
+        self.resume()
+
+    def resume(self) -> None:
+        """Show the same job again, current or of a file, on return from its report."""
+        self._refresh()
+        self.table.setFocus()
 
     def ask_for_file(self) -> None:
         """Ask which job is to be opened, or give up the one that is being opened."""
@@ -256,7 +251,7 @@ class ResultsSheet(Sheet):
             self.opening.end()
             self.told.emit(tr("The job was not opened."))
         else:
-            self.file.ask(Path.home())
+            self.file.ask(self._source.path.parent if self._source.read_only else Path.home())
 
     def open_file(self, path: Path) -> None:
         """Show a job from its own file, computed anew and compared; nothing is written to it.
@@ -273,21 +268,9 @@ class ResultsSheet(Sheet):
         return self._opening.is_running()
 
     def job_changed(self) -> None:
-        """Show what was measured since, where the running job is shown.
-
-        A file that was left gives way to the job that goes on: who comes back for its results must
-        not read those of another part.
-        """
-        if self._source is self._running:
-            if self.isVisible():
-                self._refresh()
-        elif not self.isVisible() and self._running.state() != self._left_at:
-            self.forget_file()
-
-    def hideEvent(self, event: QHideEvent) -> None:
-        """Remember where the running job stood."""
-        super().hideEvent(event)
-        self._left_at = self._running.state()
+        """Show the current job as it is now, unless a file is shown."""
+        if self._source is self._running and self.isVisible():
+            self._refresh()
 
     def close_work(self) -> None:
         """Give up what is being calculated; call it before the window goes."""
@@ -329,7 +312,10 @@ class ResultsSheet(Sheet):
     def _show_summary(self, job: JobView) -> None:
         part = job.part_verdict
         mark = None if part.verdict is None else verdict_mark(part.verdict)
-        self._summary.show_text(counted_line(job), verdict_colour(self._theme, part.verdict), mark)
+        line = counted_line(job)
+        if self._source.read_only:
+            line = tr("{name}: {verdict}").format(name=self._source.path.stem, verdict=line)
+        self._summary.show_text(line, verdict_colour(self._theme, part.verdict), mark)
 
     def _show_detail(self, name: str) -> None:
         result = self._result(name)

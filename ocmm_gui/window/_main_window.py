@@ -8,7 +8,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from PySide6.QtCore import Qt, Signal
+from PySide6.QtCore import QEvent, Qt, Signal
 from PySide6.QtGui import QCloseEvent, QDragEnterEvent, QDropEvent, QKeyEvent
 from PySide6.QtWidgets import QHBoxLayout, QMainWindow, QVBoxLayout, QWidget
 
@@ -128,8 +128,8 @@ class MainWindow(QMainWindow):
             self.banner,
         )  # fmt: skip
         self.running = RunningJob(
-            bridge, notices, self._feedback, self.pages, self.desk, self.far, self.sheets,
-            self.maintenance, self.choice, self.hand,
+            bridge, notices, self.banner, self._feedback, self.pages, self.desk, self.far,
+            self.sheets, self.maintenance, self.choice, self.hand,
         )  # fmt: skip
         self._lines = (
             self.banner, self.output.question, self.output.export_panel, self.output.bus_panel,
@@ -221,9 +221,18 @@ class MainWindow(QMainWindow):
         """Return whether the far view is shown."""
         return self.pages.is_far()
 
+    def event(self, event: QEvent) -> bool:
+        """Keep Esc for the shown notice: it is dismissed before a page is left."""
+        if event.type() is QEvent.Type.ShortcutOverride and self.banner.takes(event):
+            event.accept()
+            return True
+        return super().event(event)
+
     def keyPressEvent(self, event: QKeyEvent) -> None:
-        """Let Esc put a notice or the export panel away, and nothing else."""
+        """Dismiss a notice with Esc, or hide what asks for a place."""
         if event.key() == Qt.Key.Key_Escape:
+            if self.banner.dismiss():
+                return
             for widget in (*self._lines, self.search):
                 widget.hide()
             return

@@ -73,6 +73,7 @@ class Output(QObject):
         self.question.agreed.connect(self._writer.agree)
         self.export_panel.given.connect(self._export_to)
         self.bus_panel.given.connect(bridge.maintenance.save_bus_text)
+        bridge.jobs.job_begun.connect(self.question.hide)
         bridge.maintenance.bus_text_saved.connect(
             lambda path: notices.inform(tr("The bus report is in {path}.").format(path=path))
         )

@@ -110,7 +110,7 @@ class Sheets(MadeLate):
         sheet = ReportSheet(self._folder)
         sheet.mark_formats(self._store.load().settings.report_formats)
         sheet.written.connect(self._written)
-        return self._join(sheet, self.open_results)
+        return self._join(sheet, self._back_to_results)
 
     @cached_property
     def alignment(self) -> AlignmentSheet:
@@ -131,7 +131,7 @@ class Sheets(MadeLate):
         """Return many jobs side by side."""
         from ocmm_gui.results import CompareSheet
 
-        return self._join(CompareSheet(partial(_records, self._bridge)), self.open_results)
+        return self._join(CompareSheet(partial(_records, self._bridge)), self._back_to_results)
 
     @cached_property
     def keys(self) -> KeysSheet:
@@ -226,9 +226,13 @@ class Sheets(MadeLate):
         return any(sheet is widget for sheet in self._made)
 
     def open_results(self) -> None:
-        """Show the results of the running job, or of the file that was opened before."""
+        """Show the results of the current job."""
         self.wanted.emit(self.results)
         self.results.open()
+
+    def _back_to_results(self) -> None:
+        self.wanted.emit(self.results)
+        self.results.resume()
 
     def open_job(self) -> None:
         """Ask for operator and part."""
@@ -339,8 +343,6 @@ class Sheets(MadeLate):
         self.job.choose_plan(path)
 
     def _on_begun(self) -> None:
-        if self.is_made("results"):
-            self.results.forget_file()
         self.left.emit()
 
     def look_at(self, path: Path) -> None:

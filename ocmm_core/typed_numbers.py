@@ -1,0 +1,86 @@
+"""Numbers that people type: unit and range of each, in one table.
+
+Forms of the window, commands and procedures check here, so that none of them accepts a number that
+another refuses. Readings of a room, which may be ranges, are in `ocmm_core.surroundings`.
+"""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+
+from ocmm_core.errors import InputError
+from ocmm_core.surroundings import Quantity
+from ocmm_core.tables import typed_number
+from ocmm_core.units import find_unit, scaled
+
+_WITH_UNIT = re.compile(r"(?P<number>.*?[\d.,])?\s*(?P<unit>[^\d\s.,+-]\D*)")
+
+
+@dataclass(frozen=True, slots=True)
+class NumberField:
+    """One number of a form."""
+
+    quantity: Quantity
+    words: str
+    """Noun phrase that begins a sentence."""
+    whole: bool = False
+
+    def check(self, value: float) -> float:
+        """Return a number within its range; raise InputError otherwise, also for nan."""
+        if value not in self.quantity or (self.whole and value != int(value)):
+            raise self.refusal(f"{value:g}")
+        return value
+
+    def read(self, text: str, *, comma: bool = False) -> float:
+        """Return a typed number, with or without its unit; a length may be in inch.
+
+        Parameters
+        ----------
+        comma
+            The form shows numbers with a decimal comma; see `tables.typed_number`.
+
+        Raises
+        ------
+        InputError
+            It is no number, ambiguous, in another unit, or out of range.
+        """
+        typed, named = text.strip(), ""
+        found = _WITH_UNIT.fullmatch(typed)
+        if found is not None and found["number"]:
+            typed, named = found["number"], found["unit"]
+        value = typed_number(typed, comma=comma)
+        if value is None:
+            raise self.refusal(repr(text.strip()[:40]))
+        if named and named != self.quantity.unit:
+            unit = find_unit(named, "length") if self.quantity.unit == "mm" else None
+            if unit is None:
+                raise self.refusal(repr(text.strip()[:40]))
+            value = scaled(value, unit.factor)
+        return self.check(value)
+
+    def refusal(self, given: str) -> InputError:
+        """Return the error of a number that is not one of this field."""
+        one = self.quantity
+        kind = "whole number" if self.whole else "number"
+        unit = f" {one.unit}" if one.unit else ""
+        return InputError(
+            f"number.{one.field}",
+            f"{self.words} is {given}.",
+            f"Enter a {kind} from {one.least:g} to {one.most:g}{unit}.",
+        )
+
+
+TEMPERATURE = NumberField(Quantity("temperature", "°C", 0.0, 50.0), "The temperature")
+BALL = NumberField(Quantity("ball", "mm", 0.1, 100.0), "The ball diameter")
+REFERENCE = NumberField(Quantity("reference", "mm", 1e-4, 1e5), "The reference length")
+PARTS = NumberField(Quantity("parts", "", 1, 1000), "The number of parts", whole=True)
+TRIALS = NumberField(Quantity("trials", "", 1, 100), "The number of trials", whole=True)
+SEED = NumberField(Quantity("seed", "", 0, 2**31), "The seed", whole=True)
+TILT = NumberField(Quantity("tilt", "°", 0.0, 180.0), "The tilt")
+SPOT_NOISE = NumberField(Quantity("noise", "px", 1e-4, 10.0), "The noise of spots")
+COORDINATE = NumberField(Quantity("coordinate", "", -1e6, 1e6), "The number")
+
+NUMBER_FIELDS = (
+    TEMPERATURE, BALL, REFERENCE, PARTS, TRIALS, SEED, TILT, SPOT_NOISE, COORDINATE,
+)  # fmt: skip
