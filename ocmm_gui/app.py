@@ -331,6 +331,7 @@ def _begin(
             bridge.start()
 
     errand, path = choice.errand, choice.path
+    source = loaded.settings.instrument_source
     if errand in (Errands.NEW, Errands.LOOK, Errands.PLANS):
         # Until then nobody touches anything: a robot hand must not measure behind the page.
         bridge.jobs.job_begun.connect(start)
@@ -342,10 +343,14 @@ def _begin(
     elif errand is Errands.PLANS:
         window.sheets.open_plan()
     elif errand is Errands.CALIBRATE:
-        start()
         window.show_mode(Mode.MAINTAIN)
+        window.maintenance.view.show_page(window.maintenance.calibration)
+        if source == DEFAULT_SOURCE:
+            # A robot hand must not measure behind the page.
+            window.pages.turned.connect(lambda: start() if window.pages.measures() else None)
+        else:
+            start()
     else:
-        source = loaded.settings.instrument_source
         if errand is Errands.MEASURE and parsed.serial is None and source != DEFAULT_SOURCE:
             # Who measures which part comes before the first point.
             window.sheets.open_job()

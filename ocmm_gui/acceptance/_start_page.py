@@ -281,6 +281,7 @@ class AcceptanceStart(QWidget):
         field.setToolTip(literal(tr(tip)))
         field.setPlaceholderText(tr(tip))
         field.setFont(text_font(15))
+        field.textEdited.connect(lambda _text: self.show_trouble(""))
         self.fields[key] = field
         return field
 

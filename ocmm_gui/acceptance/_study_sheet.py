@@ -162,6 +162,14 @@ class StudySheet(WorkSheet):
 
     def _use(self, plan: StudyPlan) -> None:
         self._plan, self._report = plan, None
+        for key, text in (
+            ("name", plan.name), ("parts", str(len(plan.parts))),
+            ("operators", ",".join(plan.operators)), ("trials", str(plan.trials)),
+            ("seed", str(plan.seed)),
+        ):  # fmt: skip
+            self.fields[key].setText(text)
+        self.word.show_text("")
+        self.message.setText("")
         self.table.setRowCount(0)
         self.say(
             tr("{name}: {parts} parts, {operators} operators, {trials} trials").format(

@@ -102,6 +102,10 @@ class AcceptanceVerdictPage(StepPage):
         self.paper.setEnabled(outcome is not None and outcome.file is not None)
         self._show_word(view)
 
+    def allows(self, key: str) -> bool:
+        """Return whether the procedure permits another retest."""
+        return key != "repeat" or (self._outcome is not None and self._outcome.retests_left > 0)
+
     def show_plot(self, number: int) -> None:
         """Show the errors, every value, or the chart of interim checks."""
         self.tabs.show_plot(number)
@@ -128,8 +132,9 @@ class AcceptanceVerdictPage(StepPage):
         for row, one in enumerate(values):
             superseded = tr(" (repeated)") if one.superseded else ""
             words = (
-                one.quantity, f"{one.position}, {one.name}{superseded}",
-                localised(f"{1e3 * one.error_mm:+.1f}"), localised(f"{1e3 * one.expanded_mm:.1f}"),
+                said_word(one.quantity), f"{said(one.position)}, {said(one.name)}{superseded}",
+                localised(f"{1e3 * one.error_mm:+.1f}"),
+                localised(f"{1e3 * one.expanded_mm:.1f}") if one.expanded_mm else "–",
                 localised(f"{1e3 * one.limit_mm:.1f}"), said_word(one.verdict.value),
             )  # fmt: skip
             self.values.show_words(row, words)
@@ -138,8 +143,8 @@ class AcceptanceVerdictPage(StepPage):
             self.show_plot(2)
         facts = [
             (
-                one.quantity,
-                tr("{error:+.1f} ± {u:.1f} µm, limit {limit:.1f}").format(
+                said_word(one.quantity),
+                tr("{error:+.1f} µm, U {u:.1f} µm (k = 2), limit {limit:.1f} µm").format(
                     error=1e3 * one.error_mm, u=1e3 * one.expanded_mm, limit=1e3 * one.limit_mm
                 ),
             )
@@ -149,8 +154,8 @@ class AcceptanceVerdictPage(StepPage):
         facts += [
             (tr("Values"), str(len([one for one in values if not one.superseded]))),
             (tr("Retests left"), str(outcome.retests_left)),
-            (tr("Method"), view.stage.procedure.wording),
-            (tr("Rule"), view.stage.procedure.rule),
+            (tr("Method"), said(view.stage.procedure.wording)),
+            (tr("Rule"), said(view.stage.procedure.rule)),
             (tr("Artefact"), used or tr("none")),
         ]
         if outcome.file is not None:

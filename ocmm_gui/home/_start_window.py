@@ -18,6 +18,7 @@ from ocmm_core.errors import OcmmError
 from ocmm_core.settings import LoadedSettings, RecentPlaces, Settings, SettingsStore
 from ocmm_gui.access import HandsAndEyes, PageStack, ZoomArea
 from ocmm_gui.home._file_browser import FileBrowser, Wanted
+from ocmm_gui.home._job_cards import Judging
 from ocmm_gui.home._plan_list import PlanList
 from ocmm_gui.home._start_page import StartPage
 from ocmm_gui.kit import (
@@ -33,7 +34,7 @@ from ocmm_gui.kit import (
     tr,
     usable_keys,
 )
-from ocmm_gui.work import Worker
+from ocmm_gui.work import SideProcess, Worker
 
 if TYPE_CHECKING:
     from ocmm_core.composition import StationState
@@ -95,6 +96,9 @@ class StartWindow(QMainWindow):
         self._lists = Worker("ocmm-start", self)
         self._state: StationState | None = None
         self._state_comes = False
+        self._judging = SideProcess(self)
+        self._judging.came.connect(lambda judged: self.page.jobs.show_verdict(judged))
+        self._judging.failed.connect(notices.error)
         self._look = QTimer(self)
         self._look.setInterval(_STATE_MS)
         self._look.timeout.connect(self.read_state)
@@ -158,7 +162,7 @@ class StartWindow(QMainWindow):
         folder = settings.job_folder
         self._lists.do(
             lambda: _jobs(folder, recent),
-            lambda jobs: self.page.show_jobs(jobs, folder),
+            lambda jobs: self._show_jobs(jobs, folder),
             self._notices.error,
         )
         self.read_state()
@@ -166,6 +170,13 @@ class StartWindow(QMainWindow):
         self._lists.do(lambda: _hand_over(settings), self.page.show_hand_over, self._notices.error)
         # Preload the job's imports while the user reads.
         self._lists.do(_warm, lambda _none: None, self._notices.error)
+
+    def _show_jobs(self, jobs: tuple[LastJob, ...], folder: Path) -> None:
+        self.page.show_jobs(jobs, folder)
+        paths, settings = self.page.jobs.to_judge(), self.loaded.settings
+        if paths:
+            work = Judging(paths, settings.instrument_probes, settings.instrument_calibrations)
+            self._judging.start(work)
 
     def read_state(self) -> None:
         """Read the station status, unless already running."""
@@ -228,6 +239,7 @@ class StartWindow(QMainWindow):
         if self._archive_sheet is not None:
             self._archive_sheet.close_work()
         self.browser.close_work()
+        self._judging.cancel()
         self._lists.close(5.0)
         event.accept()
         self.closed.emit()

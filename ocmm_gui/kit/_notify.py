@@ -27,6 +27,8 @@ from ocmm_gui.kit._theme import Theme, text_font
 
 INFO_SECONDS = 12
 _MOST_WAITING = 20
+PROCEDURE = "procedure"
+"""Job of notices about a wizard or a test."""
 _AGAIN_S = 5.0
 _FAR_SHARE, _DESK_PX = 26.0 / 1080.0, 14.0
 """Type size: relative to the window height, and in pixels."""
@@ -56,13 +58,15 @@ class Notice:
     """Full text for the log, such as a traceback; never on screen."""
     when: datetime
     job: str = ""
-    """Job that it is about: the next job ends its display. Empty if about none."""
+    """Job or procedure (`PROCEDURE`) whose end is that of its display; empty if about none."""
 
 
 class NoticeCentre(QObject):
     """Store the last notices and notify listeners; `post` is thread-safe."""
 
     posted = Signal(object)
+    ended = Signal(str)
+    """Emits the job or procedure that has ended."""
 
     def __init__(self, parent: QObject | None = None) -> None:
         super().__init__(parent)
@@ -235,7 +239,12 @@ class Banner(QFrame):
     def end_job(self, job: str) -> None:
         """Put away the notices about other jobs than ``job``; later ones about them expire."""
         self._job = job
-        self._shown = [one for one in self._shown if one.job in ("", job)]
+        self._shown = [one for one in self._shown if one.job in ("", PROCEDURE, job)]
+        self._show_first()
+
+    def end(self, job: str) -> None:
+        """Put away the notices about ``job``."""
+        self._shown = [one for one in self._shown if one.job != job]
         self._show_first()
 
     def takes(self, event: QEvent) -> bool:
@@ -256,7 +265,7 @@ class Banner(QFrame):
         self._dismiss.setText(more if waiting else tr("Dismiss  [Esc]"))
         self._set_font()
         self._paint()
-        if notice.level is Level.INFO or notice.job not in ("", self._job):
+        if notice.level is Level.INFO or notice.job not in ("", PROCEDURE, self._job):
             self._timer.start()
 
     def use_far(self, *, far: bool) -> None:

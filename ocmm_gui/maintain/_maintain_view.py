@@ -100,6 +100,10 @@ class MaintainView(QWidget):
         """Return the selected page."""
         return self._pages[max(self.list.currentRow(), 0)]
 
+    def show_page(self, page: QWidget) -> None:
+        """Select a page."""
+        self.list.setCurrentRow(self._pages.index(page))
+
     def show_live(self, live: LiveView) -> None:
         """Show the state of the machine."""
         self._live = live

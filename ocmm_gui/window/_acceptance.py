@@ -16,7 +16,7 @@ from PySide6.QtCore import QObject, Signal
 
 from ocmm_core.errors import InputError, OcmmError
 from ocmm_gui.bridge import StationBridge
-from ocmm_gui.kit import NoticeCentre, PathPanel, Sheet, Sound, tr
+from ocmm_gui.kit import PROCEDURE, NoticeCentre, PathPanel, Sheet, Sound, tr
 from ocmm_gui.operator import Feedback
 from ocmm_gui.reports import CertificateWriting
 from ocmm_gui.window._made_late import MadeLate
@@ -135,6 +135,7 @@ class AcceptanceRooms(MadeLate):
             self._required(), bridge.station.maintenance.set_frame_tap,
             lambda: bridge.shown.job.operator,
         )  # fmt: skip
+        desk.left.connect(lambda: self._notices.ended.emit(PROCEDURE))
         desk.left.connect(self.left)
         desk.taken.connect(lambda: self._feedback.play(Sound.TAKEN))
         desk.sounded.connect(self._feedback.play)
@@ -223,4 +224,4 @@ class AcceptanceRooms(MadeLate):
 
     def _on_failed(self, error: OcmmError) -> None:
         self._feedback.play(Sound.REFUSED)
-        self._notices.error(error)
+        self._notices.error(error, PROCEDURE)

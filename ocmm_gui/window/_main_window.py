@@ -190,6 +190,7 @@ class MainWindow(QMainWindow):
         self.search.closed.connect(self.pages.focus)
         self.search.other_wanted.connect(self.pages.do_elsewhere)
         self._notices.posted.connect(self.banner.show_notice, Qt.ConnectionType.QueuedConnection)
+        self._notices.ended.connect(self.banner.end, Qt.ConnectionType.QueuedConnection)
         bridge.plan_changed.connect(self._use_plan)
 
     def _reopen(self) -> None:

@@ -158,6 +158,7 @@ class StartPage(QWidget):
         field = HintField(one.proposal)
         field.setPlaceholderText(tr(one.tip))
         field.returnPressed.connect(self._begin)
+        field.textEdited.connect(lambda _text: self.show_trouble(""))
         return field
 
     def _choice(self, one: Field) -> ChoiceBox:

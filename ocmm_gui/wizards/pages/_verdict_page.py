@@ -10,16 +10,16 @@ from PySide6.QtWidgets import QHBoxLayout, QVBoxLayout
 
 from ocmm_core.calibration.guided import VerificationOutcome, VerificationView
 from ocmm_core.calibration.records import Check
-from ocmm_gui.charts import ErrorChart, group_of
+from ocmm_gui.charts import ErrorChart, check_words, group_of
 from ocmm_gui.kit import (
     DEFAULT_THEME,
     THEMES,
     FitText,
     Mark,
     Theme,
-    localised,
     panel,
     said,
+    said_word,
     sentence_label,
     session_of,
     tr,
@@ -104,14 +104,8 @@ class VerdictPage(StepPage):
             self.facts.show_facts(
                 (
                     (tr("Checks"), _count(len(record.checks), len(view.outcome.failed))),
-                    (tr("Worst"), worst.name),
-                    (
-                        tr("Error"),
-                        localised(
-                            f"{1e3 * worst.error_mm:+.1f} ± {1e3 * worst.expanded_mm:.1f} µm"
-                        ),
-                    ),
-                    (tr("Limit"), localised(f"± {1e3 * worst.limit_mm:.1f} µm")),
+                    (tr("Worst"), said_word(worst.name)),
+                    (tr("Error"), check_words(worst)),
                     *session_of(record),
                     (tr("Artefacts"), artefacts),
                     (tr("Rule"), record.rule),
