@@ -29,7 +29,7 @@ class NumberField:
     def check(self, value: float) -> float:
         """Return a number within its range; raise InputError otherwise, also for nan."""
         if value not in self.quantity or (self.whole and value != int(value)):
-            raise self.refusal(f"{value:g}")
+            raise self._refusal(f"{value:g} {self.quantity.unit}".strip())
         return value
 
     def read(self, text: str, *, comma: bool = False) -> float:
@@ -51,15 +51,15 @@ class NumberField:
             typed, named = found["number"], found["unit"]
         value = typed_number(typed, comma=comma)
         if value is None:
-            raise self.refusal(repr(text.strip()[:40]))
+            raise self._refusal(f"{text.strip()[:40]!r}, which is not a number")
         if named and named != self.quantity.unit:
             unit = find_unit(named, "length") if self.quantity.unit == "mm" else None
             if unit is None:
-                raise self.refusal(repr(text.strip()[:40]))
+                raise self._refusal(f"{text.strip()[:40]!r}, which is in another unit")
             value = scaled(value, unit.factor)
         return self.check(value)
 
-    def refusal(self, given: str) -> InputError:
+    def _refusal(self, given: str) -> InputError:
         """Return the error of a number that is not one of this field."""
         one = self.quantity
         kind = "whole number" if self.whole else "number"

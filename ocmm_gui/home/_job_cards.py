@@ -11,16 +11,7 @@ from PySide6.QtCore import QRectF, QSize, Qt
 from PySide6.QtGui import QColor, QIcon, QPainter, QPixmap
 from PySide6.QtWidgets import QListWidget, QListWidgetItem
 
-from ocmm_gui.kit import (
-    DEFAULT_THEME,
-    THEMES,
-    Theme,
-    literal,
-    said,
-    text_font,
-    time_words,
-    tr,
-)
+from ocmm_gui.kit import DEFAULT_THEME, THEMES, Theme, literal, said, text_font, time_words, tr
 from ocmm_gui.work import Teller
 
 if TYPE_CHECKING:

@@ -248,9 +248,12 @@ class Banner(QFrame):
         self._show_first()
 
     def takes(self, event: QEvent) -> bool:
-        """Return whether a key belongs to the shown notice: Esc, before it leaves the page."""
+        """Return whether a key belongs to the shown notice: Esc, before it leaves the page.
+
+        Information, which ends by itself, keeps nobody on a page.
+        """
         is_key = isinstance(event, QKeyEvent) and event.key() == Qt.Key.Key_Escape
-        return is_key and bool(self._shown)
+        return is_key and bool(self._shown) and self._shown[0].level is not Level.INFO
 
     def _show_first(self) -> None:
         self._timer.stop()
@@ -261,8 +264,9 @@ class Banner(QFrame):
         self._text.setText(
             f"{_MARKS[notice.level]}  {said(notice.what)} {said(notice.remedy)}".rstrip()
         )
-        more = tr("Dismiss  [Esc]  ({count} more)").format(count=waiting)
-        self._dismiss.setText(more if waiting else tr("Dismiss  [Esc]"))
+        word = tr("Dismiss") if notice.level is Level.INFO else tr("Dismiss  [Esc]")
+        more = tr("{word}  ({count} more)").format(word=word, count=waiting)
+        self._dismiss.setText(more if waiting else word)
         self._set_font()
         self._paint()
         if notice.level is Level.INFO or notice.job not in ("", PROCEDURE, self._job):
