@@ -8,14 +8,17 @@ from collections.abc import Mapping, Sequence
 from ocmm_core.doctor._changes import ChangeKind, SystemChange, kernel_file
 from ocmm_core.doctor._computer import Computer, NotAskedError
 from ocmm_core.doctor._cores import bus_core, processors
-from ocmm_core.doctor._ethtool import COALESCING, FEATURES, fixed_features, settings
+from ocmm_core.doctor._ethtool import COALESCING, FEATURES, fixed_features, link_settings, settings
 from ocmm_core.doctor._result import Answer, amber, green, red
 
 NETWORK = "/sys/class/net"
 _SETTINGS = "/etc/ocmm/bus.env"
 _NAME = re.compile(r"[A-Za-z0-9_.-]{1,15}")
-_LEAST_MBIT = 100
+_LEAST_MBIT, _MOST_MBIT = 100, 1000
 """EtherCAT is 100 Mbit/s (IEC 61158-2 type 12); a lower rate indicates a bad cable."""
+
+_LINK_LOCAL = "20"
+"""Scope of IPv6 addresses that every adapter has."""
 
 
 def interface_of(computer: Computer) -> str:
@@ -83,8 +86,57 @@ def adapter(computer: Computer) -> Answer:
             f"{name} is connected with {speed} Mbit/s; the cameras need {_LEAST_MBIT}.",
             "Replace the cable.",
         )
+    if computer.has(f"{folder}/duplex") and computer.text(f"{folder}/duplex") == "half":
+        return red(
+            "adapter.half_duplex",
+            f"{name} is connected half duplex; frames of the cameras collide.",
+            f"Replace the cable, and type: ethtool -s {name} autoneg on",
+        )
+    if faults := _against(computer, name, speed):
+        return amber(
+            "adapter.unsuited",
+            f"{name} {', and '.join(what for what, _ in faults)}.",
+            " ".join(remedy for _, remedy in faults),
+        )
     shown = f", {speed} Mbit/s" if speed > 0 else ""
     return green(f"{name} is connected{shown}, and is not used by the network.")
+
+
+def _against(computer: Computer, name: str, speed: int) -> list[tuple[str, str]]:
+    """Return what makes an adapter unsuited for the cameras, each with its remedy."""
+    found = []
+    if speed > _MOST_MBIT:
+        found.append((
+            f"is connected with {speed} Mbit/s, so no camera is at the other end",
+            "Connect the cameras directly, without a switch.",
+        ))  # fmt: skip
+    if _has_address(computer, name):
+        found.append((
+            "has an IP address, so other programs send on the camera bus",
+            f"Type: ip addr flush dev {name}; switch off DHCP for it.",
+        ))  # fmt: skip
+    if computer.link(f"{NETWORK}/{name}/device/subsystem").endswith("/usb"):
+        found.append((
+            "is a USB adapter, which delivers frames late",
+            "Use an adapter on PCI Express.",
+        ))  # fmt: skip
+    for title, is_on in link_settings(computer, name).items():
+        if is_on:
+            word = "-A" if title.startswith("pause") else "--set-eee"
+            option = "rx off tx off" if word == "-A" else "eee off"
+            found.append((f"uses {title}", f"Type: ethtool {word} {name} {option}"))
+    return found
+
+
+def _has_address(computer: Computer, name: str) -> bool:
+    """Return whether the adapter has an IPv4 route, or an IPv6 address beyond its link."""
+    routes = computer.text("/proc/net/route").splitlines()[1:]
+    if any(line.split()[:1] == [name] for line in routes):
+        return True
+    place = "/proc/net/if_inet6"
+    lines = computer.text(place).splitlines() if computer.has(place) else []
+    fields = [line.split() for line in lines]
+    return any(len(one) > 5 and one[5] == name and one[3] != _LINK_LOCAL for one in fields)
 
 
 def interrupts(computer: Computer) -> Answer:

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import contextlib
 import re
 
-from ocmm_core.doctor._computer import Computer
+from ocmm_core.doctor._computer import Computer, NotAskedError
 
 COALESCING, FEATURES = "-C", "-K"
 _PACKAGE = "ethtool"
@@ -33,6 +34,24 @@ def fixed_features(computer: Computer, name: str) -> dict[str, str]:
     said = computer.run("ethtool", FEATURES.lower(), name, package=_PACKAGE)
     found = re.findall(r"^([a-z-]+): (on|off) \[fixed\]$", said, re.MULTILINE)
     return {_TITLES[title]: state for title, state in found if title in _TITLES}
+
+
+def link_settings(computer: Computer, name: str) -> dict[str, bool]:
+    """Return whether pause frames and energy-efficient Ethernet are on, as far as known."""
+    found: dict[str, bool] = {}
+    for title, option, pattern in (
+        ("pause frames", "-a", r"^(?:RX|TX):\s*(on|off)$"),
+        (
+            "energy-efficient Ethernet",
+            "--show-eee",
+            r"EEE status: (enabled|disabled|not supported)",
+        ),
+    ):
+        with contextlib.suppress(NotAskedError):
+            said = computer.run("ethtool", option, name, package=_PACKAGE)
+            if states := re.findall(pattern, said, re.MULTILINE):
+                found[title] = bool({"on", "enabled"} & set(states))
+    return found
 
 
 def change_setting(computer: Computer, name: str, kind: str, option: str, value: str) -> None:
