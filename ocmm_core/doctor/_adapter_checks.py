@@ -8,7 +8,15 @@ from collections.abc import Mapping, Sequence
 from ocmm_core.doctor._changes import ChangeKind, SystemChange, kernel_file
 from ocmm_core.doctor._computer import Computer, NotAskedError
 from ocmm_core.doctor._cores import bus_core, processors
-from ocmm_core.doctor._ethtool import COALESCING, FEATURES, fixed_features, link_settings, settings
+from ocmm_core.doctor._ethtool import (
+    COALESCING,
+    EEE,
+    FEATURES,
+    PAUSE,
+    fixed_features,
+    is_on,
+    settings,
+)
 from ocmm_core.doctor._result import Answer, amber, green, red
 
 NETWORK = "/sys/class/net"
@@ -92,10 +100,11 @@ def adapter(computer: Computer) -> Answer:
             f"{name} is connected half duplex; frames of the cameras collide.",
             f"Replace the cable, and type: ethtool -s {name} autoneg on",
         )
-    if faults := _against(computer, name, speed):
+    faults = _against(computer, name, speed)
+    if faults:
         return amber(
             "adapter.unsuited",
-            f"{name} {', and '.join(what for what, _ in faults)}.",
+            " ".join(what for what, _ in faults),
             " ".join(remedy for _, remedy in faults),
         )
     shown = f", {speed} Mbit/s" if speed > 0 else ""
@@ -107,24 +116,28 @@ def _against(computer: Computer, name: str, speed: int) -> list[tuple[str, str]]
     found = []
     if speed > _MOST_MBIT:
         found.append((
-            f"is connected with {speed} Mbit/s, so no camera is at the other end",
+            f"{name} is connected with {speed} Mbit/s: no camera is at the other end.",
             "Connect the cameras directly, without a switch.",
         ))  # fmt: skip
     if _has_address(computer, name):
         found.append((
-            "has an IP address, so other programs send on the camera bus",
+            f"{name} has an IP address: other programs send on the camera bus.",
             f"Type: ip addr flush dev {name}; switch off DHCP for it.",
         ))  # fmt: skip
-    if computer.link(f"{NETWORK}/{name}/device/subsystem").endswith("/usb"):
+    connection = f"{NETWORK}/{name}/device/subsystem"
+    if computer.link(connection).endswith("/usb"):
         found.append((
-            "is a USB adapter, which delivers frames late",
+            f"{name} is a USB adapter, which delivers frames late.",
             "Use an adapter on PCI Express.",
         ))  # fmt: skip
-    for title, is_on in link_settings(computer, name).items():
-        if is_on:
-            word = "-A" if title.startswith("pause") else "--set-eee"
-            option = "rx off tx off" if word == "-A" else "eee off"
-            found.append((f"uses {title}", f"Type: ethtool {word} {name} {option}"))
+    if is_on(computer, name, PAUSE):
+        found.append((
+            f"{name} uses pause frames.", f"Type: ethtool -A {name} rx off tx off",
+        ))  # fmt: skip
+    if is_on(computer, name, EEE):
+        found.append((
+            f"{name} uses energy-efficient Ethernet.", f"Type: ethtool --set-eee {name} eee off",
+        ))  # fmt: skip
     return found
 
 

@@ -8,6 +8,7 @@ import re
 from ocmm_core.doctor._computer import Computer, NotAskedError
 
 COALESCING, FEATURES = "-C", "-K"
+PAUSE, EEE = "-a", "--show-eee"
 _PACKAGE = "ethtool"
 _TITLES = {"generic-receive-offload": "gro", "large-receive-offload": "lro"}
 
@@ -36,22 +37,12 @@ def fixed_features(computer: Computer, name: str) -> dict[str, str]:
     return {_TITLES[title]: state for title, state in found if title in _TITLES}
 
 
-def link_settings(computer: Computer, name: str) -> dict[str, bool]:
-    """Return whether pause frames and energy-efficient Ethernet are on, as far as known."""
-    found: dict[str, bool] = {}
-    for title, option, pattern in (
-        ("pause frames", "-a", r"^(?:RX|TX):\s*(on|off)$"),
-        (
-            "energy-efficient Ethernet",
-            "--show-eee",
-            r"EEE status: (enabled|disabled|not supported)",
-        ),
-    ):
-        with contextlib.suppress(NotAskedError):
-            said = computer.run("ethtool", option, name, package=_PACKAGE)
-            if states := re.findall(pattern, said, re.MULTILINE):
-                found[title] = bool({"on", "enabled"} & set(states))
-    return found
+def is_on(computer: Computer, name: str, kind: str) -> bool:
+    """Return whether `PAUSE` frames or `EEE` are on; False if unknown."""
+    with contextlib.suppress(NotAskedError):
+        said = computer.run("ethtool", kind, name, package=_PACKAGE)
+        return re.search(r"^(?:RX|TX):\s*on$|EEE status: enabled", said, re.MULTILINE) is not None
+    return False
 
 
 def change_setting(computer: Computer, name: str, kind: str, option: str, value: str) -> None:

@@ -152,8 +152,8 @@ class TipResultPage(ResultFrame):
                 tr("PASSED"),
                 Mark.GOOD,
                 tr(
-                    "Store the verdict; points can then be taken with this tip. Certificate (C) is "
-                    "in Maintain, page Probe."
+                    "Store the verdict; points can then be taken with this tip. Certificate: "
+                    "Ctrl+P in Maintain, page Probe."
                 ),
             )
         return Said(

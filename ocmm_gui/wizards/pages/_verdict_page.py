@@ -139,7 +139,10 @@ class VerdictPage(StepPage):
             text = tr("Press R to calculate.")
         elif outcome.record.passed:
             self._word.show_text(tr("PASSED"), theme.good, Mark.GOOD)
-            text = tr("Store the verdict; the calibration can then be used.")
+            text = tr(
+                "Store the verdict; the calibration can then be used. Certificate: Ctrl+P in "
+                "Maintain, page Calibration."
+            )
         elif outcome.record.objections:
             self._word.show_text(tr("FAILED"), theme.bad, Mark.BAD)
             objections = outcome.record.objections
