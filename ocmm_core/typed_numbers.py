@@ -45,17 +45,16 @@ class NumberField:
         InputError
             It is no number, ambiguous, in another unit, or out of range.
         """
-        typed, named = text.strip(), ""
-        found = _WITH_UNIT.fullmatch(typed)
-        if found is not None and found["number"]:
-            typed, named = found["number"], found["unit"]
-        value = typed_number(typed, comma=comma)
+        found = _WITH_UNIT.fullmatch(text.strip())
+        typed, named = (found["number"], found["unit"]) if found else (text, "")
+        value = typed_number(typed or text, comma=comma)
+        given = repr(text.strip()[:40])
         if value is None:
-            raise self._refusal(f"{text.strip()[:40]!r}, which is not a number")
+            raise self._refusal(f"{given}, which is not a number")
         if named and named != self.quantity.unit:
             unit = find_unit(named, "length") if self.quantity.unit == "mm" else None
             if unit is None:
-                raise self._refusal(f"{text.strip()[:40]!r}, which is in another unit")
+                raise self._refusal(f"{given}, which is in another unit")
             value = scaled(value, unit.factor)
         return self.check(value)
 

@@ -113,32 +113,35 @@ def adapter(computer: Computer) -> Answer:
 
 def _against(computer: Computer, name: str, speed: int) -> list[tuple[str, str]]:
     """Return what makes an adapter unsuited for the cameras, each with its remedy."""
-    found = []
-    if speed > _MOST_MBIT:
-        found.append((
+    connection = "/".join((NETWORK, name, "device/subsystem"))
+    faults = (
+        (
+            speed > _MOST_MBIT,
             f"{name} is connected with {speed} Mbit/s: no camera is at the other end.",
             "Connect the cameras directly, without a switch.",
-        ))  # fmt: skip
-    if _has_address(computer, name):
-        found.append((
+        ),
+        (
+            _has_address(computer, name),
             f"{name} has an IP address: other programs send on the camera bus.",
             f"Type: ip addr flush dev {name}; switch off DHCP for it.",
-        ))  # fmt: skip
-    connection = f"{NETWORK}/{name}/device/subsystem"
-    if computer.link(connection).endswith("/usb"):
-        found.append((
+        ),
+        (
+            computer.link(connection).endswith("/usb"),
             f"{name} is a USB adapter, which delivers frames late.",
             "Use an adapter on PCI Express.",
-        ))  # fmt: skip
-    if is_on(computer, name, PAUSE):
-        found.append((
-            f"{name} uses pause frames.", f"Type: ethtool -A {name} rx off tx off",
-        ))  # fmt: skip
-    if is_on(computer, name, EEE):
-        found.append((
-            f"{name} uses energy-efficient Ethernet.", f"Type: ethtool --set-eee {name} eee off",
-        ))  # fmt: skip
-    return found
+        ),
+        (
+            is_on(computer, name, PAUSE),
+            f"{name} uses pause frames.",
+            f"Type: ethtool -A {name} rx off tx off",
+        ),
+        (
+            is_on(computer, name, EEE),
+            f"{name} uses energy-efficient Ethernet.",
+            f"Type: ethtool --set-eee {name} eee off",
+        ),
+    )
+    return [(what, remedy) for is_so, what, remedy in faults if is_so]
 
 
 def _has_address(computer: Computer, name: str) -> bool:

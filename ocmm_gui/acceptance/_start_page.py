@@ -10,14 +10,7 @@ from PySide6.QtGui import QKeySequence, QShortcut
 from PySide6.QtWidgets import QGridLayout, QHBoxLayout, QHeaderView, QLineEdit, QVBoxLayout, QWidget
 
 from ocmm_core.acceptance import ArtefactOffer, OpenTest, ProcedureOffer
-from ocmm_gui.acceptance._start_parts import (
-    ROW_PX,
-    add_line,
-    caption_of,
-    choice_list,
-    kind_word,
-    large_button,
-)
+from ocmm_gui.acceptance._start_parts import ROW_PX, add_line, caption_of, choice_list, kind_word
 from ocmm_gui.kit import (
     DEFAULT_THEME,
     THEMES,
@@ -27,6 +20,7 @@ from ocmm_gui.kit import (
     PlainLabel,
     Theme,
     day_words,
+    large_button,
     later,
     literal,
     localised,

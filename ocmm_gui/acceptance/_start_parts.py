@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from PySide6.QtCore import QSize, Qt
-from PySide6.QtWidgets import QListWidget, QListWidgetItem, QPushButton, QWidget
+from PySide6.QtWidgets import QListWidget, QListWidgetItem, QWidget
 
 from ocmm_core.acceptance import ProcedureOffer
-from ocmm_gui.kit import NarrowButton, PlainLabel, later, literal, text_font, tr
+from ocmm_gui.kit import PlainLabel, later, literal, text_font, tr
 
 ROW_PX = 34
 KIND_WORDS = {
@@ -55,14 +55,3 @@ def caption_of(text: str, buddy: QWidget) -> PlainLabel:
     label.setAlignment(Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter)
     label.setBuddy(buddy)
     return label
-
-
-def large_button(text: str, name: str, key: str) -> QPushButton:
-    """Return a button of the foot with its key; that of Return is the primary one."""
-    button = NarrowButton(text)
-    button.setAccessibleName(name)
-    button.setFont(text_font(17, bold=True))
-    button.setMinimumHeight(50)
-    button.setShortcut(key)
-    button.setProperty("role", "primary" if key == "Return" else "plain")
-    return button

@@ -11,30 +11,47 @@ from PySide6.QtCore import QRectF, QSize, Qt
 from PySide6.QtGui import QColor, QIcon, QPainter, QPixmap
 from PySide6.QtWidgets import QListWidget, QListWidgetItem
 
+from ocmm_core.errors import OcmmError
 from ocmm_gui.kit import DEFAULT_THEME, THEMES, Theme, literal, said, text_font, time_words, tr
-from ocmm_gui.work import Teller
+from ocmm_gui.work import SideProcess, Teller
 
 if TYPE_CHECKING:
-    from ocmm_core.inspection.archive import JudgedJob, LastJob
+    from ocmm_core.inspection.archive import LastJob
+    from ocmm_core.inspection.evaluation import JobView
 
 _PICTURE = QSize(112, 72)
 _ROW_PX = 84
-_MOST_JUDGED = 20
+
+
+@dataclass(frozen=True, slots=True)
+class JudgedJob:
+    """Job recomputed from its file, as `reopen_job` returns it, or why it cannot be."""
+
+    path: Path
+    view: JobView | None = None
+    doubts: tuple[str, ...] = ()
+    fault: OcmmError | None = None
 
 
 @dataclass(frozen=True, slots=True)
 class Judging:
-    """Compute the verdicts of jobs, newest first, in a process of its own."""
+    """Give a `JudgedJob` for each path, in a process of its own."""
 
     paths: tuple[Path, ...]
     probes: Path | None
     calibrations: Path | None
 
     def __call__(self, tell: Teller) -> None:
-        """Give a `JudgedJob` at a time."""
-        from ocmm_core.inspection.archive import judge_jobs
+        """Recompute the jobs."""
+        from ocmm_core.inspection.archive import reopen_job
 
-        judge_jobs(self.paths[:_MOST_JUDGED], tell.give, self.probes, self.calibrations)
+        for path in self.paths:
+            try:
+                job = reopen_job(path, self.probes, calibrations=self.calibrations)
+            except OcmmError as fault:
+                tell.give(JudgedJob(path, fault=fault))
+            else:
+                tell.give(JudgedJob(path, job.view, job.doubts))
 
 
 class JobCards(QListWidget):
@@ -50,6 +67,8 @@ class JobCards(QListWidget):
         self._theme = THEMES[DEFAULT_THEME]
         self._jobs: tuple[LastJob, ...] = ()
         self._judged: dict[Path, JudgedJob] = {}
+        self.judging = SideProcess(self)
+        self.judging.came.connect(self.show_verdict)
 
     def show_jobs(self, jobs: tuple[LastJob, ...]) -> None:
         """List jobs without their verdicts, and select the first readable one."""
@@ -64,9 +83,11 @@ class JobCards(QListWidget):
         if jobs:
             self.setCurrentRow(sound[0] if sound else 0)
 
-    def to_judge(self) -> tuple[Path, ...]:
-        """Return the jobs that can have a verdict."""
-        return tuple(job.path for job in self._jobs if job.fault is None and job.points)
+    def judge(self, probes: Path | None, calibrations: Path | None) -> None:
+        """Compute the verdicts of the listed jobs; folders as `reopen_job`."""
+        paths = tuple(job.path for job in self._jobs if job.fault is None and job.points)
+        if paths:
+            self.judging.start(Judging(paths, probes, calibrations))
 
     def show_verdict(self, judged: JudgedJob) -> None:
         """Show the verdict of a job."""

@@ -9,23 +9,22 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from PySide6.QtCore import QEvent, QTimer, Signal
-from PySide6.QtGui import QAction, QCloseEvent, QDragEnterEvent, QDropEvent, QKeyEvent, QKeySequence
-from PySide6.QtWidgets import QMainWindow, QVBoxLayout, QWidget
+from PySide6.QtCore import QTimer, Signal
+from PySide6.QtGui import QAction, QCloseEvent, QDragEnterEvent, QDropEvent, QKeySequence
+from PySide6.QtWidgets import QVBoxLayout, QWidget
 
 from ocmm_core.documents import resource
 from ocmm_core.errors import OcmmError
 from ocmm_core.settings import LoadedSettings, RecentPlaces, Settings, SettingsStore
 from ocmm_gui.access import HandsAndEyes, PageStack, ZoomArea
 from ocmm_gui.home._file_browser import FileBrowser, Wanted
-from ocmm_gui.home._job_cards import Judging
 from ocmm_gui.home._plan_list import PlanList
 from ocmm_gui.home._start_page import StartPage
 from ocmm_gui.kit import (
     ACTIONS,
     THEMES,
-    Banner,
     NoticeCentre,
+    NoticeWindow,
     apply_theme,
     dress,
     dress_application,
@@ -34,7 +33,7 @@ from ocmm_gui.kit import (
     tr,
     usable_keys,
 )
-from ocmm_gui.work import SideProcess, Worker
+from ocmm_gui.work import Worker
 
 if TYPE_CHECKING:
     from ocmm_core.composition import StationState
@@ -78,7 +77,7 @@ class Choice:
     """Section of the settings opened by the Start page; empty for the page itself."""
 
 
-class StartWindow(QMainWindow):
+class StartWindow(NoticeWindow):
     """Choose what to open; `choice` is set when the window has closed."""
 
     closed = Signal()
@@ -96,15 +95,11 @@ class StartWindow(QMainWindow):
         self._lists = Worker("ocmm-start", self)
         self._state: StationState | None = None
         self._state_comes = False
-        self._judging = SideProcess(self)
-        self._judging.came.connect(lambda judged: self.page.jobs.show_verdict(judged))
-        self._judging.failed.connect(notices.error)
         self._look = QTimer(self)
         self._look.setInterval(_STATE_MS)
         self._look.timeout.connect(self.read_state)
         self.loaded = store.load()
         dress_application(THEMES[self.loaded.settings.window_theme])
-        self.banner = Banner()
         self.page = StartPage(
             {
                 "new": self._new,
@@ -173,10 +168,8 @@ class StartWindow(QMainWindow):
 
     def _show_jobs(self, jobs: tuple[LastJob, ...], folder: Path) -> None:
         self.page.show_jobs(jobs, folder)
-        paths, settings = self.page.jobs.to_judge(), self.loaded.settings
-        if paths:
-            work = Judging(paths, settings.instrument_probes, settings.instrument_calibrations)
-            self._judging.start(work)
+        settings = self.loaded.settings
+        self.page.jobs.judge(settings.instrument_probes, settings.instrument_calibrations)
 
     def read_state(self) -> None:
         """Read the station status, unless already running."""
@@ -207,18 +200,6 @@ class StartWindow(QMainWindow):
         errand = Errands.LOOK if path.suffix.lower() == ".ocmm" else Errands.NEW
         self._leave_for(errand, path)
 
-    def event(self, event: QEvent) -> bool:
-        """Keep Esc for the shown notice: it is dismissed before a page is left."""
-        if event.type() is QEvent.Type.ShortcutOverride and self.banner.takes(event):
-            event.accept()
-            return True
-        return super().event(event)
-
-    def keyPressEvent(self, event: QKeyEvent) -> None:
-        """Dismiss a notice with Esc."""
-        if not (self.banner.takes(event) and self.banner.dismiss()):
-            super().keyPressEvent(event)
-
     def dragEnterEvent(self, event: QDragEnterEvent) -> None:
         """Accept one plan or job."""
         if dropped_file(event.mimeData()) is not None:
@@ -239,7 +220,7 @@ class StartWindow(QMainWindow):
         if self._archive_sheet is not None:
             self._archive_sheet.close_work()
         self.browser.close_work()
-        self._judging.cancel()
+        self.page.jobs.judging.cancel()
         self._lists.close(5.0)
         event.accept()
         self.closed.emit()

@@ -16,7 +16,7 @@ from types import TracebackType
 
 from PySide6.QtCore import QEvent, QObject, Qt, QTimer, Signal
 from PySide6.QtGui import QKeyEvent, QResizeEvent
-from PySide6.QtWidgets import QFrame, QHBoxLayout, QSizePolicy, QWidget
+from PySide6.QtWidgets import QFrame, QHBoxLayout, QMainWindow, QSizePolicy, QWidget
 
 from ocmm_core.documents import write_atomic
 from ocmm_core.errors import StorageError
@@ -247,13 +247,12 @@ class Banner(QFrame):
         self._shown = [one for one in self._shown if one.job != job]
         self._show_first()
 
-    def takes(self, event: QEvent) -> bool:
-        """Return whether a key belongs to the shown notice: Esc, before it leaves the page.
+    def keeps_esc(self) -> bool:
+        """Return whether Esc dismisses the notice before it leaves a page.
 
         Information, which ends by itself, keeps nobody on a page.
         """
-        is_key = isinstance(event, QKeyEvent) and event.key() == Qt.Key.Key_Escape
-        return is_key and bool(self._shown) and self._shown[0].level is not Level.INFO
+        return bool(self._shown) and self._shown[0].level is not Level.INFO
 
     def _show_first(self) -> None:
         self._timer.stop()
@@ -305,3 +304,28 @@ class Banner(QFrame):
                 f"#banner {{ background: {self._theme.panel}; border: 2px solid {colour};"
                 f" border-radius: 6px; }} QLabel {{ color: {colour}; }}"
             )
+
+
+class NoticeWindow(QMainWindow):
+    """A window with a banner, which Esc dismisses before it leaves a page."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.banner = Banner()
+
+    def event(self, event: QEvent) -> bool:
+        """Keep Esc from the shortcuts of the page while a notice is shown."""
+        if (
+            event.type() is QEvent.Type.ShortcutOverride
+            and isinstance(event, QKeyEvent)
+            and event.key() == Qt.Key.Key_Escape
+            and self.banner.keeps_esc()
+        ):
+            event.accept()
+            return True
+        return super().event(event)
+
+    def keyPressEvent(self, event: QKeyEvent) -> None:
+        """Dismiss the notice with Esc."""
+        if not (event.key() == Qt.Key.Key_Escape and self.banner.dismiss()):
+            super().keyPressEvent(event)

@@ -167,8 +167,7 @@ class FeaturePanel(QFrame):
 
     def __init__(self) -> None:
         super().__init__()
-        self._fitting = False
-        self._least_px = 0
+        self._fitting, self._least_px = False, 0
         self._chosen = 0
         self.setProperty("role", "panel")
         self.setAccessibleName(tr("Feature"))

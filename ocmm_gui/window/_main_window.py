@@ -8,9 +8,9 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from PySide6.QtCore import QEvent, Qt, Signal
+from PySide6.QtCore import Qt, Signal
 from PySide6.QtGui import QCloseEvent, QDragEnterEvent, QDropEvent, QKeyEvent
-from PySide6.QtWidgets import QHBoxLayout, QMainWindow, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QHBoxLayout, QVBoxLayout, QWidget
 
 from ocmm_core.errors import OcmmError
 from ocmm_core.settings import LoadedSettings, SettingsStore
@@ -19,9 +19,9 @@ from ocmm_gui.bridge import StationBridge
 from ocmm_gui.home import FindAction
 from ocmm_gui.kit import (
     THEMES,
-    Banner,
     Mode,
     NoticeCentre,
+    NoticeWindow,
     SoundPlayer,
     apply_theme,
     bind_actions,
@@ -49,7 +49,7 @@ if TYPE_CHECKING:
 START, REOPEN = "start", "reopen"
 
 
-class MainWindow(QMainWindow):
+class MainWindow(NoticeWindow):
     """Inspect in two densities, Maintain, each on one key; closing it stops the station.
 
     Parameters
@@ -122,7 +122,6 @@ class MainWindow(QMainWindow):
         self.maintenance = Maintenance(
             bridge, notices, self._feedback, self.actions_by_key, self.tests, practice
         )
-        self.banner = Banner()
         self.pages = Pages(
             self.desk, self.far, self.sheets, self.maintenance, self.tests, self.actions_by_key,
             self.banner,
@@ -222,22 +221,13 @@ class MainWindow(QMainWindow):
         """Return whether the far view is shown."""
         return self.pages.is_far()
 
-    def event(self, event: QEvent) -> bool:
-        """Keep Esc for the shown notice: it is dismissed before a page is left."""
-        if event.type() is QEvent.Type.ShortcutOverride and self.banner.takes(event):
-            event.accept()
-            return True
-        return super().event(event)
-
     def keyPressEvent(self, event: QKeyEvent) -> None:
-        """Dismiss a notice with Esc, or hide what asks for a place."""
-        if event.key() == Qt.Key.Key_Escape:
-            if self.banner.dismiss():
-                return
+        """Hide with Esc what asks for a place, once no notice is shown."""
+        if event.key() == Qt.Key.Key_Escape and not self.banner.dismiss():
             for widget in (*self._lines, self.search):
                 widget.hide()
-            return
-        super().keyPressEvent(event)
+        elif event.key() != Qt.Key.Key_Escape:
+            super().keyPressEvent(event)
 
     def load_the_rest(self) -> None:
         """Load what sheets, Maintain and wizards need, behind the window; call it once."""

@@ -16,10 +16,10 @@ from pytestqt.qtbot import QtBot
 from ocmm_core.calibration.records import CalibrationStore, store_folder
 from ocmm_core.composition import StationRequest, build_station
 from ocmm_core.documents import resource
-from ocmm_core.inspection.archive import JudgedJob, LastJob
+from ocmm_core.inspection.archive import LastJob
 from ocmm_core.settings import RecentPlaces, SettingsFile, SettingsStore
 from ocmm_gui.home import Choice, Errands, SettingsPage, StartWindow
-from ocmm_gui.home._job_cards import card_words
+from ocmm_gui.home._job_cards import JudgedJob, card_words
 from ocmm_gui.kit import THEMES, NoticeCentre, Theme, counted_line
 from tests.core.calibration.made_records import make_record
 from tests.generated_jobs import generated_job

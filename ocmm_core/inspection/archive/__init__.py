@@ -33,7 +33,6 @@ if TYPE_CHECKING:
         why_not_counted,
     )
     from ocmm_core.inspection.archive._comparison import Comparison, PartValue, Trend
-    from ocmm_core.inspection.archive._judged_jobs import JudgedJob, judge_jobs
     from ocmm_core.inspection.archive._known import KnownOfJob, known_alone, known_here
     from ocmm_core.inspection.archive._last_jobs import LastJob, last_jobs, previous_part_pose
     from ocmm_core.inspection.archive._points_in_doubt import first_stored, first_taken
@@ -64,7 +63,6 @@ else:
         _camera_history="CameraHistory is_known settle_cameras",
         _compare="compare_files compare_folder compare_jobs why_not_counted",
         _comparison="Comparison PartValue Trend",
-        _judged_jobs="JudgedJob judge_jobs",
         _known="KnownOfJob known_alone known_here",
         _last_jobs="LastJob last_jobs previous_part_pose",
         _points_in_doubt="first_stored first_taken",
@@ -79,12 +77,11 @@ else:
     )
 
 __all__ = [
-    "SCHEMA", "SUFFIX", "BatchPart", "CameraHistory", "Comparison", "JudgedJob", "KnownOfJob",
-    "LastJob", "Outcome", "PartValue", "RecallRecord", "RecalledCharacteristic", "RecalledJob",
+    "SCHEMA", "SUFFIX", "BatchPart", "CameraHistory", "Comparison", "KnownOfJob", "LastJob",
+    "Outcome", "PartValue", "RecallRecord", "RecalledCharacteristic", "RecalledJob",
     "RecalledValue", "ReopenedJob", "StoredDocuments", "Tell", "Trend", "ask_tip", "compare_files",
-    "compare_folder", "compare_jobs", "first_stored", "first_taken", "is_known", "judge_jobs",
-    "known_alone", "known_here", "last_good_utc", "last_jobs", "next_serial", "parts_of_batch",
-    "points_digest", "points_in_doubt", "previous_part_pose", "reopen", "reopen_alone",
-    "reopen_content", "reopen_job", "require_new_serial", "settle_cameras", "settle_tip",
-    "why_not_counted",
+    "compare_folder", "compare_jobs", "first_stored", "first_taken", "is_known", "known_alone",
+    "known_here", "last_good_utc", "last_jobs", "next_serial", "parts_of_batch", "points_digest",
+    "points_in_doubt", "previous_part_pose", "reopen", "reopen_alone", "reopen_content",
+    "reopen_job", "require_new_serial", "settle_cameras", "settle_tip", "why_not_counted",
 ]  # fmt: skip

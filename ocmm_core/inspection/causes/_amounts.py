@@ -61,15 +61,7 @@ def amount_words(item: Characteristic, result: CharacteristicResult) -> str:
         )
     if abs(beyond) > u and result.note:
         # The number is clear of the limit: the reason is in the note.
-        return (
-            f"{-beyond:.4f}{'°' if turns else ' mm'} inside the {word} limit "
-            f"{limit:.4f}{'°' if turns else ' mm'}, more than U ({u:.4f}{'°' if turns else ' mm'}):"
-            f" the reason is not U. {result.note}"
-            if beyond < 0.0
-            else f"{beyond:.4f}{'°' if turns else ' mm'} beyond the {word} limit "
-            f"{limit:.4f}{'°' if turns else ' mm'}, more than U ({u:.4f}{'°' if turns else ' mm'}):"
-            f" the reason is not U. {result.note}"
-        )
+        return f"Not because of U, which is {u:.4f}{'°' if turns else ' mm'}: {result.note}"
     edge = limit - u if above else limit + u
     if beyond > 0.0:
         return (
