@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from PySide6.QtCore import QSize, Qt
-from PySide6.QtWidgets import QListWidget, QListWidgetItem, QWidget
+from PySide6.QtCore import QSize
+from PySide6.QtWidgets import QListWidget, QListWidgetItem
 
 from ocmm_core.acceptance import ProcedureOffer
-from ocmm_gui.kit import PlainLabel, later, literal, text_font, tr
+from ocmm_gui.kit import later, literal, text_font, tr
 
 ROW_PX = 34
 KIND_WORDS = {
@@ -45,13 +45,3 @@ def add_line(where: QListWidget, text: str) -> None:
     item = QListWidgetItem(text, where)
     item.setToolTip(literal(text))
     item.setSizeHint(QSize(100, ROW_PX))
-
-
-def caption_of(text: str, buddy: QWidget) -> PlainLabel:
-    """Return the muted name of a control."""
-    label = PlainLabel(text)
-    label.setFont(text_font(15))
-    label.setProperty("role", "muted")
-    label.setAlignment(Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter)
-    label.setBuddy(buddy)
-    return label

@@ -86,19 +86,7 @@ S = TypeVar("S", bound=Sheet)
 
 
 class AcceptanceRooms(MadeLate):
-    """Make the desk and the sheets when they are wanted.
-
-    Parameters
-    ----------
-    bench
-        What can be tested; None where nothing is known of it.
-    notices
-        Where errors and news go.
-    feedback
-        What is heard.
-    folder
-        Where files go unless somebody says otherwise.
-    """
+    """Make the desk and the sheets on demand; without a bench there are no tests."""
 
     made = Signal(object)
     """Emits a widget that is new and fills the window, for its stack."""

@@ -52,24 +52,8 @@ START, REOPEN = "start", "reopen"
 class MainWindow(NoticeWindow):
     """Inspect in two densities, Maintain, each on one key; closing it stops the station.
 
-    Parameters
-    ----------
-    notices
-        Where errors and news go.
-    sounds
-        Player, or None for silence.
-    theme
-        Name of the theme to begin with.
-    out
-        Folder of the report; None asks for one in the window.
-    bench
-        Acceptance tests that can be made; None where there are none.
-    store
-        The settings; None for those of this user.
-    hand
-        The probe of a virtual rig, for whoever wants to hold it; None where it is real.
-    practice
-        Where wizards are practised at a virtual rig; None where they are meant.
+    None of ``sounds`` is silence, of ``out`` asks for the folder of reports, of ``bench`` and
+    ``practice`` offers no tests or practice, of ``hand`` is a real probe.
     """
 
     closed = Signal()

@@ -24,17 +24,7 @@ _SHORT = {
 
 
 class Output(QObject):
-    """Write files into the folder that was given at the start, or ask for one in the window.
-
-    Parameters
-    ----------
-    notices
-        Where errors and news go.
-    out
-        Folder of the report; None asks.
-    far
-        Says whether the window is looked at from afar.
-    """
+    """Write files into the folder given at the start; None asks in the window."""
 
     exported = Signal(object)
     """Emits the written files, ``tuple[Path, ...]``."""

@@ -22,17 +22,7 @@ _ON_SHEETS = (*_IN_WIZARDS, "settings", "start", "find", "what_to_do", "support"
 
 
 class Pages(QObject):
-    """The far view and the desk view, the sheets, Maintain with its wizards: one is shown.
-
-    Parameters
-    ----------
-    sheets, maintenance, tests
-        What makes the other pages, each when it is wanted first.
-    actions
-        Those of the window, by their keys in the table.
-    banner
-        As large as the page under it wants it.
-    """
+    """The far view and the desk view, the sheets, Maintain with its wizards: one is shown."""
 
     mode_wanted = Signal()
     """Inspect or Maintain is about to be shown: what asks for the name of a file goes away."""

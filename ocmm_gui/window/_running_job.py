@@ -42,17 +42,7 @@ _PART = "The window"
 
 
 class RunningJob(QObject):
-    """Show what the station tells; what cannot be shown takes away what was shown before it.
-
-    Parameters
-    ----------
-    notices, banner, feedback
-        Log and display of news, and the sounds.
-    pages
-        Which page is shown; it gets what is known as soon as it is.
-    choice, hand
-        The chosen point, and the hand that holds a virtual probe.
-    """
+    """Show the events of the station; a failed display withdraws its numbers."""
 
     def __init__(
         self,

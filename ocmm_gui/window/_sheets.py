@@ -44,17 +44,7 @@ S = TypeVar("S", bound=Sheet)
 
 
 class Sheets(MadeLate):
-    """Make each sheet when it is first wanted, and join it to the station.
-
-    Parameters
-    ----------
-    notices
-        Where errors and news go.
-    folder
-        Where files go unless somebody says otherwise.
-    written
-        Told of a report that was written.
-    """
+    """Make each sheet when it is first wanted, and join it to the station."""
 
     made = Signal(object)
     """Emits a `Sheet` that is new, for the stack of the window."""
