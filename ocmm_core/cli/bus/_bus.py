@@ -147,7 +147,7 @@ def scan_command(
     loaded = load_rig(rig)
     expected = identities(loaded)
     # As at bring-up: cameras of other makers are compared with their description.
-    device = load_device(loaded.device) if loaded.device else None
+    described = load_device(loaded.device) if loaded.device else None
     devices = scan(source, rig, force=force)
     names = {camera.serial: camera.name for camera in expected}
     table = Table(box=box.SIMPLE_HEAD)
@@ -165,7 +165,7 @@ def scan_command(
         )  # fmt: skip
     console.print(table)
     try:
-        kind = None if device is None else (device.name, device.is_for)
+        kind = None if described is None else (described.name, described.is_for)
         assign([scanned.device for scanned in devices], expected, kind)
     except BusError as error:
         console.print(told(error), highlight=False)
