@@ -6,7 +6,7 @@ from PySide6.QtCore import QSize
 from PySide6.QtWidgets import QListWidget, QListWidgetItem
 
 from ocmm_core.acceptance import ProcedureOffer
-from ocmm_gui.kit import later, literal, text_font, tr
+from ocmm_gui.kit import later, literal, localised, said, said_word, text_font, tr
 
 ROW_PX = 34
 KIND_WORDS = {
@@ -25,9 +25,11 @@ def kind_word(kind: str) -> str:
 def limits_text(offer: ProcedureOffer) -> str:
     """Return the limits of a procedure in one line."""
     one = offer.procedure
-    limits = ", ".join(f"{key} {limit.describe()}" for key, limit in one.limits.items())
+    limits = ", ".join(
+        localised(f"{said_word(key)} {limit.describe()}") for key, limit in one.limits.items()
+    )
     return tr("{wording}; rule: {rule}; limits: {limits}").format(
-        wording=one.wording, rule=one.rule, limits=limits
+        wording=said(one.wording), rule=said_word(one.rule), limits=limits
     )
 
 

@@ -983,10 +983,6 @@
         <translation>Bedeutung des Urteils</translation>
     </message>
     <message>
-        <source>Figures of the verdict</source>
-        <translation>Zahlen des Urteils</translation>
-    </message>
-    <message>
         <source>Every value</source>
         <translation>Alle Werte</translation>
     </message>
@@ -8048,20 +8044,8 @@ Startet: {source}</translation>
         <translation>{failed} von {checks} nicht bestanden</translation>
     </message>
     <message>
-        <source>{name} {error_mm:+.1f} µm, limit {limit_mm:.1f} µm</source>
-        <translation>{name} {error_mm:+.1f} µm, Grenze {limit_mm:.1f} µm</translation>
-    </message>
-    <message>
-        <source>Reservations</source>
-        <translation>Vorbehalte</translation>
-    </message>
-    <message>
         <source>Error</source>
         <translation>Abweichung</translation>
-    </message>
-    <message>
-        <source>First: {error}</source>
-        <translation>Erster: {error}</translation>
     </message>
     <message>
         <source>Store the verdict; the calibration can then be used. Certificate: Ctrl+P in Maintain, page Calibration.</source>
@@ -8074,6 +8058,10 @@ Startet: {source}</translation>
     <message>
         <source>If only one line failed, repeat it once. If it fails again, store the verdict and calibrate again. Jobs since the last good verification are then suspect: Recall jobs (F12), on page Calibration, shows which of their verdicts hold.</source>
         <translation>Hat nur eine Linie nicht bestanden, sie einmal neu messen. Besteht sie wieder nicht, das Urteil speichern und neu kalibrieren. Aufträge seit der letzten guten Verifikation sind dann fraglich: der Rückruf (F12) auf der Seite „Kalibrierung“ zeigt, welche ihrer Urteile gelten.</translation>
+    </message>
+    <message>
+        <source>First</source>
+        <translation type="unfinished"></translation>
     </message>
     <message>
         <source>Figures and reasons</source>
