@@ -23,7 +23,7 @@ class NumberField:
 
     quantity: Quantity
     words: str
-    """Noun phrase that begins a sentence."""
+    """Noun of a sentence."""
     whole: bool = False
 
     def check(self, value: float) -> float:
@@ -65,20 +65,20 @@ class NumberField:
         unit = f" {one.unit}" if one.unit else ""
         return InputError(
             f"number.{one.field}",
-            f"{self.words} is {given}.",
+            f"The typed {self.words} is {given}.",
             f"Enter a {kind} from {one.least:g} to {one.most:g}{unit}.",
         )
 
 
-TEMPERATURE = NumberField(Quantity("temperature", "°C", 0.0, 50.0), "The temperature")
-BALL = NumberField(Quantity("ball", "mm", 0.1, 100.0), "The ball diameter")
-REFERENCE = NumberField(Quantity("reference", "mm", 1e-4, 1e5), "The reference length")
-PARTS = NumberField(Quantity("parts", "", 1, 1000), "The number of parts", whole=True)
-TRIALS = NumberField(Quantity("trials", "", 1, 100), "The number of trials", whole=True)
-SEED = NumberField(Quantity("seed", "", 0, 2**31), "The seed", whole=True)
-TILT = NumberField(Quantity("tilt", "°", 0.0, 180.0), "The tilt")
-SPOT_NOISE = NumberField(Quantity("noise", "px", 1e-4, 10.0), "The noise of spots")
-COORDINATE = NumberField(Quantity("coordinate", "", -1e6, 1e6), "The number")
+TEMPERATURE = NumberField(Quantity("temperature", "°C", 0.0, 50.0), "temperature")
+BALL = NumberField(Quantity("ball", "mm", 0.1, 100.0), "ball diameter")
+REFERENCE = NumberField(Quantity("reference", "mm", 1e-4, 1e5), "reference length")
+PARTS = NumberField(Quantity("parts", "", 1, 1000), "number of parts", whole=True)
+TRIALS = NumberField(Quantity("trials", "", 1, 100), "number of trials", whole=True)
+SEED = NumberField(Quantity("seed", "", 0, 2**31), "seed", whole=True)
+TILT = NumberField(Quantity("tilt", "°", 0.0, 180.0), "tilt")
+SPOT_NOISE = NumberField(Quantity("noise", "px", 1e-4, 10.0), "noise of spots")
+COORDINATE = NumberField(Quantity("coordinate", "", -1e6, 1e6), "number")
 
 NUMBER_FIELDS = (
     TEMPERATURE, BALL, REFERENCE, PARTS, TRIALS, SEED, TILT, SPOT_NOISE, COORDINATE,

@@ -53,5 +53,5 @@ def test_a_length_may_be_typed_in_inch_and_other_quantities_may_not() -> None:
 
 @pytest.mark.parametrize("value", [math.nan, math.inf, 0.0, -6.0, 6000.0])
 def test_a_ball_that_no_probe_has_is_refused(value: float) -> None:
-    with pytest.raises(InputError, match="The ball diameter is"):
+    with pytest.raises(InputError, match="The typed ball diameter is"):
         BALL.check(value)
