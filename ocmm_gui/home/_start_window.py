@@ -115,6 +115,7 @@ class StartWindow(NoticeWindow):
                 "quit": self._quit,
             }
         )
+        self.page.jobs.judging.failed.connect(notices.error)
         self.page.job_chosen.connect(lambda path: self._leave_for(Errands.CONTINUE, path))
         self.plans = PlanList()
         self.plans.left.connect(self.show_start)
