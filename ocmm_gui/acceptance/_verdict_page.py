@@ -97,7 +97,7 @@ class AcceptanceVerdictPage(ResultFrame):
         return key != "repeat" or left > 0
 
     def show_seen(self, seen: Seen) -> None:
-        """Show the verdict, and what the instrument is."""
+        """Show the verdict and the state of the instrument."""
         super().show_seen(seen)
         self.paper.setEnabled(self._file() is not None)
         self._show_source(seen)

@@ -250,7 +250,7 @@ class Banner(QFrame):
     def keeps_esc(self) -> bool:
         """Return whether Esc dismisses the notice before it leaves a page.
 
-        Information, which ends by itself, keeps nobody on a page.
+        Information ends by itself and does not keep Esc from the page.
         """
         return bool(self._shown) and self._shown[0].level is not Level.INFO
 
