@@ -7,6 +7,7 @@ import sys
 import threading
 import wave
 from datetime import UTC, datetime
+from functools import partial
 from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -34,6 +35,7 @@ from ocmm_gui.kit import (
 )
 from ocmm_gui.kit._shortcuts import DEBOUNCE_S
 from ocmm_gui.kit._sound import RATE_HZ, tone_wav
+from ocmm_gui.window import MainWindow
 from tests.host import HANG_MS
 
 if TYPE_CHECKING:
@@ -77,6 +79,10 @@ def test_notices_of_a_job_end_with_it_and_others_wait_in_order(qtbot: QtBot) -> 
     assert not banner.dismiss()
 
 
+def _has_left(window: MainWindow, page: QWidget) -> bool:
+    return window.pages.shown() is not page
+
+
 def test_esc_dismisses_a_notice_before_it_leaves_a_page(
     open_window: OpenWindow, qtbot: QtBot
 ) -> None:
@@ -96,7 +102,7 @@ def test_esc_dismisses_a_notice_before_it_leaves_a_page(
         assert window.pages.shown() is page
         QTest.keyClick(focus, Qt.Key.Key_Escape)
         # A button that is pressed by its key clicks a moment later.
-        qtbot.waitUntil(lambda page=page: window.pages.shown() is not page, timeout=HANG_MS)
+        qtbot.waitUntil(partial(_has_left, window, page), timeout=HANG_MS)
 
 
 def test_what_nobody_caught_is_shown_without_a_traceback_and_logged_with_it(

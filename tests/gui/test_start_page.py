@@ -127,7 +127,7 @@ def test_no_card_is_greener_than_its_job() -> None:
         for text in (before, after):
             assert ("SIMULATED" in text) == view.simulated, seed
             # Local time with its zone.
-            assert datetime.fromtimestamp(0).astimezone().tzname() in text
+            assert str(datetime.fromtimestamp(0).astimezone().tzname()) in text
 
 
 def test_a_newcomer_is_led_to_the_demo_and_no_panel_is_empty(
