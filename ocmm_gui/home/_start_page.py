@@ -69,10 +69,7 @@ _BUTTON_PX = 64
 class StartPage(QWidget):
     """Buttons at the left, the station and the last jobs at the right.
 
-    Parameters
-    ----------
-    calls
-        Commands of `START_ACTIONS`, by key; ``continue`` uses `chosen_job`.
+    `calls`: Commands of `START_ACTIONS`, by key; ``continue`` uses `chosen_job`.
     """
 
     job_chosen = Signal(object)

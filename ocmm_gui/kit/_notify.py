@@ -73,7 +73,6 @@ class NoticeCentre(QObject):
         self._notices: deque[Notice] = deque(maxlen=500)
 
     def post(self, notice: Notice) -> None:
-        """Log and show a notice."""
         self._notices.append(notice)
         self.posted.emit(notice)
 
@@ -101,7 +100,6 @@ class NoticeCentre(QObject):
         self.post(Notice(Level.ERROR, told.what, told.remedy, detail, when, job))
 
     def text(self) -> str:
-        """Return all kept notices with their full text."""
         return "\n".join(
             f"{n.when.isoformat()} {n.level.value} {n.what} {n.remedy}\n{n.detail}"
             for n in list(self._notices)

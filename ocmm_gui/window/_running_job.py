@@ -1,4 +1,4 @@
-"""The running job on whichever page is shown: live readout, results so far, state of the tip."""
+"""The running job on any page: live readout, results so far, state of the tip."""
 
 from __future__ import annotations
 
@@ -94,7 +94,7 @@ class RunningJob(QObject):
         try:
             self._show_live(live)
         except Exception as error:
-            # What cannot be shown must not leave standing what was shown before it.
+            # A failed display must not leave former values visible.
             self._bridge.station.faults.fail(error, _PART)
             for readout in (self._desk.readout, self._far.readout):
                 readout.withdraw(self._why_failed())
@@ -165,7 +165,7 @@ class RunningJob(QObject):
             )
             return
         self._feedback.play(Sound.REFUSED)
-        # It stands on every screen as long as it lasts.
+        # Shown on every screen while it lasts.
         self._notices.keep(
             Notice(
                 Level.ERROR,

@@ -30,13 +30,9 @@ def _error(check: Check) -> str:
 class RepeatsLines(Protocol):
     """A procedure with repeatable lines."""
 
-    def repeat_line(self, line: int, now: datetime) -> None:
-        """Repeat a line."""
-        ...
+    def repeat_line(self, line: int, now: datetime) -> None: ...
 
-    def back(self, now: datetime) -> None:
-        """Return to the previous step."""
-        ...
+    def back(self, now: datetime) -> None: ...
 
 
 class VerdictPage(ResultFrame):
