@@ -20,6 +20,8 @@ _QUIT_EVERY_MS = 20
 def show(window: QMainWindow, size: tuple[int, int] | None) -> None:
     """Show a window in a size; None: maximised."""
     if size is None:
+        # Without a window manager nothing else gives it the screen.
+        window.setGeometry(window.screen().availableGeometry())
         window.showMaximized()
     else:
         window.resize(*size)

@@ -349,6 +349,7 @@ def _begin(
             bridge.start()
 
     errand, path = choice.errand, choice.path
+    source = loaded.settings.instrument_source
     if errand in (Errands.NEW, Errands.LOOK, Errands.PLANS):
         # Before that nothing is touched: a robot hand must not measure behind the page.
         bridge.jobs.job_begun.connect(start)
@@ -360,10 +361,14 @@ def _begin(
     elif errand is Errands.PLANS:
         window.sheets.open_plan()
     elif errand is Errands.CALIBRATE:
-        start()
         window.show_mode(Mode.MAINTAIN)
+        window.maintenance.view.show_page(window.maintenance.calibration)
+        if source == DEFAULT_SOURCE:
+            # A robot hand must not measure behind the page.
+            window.pages.turned.connect(lambda: start() if window.pages.measures() else None)
+        else:
+            start()
     else:
-        source = loaded.settings.instrument_source
         if errand is Errands.MEASURE and parsed.serial is None and source != DEFAULT_SOURCE:
             # Operator and part are entered before the first point.
             window.sheets.open_job()

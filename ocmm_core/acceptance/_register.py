@@ -7,6 +7,7 @@ file.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from datetime import UTC, datetime
 from itertools import pairwise
@@ -278,8 +279,9 @@ def check_entry(entry: ArtefactEntry, where: str) -> None:
         "serial": not any(letter.isalnum() for letter in entry.serial),
         "certificate": not entry.certificate.strip(),
         "sizes": not few <= len(sizes) <= many
+        or not all(math.isfinite(one) and abs(one) < 1e5 for one in sizes)
         or (entry.kind == "bar" and any(b <= a for a, b in pairwise(sizes)))
-        or (entry.kind not in ("bar", "part") and not all(0.0 < one < 1e5 for one in sizes)),
+        or (entry.kind not in ("bar", "part") and not all(one > 0.0 for one in sizes)),
         "expanded": not 0.0 < entry.expanded < 1.0,
         "expanded_per_length": not 0.0 <= entry.expanded_per_length < 1e-3,
         "form": not 0.0 <= entry.form < 1.0,

@@ -8,14 +8,25 @@ from collections.abc import Mapping, Sequence
 from ocmm_core.doctor._changes import ChangeKind, SystemChange, kernel_file
 from ocmm_core.doctor._computer import Computer, NotAskedError
 from ocmm_core.doctor._cores import bus_core, processors
-from ocmm_core.doctor._ethtool import COALESCING, FEATURES, fixed_features, settings
+from ocmm_core.doctor._ethtool import (
+    COALESCING,
+    EEE,
+    FEATURES,
+    PAUSE,
+    fixed_features,
+    is_on,
+    settings,
+)
 from ocmm_core.doctor._result import Answer, amber, green, red
 
 NETWORK = "/sys/class/net"
 _SETTINGS = "/etc/ocmm/bus.env"
 _NAME = re.compile(r"[A-Za-z0-9_.-]{1,15}")
-_LEAST_MBIT = 100
+_LEAST_MBIT, _MOST_MBIT = 100, 1000
 """EtherCAT is 100 Mbit/s (IEC 61158-2 type 12); a lower rate indicates a bad cable."""
+
+_LINK_LOCAL = "20"
+"""Scope of IPv6 addresses that every adapter has."""
 
 
 def interface_of(computer: Computer) -> str:
@@ -83,8 +94,65 @@ def adapter(computer: Computer) -> Answer:
             f"{name} is connected with {speed} Mbit/s; the cameras need {_LEAST_MBIT}.",
             "Replace the cable.",
         )
+    if computer.has(f"{folder}/duplex") and computer.text(f"{folder}/duplex") == "half":
+        return red(
+            "adapter.half_duplex",
+            f"{name} is connected half duplex; frames of the cameras collide.",
+            f"Replace the cable, and type: ethtool -s {name} autoneg on",
+        )
+    faults = _against(computer, name, speed)
+    if faults:
+        return amber(
+            "adapter.unsuited",
+            " ".join(what for what, _ in faults),
+            " ".join(remedy for _, remedy in faults),
+        )
     shown = f", {speed} Mbit/s" if speed > 0 else ""
     return green(f"{name} is connected{shown}, and is not used by the network.")
+
+
+def _against(computer: Computer, name: str, speed: int) -> list[tuple[str, str]]:
+    """Return what makes an adapter unsuited for the cameras, each with its remedy."""
+    connection = "/".join((NETWORK, name, "device/subsystem"))
+    faults = (
+        (
+            speed > _MOST_MBIT,
+            f"{name} is connected with {speed} Mbit/s: no camera is at the other end.",
+            "Connect the cameras directly, without a switch.",
+        ),
+        (
+            _has_address(computer, name),
+            f"{name} has an IP address: other programs send on the camera bus.",
+            f"Type: ip addr flush dev {name}; switch off DHCP for it.",
+        ),
+        (
+            computer.link(connection).endswith("/usb"),
+            f"{name} is a USB adapter, which delivers frames late.",
+            "Use an adapter on PCI Express.",
+        ),
+        (
+            is_on(computer, name, PAUSE),
+            f"{name} uses pause frames.",
+            f"Type: ethtool -A {name} rx off tx off",
+        ),
+        (
+            is_on(computer, name, EEE),
+            f"{name} uses energy-efficient Ethernet.",
+            f"Type: ethtool --set-eee {name} eee off",
+        ),
+    )
+    return [(what, remedy) for is_so, what, remedy in faults if is_so]
+
+
+def _has_address(computer: Computer, name: str) -> bool:
+    """Return whether the adapter has an IPv4 route, or an IPv6 address beyond its link."""
+    routes = computer.text("/proc/net/route").splitlines()[1:]
+    if any(line.split()[:1] == [name] for line in routes):
+        return True
+    place = "/proc/net/if_inet6"
+    lines = computer.text(place).splitlines() if computer.has(place) else []
+    fields = [line.split() for line in lines]
+    return any(len(one) > 5 and one[5] == name and one[3] != _LINK_LOCAL for one in fields)
 
 
 def interrupts(computer: Computer) -> Answer:

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import contextlib
 import re
 
-from ocmm_core.doctor._computer import Computer
+from ocmm_core.doctor._computer import Computer, NotAskedError
 
 COALESCING, FEATURES = "-C", "-K"
+PAUSE, EEE = "-a", "--show-eee"
 _PACKAGE = "ethtool"
 _TITLES = {"generic-receive-offload": "gro", "large-receive-offload": "lro"}
 
@@ -33,6 +35,14 @@ def fixed_features(computer: Computer, name: str) -> dict[str, str]:
     said = computer.run("ethtool", FEATURES.lower(), name, package=_PACKAGE)
     found = re.findall(r"^([a-z-]+): (on|off) \[fixed\]$", said, re.MULTILINE)
     return {_TITLES[title]: state for title, state in found if title in _TITLES}
+
+
+def is_on(computer: Computer, name: str, kind: str) -> bool:
+    """Return whether `PAUSE` frames or `EEE` are on; False if unknown."""
+    with contextlib.suppress(NotAskedError):
+        said = computer.run("ethtool", kind, name, package=_PACKAGE)
+        return re.search(r"^(?:RX|TX):\s*on$|EEE status: enabled", said, re.MULTILINE) is not None
+    return False
 
 
 def change_setting(computer: Computer, name: str, kind: str, option: str, value: str) -> None:

@@ -51,7 +51,7 @@ CHECKS = (
     CheckSpec(
         "adapter",
         "Camera adapter",
-        "there, connected, fast enough, not that of the network",
+        "there, connected, full duplex, at most 1 Gbit/s, no address, no USB, pause frames or EEE",
         on_adapter.adapter,
     ),
     CheckSpec(

@@ -155,8 +155,8 @@ def _values(plan: StudyPlan, trend: Trend) -> tuple[Float, Float]:
     if missing:
         raise InputError(
             "msa.unbalanced",
-            f"{len(missing)} of {len(plan.runs)} measurements are missing or in doubt, "
-            f"'{missing[0]}' first.",
+            f"{len(missing)} of {len(plan.runs)} values of this characteristic are missing or "
+            f"suspect, '{missing[0]}' first.",
             "Measure them, or plan a smaller study; nothing is filled up.",
         )
     parts, operators = plan.parts, plan.operators

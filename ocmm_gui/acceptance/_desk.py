@@ -144,12 +144,11 @@ class AcceptanceDesk(GuidedStack):
 
     def _choose(self, row: int) -> None:
         offer = self.procedures[row]
+        # The artefacts are those of the register, whatever was typed; Start refuses it.
         try:
             warm = temperature(self.start.value("temperature"))
-        except OcmmError as error:
-            self.start.show_artefacts((), limits_text(offer))
-            self.start.show_trouble(said(f"{error.what} {error.remedy}"))
-            return
+        except OcmmError:
+            warm = None
         self._chosen += 1
         chosen, now = self._chosen, self._clock()
         self.start.show_reading(limits_text(offer))
@@ -266,18 +265,10 @@ class AcceptanceDesk(GuidedStack):
         rig = self.bench.cameras().rig
         away = unit(np.array(procedure.session.stage.instrument.away))
         measure = MeasurePage(rig, away, procedure)
-        measure.misread.connect(self._tell_misread)
+        measure.misread.connect(self.failed)
         verdict = AcceptanceVerdictPage()
         verdict.paper_wanted.connect(self.paper_wanted)
         return {"prepare": PreparePage(rig, _planned), "measure": measure, "result": verdict}
-
-    def _tell_misread(self, text: str) -> None:
-        self.failed.emit(
-            InputError(
-                "wizard.temperature", f"The temperature is {text!r}, which is not a number.",
-                "Enter it in degrees Celsius.",
-            )
-        )  # fmt: skip
 
 
 def _planned(seen: Seen) -> Planned:

@@ -12,7 +12,9 @@ from PySide6.QtWidgets import QHBoxLayout, QVBoxLayout
 
 from ocmm_core.acceptance import GuidedAcceptanceView, JudgedValue, worst_value
 from ocmm_core.camera import Rig
+from ocmm_core.errors import InputError
 from ocmm_core.geometry import Float
+from ocmm_core.typed_numbers import TEMPERATURE
 from ocmm_gui.acceptance._checks import checks_of
 from ocmm_gui.acceptance._touch_picture import TouchPicture, planned_places, position_contents
 from ocmm_gui.charts import ErrorChart
@@ -24,7 +26,7 @@ from ocmm_gui.kit import (
     Theme,
     localised,
     panel,
-    plain_number,
+    read_number,
     said,
     sentence_label,
     text_font,
@@ -48,8 +50,8 @@ class MeasurePage(CollectPage):
     """
 
     keys = ("back", "automatic", "take", "next")
-    misread = Signal(str)
-    """Emits an invalid temperature as typed."""
+    misread = Signal(object)
+    """Emits the `InputError` of a typed temperature."""
 
     def __init__(self, rig: Rig, away: Float, procedure: TakesTemperature) -> None:
         super().__init__(rig, tr("Points taken"))
@@ -133,11 +135,10 @@ class MeasurePage(CollectPage):
         )  # fmt: skip
 
     def _note_temperature(self) -> None:
-        text = plain_number(self.temperature.text())
         try:
-            celsius = float(text)
-        except ValueError:
-            self.misread.emit(text)
+            celsius = read_number(TEMPERATURE, self.temperature.text())
+        except InputError as error:
+            self.misread.emit(error)
             return
         self.commanded.emit(lambda now: self._procedure.set_temperature(celsius, now))
         self._give_keys_back()

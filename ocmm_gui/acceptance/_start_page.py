@@ -10,14 +10,7 @@ from PySide6.QtGui import QKeySequence, QShortcut
 from PySide6.QtWidgets import QGridLayout, QHBoxLayout, QHeaderView, QLineEdit, QVBoxLayout, QWidget
 
 from ocmm_core.acceptance import ArtefactOffer, OpenTest, ProcedureOffer
-from ocmm_gui.acceptance._start_parts import (
-    ROW_PX,
-    add_line,
-    caption_of,
-    choice_list,
-    kind_word,
-    large_button,
-)
+from ocmm_gui.acceptance._start_parts import ROW_PX, add_line, choice_list, kind_word
 from ocmm_gui.kit import (
     DEFAULT_THEME,
     THEMES,
@@ -26,7 +19,9 @@ from ocmm_gui.kit import (
     NumberTable,
     PlainLabel,
     Theme,
+    caption,
     day_words,
+    large_button,
     later,
     literal,
     localised,
@@ -280,6 +275,7 @@ class AcceptanceStart(QWidget):
         field.setToolTip(literal(tr(tip)))
         field.setPlaceholderText(tr(tip))
         field.setFont(text_font(15))
+        field.textEdited.connect(lambda _text: self.show_trouble(""))
         self.fields[key] = field
         return field
 
@@ -293,7 +289,7 @@ class AcceptanceStart(QWidget):
         form.setVerticalSpacing(6)
         for row, (key, label, tip) in enumerate(_FIELDS):
             field = self._field(key, label, tip)
-            form.addWidget(caption_of(tr(label), field), row, 0)
+            form.addWidget(caption(tr(label), field), row, 0)
             form.addWidget(field, row, 1)
         # In one row: rarely used, and the list of artefacts needs the room.
         air = QHBoxLayout()
@@ -302,20 +298,20 @@ class AcceptanceStart(QWidget):
         humidity = self._field(first, named, first_tip)
         air.addWidget(humidity)
         pressure = self._field(second, other, second_tip)
-        air.addWidget(caption_of(tr(other), pressure))
+        air.addWidget(caption(tr(other), pressure))
         air.addWidget(pressure)
-        form.addWidget(caption_of(tr(named), humidity), len(_FIELDS), 0)
+        form.addWidget(caption(tr(named), humidity), len(_FIELDS), 0)
         form.addLayout(air, len(_FIELDS), 1)
-        form.addWidget(caption_of(tr("Condition"), self.condition), len(_FIELDS) + 1, 0)
+        form.addWidget(caption(tr("Condition"), self.condition), len(_FIELDS) + 1, 0)
         form.addWidget(self.condition, len(_FIELDS) + 1, 1)
         right = QVBoxLayout()
         right.setSpacing(6)
-        right.addWidget(caption_of(tr("Artefact"), self.artefacts))
+        right.addWidget(caption(tr("Artefact"), self.artefacts))
         right.addWidget(self.artefacts, 2)
         right.addWidget(self.note)
         right.addLayout(form)
         again = QVBoxLayout()
-        again.addWidget(caption_of(tr("Not finished"), self.unfinished))
+        again.addWidget(caption(tr("Not finished"), self.unfinished))
         again.addWidget(self.unfinished, 1)
         again.addWidget(self.resume_button)
         self._unfinished = panel(again)

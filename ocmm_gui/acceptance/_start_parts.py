@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from PySide6.QtCore import QSize, Qt
-from PySide6.QtWidgets import QListWidget, QListWidgetItem, QPushButton, QWidget
+from PySide6.QtCore import QSize
+from PySide6.QtWidgets import QListWidget, QListWidgetItem
 
 from ocmm_core.acceptance import ProcedureOffer
-from ocmm_gui.kit import NarrowButton, PlainLabel, later, literal, text_font, tr
+from ocmm_gui.kit import later, literal, localised, said, said_word, text_font, tr
 
 ROW_PX = 34
 KIND_WORDS = {
@@ -23,9 +23,11 @@ def kind_word(kind: str) -> str:
 
 def limits_text(offer: ProcedureOffer) -> str:
     one = offer.procedure
-    limits = ", ".join(f"{key} {limit.describe()}" for key, limit in one.limits.items())
+    limits = ", ".join(
+        localised(f"{said_word(key)} {limit.describe()}") for key, limit in one.limits.items()
+    )
     return tr("{wording}; rule: {rule}; limits: {limits}").format(
-        wording=one.wording, rule=one.rule, limits=limits
+        wording=said(one.wording), rule=said_word(one.rule), limits=limits
     )
 
 
@@ -43,24 +45,3 @@ def add_line(where: QListWidget, text: str) -> None:
     item = QListWidgetItem(text, where)
     item.setToolTip(literal(text))
     item.setSizeHint(QSize(100, ROW_PX))
-
-
-def caption_of(text: str, buddy: QWidget) -> PlainLabel:
-    """Return the muted name of a control."""
-    label = PlainLabel(text)
-    label.setFont(text_font(15))
-    label.setProperty("role", "muted")
-    label.setAlignment(Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter)
-    label.setBuddy(buddy)
-    return label
-
-
-def large_button(text: str, name: str, key: str) -> QPushButton:
-    """Return a button of the foot with its key; that of Return is the primary one."""
-    button = NarrowButton(text)
-    button.setAccessibleName(name)
-    button.setFont(text_font(17, bold=True))
-    button.setMinimumHeight(50)
-    button.setShortcut(key)
-    button.setProperty("role", "primary" if key == "Return" else "plain")
-    return button

@@ -2,23 +2,10 @@
 
 from __future__ import annotations
 
-import math
-
 from PySide6.QtWidgets import QGridLayout
 
-from ocmm_core.errors import InputError
 from ocmm_core.studies import CharacteristicStudy
-from ocmm_gui.kit import (
-    ActionInfo,
-    FormField,
-    Mark,
-    caption,
-    form_field,
-    later,
-    localised,
-    plain_number,
-    tr,
-)
+from ocmm_gui.kit import ActionInfo, FormField, Mark, caption, form_field, later, localised, tr
 
 KEYS = (
     ActionInfo("draw", later("Draw plan"), later("Draw the order and blind codes, and store them"),
@@ -66,29 +53,6 @@ def row_words(one: CharacteristicStudy) -> tuple[str, ...]:
         "–" if one.stated is None else localised(f"{one.stated.pooled:.2f}"),
         study.word,
     )
-
-
-def whole_number(key: str, text: str) -> int:
-    """Return a typed integer; raise InputError if invalid."""
-    if not text.isascii() or not text.isdigit():
-        raise InputError(
-            "msa.number", f"'{key}' is {text!r}, which is no whole number.", "Type a number."
-        )
-    return int(text)
-
-
-def length_mm(key: str, text: str) -> float:
-    """Return a typed length, mm; raise InputError if invalid."""
-    try:
-        length = float(plain_number(text))
-    except ValueError:
-        length = math.nan
-    if not math.isfinite(length):
-        raise InputError(
-            "msa.number", f"'{key}' is {text!r}, which is not a number.",
-            "Type the certified value in mm.",
-        )  # fmt: skip
-    return length
 
 
 def fields_of_study(fields: dict[str, FormField]) -> QGridLayout:

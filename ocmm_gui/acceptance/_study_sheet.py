@@ -9,15 +9,8 @@ from PySide6.QtWidgets import QHBoxLayout, QHeaderView, QVBoxLayout, QWidget
 
 from ocmm_core.errors import InputError
 from ocmm_core.studies import StudyPlan, StudyReport, load_study, plan_study, store_plan
-from ocmm_gui.acceptance._study_parts import (
-    COLUMNS,
-    KEYS,
-    MARKS,
-    fields_of_study,
-    length_mm,
-    row_words,
-    whole_number,
-)
+from ocmm_core.typed_numbers import PARTS, REFERENCE, SEED, TRIALS
+from ocmm_gui.acceptance._study_parts import COLUMNS, KEYS, MARKS, fields_of_study, row_words
 from ocmm_gui.acceptance._study_work import Analysing, AnalysingOne, Looking, StudyProgress, TypeOne
 from ocmm_gui.charts import ComponentsPlot, OperatorsPlot, RunPlot
 from ocmm_gui.kit import (
@@ -31,6 +24,7 @@ from ocmm_gui.kit import (
     Theme,
     mark_colour,
     panel,
+    read_number,
     said,
     sentence_label,
     text_font,
@@ -107,15 +101,15 @@ class StudySheet(WorkSheet):
         """Draw a random plan and store it in a new file."""
 
         def drawn() -> StudyPlan:
-            count = whole_number("parts", self._text("parts"))
+            count = int(read_number(PARTS, self._text("parts")))
             names = [f"{number + 1:0{len(str(count))}}" for number in range(count)]
             operators = [one.strip() for one in self._text("operators").split(",")]
             plan = plan_study(
                 self._text("name"),
                 names,
                 operators,
-                whole_number("trials", self._text("trials")),
-                whole_number("seed", self._text("seed")),
+                int(read_number(TRIALS, self._text("trials"))),
+                int(read_number(SEED, self._text("seed"))),
             )
             store_plan(path, plan)
             return plan
@@ -149,7 +143,7 @@ class StudySheet(WorkSheet):
 
     def analyse_one(self) -> None:
         """Compute Cg and Cgk of the selected characteristic."""
-        reference = self.attempt(lambda: length_mm("reference", self._text("reference")))
+        reference = self.attempt(lambda: read_number(REFERENCE, self._text("reference")))
         if reference is not None:
             row, name = self.table.currentRow(), ""
             if self._report is not None and row >= 0:
@@ -164,6 +158,14 @@ class StudySheet(WorkSheet):
 
     def _use(self, plan: StudyPlan) -> None:
         self._plan, self._report = plan, None
+        for key, text in (
+            ("name", plan.name), ("parts", str(len(plan.parts))),
+            ("operators", ",".join(plan.operators)), ("trials", str(plan.trials)),
+            ("seed", str(plan.seed)),
+        ):  # fmt: skip
+            self.fields[key].setText(text)
+        self.word.show_text("")
+        self.message.setText("")
         self.table.setRowCount(0)
         self.say(
             tr("{name}: {parts} parts, {operators} operators, {trials} trials").format(

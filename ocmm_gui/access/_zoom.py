@@ -24,8 +24,10 @@ from PySide6.QtWidgets import QApplication, QWidget
 LEAST_PERCENT, MOST_PERCENT, STEP_PERCENT = 80, 200, 10
 _SCALE = "QT_SCALE_FACTOR"
 _LAID_OUT = QSize(1920, 1080)
-"""The screen that pages are made for; layouts handle smaller ones."""
-_MOST = 4.0
+"""The screen that pages are made for; smaller ones are handled by the layouts."""
+_TRIED = QSize(1280, 760)
+"""The smallest size that pages are tried in, with the title of the window."""
+_LEAST, _MOST = 0.5, 4.0
 _STEP = 0.05
 _NAMES = {
     "linux": ("libQt6Gui.so.6", "_ZN15QHighDpiScaling15setGlobalFactorEd"),
@@ -50,6 +52,18 @@ def screen_factor(size: QSize) -> float:
     """
     whole = min(size.width() / _LAID_OUT.width(), size.height() / _LAID_OUT.height(), _MOST)
     return max(1.0, int(whole / _STEP + 1e-6) * _STEP)
+
+
+def fitting_factor(size: QSize) -> float:
+    """Return how much smaller everything is on a screen that pages do not fit, at most 1.
+
+    Parameters
+    ----------
+    size
+        As of `screen_factor`.
+    """
+    share = min(size.width() / _TRIED.width(), size.height() / _TRIED.height(), 1.0)
+    return max(_LEAST, int(share / _STEP + 1e-6) * _STEP)
 
 
 class Zoom(QObject):
@@ -89,6 +103,9 @@ class Zoom(QObject):
             round(screen.geometry().width() * before), round(screen.geometry().height() * before)
         )
         after = self.percent / 100.0 * screen_factor(own)
+        if self._app.platformName() != "offscreen":
+            # Pictures are made and tests run on a screen of 800 x 800 that nobody sees.
+            after *= fitting_factor(own)
         if abs(after - before) < 1e-6:
             return False
         self._change(setter, before, after)

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from ocmm_gui.charts._bars import Bars, Row
     from ocmm_gui.charts._bus_charts import Curve, HistogramChart, RecentChart
     from ocmm_gui.charts._design_plots import BendingPlot, MapPlot
-    from ocmm_gui.charts._error_chart import ErrorChart, group_of
+    from ocmm_gui.charts._error_chart import ErrorChart, check_words, group_of, is_amount
     from ocmm_gui.charts._history_charts import HistoryChart
     from ocmm_gui.charts._interim_plot import InterimPlot
     from ocmm_gui.charts._pivot_plots import SpotResiduals, TipCourse
@@ -37,7 +37,7 @@ else:
         _bars="Bars Row",
         _bus_charts="Curve HistogramChart RecentChart",
         _design_plots="BendingPlot MapPlot",
-        _error_chart="ErrorChart group_of",
+        _error_chart="ErrorChart check_words group_of is_amount",
         _history_charts="HistoryChart",
         _interim_plot="InterimPlot",
         _pivot_plots="SpotResiduals TipCourse",
@@ -55,5 +55,5 @@ __all__ = [
     "AllSensors", "Bars", "BendingPlot", "ComponentsPlot", "Curve", "ErrorChart", "HistogramChart",
     "HistoryChart", "InterimPlot", "MapPlot", "Mapped", "OperatorsPlot", "Plot", "RecentChart",
     "ResidualHistogram", "Row", "RunPlot", "SpaceArrows", "SphereMap", "SpotResiduals", "TipCourse",
-    "ToleranceBar", "Trail", "TrailPlot", "TrendChart", "group_of",
+    "ToleranceBar", "Trail", "TrailPlot", "TrendChart", "check_words", "group_of", "is_amount",
 ]  # fmt: skip

@@ -9,7 +9,7 @@ from PySide6.QtGui import QColor, QPainter, QPaintEvent, QPen
 
 from ocmm_core.calibration.records import Check
 from ocmm_gui.charts._plot import Plot
-from ocmm_gui.kit import digit_font, text_font, tr
+from ocmm_gui.kit import digit_font, localised, said_word, text_font, tr
 
 _SCALE_PX = 58.0
 
@@ -29,13 +29,8 @@ class ErrorChart(Plot):
         self._checks, self._largest = tuple(checks), largest
         worst = checks[largest]
         self._say(
-            tr(
-                "largest: {error_mm:+.1f} µm ± {expanded_mm:.1f}, limit {limit_mm:.1f} ({name})"
-            ).format(
-                error_mm=1e3 * worst.error_mm,
-                expanded_mm=1e3 * worst.expanded_mm,
-                limit_mm=1e3 * worst.limit_mm,
-                name=worst.name,
+            tr("largest: {error} ({name})").format(
+                error=check_words(worst), name=said_word(worst.name)
             )
         )
 
@@ -56,10 +51,9 @@ class ErrorChart(Plot):
         painter.setBrush(QColor(theme.background))
         painter.drawRect(box)
         for index, one in enumerate(checks):
-            band = QRectF(
-                box.left() + index * pitch, y(one.limit_mm), pitch,
-                y(-one.limit_mm) - y(one.limit_mm),
-            )  # fmt: skip
+            low = 0.0 if is_amount(one) else -one.limit_mm
+            top = y(one.limit_mm)
+            band = QRectF(box.left() + index * pitch, top, pitch, y(low) - top)
             painter.fillRect(band, QColor(theme.zone_good))
             painter.setPen(QPen(QColor(theme.text), 1.5))
             painter.drawLine(band.topLeft(), band.topRight())
@@ -119,6 +113,24 @@ class ErrorChart(Plot):
                 text = text.partition(" ")[2]
             painter.drawText(place, Qt.AlignmentFlag.AlignCenter, text)
             begin = index
+
+
+def is_amount(check: Check) -> bool:
+    """Return whether a check has one limit: form and scatter are never negative."""
+    return check.certified_mm == 0.0
+
+
+def check_words(check: Check) -> str:
+    """Return error, U if known, and limit of a check."""
+    error, limit = f"{1e3 * check.error_mm:+.1f} µm", f"{1e3 * check.limit_mm:.1f} µm"
+    if is_amount(check):
+        error = error.removeprefix("+")
+    else:
+        limit = f"± {limit}"
+    u = tr("U {u:.1f} µm (k = 2), ").format(u=1e3 * check.expanded_mm)
+    return tr("{error}, {u}limit {limit}").format(
+        error=localised(error), u=u if check.expanded_mm else "", limit=localised(limit)
+    )
 
 
 def group_of(name: str) -> str:

@@ -3,23 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from datetime import datetime
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from PySide6.QtCore import QSize, Qt, Signal
+from PySide6.QtCore import Qt, Signal
 from PySide6.QtGui import QAction, QKeySequence
-from PySide6.QtWidgets import (
-    QGridLayout,
-    QHBoxLayout,
-    QLabel,
-    QListWidget,
-    QListWidgetItem,
-    QPushButton,
-    QVBoxLayout,
-    QWidget,
-)
+from PySide6.QtWidgets import QGridLayout, QHBoxLayout, QLabel, QPushButton, QVBoxLayout, QWidget
 
+from ocmm_gui.home._job_cards import JobCards
 from ocmm_gui.kit import (
     ActionInfo,
     PlainLabel,
@@ -33,8 +24,8 @@ from ocmm_gui.kit import (
     said_word,
     sentence_label,
     text_font,
-    time_words,
     tr,
+    use_role,
 )
 
 if TYPE_CHECKING:
@@ -73,8 +64,6 @@ START_ACTIONS = (
 )  # fmt: skip
 _SMALL = ("archive", "manual", "theme", "quit")
 _BUTTON_PX = 64
-_ROW_PX = 60
-_PATH = Qt.ItemDataRole.UserRole
 
 
 class StartPage(QWidget):
@@ -90,6 +79,7 @@ class StartPage(QWidget):
         super().__init__()
         self.setAccessibleName(tr("Start page"))
         self.keys: dict[str, QAction] = {}
+        self._simulated = False
         title = PlainLabel("OCMM")
         title.setFont(text_font(34, bold=True))
         self.hint = sentence_label(tr("What to do first"), 17)
@@ -117,14 +107,21 @@ class StartPage(QWidget):
         self.hand_over.hide()
         self.heading = PlainLabel(tr("Last jobs"))
         self.heading.setFont(text_font(18, bold=True))
-        self.jobs = QListWidget()
-        self.jobs.setAccessibleName(tr("Last jobs"))
-        self.jobs.setAccessibleDescription(tr("Up and down select a job; Return goes on with it"))
-        self.jobs.setFont(text_font(17))
-        self.jobs.itemActivated.connect(lambda item: self.job_chosen.emit(item.data(_PATH)))
+        self.jobs = JobCards()
+        self.jobs.itemActivated.connect(lambda _item: self.job_chosen.emit(self.jobs.chosen()))
+        self.first_steps = sentence_label(tr("First steps"), 17)
+        self.first_steps.setText(
+            tr(
+                "1. Demo (F9): a robot hand measures a virtual part; take over and try.\n"
+                "2. Settings (Ctrl+,): choose cameras, probe and folders of this station.\n"
+                "3. Calibrate (M): cameras, then probe and tip, each with a guided procedure.\n"
+                "4. New job (F2): choose a plan and measure the first part."
+            )
+        )
         jobs = QVBoxLayout()
         jobs.addWidget(self.heading)
         jobs.addWidget(self.jobs, 1)
+        jobs.addWidget(self.first_steps, 1)
         right = QVBoxLayout()
         right.setSpacing(12)
         right.addWidget(panel(self.state))
@@ -146,9 +143,7 @@ class StartPage(QWidget):
 
     def chosen_job(self) -> Path | None:
         """Return the selected job, or None."""
-        items = self.jobs.selectedItems()
-        path: Path | None = items[0].data(_PATH) if items else None
-        return path
+        return self.jobs.chosen()
 
     def show_state(self, state: StationState) -> None:
         """Show the status of cameras and tip."""
@@ -163,6 +158,8 @@ class StartPage(QWidget):
             for column, label in enumerate((what, sentence, word)):
                 self.state.addWidget(label, row, column)
             self.state_words += [what, sentence, word]
+        self._simulated = state.simulated
+        self._lead()
         usable = all(line.usable for line in state.lines)
         if state.simulated:
             self.hint.setText(
@@ -180,19 +177,22 @@ class StartPage(QWidget):
 
     def show_jobs(self, jobs: tuple[LastJob, ...], folder: Path) -> None:
         """List jobs, newest first; unreadable ones are marked but selectable."""
-        self.jobs.clear()
-        for job in jobs:
-            item = QListWidgetItem(job_words(job), self.jobs)
-            item.setData(_PATH, job.path)
-            item.setToolTip(literal(str(job.path)))
-            item.setSizeHint(QSize(200, _ROW_PX))
-        sound = [row for row, job in enumerate(jobs) if job.fault is None]
-        if jobs:
-            self.jobs.setCurrentRow(sound[0] if sound else 0)
+        self.jobs.show_jobs(jobs)
+        self.jobs.setVisible(bool(jobs))
+        self.first_steps.setVisible(not jobs)
+        self._lead()
         self.keys["continue"].setEnabled(bool(jobs))
         self.heading.setText(
             tr("Last jobs") if jobs else tr("No jobs in {folder} yet").format(folder=folder)
         )
+
+    def _lead(self) -> None:
+        """Lead newcomers to the demo: simulated cameras, and no job yet."""
+        is_new = self._simulated and not self.jobs.count()
+        for key in ("new", "demo"):
+            button = self.findChild(QPushButton, f"button_{key}")
+            if button is not None:
+                use_role(button, "primary" if is_new is (key == "demo") else "plain")
 
     def _tell_state(self, text: str) -> None:
         self._clear_state()
@@ -240,30 +240,3 @@ def _sentence(line: StateLine) -> str:
     return tr("{sentence} Due on {date}.").format(
         sentence=said(line.sentence), date=day_words(line.due_utc)
     )
-
-
-def job_words(job: LastJob) -> str:
-    """Return the two lines of a job in the list."""
-    when = time_words(datetime.fromtimestamp(job.changed_s).astimezone())
-    if job.fault is not None:
-        return tr("{name}: cannot be read, {when}\n{why}").format(
-            name=job.path.name, when=when, why=said(job.fault.what)
-        )
-    if job.complete:
-        state = tr("all features finished")
-    elif job.points == 0:
-        state = tr("no points yet")
-    elif job.paused:
-        state = tr(
-            "paused, {done} of %n features", "paused, {done} of 1 feature", job.features
-        ).format(done=job.finished)
-    else:
-        state = tr("{done} of %n features", "{done} of 1 feature", job.features).format(
-            done=job.finished
-        )
-    return tr(
-        "{part}, serial {serial}: {state}\n{when}, {operator}, {points}, {name}"
-    ).format(
-        part=job.part, serial=job.serial, state=state, when=when, operator=job.operator,
-        points=tr("%n points", "1 point", job.points), name=job.path.name,
-    )  # fmt: skip

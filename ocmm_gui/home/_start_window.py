@@ -10,8 +10,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from PySide6.QtCore import QTimer, Signal
-from PySide6.QtGui import QAction, QCloseEvent, QDragEnterEvent, QDropEvent, QKeyEvent, QKeySequence
-from PySide6.QtWidgets import QMainWindow, QVBoxLayout, QWidget
+from PySide6.QtGui import QAction, QCloseEvent, QDragEnterEvent, QDropEvent, QKeySequence
+from PySide6.QtWidgets import QVBoxLayout, QWidget
 
 from ocmm_core.documents import resource
 from ocmm_core.errors import OcmmError
@@ -23,8 +23,8 @@ from ocmm_gui.home._start_page import StartPage
 from ocmm_gui.kit import (
     ACTIONS,
     THEMES,
-    Banner,
     NoticeCentre,
+    NoticeWindow,
     apply_theme,
     dress,
     dress_application,
@@ -77,7 +77,7 @@ class Choice:
     """Section of the settings opened by the Start page; empty for the page itself."""
 
 
-class StartWindow(QMainWindow):
+class StartWindow(NoticeWindow):
     """Choose what to open; `choice` is set when the window has closed."""
 
     closed = Signal()
@@ -100,7 +100,6 @@ class StartWindow(QMainWindow):
         self._look.timeout.connect(self.read_state)
         self.loaded = store.load()
         dress_application(THEMES[self.loaded.settings.window_theme])
-        self.banner = Banner()
         self.page = StartPage(
             {
                 "new": self._new,
@@ -116,6 +115,7 @@ class StartWindow(QMainWindow):
                 "quit": self._quit,
             }
         )
+        self.page.jobs.judging.failed.connect(notices.error)
         self.page.job_chosen.connect(lambda path: self._leave_for(Errands.CONTINUE, path))
         self.plans = PlanList()
         self.plans.left.connect(self.show_start)
@@ -158,7 +158,7 @@ class StartWindow(QMainWindow):
         folder = settings.job_folder
         self._lists.do(
             lambda: _jobs(folder, recent),
-            lambda jobs: self.page.show_jobs(jobs, folder),
+            lambda jobs: self._show_jobs(jobs, folder),
             self._notices.error,
         )
         self.read_state()
@@ -166,6 +166,11 @@ class StartWindow(QMainWindow):
         self._lists.do(lambda: _hand_over(settings), self.page.show_hand_over, self._notices.error)
         # Preload the job's imports while the user reads.
         self._lists.do(_warm, lambda _none: None, self._notices.error)
+
+    def _show_jobs(self, jobs: tuple[LastJob, ...], folder: Path) -> None:
+        self.page.show_jobs(jobs, folder)
+        settings = self.loaded.settings
+        self.page.jobs.judge(settings.instrument_probes, settings.instrument_calibrations)
 
     def read_state(self) -> None:
         """Read the station status, unless already running."""
@@ -195,11 +200,6 @@ class StartWindow(QMainWindow):
         errand = Errands.LOOK if path.suffix.lower() == ".ocmm" else Errands.NEW
         self._leave_for(errand, path)
 
-    def keyPressEvent(self, event: QKeyEvent) -> None:
-        """Dismiss a notice with Esc."""
-        self.banner.hide()
-        super().keyPressEvent(event)
-
     def dragEnterEvent(self, event: QDragEnterEvent) -> None:
         """Accept one plan or job."""
         if dropped_file(event.mimeData()) is not None:
@@ -219,6 +219,7 @@ class StartWindow(QMainWindow):
         if self._archive_sheet is not None:
             self._archive_sheet.close_work()
         self.browser.close_work()
+        self.page.jobs.judging.cancel()
         self._lists.close(5.0)
         event.accept()
         self.closed.emit()

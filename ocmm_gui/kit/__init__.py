@@ -73,7 +73,15 @@ if TYPE_CHECKING:
         verdict_line,
     )
     from ocmm_gui.kit._narrow import HintField, NarrowButton, NarrowItems, fits, is_longer
-    from ocmm_gui.kit._notify import Banner, ErrorHooks, Level, Notice, NoticeCentre
+    from ocmm_gui.kit._notify import (
+        PROCEDURE,
+        Banner,
+        ErrorHooks,
+        Level,
+        Notice,
+        NoticeCentre,
+        NoticeWindow,
+    )
     from ocmm_gui.kit._numbers import (
         INCH_MM,
         NumberStyle,
@@ -86,6 +94,7 @@ if TYPE_CHECKING:
         localised,
         numbers_in_use,
         plain_number,
+        read_number,
         split_unit,
         style_of,
         time_words,
@@ -114,6 +123,7 @@ if TYPE_CHECKING:
         bind_actions,
         conflict_of,
         key_words,
+        large_button,
         make_actions,
         make_button,
         shortcuts_of,
@@ -170,11 +180,11 @@ else:
             "verdict_line"
         ),
         _narrow="HintField NarrowButton NarrowItems fits is_longer",
-        _notify="Banner ErrorHooks Level Notice NoticeCentre",
+        _notify="PROCEDURE Banner ErrorHooks Level Notice NoticeCentre NoticeWindow",
         _numbers=(
             "INCH_MM NumberStyle day_words field_length is_ambiguous length_number length_of_field "
-            "length_words localised numbers_in_use plain_number split_unit style_of time_words "
-            "to_mm typed_value unit_word use_numbers"
+            "length_words localised numbers_in_use plain_number read_number split_unit style_of "
+            "time_words to_mm typed_value unit_word use_numbers"
         ),
         _painted="SCENE_LEAST SCENE_SIZE Painted",
         _parts="ColouredRow DataTable NumberTable panel sentence_label stacked value_label",
@@ -182,8 +192,8 @@ else:
         _reason_panel="ReasonPanel",
         _sheet="ChoiceBox FormField Sheet caption form_field",
         _shortcuts=(
-            "DEBOUNCE_S SHORT Debounced bind_actions conflict_of key_words make_actions "
-            "make_button shortcuts_of show_mode usable_keys use_shortcuts"
+            "DEBOUNCE_S SHORT Debounced bind_actions conflict_of key_words large_button "
+            "make_actions make_button shortcuts_of show_mode usable_keys use_shortcuts"
         ),
         _sound="USUAL_VOLUME Approach Sound SoundPlayer verdict_sound",
         _table_import="TableImport",
@@ -198,26 +208,26 @@ else:
 
 __all__ = [
     "ACTIONS", "CAP_HEIGHT", "DASHES", "DEBOUNCE_S", "DEFAULT_THEME", "FINISH_KEYS", "INCH_MM",
-    "LANGUAGES", "PAUSED", "SCENE_LEAST", "SCENE_SIZE", "SHORT", "TAKE_KEYS", "THEMES", "UNDO_KEYS",
-    "USUAL_VOLUME", "WRAPPED", "ActionInfo", "AnswerPanel", "Approach", "Banner", "ChoiceBox",
-    "ColouredRow", "DataTable", "Debounced", "ErrorHooks", "FitText", "FormField", "HintField",
-    "Level", "Mark", "Mode", "NarrowButton", "NarrowItems", "Notice", "NoticeCentre", "NumberStyle",
-    "NumberTable", "OwnKeysField", "Painted", "PathPanel", "PlainLabel", "ReasonPanel", "Sheet",
-    "Sound", "SoundPlayer", "TableImport", "Theme", "Themed", "active_feature", "apply_theme",
-    "approach_words", "basis_words", "bind_actions", "caption", "characteristics_of",
-    "chosen_language", "conflict_of", "counted_line", "day_words", "digit_font", "distance_words",
-    "dress", "dress_application", "dropped_file", "far_type", "feature_mark", "feature_title",
-    "field_length", "fits", "fitted", "form_field", "form_words", "has_failed", "header_words",
-    "is_ambiguous", "is_held", "is_longer", "key_words", "kind_value", "language_file",
-    "language_in_use", "later", "led_name", "length_number", "length_of_field", "length_words",
-    "limit_words", "list_step", "literal", "localised", "make_actions", "make_button",
-    "mark_colour", "millimetres", "mode_words", "named_quantity", "next_step", "numbers_in_use",
-    "outlier_count", "outlier_words", "paint_mark", "panel", "plain_number", "progress_word",
-    "quantity", "reference_led_name", "reference_words", "said", "said_word", "seen_cameras",
-    "seen_targets", "sentence_label", "session_of", "shape_word", "shortcuts_of", "show_mode",
-    "slot_names", "split_unit", "stacked", "status_colour", "status_mark", "step_text", "style_of",
-    "text_font", "time_words", "to_mm", "tr", "tr_all", "trouble", "typed_value", "unit_word",
-    "usable_keys", "use_language", "use_numbers", "use_role", "use_shortcuts", "value_label",
-    "verdict_colour", "verdict_line", "verdict_mark", "verdict_sound", "with_unit",
-    "wrapped_pixels",
+    "LANGUAGES", "PAUSED", "PROCEDURE", "SCENE_LEAST", "SCENE_SIZE", "SHORT", "TAKE_KEYS", "THEMES",
+    "UNDO_KEYS", "USUAL_VOLUME", "WRAPPED", "ActionInfo", "AnswerPanel", "Approach", "Banner",
+    "ChoiceBox", "ColouredRow", "DataTable", "Debounced", "ErrorHooks", "FitText", "FormField",
+    "HintField", "Level", "Mark", "Mode", "NarrowButton", "NarrowItems", "Notice", "NoticeCentre",
+    "NoticeWindow", "NumberStyle", "NumberTable", "OwnKeysField", "Painted", "PathPanel",
+    "PlainLabel", "ReasonPanel", "Sheet", "Sound", "SoundPlayer", "TableImport", "Theme", "Themed",
+    "active_feature", "apply_theme", "approach_words", "basis_words", "bind_actions", "caption",
+    "characteristics_of", "chosen_language", "conflict_of", "counted_line", "day_words",
+    "digit_font", "distance_words", "dress", "dress_application", "dropped_file", "far_type",
+    "feature_mark", "feature_title", "field_length", "fits", "fitted", "form_field", "form_words",
+    "has_failed", "header_words", "is_ambiguous", "is_held", "is_longer", "key_words", "kind_value",
+    "language_file", "language_in_use", "large_button", "later", "led_name", "length_number",
+    "length_of_field", "length_words", "limit_words", "list_step", "literal", "localised",
+    "make_actions", "make_button", "mark_colour", "millimetres", "mode_words", "named_quantity",
+    "next_step", "numbers_in_use", "outlier_count", "outlier_words", "paint_mark", "panel",
+    "plain_number", "progress_word", "quantity", "read_number", "reference_led_name",
+    "reference_words", "said", "said_word", "seen_cameras", "seen_targets", "sentence_label",
+    "session_of", "shape_word", "shortcuts_of", "show_mode", "slot_names", "split_unit", "stacked",
+    "status_colour", "status_mark", "step_text", "style_of", "text_font", "time_words", "to_mm",
+    "tr", "tr_all", "trouble", "typed_value", "unit_word", "usable_keys", "use_language",
+    "use_numbers", "use_role", "use_shortcuts", "value_label", "verdict_colour", "verdict_line",
+    "verdict_mark", "verdict_sound", "with_unit", "wrapped_pixels",
 ]  # fmt: skip

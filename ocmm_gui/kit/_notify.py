@@ -14,9 +14,9 @@ from enum import Enum
 from pathlib import Path
 from types import TracebackType
 
-from PySide6.QtCore import QObject, Qt, QTimer, Signal
-from PySide6.QtGui import QResizeEvent
-from PySide6.QtWidgets import QFrame, QHBoxLayout, QSizePolicy, QWidget
+from PySide6.QtCore import QEvent, QObject, Qt, QTimer, Signal
+from PySide6.QtGui import QKeyEvent, QResizeEvent
+from PySide6.QtWidgets import QFrame, QHBoxLayout, QMainWindow, QSizePolicy, QWidget
 
 from ocmm_core.documents import write_atomic
 from ocmm_core.errors import StorageError
@@ -26,6 +26,9 @@ from ocmm_gui.kit._texts import PlainLabel, said, tr
 from ocmm_gui.kit._theme import Theme, text_font
 
 INFO_SECONDS = 12
+_MOST_WAITING = 20
+PROCEDURE = "procedure"
+"""Job of notices about a wizard or a test."""
 _AGAIN_S = 5.0
 _FAR_SHARE, _DESK_PX = 26.0 / 1080.0, 14.0
 """Type size: relative to the window height, and in pixels."""
@@ -54,12 +57,16 @@ class Notice:
     detail: str
     """Full text for the log, such as a traceback; never on screen."""
     when: datetime
+    job: str = ""
+    """Job or procedure (`PROCEDURE`) whose end is that of its display; empty if about none."""
 
 
 class NoticeCentre(QObject):
     """Store the last notices and notify listeners; `post` is thread-safe."""
 
     posted = Signal(object)
+    ended = Signal(str)
+    """Emits the job or procedure that has ended."""
 
     def __init__(self, parent: QObject | None = None) -> None:
         super().__init__(parent)
@@ -77,18 +84,20 @@ class NoticeCentre(QObject):
         """Return the notices, oldest first."""
         return tuple(self._notices)
 
-    def inform(self, what: str) -> None:
-        self.post(Notice(Level.INFO, what, "", "", datetime.now().astimezone()))
+    def inform(self, what: str, job: str = "") -> None:
+        """Show information, optionally about a job."""
+        self.post(Notice(Level.INFO, what, "", "", datetime.now().astimezone(), job))
 
-    def warn(self, what: str, remedy: str = "") -> None:
-        self.post(Notice(Level.WARNING, what, remedy, "", datetime.now().astimezone()))
+    def warn(self, what: str, remedy: str = "", job: str = "") -> None:
+        """Show a warning."""
+        self.post(Notice(Level.WARNING, what, remedy, "", datetime.now().astimezone(), job))
 
-    def error(self, error: BaseException) -> None:
+    def error(self, error: BaseException, job: str = "") -> None:
         """Show an error: `OcmmError` in its own words, others as `failure.contained`."""
         detail = "".join(traceback.format_exception(error))
         told = contained(error, "The window")
         when = datetime.now().astimezone()
-        self.post(Notice(Level.ERROR, told.what, told.remedy, detail, when))
+        self.post(Notice(Level.ERROR, told.what, told.remedy, detail, when, job))
 
     def text(self) -> str:
         return "\n".join(
@@ -177,7 +186,8 @@ class Banner(QFrame):
         self.setObjectName("banner")
         self.setAccessibleName(tr("Notice"))
         self._theme: Theme | None = None
-        self._level = Level.INFO
+        self._shown: list[Notice] = []
+        self._job = ""
         self._text = PlainLabel()
         self._text.setTextFormat(Qt.TextFormat.PlainText)
         self._text.setWordWrap(True)
@@ -185,10 +195,10 @@ class Banner(QFrame):
         self._far = False
         self._set_font()
         self._text.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Preferred)
-        self._dismiss = NarrowButton(tr("Dismiss  [Esc]"))
+        self._dismiss = NarrowButton("")
         self._dismiss.setAccessibleName(tr("Dismiss this message"))
         self._dismiss.setFocusPolicy(Qt.FocusPolicy.NoFocus)
-        self._dismiss.clicked.connect(self.hide)
+        self._dismiss.clicked.connect(self.dismiss)
         layout = QHBoxLayout(self)
         layout.setContentsMargins(14, 6, 8, 6)
         layout.addWidget(self._text, 1)
@@ -196,25 +206,68 @@ class Banner(QFrame):
         self._timer = QTimer(self)
         self._timer.setSingleShot(True)
         self._timer.setInterval(INFO_SECONDS * 1000)
-        self._timer.timeout.connect(self.hide)
+        self._timer.timeout.connect(self.dismiss)
         self.hide()
 
     def show_notice(self, notice: Notice) -> None:
-        """Show a notice; information disappears, and only an error replaces an error."""
-        covered = self._level is Level.ERROR and self.isVisible()
-        if covered and notice.level is not Level.ERROR:
+        """Show a notice: the newest of the worst level; others wait until it is dismissed.
+
+        Information replaces information; what is repeated waits once.
+        """
+        same = (notice.level, notice.what, notice.remedy)
+        self._shown = [
+            one
+            for one in self._shown
+            if (one.level, one.what, one.remedy) != same
+            and not (one.level is notice.level is Level.INFO)
+        ]
+        levels = list(Level)
+        worse = [one for one in self._shown if levels.index(one.level) > levels.index(notice.level)]
+        self._shown.insert(len(worse), notice)
+        del self._shown[_MOST_WAITING:]
+        self._show_first()
+
+    def dismiss(self) -> bool:
+        """Put away the shown notice and show the next; return whether one was shown."""
+        was_shown = bool(self._shown)
+        del self._shown[:1]
+        self._show_first()
+        return was_shown
+
+    def end_job(self, job: str) -> None:
+        """Put away the notices about other jobs than ``job``; later ones about them expire."""
+        self._job = job
+        self._shown = [one for one in self._shown if one.job in ("", PROCEDURE, job)]
+        self._show_first()
+
+    def end(self, job: str) -> None:
+        """Put away the notices about ``job``."""
+        self._shown = [one for one in self._shown if one.job != job]
+        self._show_first()
+
+    def keeps_esc(self) -> bool:
+        """Return whether Esc dismisses the notice before it leaves a page.
+
+        Information ends by itself and does not keep Esc from the page.
+        """
+        return bool(self._shown) and self._shown[0].level is not Level.INFO
+
+    def _show_first(self) -> None:
+        self._timer.stop()
+        self.setVisible(bool(self._shown))
+        if not self._shown:
             return
-        self._level = notice.level
+        notice, waiting = self._shown[0], len(self._shown) - 1
         self._text.setText(
             f"{_MARKS[notice.level]}  {said(notice.what)} {said(notice.remedy)}".rstrip()
         )
+        word = tr("Dismiss") if notice.level is Level.INFO else tr("Dismiss  [Esc]")
+        more = tr("{word}  ({count} more)").format(word=word, count=waiting)
+        self._dismiss.setText(more if waiting else word)
         self._set_font()
         self._paint()
-        self.show()
-        if notice.level is Level.INFO:
+        if notice.level is Level.INFO or notice.job not in ("", PROCEDURE, self._job):
             self._timer.start()
-        else:
-            self._timer.stop()
 
     def use_far(self, *, far: bool) -> None:
         """Set the type for far or near reading."""
@@ -239,13 +292,38 @@ class Banner(QFrame):
         self._text.setFont(text_font(pixels, bold=True))
 
     def _paint(self) -> None:
-        if self._theme is not None:
+        if self._theme is not None and self._shown:
             colour = {
                 Level.INFO: self._theme.good,
                 Level.WARNING: self._theme.warn,
                 Level.ERROR: self._theme.bad,
-            }[self._level]
+            }[self._shown[0].level]
             self.setStyleSheet(
                 f"#banner {{ background: {self._theme.panel}; border: 2px solid {colour};"
                 f" border-radius: 6px; }} QLabel {{ color: {colour}; }}"
             )
+
+
+class NoticeWindow(QMainWindow):
+    """A window with a banner, which Esc dismisses before it leaves a page."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.banner = Banner()
+
+    def event(self, event: QEvent) -> bool:
+        """Keep Esc from the shortcuts of the page while a notice is shown."""
+        if (
+            event.type() is QEvent.Type.ShortcutOverride
+            and isinstance(event, QKeyEvent)
+            and event.key() == Qt.Key.Key_Escape
+            and self.banner.keeps_esc()
+        ):
+            event.accept()
+            return True
+        return super().event(event)
+
+    def keyPressEvent(self, event: QKeyEvent) -> None:
+        """Dismiss the notice with Esc."""
+        if not (event.key() == Qt.Key.Key_Escape and self.banner.dismiss()):
+            super().keyPressEvent(event)

@@ -18,6 +18,7 @@ from numbers import Real
 from typing import Any, ClassVar
 
 from ocmm_core.tables import typed_number
+from ocmm_core.typed_numbers import NumberField
 from ocmm_core.units import find_unit, named_unit, scaled
 
 INCH_MM = named_unit("inch", "length").factor
@@ -87,6 +88,11 @@ def is_ambiguous(text: str) -> bool:
 def typed_value(text: str) -> float | None:
     """Return a typed number; None if invalid or ambiguous."""
     return typed_number(text, comma=_InUse.style.comma)
+
+
+def read_number(field: NumberField, text: str) -> float:
+    """Return a number typed in the style in use; InputError as `NumberField.read`."""
+    return field.read(text, comma=_InUse.style.comma)
 
 
 def unit_word() -> str:

@@ -131,6 +131,13 @@ class FormField(OwnKeysField):
                 return False
         return super().event(event)
 
+    def keyPressEvent(self, event: QKeyEvent) -> None:
+        """Leave Esc to the sheet or, with a notice, to the window."""
+        if event.key() == Qt.Key.Key_Escape:
+            event.ignore()
+            return
+        super().keyPressEvent(event)
+
 
 class ChoiceBox(QComboBox):
     """A choice whose arrow follows the theme."""

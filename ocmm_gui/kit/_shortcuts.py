@@ -12,6 +12,7 @@ from PySide6.QtWidgets import QPushButton, QWidget
 from ocmm_gui.kit._actions import ACTIONS, ActionInfo, Mode
 from ocmm_gui.kit._narrow import NarrowButton
 from ocmm_gui.kit._texts import later, literal, tr
+from ocmm_gui.kit._theme import text_font
 
 DEBOUNCE_S = 0.15
 """Faster presses count once: contacts bounce for some 20 ms, feet need 250 ms."""
@@ -177,6 +178,18 @@ def make_button(action: QAction, *, primary: bool = False) -> QPushButton:
     follow()
     action.changed.connect(follow)
     button.clicked.connect(action.trigger)
+    return button
+
+
+def large_button(text: str, name: str, key: str = "") -> QPushButton:
+    """Return a button of a start page, optionally with its key; that of Return is primary."""
+    button = NarrowButton(text)
+    button.setAccessibleName(name)
+    button.setFont(text_font(18, bold=True))
+    button.setMinimumHeight(54)
+    if key:
+        button.setShortcut(key)
+    button.setProperty("role", "primary" if key == "Return" else "plain")
     return button
 
 

@@ -99,6 +99,10 @@ class MaintainView(QWidget):
     def page(self) -> QWidget:
         return self._pages[max(self.list.currentRow(), 0)]
 
+    def show_page(self, page: QWidget) -> None:
+        """Select a page."""
+        self.list.setCurrentRow(self._pages.index(page))
+
     def show_live(self, live: LiveView) -> None:
         self._live = live
         colour = status_colour(self._theme, live.status)

@@ -25,6 +25,7 @@ from ocmm_core.measuring import (
     mechanics_words,
 )
 from ocmm_core.tracking import ProbeBody, load_probe
+from ocmm_core.typed_numbers import SPOT_NOISE, TILT, NumberField
 from ocmm_gui.charts import BendingPlot, MapPlot
 from ocmm_gui.kit import (
     DEFAULT_THEME,
@@ -40,7 +41,7 @@ from ocmm_gui.kit import (
     literal,
     localised,
     panel,
-    plain_number,
+    read_number,
     said,
     sentence_label,
     text_font,
@@ -174,14 +175,8 @@ class ProbeDesignPage(QWidget):
 
     def _request(self) -> DesignRequest:
         words = {key: field.text().strip() for key, field in self.fields.items()}
-        tilt = tuple(_numbers(tr("Tilts"), words["tilt"], 3))
-        (sigma,) = _numbers(tr("Spots"), words["sigma"], 1)
-        if min(tilt) < 0.0 or max(tilt) > 180.0 or not 0.0 < sigma < 10.0:
-            raise InputError(
-                "design.values",
-                f"Tilts of {words['tilt']}° with spots of {words['sigma']} px cannot be examined.",
-                "Enter tilts from 0 to 180 degrees and a noise above 0 px.",
-            )
+        tilt = tuple(_numbers(TILT, tr("Tilts"), words["tilt"], 3))
+        (sigma,) = _numbers(SPOT_NOISE, tr("Spots"), words["sigma"], 1)
         asked = Examination(Postures((tilt[0], tilt[1], tilt[2]), self._rig.volume_world))
         return DesignRequest(
             self._rig,
@@ -340,15 +335,12 @@ class PointBudgetTable(DataTable):
         self.show_terms(self._terms)
 
 
-def _numbers(what: str, text: str, count: int) -> list[float]:
-    try:
-        values = [float(plain_number(word)) for word in text.replace(";", " ").split()]
-    except ValueError:
-        values = []
-    if len(values) != count or not np.isfinite(values).all():
+def _numbers(field: NumberField, what: str, text: str, count: int) -> list[float]:
+    words = text.replace(";", " ").split()
+    if len(words) != count:
         raise InputError(
             "design.number",
             f"Field '{what}' is {text!r}; it needs {count} number(s).",
             "Enter numbers separated by spaces.",
         )
-    return values
+    return [read_number(field, word) for word in words]

@@ -3,9 +3,17 @@
 from __future__ import annotations
 
 import numpy as np
-from PySide6.QtCore import QPointF, QRectF, Qt, Signal
+from PySide6.QtCore import QPointF, QRectF, QSize, Qt, Signal
 from PySide6.QtGui import QColor, QFont, QMouseEvent, QPainter, QPaintEvent, QPen, QResizeEvent
-from PySide6.QtWidgets import QFrame, QGridLayout, QHBoxLayout, QLabel, QSizePolicy, QVBoxLayout
+from PySide6.QtWidgets import (
+    QFrame,
+    QGridLayout,
+    QHBoxLayout,
+    QLabel,
+    QLayout,
+    QSizePolicy,
+    QVBoxLayout,
+)
 
 from ocmm_core.geometry import Float
 from ocmm_core.inspection.evaluation import FeatureView, JobView
@@ -145,7 +153,6 @@ _ROOMY_PX = 480
 _TIGHT_PX = 420
 """Lower panels show no large digits."""
 _PICTURE_PX, _SMALL_PX = 104, 84
-
 _MAX_OTHERS = 6
 
 
@@ -160,7 +167,7 @@ class FeaturePanel(QFrame):
 
     def __init__(self) -> None:
         super().__init__()
-        self._fitting = False
+        self._fitting, self._least_px = False, 0
         self._chosen = 0
         self.setProperty("role", "panel")
         self.setAccessibleName(tr("Feature"))
@@ -202,6 +209,8 @@ class FeaturePanel(QFrame):
         layout = QVBoxLayout(self)
         layout.setContentsMargins(14, 8, 14, 8)
         layout.setSpacing(6)
+        # The panel adapts to its height; a layout that sets minimums would grow over the readout.
+        layout.setSizeConstraint(QLayout.SizeConstraint.SetNoConstraint)
         self._column, self._named = layout, QVBoxLayout()
         named = self._named
         for widget in (self._title, self._dots, self._subject, self._basis):
@@ -259,6 +268,14 @@ class FeaturePanel(QFrame):
         super().resizeEvent(event)
         self._fit()
 
+    def minimumSizeHint(self) -> QSize:
+        """Return the size of the least form, whatever is shown at the present height."""
+        return QSize(super().minimumSizeHint().width(), self._least_px)
+
+    def hasHeightForWidth(self) -> bool:
+        """Return False: otherwise layouts ask for the height of what is shown at present."""
+        return False
+
     def value(self, name: str) -> str:
         """Return the text next to a caption."""
         return self._values[name].text()
@@ -281,7 +298,7 @@ class FeaturePanel(QFrame):
             self.show_job(self._job)
 
     def _fit(self) -> None:
-        # Hiding widgets can resize this panel: guard against recursion.
+        # Hiding widgets can resize this panel.
         if not self._fitting:
             self._fitting = True
             try:
@@ -290,7 +307,27 @@ class FeaturePanel(QFrame):
                 self._fitting = False
 
     def _fit_once(self) -> None:
-        tight = self.height() < _TIGHT_PX
+        # Least important first: the results sheet shows them as well.
+        given_up = (self._row("Position"), (self._basis,), self._row("Nominal"))
+        self._use_type(tight=True)
+        for labels in given_up:
+            for label in labels:
+                label.hide()
+        if self._needed() != self._least_px:
+            self._least_px = self._needed()
+            self.updateGeometry()
+        self._use_type(tight=self.height() < _TIGHT_PX)
+        if self._needed() > self.height():
+            self._use_type(tight=True)
+        for labels in reversed(given_up):
+            for label in labels:
+                label.show()
+            if self._needed() > self.height():
+                for label in labels:
+                    label.hide()
+                break
+
+    def _use_type(self, *, tight: bool) -> None:
         for name, value in self._values.items():
             large = name in _LARGE
             pixels = (18 if tight else 26) if large else (13 if tight else 16)
@@ -305,16 +342,6 @@ class FeaturePanel(QFrame):
         self.coverage.setFixedSize(side, side)
         self._column.setSpacing(2 if tight else 6)
         self._named.setSpacing(1 if tight else 4)
-        # Least important first: the results sheet shows them as well.
-        given_up = (self._row("Position"), (self._basis,), self._row("Nominal"))
-        for labels in given_up:
-            for label in labels:
-                label.show()
-        for labels in given_up:
-            if self._needed() <= self.height():
-                break
-            for label in labels:
-                label.hide()
 
     def _needed(self) -> int:
         # Without a wrapping label the layout has no height for width, and returns -1.

@@ -142,6 +142,7 @@ class ReportSheet(Sheet):
         self._texts = {}
         self.pages.clear()
         self.question.hide()
+        self.say(source.words(source.view()), warns=source.read_only)
         if not self.folder.text():
             self.folder.setText(str(self._folder().expanduser().absolute()))
         try:

@@ -37,10 +37,12 @@ class Written:
                 tr("Not measured: {missing_words}.").format(
                     missing_words=missing_words(self.missing)
                 ),
+                self.job,
             )
         else:
             names = ", ".join(path.name for path in self.paths)
-            notices.inform(tr("Written to {folder}: {names}").format(folder=folder, names=names))
+            told = tr("Written to {folder}: {names}").format(folder=folder, names=names)
+            notices.inform(told, self.job)
 
 
 @dataclass(frozen=True, slots=True)

@@ -254,7 +254,8 @@ def decision_words(result: CharacteristicResult) -> str:
     """Return rule, interval, association and frame of a result, in sentences."""
     parts = []
     if result.rule:
-        parts.append(tr("Rule: {rule}.").format(rule=rule_words(result.rule)))
+        words, sign, identity = rule_words(result.rule).rpartition(" (")
+        parts.append(tr("Rule: {rule}.").format(rule=f"{said(words)}{sign}{identity}"))
     if result.leaning:
         inside = result.leaning == "in"
         parts.append(tr("The value lies inside.") if inside else tr("The value lies outside."))

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 from PySide6.QtCore import QRectF, Signal
-from PySide6.QtGui import QHideEvent, QPaintEvent
+from PySide6.QtGui import QPaintEvent
 from PySide6.QtWidgets import QHBoxLayout, QVBoxLayout
 
 from ocmm_core.geometry import Float
@@ -175,7 +175,6 @@ class ResultsSheet(Sheet):
         self._calibration = calibration
         self._records = records
         self._job: JobView | None = None
-        self._left_at: object = None
         self.table = ResultTable()
         self.detail = ResultDetail()
         self.points = DrivingPoints()
@@ -210,7 +209,7 @@ class ResultsSheet(Sheet):
             {
                 "simulate": self.detail.simulate,
                 "open": self.ask_for_file,
-                "running": self.show_running,
+                "running": self.open,
                 "batch": lambda: self.batch_wanted.emit(self._source.path.parent),
                 "report": lambda: self.report_wanted.emit(self._source),
             },
@@ -218,19 +217,16 @@ class ResultsSheet(Sheet):
         )
 
     def open(self) -> None:
-        """Show the running job, or the file opened before."""
-        self._refresh()
-        self.table.setFocus()
-
-    def show_running(self) -> None:
-        self._source = self._running
-        self._refresh()
-
-    def forget_file(self) -> None:
-        """Show the running job at the next opening of the sheet."""
+        """Show the current job, whatever file was shown before."""
         self._opening.cancel()
         self.opening.end()
         self._source = self._running
+        self.resume()
+
+    def resume(self) -> None:
+        """Show the same job again, current or of a file, on return from its report."""
+        self._refresh()
+        self.table.setFocus()
 
     def ask_for_file(self) -> None:
         """Ask for a job to open, or cancel the current opening."""
@@ -239,7 +235,7 @@ class ResultsSheet(Sheet):
             self.opening.end()
             self.told.emit(tr("The job was not opened."))
         else:
-            self.file.ask(Path.home())
+            self.file.ask(self._source.path.parent if self._source.read_only else Path.home())
 
     def open_file(self, path: Path) -> None:
         """Show a job from its own file, recalculated and compared, read-only.
@@ -255,21 +251,9 @@ class ResultsSheet(Sheet):
         return self._opening.is_running()
 
     def job_changed(self) -> None:
-        """Update the results if the running job is shown.
-
-        A file that was left is replaced by the running job: an inspector who returns for its
-        results must not read those of another part.
-        """
-        if self._source is self._running:
-            if self.isVisible():
-                self._refresh()
-        elif not self.isVisible() and self._running.state() != self._left_at:
-            self.forget_file()
-
-    def hideEvent(self, event: QHideEvent) -> None:
-        """Remember the state of the running job."""
-        super().hideEvent(event)
-        self._left_at = self._running.state()
+        """Show the current job as it is now, unless a file is shown."""
+        if self._source is self._running and self.isVisible():
+            self._refresh()
 
     def close_work(self) -> None:
         """Cancel computations; call it before the window closes."""
@@ -309,7 +293,10 @@ class ResultsSheet(Sheet):
     def _show_summary(self, job: JobView) -> None:
         part = job.part_verdict
         mark = None if part.shown_as is None else verdict_mark(part.shown_as)
-        self._summary.show_text(counted_line(job), verdict_colour(self._theme, part.shown_as), mark)
+        line = counted_line(job)
+        if self._source.read_only:
+            line = tr("{name}: {verdict}").format(name=self._source.path.stem, verdict=line)
+        self._summary.show_text(line, verdict_colour(self._theme, part.shown_as), mark)
 
     def _show_detail(self, name: str) -> None:
         result = self._result(name)

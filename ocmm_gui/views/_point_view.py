@@ -123,6 +123,9 @@ class PointView(OrbitView):
         self.update()
 
     def show_job(self, job: JobView) -> None:
+        if self._own_part is not None and job.placed_part is None:
+            # Supposed places would float off the virtual part that is drawn.
+            job = replace(job, planned=None)
         self._job = job
         self._part.place(job.placed_part or self._own_part)
         self._draw_job(job)

@@ -15,7 +15,7 @@ from PySide6.QtCore import QObject, Signal
 
 from ocmm_core.errors import InputError, OcmmError
 from ocmm_gui.bridge import StationBridge
-from ocmm_gui.kit import NoticeCentre, PathPanel, Sheet, Sound, tr
+from ocmm_gui.kit import PROCEDURE, NoticeCentre, PathPanel, Sheet, Sound, tr
 from ocmm_gui.operator import Feedback
 from ocmm_gui.reports import CertificateWriting
 from ocmm_gui.window._made_late import MadeLate
@@ -80,11 +80,7 @@ S = TypeVar("S", bound=Sheet)
 
 
 class AcceptanceRooms(MadeLate):
-    """Make desk and sheets at their first use.
-
-    `bench`: Testable items; None if unknown.
-    `folder`: Default for files.
-    """
+    """Make the desk and the sheets on demand; without a bench there are no tests."""
 
     made = Signal(object)
     """Emits a new page, for the stack of the window."""
@@ -119,6 +115,7 @@ class AcceptanceRooms(MadeLate):
             self._required(), bridge.station.maintenance.set_frame_tap,
             lambda: bridge.shown.job.operator,
         )  # fmt: skip
+        desk.left.connect(lambda: self._notices.ended.emit(PROCEDURE))
         desk.left.connect(self.left)
         desk.taken.connect(lambda: self._feedback.play(Sound.TAKEN))
         desk.sounded.connect(self._feedback.play)
@@ -203,4 +200,4 @@ class AcceptanceRooms(MadeLate):
 
     def _on_failed(self, error: OcmmError) -> None:
         self._feedback.play(Sound.REFUSED)
-        self._notices.error(error)
+        self._notices.error(error, PROCEDURE)

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 from PySide6.QtCore import Qt, Signal
 from PySide6.QtGui import QCloseEvent, QDragEnterEvent, QDropEvent, QKeyEvent
-from PySide6.QtWidgets import QHBoxLayout, QMainWindow, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QHBoxLayout, QVBoxLayout, QWidget
 
 from ocmm_core.errors import OcmmError
 from ocmm_core.settings import LoadedSettings, SettingsStore
@@ -19,9 +19,9 @@ from ocmm_gui.bridge import StationBridge
 from ocmm_gui.home import FindAction
 from ocmm_gui.kit import (
     THEMES,
-    Banner,
     Mode,
     NoticeCentre,
+    NoticeWindow,
     SoundPlayer,
     apply_theme,
     bind_actions,
@@ -49,16 +49,11 @@ if TYPE_CHECKING:
 START, REOPEN = "start", "reopen"
 
 
-class MainWindow(QMainWindow):
+class MainWindow(NoticeWindow):
     """Inspect in two densities, Maintain, each on one key; closing it stops the station.
 
-    `sounds`: Player, or None for silence.
-    `theme`: Name of the initial theme.
-    `out`: Folder of the report; None asks for one in the window.
-    `bench`: Possible acceptance tests, or None.
-    `store`: The settings; None for those of this user.
-    `hand`: The probe of a virtual rig, held by the user; None if real.
-    `practice`: Virtual rig for practising wizards; None for real work.
+    None of ``sounds`` is silence, of ``out`` asks for the folder of reports, of ``bench`` and
+    ``practice`` offers no tests or practice, of ``hand`` is a real probe.
     """
 
     closed = Signal()
@@ -110,14 +105,13 @@ class MainWindow(QMainWindow):
         self.maintenance = Maintenance(
             bridge, notices, self._feedback, self.actions_by_key, self.tests, practice
         )
-        self.banner = Banner()
         self.pages = Pages(
             self.desk, self.far, self.sheets, self.maintenance, self.tests, self.actions_by_key,
             self.banner,
         )  # fmt: skip
         self.running = RunningJob(
-            bridge, notices, self._feedback, self.pages, self.desk, self.far, self.sheets,
-            self.maintenance, self.choice, self.hand,
+            bridge, notices, self.banner, self._feedback, self.pages, self.desk, self.far,
+            self.sheets, self.maintenance, self.choice, self.hand,
         )  # fmt: skip
         self._lines = (
             self.banner, self.output.question, self.output.export_panel, self.output.bus_panel,
@@ -178,6 +172,7 @@ class MainWindow(QMainWindow):
         self.search.closed.connect(self.pages.focus)
         self.search.other_wanted.connect(self.pages.do_elsewhere)
         self._notices.posted.connect(self.banner.show_notice, Qt.ConnectionType.QueuedConnection)
+        self._notices.ended.connect(self.banner.end, Qt.ConnectionType.QueuedConnection)
         bridge.plan_changed.connect(self._use_plan)
 
     def _reopen(self) -> None:
@@ -205,12 +200,12 @@ class MainWindow(QMainWindow):
         return self.pages.is_far()
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
-        """Close a notice or the export panel on Esc."""
-        if event.key() == Qt.Key.Key_Escape:
+        """Hide with Esc what asks for a place, once no notice is shown."""
+        if event.key() == Qt.Key.Key_Escape and not self.banner.dismiss():
             for widget in (*self._lines, self.search):
                 widget.hide()
-            return
-        super().keyPressEvent(event)
+        elif event.key() != Qt.Key.Key_Escape:
+            super().keyPressEvent(event)
 
     def load_the_rest(self) -> None:
         """Load sheets, Maintain and wizards in the background; call it once."""

@@ -16,7 +16,7 @@ from PySide6.QtGui import QAction
 from ocmm_core.calibration.probe_design import definition_of
 from ocmm_core.errors import OcmmError
 from ocmm_gui.bridge import StationBridge
-from ocmm_gui.kit import ACTIONS, NoticeCentre, Sound, tr
+from ocmm_gui.kit import ACTIONS, PROCEDURE, NoticeCentre, Sound, tr
 from ocmm_gui.operator import Feedback
 from ocmm_gui.window._acceptance import AcceptanceRooms
 from ocmm_gui.window._made_late import MadeLate
@@ -246,9 +246,10 @@ class Maintenance(MadeLate):
 
     def _on_wizard_failed(self, error: OcmmError) -> None:
         self._feedback.play(Sound.REFUSED)
-        self._notices.error(error)
+        self._notices.error(error, PROCEDURE)
 
     def _on_wizard_left(self) -> None:
+        self._notices.ended.emit(PROCEDURE)
         self._bridge.maintenance.look_at_probe_records()
         self.left.emit()
 

@@ -24,11 +24,7 @@ _SHORT = {
 
 
 class Output(QObject):
-    """Write files into the folder given at the start, or ask for one in the window.
-
-    `out`: Folder of the report; None asks.
-    `far`: Returns whether the far view is shown.
-    """
+    """Write files into the folder given at the start; None asks in the window."""
 
     exported = Signal(object)
     """Emits the written files, ``tuple[Path, ...]``."""
@@ -67,6 +63,7 @@ class Output(QObject):
         self.question.agreed.connect(self._writer.agree)
         self.export_panel.given.connect(self._export_to)
         self.bus_panel.given.connect(bridge.maintenance.save_bus_text)
+        bridge.jobs.job_begun.connect(self.question.hide)
         bridge.maintenance.bus_text_saved.connect(
             lambda path: notices.inform(tr("The bus report is in {path}.").format(path=path))
         )

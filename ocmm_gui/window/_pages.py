@@ -22,12 +22,7 @@ _ON_SHEETS = (*_IN_WIZARDS, "settings", "start", "find", "what_to_do", "support"
 
 
 class Pages(QObject):
-    """Far view, desk view, sheets, and Maintain with its wizards: one is shown.
-
-    `sheets`, `maintenance`, `tests`: Make the other pages at their first use.
-    `actions`: Of the window, by key.
-    `banner`: Sized by the page under it.
-    """
+    """The far view and the desk view, the sheets, Maintain with its wizards: one is shown."""
 
     mode_wanted = Signal()
     """Inspect or Maintain is about to be shown: file panels close."""

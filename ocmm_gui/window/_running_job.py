@@ -11,6 +11,7 @@ from ocmm_core.calibration.records import ProbeView
 from ocmm_core.inspection.evaluation import JobView, LiveView, withdrawn
 from ocmm_gui.bridge import StationBridge
 from ocmm_gui.kit import (
+    Banner,
     Level,
     Mode,
     Notice,
@@ -41,17 +42,13 @@ _PART = "The window"
 
 
 class RunningJob(QObject):
-    """Show the state of the station; if that fails, former values are cleared.
-
-    `notices`, `feedback`: News, and sounds.
-    `pages`: The current page, which gets the state as soon as it is shown.
-    `choice`, `hand`: The selected point, and the hand of a virtual probe.
-    """
+    """Show the events of the station; a failed display withdraws its numbers."""
 
     def __init__(
         self,
         bridge: StationBridge,
         notices: NoticeCentre,
+        banner: Banner,
         feedback: Feedback,
         pages: Pages,
         desk: DeskView,
@@ -63,6 +60,7 @@ class RunningJob(QObject):
     ) -> None:
         super().__init__()
         self._bridge, self._notices, self._feedback = bridge, notices, feedback
+        self._banner = banner
         self._pages, self._desk, self._far = pages, desk, far
         self._sheets, self._maintenance = sheets, maintenance
         self._choice, self._hand = choice, hand
@@ -74,7 +72,7 @@ class RunningJob(QObject):
         self._live: LiveView | None = None
         pages.turned.connect(self._again)
         self.tip_line.turned.connect(self._on_tip_turned)
-        bridge.failed.connect(notices.error)
+        bridge.failed.connect(self._on_failed)
         bridge.live_changed.connect(self._on_live)
         bridge.evaluating.connect(self._on_evaluating)
         bridge.job_changed.connect(self._on_job)
@@ -132,6 +130,9 @@ class RunningJob(QObject):
         else:
             self.work.end()
 
+    def _on_failed(self, error: BaseException) -> None:
+        self._notices.error(error, "" if self._job is None else self._job.job)
+
     def _on_job(self, job: JobView) -> None:
         try:
             self._take_job(job)
@@ -142,6 +143,7 @@ class RunningJob(QObject):
 
     def _take_job(self, job: JobView) -> None:
         previous, self._job = self._job, job
+        self._banner.end_job(job.job)
         self.simulated.setVisible(job.simulated)
         self._show_job(job)
         self._choice.show_job(job)

@@ -43,11 +43,7 @@ S = TypeVar("S", bound=Sheet)
 
 
 class Sheets(MadeLate):
-    """Make each sheet at its first use, and join it to the station.
-
-    `folder`: Default for files.
-    `written`: Receives a written report.
-    """
+    """Make each sheet when it is first wanted, and join it to the station."""
 
     made = Signal(object)
     """Emits a new `Sheet`, for the stack of the window."""
@@ -101,7 +97,7 @@ class Sheets(MadeLate):
         sheet = ReportSheet(self._folder)
         sheet.mark_formats(self._store.load().settings.report_formats)
         sheet.written.connect(self._written)
-        return self._join(sheet, self.open_results)
+        return self._join(sheet, self._back_to_results)
 
     @cached_property
     def alignment(self) -> AlignmentSheet:
@@ -119,7 +115,7 @@ class Sheets(MadeLate):
     def batch(self) -> CompareSheet:
         from ocmm_gui.results import CompareSheet
 
-        return self._join(CompareSheet(partial(_records, self._bridge)), self.open_results)
+        return self._join(CompareSheet(partial(_records, self._bridge)), self._back_to_results)
 
     @cached_property
     def keys(self) -> KeysSheet:
@@ -207,9 +203,13 @@ class Sheets(MadeLate):
         return any(sheet is widget for sheet in self._made)
 
     def open_results(self) -> None:
-        """Show the results of the running job, or of the file opened before."""
+        """Show the results of the current job."""
         self.wanted.emit(self.results)
         self.results.open()
+
+    def _back_to_results(self) -> None:
+        self.wanted.emit(self.results)
+        self.results.resume()
 
     def open_job(self) -> None:
         """Ask for operator and part."""
@@ -312,8 +312,6 @@ class Sheets(MadeLate):
         self.job.choose_plan(path)
 
     def _on_begun(self) -> None:
-        if self.is_made("results"):
-            self.results.forget_file()
         self.left.emit()
 
     def look_at(self, path: Path) -> None:

@@ -10,8 +10,8 @@ from ocmm_core.calibration.records import ArtefactUse, CalibrationStore, ProbeSt
 from ocmm_core.calibration.sweeping import PivotProcedure
 from ocmm_core.calibration.tip import TipCheckProcedure, TipQualificationProcedure
 from ocmm_core.documents import resource
-from ocmm_core.errors import InputError
-from ocmm_gui.kit import later, localised, plain_number
+from ocmm_core.typed_numbers import BALL
+from ocmm_gui.kit import later, localised, read_number
 from ocmm_gui.wizards._site import SessionPlace, WizardSite, given, named, temperature
 from ocmm_gui.wizards.parts import TEMPERATURE, WHO, Field
 
@@ -129,14 +129,4 @@ def _cone(text: str) -> ArtefactUse | None:
 
 
 def _diameter(text: str) -> float | None:
-    if not text.strip():
-        return None
-    try:
-        value = float(plain_number(text))
-    except ValueError as error:
-        raise InputError(
-            "wizard.diameter",
-            f"The ball diameter is {text.strip()!r}, which is not a number.",
-            "Enter it in millimetres.",
-        ) from error
-    return value
+    return read_number(BALL, text) if text.strip() else None

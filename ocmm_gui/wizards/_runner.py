@@ -33,6 +33,7 @@ from ocmm_gui.kit import (
     sentence_label,
     text_font,
     tr,
+    use_role,
 )
 from ocmm_gui.wizards._decision_bar import DecisionBar
 from ocmm_gui.wizards._driver import WizardDriver
@@ -82,7 +83,7 @@ class Runner(QWidget):
         super().__init__()
         self.driver = driver
         self.pages = dict(pages)
-        self._texts = texts
+        self._texts, self._practice = texts, practice
         self._seen: Seen | None = None
         self._entered: StepPage | None = None
         self._was_open = False
@@ -231,7 +232,7 @@ class Runner(QWidget):
             "back": is_open and base.current > 0,
             "automatic": is_open,
             "skip": is_open,
-            "repeat": is_open,
+            "repeat": is_open and page.allows("repeat"),
             "anew": is_open and base.step.done > 0,
             "calculate": is_open and not calculating,
             "cancel": calculating,
@@ -242,6 +243,9 @@ class Runner(QWidget):
         for key, action in self.actions_by_key.items():
             mine = key in page.keys or key == "leave" or (key == "cancel" and calculating)
             action.setEnabled(mine and allowed.get(key, True))
+        complete = bool(base.step.wanted) and base.step.gate.open
+        for key in ("take", "next"):
+            use_role(self.buttons[key], "primary" if complete is (key == "next") else "tool")
         self.buttons["cancel"].setVisible(calculating)
         self.buttons["calculate"].setVisible("calculate" in page.keys and not calculating)
         self.buttons["automatic"].setText(
@@ -252,7 +256,10 @@ class Runner(QWidget):
             self.buttons[key].setText(f"{word}\n[{key[0].upper()}]")
 
     def _show_gate(self, seen: Seen) -> None:
-        text, mark = gate_words(seen, tr(self._texts.accepted), going_on=self._go_on.isActive())
+        accepted = tr("Practice: the records of this station are unchanged.")
+        if not self._practice:
+            accepted = tr(self._texts.accepted)
+        text, mark = gate_words(seen, accepted, going_on=self._go_on.isActive())
         if text != self.gate.text():
             self.gate.setText(text)
         self._gate_mark.show_text("", mark_colour(self._theme, mark), mark)

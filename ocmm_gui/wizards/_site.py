@@ -10,14 +10,14 @@ from pathlib import Path
 from typing import Protocol, TypeVar
 
 from ocmm_core.acquisition.frames import FrameBlock
-from ocmm_core.calibration.probe_design import require_temperature
 from ocmm_core.calibration.records import CalibrationStore, ProbeStore, rig_in_force
 from ocmm_core.camera import Rig
 from ocmm_core.errors import CalibrationError, InputError, OcmmError
 from ocmm_core.tables import TableOptions
 from ocmm_core.tracking import ProbeBody
+from ocmm_core.typed_numbers import TEMPERATURE
 from ocmm_gui.bridge import StationBridge
-from ocmm_gui.kit import plain_number, tr
+from ocmm_gui.kit import read_number, tr
 from ocmm_gui.wizards.parts import Calculation, ShownProcedure, Tap, TemperatureReadings
 
 C = TypeVar("C", bound=str)
@@ -274,13 +274,4 @@ def temperature(text: str) -> float | None:
     """Return a temperature, degrees Celsius; None if empty."""
     if not text.strip():
         return None
-    try:
-        value = float(plain_number(text))
-    except ValueError as error:
-        raise InputError(
-            "wizard.temperature",
-            f"The temperature is {text.strip()!r}, which is not a number.",
-            "Enter it in degrees Celsius, or leave it empty.",
-        ) from error
-    require_temperature("surroundings", value)
-    return value
+    return read_number(TEMPERATURE, text)

@@ -12,7 +12,6 @@ from PySide6.QtWidgets import (
     QLineEdit,
     QListWidget,
     QListWidgetItem,
-    QPushButton,
     QVBoxLayout,
     QWidget,
 )
@@ -22,9 +21,9 @@ from ocmm_gui.kit import (
     THEMES,
     ChoiceBox,
     HintField,
-    NarrowButton,
     PlainLabel,
     Theme,
+    large_button,
     literal,
     panel,
     said,
@@ -61,11 +60,9 @@ class StartPage(QWidget):
         self._form = QGridLayout()
         self._form.setVerticalSpacing(8)
         self._form.setHorizontalSpacing(14)
-        self.begin_button = _large(tr("Start  [Return]"), tr("Start a new session"))
-        self.resume_button = _large(tr("Resume  [G]"), tr("Resume the selected session"))
-        self.resume_button.setShortcut("G")
-        self.leave_button = _large(tr("Leave  [Esc]"), tr("Leave the wizard"))
-        self.leave_button.setShortcut("Esc")
+        self.begin_button = large_button(tr("Start  [Return]"), tr("Start a new session"))
+        self.resume_button = large_button(tr("Resume  [G]"), tr("Resume the selected session"), "G")
+        self.leave_button = large_button(tr("Leave  [Esc]"), tr("Leave the wizard"), "Esc")
         self.begin_button.clicked.connect(self._begin)
         self.resume_button.clicked.connect(self._resume)
         self.leave_button.clicked.connect(self.left)
@@ -158,6 +155,7 @@ class StartPage(QWidget):
         field = HintField(one.proposal)
         field.setPlaceholderText(tr(one.tip))
         field.returnPressed.connect(self._begin)
+        field.textEdited.connect(lambda _text: self.show_trouble(""))
         return field
 
     def _choice(self, one: Field) -> ChoiceBox:
@@ -216,14 +214,6 @@ class StartPage(QWidget):
         warned = offer is not None and bool(offer.blocker)
         self._note.setStyleSheet(f"color: {self._theme.warn if warned else self._theme.muted};")
         self.trouble.setStyleSheet(f"color: {self._theme.bad}; font-weight: bold;")
-
-
-def _large(text: str, name: str) -> QPushButton:
-    button = NarrowButton(text)
-    button.setAccessibleName(name)
-    button.setFont(text_font(18, bold=True))
-    button.setMinimumHeight(56)
-    return button
 
 
 def _heading(text: str) -> QLabel:

@@ -983,10 +983,6 @@
         <translation>Bedeutung des Urteils</translation>
     </message>
     <message>
-        <source>Figures of the verdict</source>
-        <translation>Zahlen des Urteils</translation>
-    </message>
-    <message>
         <source>Every value</source>
         <translation>Alle Werte</translation>
     </message>
@@ -1019,8 +1015,8 @@
         <translation> (wiederholt)</translation>
     </message>
     <message>
-        <source>{error:+.1f} ± {u:.1f} µm, limit {limit:.1f}</source>
-        <translation>{error:+.1f} ± {u:.1f} µm, Grenze {limit:.1f}</translation>
+        <source>{error:+.1f} µm, U {u:.1f} µm (k = 2), limit {limit:.1f} µm</source>
+        <translation>{error:+.1f} µm, U {u:.1f} µm (k = 2), Grenze {limit:.1f} µm</translation>
     </message>
     <message>
         <source>Values</source>
@@ -1111,8 +1107,16 @@ Startet: {source}</translation>
         <translation>Abweichungen, µm</translation>
     </message>
     <message>
-        <source>largest: {error_mm:+.1f} µm ± {expanded_mm:.1f}, limit {limit_mm:.1f} ({name})</source>
-        <translation>größte: {error_mm:+.1f} µm ± {expanded_mm:.1f}, Grenze {limit_mm:.1f} ({name})</translation>
+        <source>largest: {error} ({name})</source>
+        <translation>größter: {error} ({name})</translation>
+    </message>
+    <message>
+        <source>U {u:.1f} µm (k = 2), </source>
+        <translation>U {u:.1f} µm (k = 2), </translation>
+    </message>
+    <message>
+        <source>{error}, {u}limit {limit}</source>
+        <translation>{error}, {u}Grenze {limit}</translation>
     </message>
     <message>
         <source>Interim checks, error in µm</source>
@@ -1745,12 +1749,46 @@ Startet: {source}</translation>
         <translation>Protokolle von Kameras und Tastspitze werden gelesen</translation>
     </message>
     <message>
+        <source>First steps</source>
+        <translation>Erste Schritte</translation>
+    </message>
+    <message>
+        <source>1. Demo (F9): a robot hand measures a virtual part; take over and try.
+2. Settings (Ctrl+,): choose cameras, probe and folders of this station.
+3. Calibrate (M): cameras, then probe and tip, each with a guided procedure.
+4. New job (F2): choose a plan and measure the first part.</source>
+        <translation>1. Demo (F9): Eine Roboterhand misst ein virtuelles Werkstück; übernehmen und ausprobieren.
+2. Einstellungen (Strg+,): Kameras, Taster und Ordner dieser Station wählen.
+3. Kalibrieren (M): Kameras, dann Taster und Tastspitze, jeweils mit geführtem Ablauf.
+4. Neuer Auftrag (F2): einen Plan wählen und das erste Werkstück messen.</translation>
+    </message>
+    <message>
         <source>Last jobs</source>
         <translation>Letzte Aufträge</translation>
     </message>
     <message>
         <source>Up and down select a job; Return goes on with it</source>
         <translation>Auf und Ab wählen einen Auftrag; Eingabe setzt ihn fort</translation>
+    </message>
+    <message>
+        <source>SIMULATED. {verdict}</source>
+        <translation>SIMULIERT. {verdict}</translation>
+    </message>
+    <message>
+        <source>{part}, serial {serial}
+{verdict}
+{when}, {operator}, {points}, {name}</source>
+        <translation>{part}, Seriennr. {serial}
+{verdict}
+{when}, {operator}, {points}, {name}</translation>
+    </message>
+    <message>
+        <source>{done}, verdict follows</source>
+        <translation>{done}, Ergebnis folgt</translation>
+    </message>
+    <message>
+        <source>paused, {done}</source>
+        <translation>angehalten, {done}</translation>
     </message>
     <message>
         <source>About {what}</source>
@@ -1773,26 +1811,12 @@ Startet: {source}</translation>
         <translation>Noch keine Aufträge in {folder}</translation>
     </message>
     <message numerus="yes">
-        <source>paused, {done} of %n features</source>
-        <comment>paused, {done} of 1 feature</comment>
-        <translation>
-            <numerusform>angehalten, {done} von %n Element</numerusform>
-            <numerusform>angehalten, {done} von %n Elementen</numerusform>
-        </translation>
-    </message>
-    <message numerus="yes">
         <source>{done} of %n features</source>
         <comment>{done} of 1 feature</comment>
         <translation>
             <numerusform>{done} von %n Element</numerusform>
             <numerusform>{done} von %n Elementen</numerusform>
         </translation>
-    </message>
-    <message>
-        <source>{part}, serial {serial}: {state}
-{when}, {operator}, {points}, {name}</source>
-        <translation>{part}, Serien-Nr. {serial}: {state}
-{when}, {operator}, {points}, {name}</translation>
     </message>
     <message>
         <source>probe</source>
@@ -1987,10 +2011,6 @@ Startet: {source}</translation>
 {why}</source>
         <translation>{name}: nicht lesbar, {when}
 {why}</translation>
-    </message>
-    <message>
-        <source>all features finished</source>
-        <translation>alle Elemente fertig</translation>
     </message>
     <message>
         <source>no points yet</source>
@@ -2673,6 +2693,14 @@ Startet: {source}</translation>
     <message>
         <source>Dismiss  [Esc]</source>
         <translation>Schließen  [Esc]</translation>
+    </message>
+    <message>
+        <source>Dismiss</source>
+        <translation>Schließen</translation>
+    </message>
+    <message>
+        <source>{word}  ({count} more)</source>
+        <translation>{word}  ({count} weitere)</translation>
     </message>
     <message>
         <source>Dismiss this message</source>
@@ -6396,6 +6424,10 @@ Startet: {source}</translation>
         <translation>F7 bricht ab.</translation>
     </message>
     <message>
+        <source>{name}: {verdict}</source>
+        <translation>{name}: {verdict}</translation>
+    </message>
+    <message>
         <source>Image of camera {name}</source>
         <translation>Bild der Kamera {name}</translation>
     </message>
@@ -7072,6 +7104,10 @@ Startet: {source}</translation>
 [Y]</translation>
     </message>
     <message>
+        <source>Practice: the records of this station are unchanged.</source>
+        <translation>Übung: Die Aufzeichnungen dieser Station sind unverändert.</translation>
+    </message>
+    <message>
         <source>The cameras use the rig document: no calibrations are stored.</source>
         <translation>Die Kameras nutzen das Systemdokument: keine Kalibrierungen sind gespeichert.</translation>
     </message>
@@ -7440,8 +7476,8 @@ Startet: {source}</translation>
         <translation>Die Kugelmitte hat sich um {tip_distance:.3f} mm bewegt. Nur annehmen, wenn die Ursache bekannt ist; sie wird erfragt.</translation>
     </message>
     <message>
-        <source>USABLE, LOOK</source>
-        <translation>NUTZBAR, HINSEHEN</translation>
+        <source>USABLE, CHECK</source>
+        <translation>BRAUCHBAR, PRÜFEN</translation>
     </message>
     <message>
         <source>The calibration can be used, but with reservations; see below.</source>
@@ -7644,6 +7680,10 @@ Startet: {source}</translation>
         <translation>Histogramm</translation>
     </message>
     <message>
+        <source>U {before} before, {after} after (k = 2)</source>
+        <translation>U {before} vorher, {after} nachher (k = 2)</translation>
+    </message>
+    <message>
         <source>Space</source>
         <translation>Leertaste</translation>
     </message>
@@ -7658,6 +7698,14 @@ Startet: {source}</translation>
     <message>
         <source>Used</source>
         <translation>Genutzt</translation>
+    </message>
+    <message numerus="yes">
+        <source>%n positions, {held} more held back</source>
+        <comment>1 position, {held} more held back</comment>
+        <translation>
+            <numerusform>%n Stelle, {held} weitere zurückgehalten</numerusform>
+            <numerusform>%n Stellen, {held} weitere zurückgehalten</numerusform>
+        </translation>
     </message>
     <message>
         <source>Left out</source>
@@ -7674,10 +7722,6 @@ Startet: {source}</translation>
     <message>
         <source>Length</source>
         <translation>Länge</translation>
-    </message>
-    <message>
-        <source>{before} before, {after} after (k = 1)</source>
-        <translation>vorher {before}, nachher {after} (k = 1)</translation>
     </message>
     <message>
         <source>Where to touch the sphere</source>
@@ -7851,6 +7895,10 @@ Startet: {source}</translation>
             <numerusform>%n Punkte, Form {form:.1f} µm</numerusform>
         </translation>
     </message>
+    <message>
+        <source>Largest error</source>
+        <translation>Größte Abweichung</translation>
+    </message>
     <message numerus="yes">
         <source>{form_mm:.1f} µm, %n points</source>
         <comment>{form_mm:.1f} µm, 1 point</comment>
@@ -7858,6 +7906,10 @@ Startet: {source}</translation>
             <numerusform>{form_mm:.1f} µm, %n Punkt</numerusform>
             <numerusform>{form_mm:.1f} µm, %n Punkte</numerusform>
         </translation>
+    </message>
+    <message>
+        <source>The tip is still as qualified. Store the verdict and continue. The date of its qualification stays; Maintain, page Probe, shows it.</source>
+        <translation>Die Tastspitze ist noch wie qualifiziert. Ergebnis speichern und weitermessen. Das Datum ihrer Qualifizierung bleibt; Wartung, Seite Taster, zeigt es.</translation>
     </message>
     <message>
         <source>angle from the pole</source>
@@ -7872,8 +7924,8 @@ Startet: {source}</translation>
         <translation>BESTANDEN</translation>
     </message>
     <message>
-        <source>Store the verdict; points can then be taken with this tip.</source>
-        <translation>Urteil speichern; dann können mit dieser Tastspitze Punkte aufgenommen werden.</translation>
+        <source>Store the verdict; points can then be taken with this tip. Certificate: Ctrl+P in Maintain, page Probe.</source>
+        <translation>Ergebnis speichern; danach können mit dieser Tastspitze Punkte aufgenommen werden. Kalibrierschein: Strg+P in Wartung, Seite Taster.</translation>
     </message>
     <message>
         <source>Clean ball, sphere and cone, tighten the stylus and qualify again. If it fails again, calibrate the probe or change the stylus.</source>
@@ -7890,10 +7942,6 @@ Startet: {source}</translation>
     <message>
         <source>Largest</source>
         <translation>Größte</translation>
-    </message>
-    <message>
-        <source>The tip is still as qualified. Store the verdict and continue.</source>
-        <translation>Die Tastspitze ist noch wie eingemessen. Urteil speichern und fortfahren.</translation>
     </message>
     <message>
         <source>The tip is no longer as qualified. Store the verdict: no points are taken until the tip is qualified or the probe calibrated.</source>
@@ -8016,24 +8064,12 @@ Startet: {source}</translation>
         <translation>{failed} von {checks} nicht bestanden</translation>
     </message>
     <message>
-        <source>{name} {error_mm:+.1f} µm, limit {limit_mm:.1f} µm</source>
-        <translation>{name} {error_mm:+.1f} µm, Grenze {limit_mm:.1f} µm</translation>
-    </message>
-    <message>
-        <source>Reservations</source>
-        <translation>Vorbehalte</translation>
-    </message>
-    <message>
         <source>Error</source>
         <translation>Abweichung</translation>
     </message>
     <message>
-        <source>First: {error}</source>
-        <translation>Erster: {error}</translation>
-    </message>
-    <message>
-        <source>Store the verdict; the calibration can then be used.</source>
-        <translation>Urteil speichern; dann kann die Kalibrierung genutzt werden.</translation>
+        <source>Store the verdict; the calibration can then be used. Certificate: Ctrl+P in Maintain, page Calibration.</source>
+        <translation>Ergebnis speichern; danach kann die Kalibrierung verwendet werden. Kalibrierschein: Strg+P in Wartung, Seite Kalibrierung.</translation>
     </message>
     <message>
         <source>A line was repeated and the verification failed: store it and calibrate again.</source>
@@ -8042,6 +8078,10 @@ Startet: {source}</translation>
     <message>
         <source>If only one line failed, repeat it once. If it fails again, store the verdict and calibrate again. Jobs since the last good verification are then suspect: Recall jobs (F12), on page Calibration, shows which of their verdicts hold.</source>
         <translation>Hat nur eine Linie nicht bestanden, sie einmal neu messen. Besteht sie wieder nicht, das Urteil speichern und neu kalibrieren. Aufträge seit der letzten guten Verifikation sind dann fraglich: der Rückruf (F12) auf der Seite „Kalibrierung“ zeigt, welche ihrer Urteile gelten.</translation>
+    </message>
+    <message>
+        <source>First</source>
+        <translation type="unfinished"></translation>
     </message>
     <message>
         <source>Figures and reasons</source>
@@ -8098,6 +8138,10 @@ Startet: {source}</translation>
     <message>
         <source>What to do now</source>
         <translation>Was jetzt zu tun ist</translation>
+    </message>
+    <message>
+        <source>Press Return for the next step.</source>
+        <translation>Eingabetaste: nächster Schritt.</translation>
     </message>
     <message>
         <source>WAIT</source>

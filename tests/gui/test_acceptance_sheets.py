@@ -243,7 +243,7 @@ def test_components_operators_and_verdict_are_those_of_the_core(
     comparison = jobs_of(plan, left_out=1)
     study.show_answer(study_of(plan, comparison))
     assert study.word.text() == "NO STUDY"
-    assert "missing or in doubt" in study.message.text()
+    assert "missing or suspect" in study.message.text()
 
 
 def test_a_run_of_one_part_shows_cg_and_cgk(study: StudySheet) -> None:

@@ -6,22 +6,40 @@ import logging
 import sys
 import threading
 import wave
+from datetime import UTC, datetime
+from functools import partial
 from io import BytesIO
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import pytest
-from PySide6.QtCore import Qt
+from PySide6.QtCore import Qt, QTimer
 from PySide6.QtGui import QAction, QKeySequence
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QWidget
+from PySide6.QtWidgets import QApplication, QWidget
 from pytestqt.qtbot import QtBot
 
+from ocmm_core.calibration.guided import ProcedureKind
 from ocmm_core.errors import InputError, StorageError
 from ocmm_gui.app import main
-from ocmm_gui.kit import Banner, Debounced, ErrorHooks, NoticeCentre, PathPanel, Sound, SoundPlayer
+from ocmm_gui.kit import (
+    Banner,
+    Debounced,
+    ErrorHooks,
+    Level,
+    Notice,
+    NoticeCentre,
+    PathPanel,
+    Sound,
+    SoundPlayer,
+)
 from ocmm_gui.kit._shortcuts import DEBOUNCE_S
 from ocmm_gui.kit._sound import RATE_HZ, tone_wav
+from ocmm_gui.window import MainWindow
 from tests.host import HANG_MS
+
+if TYPE_CHECKING:
+    from tests.gui.conftest import OpenWindow
 
 
 def test_an_error_is_shown_with_its_remedy(qtbot: QtBot) -> None:
@@ -32,6 +50,59 @@ def test_an_error_is_shown_with_its_remedy(qtbot: QtBot) -> None:
     assert "The plan is empty. Add a feature." in banner.text()
     centre.inform("Written.")
     assert "The plan is empty." in banner.text(), "good news must not cover an error"
+    assert banner.dismiss()
+    assert "Written." in banner.text(), "what came under an error is shown after it"
+    assert banner.dismiss()
+    assert not banner.dismiss()
+
+
+def test_notices_of_a_job_end_with_it_and_others_wait_in_order(qtbot: QtBot) -> None:
+    centre, banner = NoticeCentre(), Banner()
+    qtbot.addWidget(banner)
+    centre.posted.connect(banner.show_notice)
+    banner.end_job("A-001")
+    centre.warn("INCOMPLETE report of A-001.", job="A-001")
+    centre.error(InputError("x", "No point was taken.", ""), job="A-001")
+    centre.warn("The archive is full.")
+    centre.warn("The archive is full.")
+    assert "No point was taken." in banner.text()
+    banner.end_job("A-002")
+    assert "The archive is full." in banner.text()
+    # A report that is ready late still says so, for a moment.
+    centre.error(InputError("x", "The report of A-001 failed.", ""), job="A-001")
+    assert "A-001" in banner.text()
+    timer = banner.findChild(QTimer)
+    assert timer is not None
+    assert timer.isActive()
+    banner.end_job("A-002")
+    assert banner.dismiss()
+    assert not banner.dismiss()
+
+
+def _has_left(window: MainWindow, page: QWidget) -> bool:
+    return window.pages.shown() is not page
+
+
+def test_esc_dismisses_a_notice_before_it_leaves_a_page(
+    open_window: OpenWindow, qtbot: QtBot
+) -> None:
+    window = open_window(start=False).window
+    for open_page in (
+        window.sheets.open_results, window.sheets.open_job,
+        lambda: window.maintenance.open_wizard(ProcedureKind.QUALIFICATION),
+    ):  # fmt: skip
+        open_page()
+        page = window.pages.shown()
+        assert page is not None
+        window.banner.show_notice(Notice(Level.ERROR, "It failed.", "", "", datetime.now(UTC)))
+        focus = QApplication.focusWidget()
+        assert focus is not None
+        QTest.keyClick(focus, Qt.Key.Key_Escape)
+        assert not window.banner.isVisible(), page
+        assert window.pages.shown() is page
+        QTest.keyClick(focus, Qt.Key.Key_Escape)
+        # A button that is pressed by its key clicks a moment later.
+        qtbot.waitUntil(partial(_has_left, window, page), timeout=HANG_MS)
 
 
 def test_what_nobody_caught_is_shown_without_a_traceback_and_logged_with_it(

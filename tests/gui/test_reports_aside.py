@@ -125,7 +125,7 @@ def test_the_window_answers_while_a_job_is_opened_and_a_report_is_written(
     sheets.results.open_file(long_job)
     qtbot.waitUntil(lambda: not sheets.results.is_opening(), timeout=PATIENCE_MS)
     opened = len(heart.latencies)
-    sheets.results.show_running()
+    sheets.results.open()
     _press(KEY.Key_F8)
     qtbot.waitUntil(sheets.report.is_previewing, timeout=PATIENCE_MS)
     qtbot.waitUntil(lambda: not sheets.report.is_previewing(), timeout=PATIENCE_MS)

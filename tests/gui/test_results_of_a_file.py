@@ -1,4 +1,4 @@
-"""Results of a file are never taken for those of the job that goes on."""
+"""Results of a file are never shown as those of the current job."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from ocmm_gui.results import JobSource, ResultsSheet
 from tests.generated_jobs import generated_job
 
 
-def test_a_file_that_was_left_gives_way_to_the_job_that_goes_on(qtbot: QtBot) -> None:
+def test_the_results_key_shows_the_current_job_whatever_file_was_open(qtbot: QtBot) -> None:
     # Without characteristics nothing is computed aside.
     job = next(
         replace(made, characteristics=())
@@ -24,28 +24,33 @@ def test_a_file_that_was_left_gives_way_to_the_job_that_goes_on(qtbot: QtBot) ->
     running = JobSource(lambda: Path("now.ocmm"), lambda: now[0], lambda _done, _failed: None)
     sheet = ResultsSheet(running, lambda: "")
     qtbot.addWidget(sheet)
-    sheet.show_source(replace(running, file=lambda: Path("old.ocmm"), read_only=True))
+    old = replace(running, file=lambda: Path("old.ocmm"), view=lambda: job, read_only=True)
 
-    def shown() -> str:
+    for goes_on in ("while it is shown", "after it was left", "not at all"):
+        now[0] = job
+        sheet.show()
+        sheet.show_source(old)
+        assert "old.ocmm, read-only" in sheet.about()
+        assert sheet.summary().startswith("old: ")
+        assert _role(sheet) == "warn"
+        if goes_on == "while it is shown":
+            now[0] = _one_point_less(job)
+            sheet.job_changed()
+            assert "old.ocmm, read-only" in sheet.about()
+        sheet.hide()
+        if goes_on == "after it was left":
+            now[0] = _one_point_less(job)
+            sheet.job_changed()
+        # Back from the report of the file: still the file.
+        sheet.show()
+        sheet.resume()
+        assert "old.ocmm, read-only" in sheet.about()
+        sheet.hide()
         sheet.show()
         sheet.open()
-        return sheet.about()
-
-    assert "old.ocmm, read-only" in shown()
-    assert _role(sheet) == "warn"
-    # Told again, and nothing was measured: whoever looked something up finds it again.
-    sheet.hide()
-    sheet.job_changed()
-    assert "old.ocmm, read-only" in shown()
-    # While it is looked at it stays.
-    now[0] = _one_point_less(job)
-    sheet.job_changed()
-    assert "old.ocmm, read-only" in sheet.about()
-    sheet.hide()
-    now[0] = job
-    sheet.job_changed()
-    assert shown().startswith("Current job")
-    assert _role(sheet) == "muted"
+        assert sheet.about().startswith("Current job"), goes_on
+        assert "old" not in sheet.summary()
+        assert _role(sheet) == "muted"
 
 
 def _role(sheet: ResultsSheet) -> object:

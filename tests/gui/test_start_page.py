@@ -16,10 +16,13 @@ from pytestqt.qtbot import QtBot
 from ocmm_core.calibration.records import CalibrationStore, store_folder
 from ocmm_core.composition import StationRequest, build_station
 from ocmm_core.documents import resource
+from ocmm_core.inspection.archive import LastJob
 from ocmm_core.settings import RecentPlaces, SettingsFile, SettingsStore
 from ocmm_gui.home import Choice, Errands, SettingsPage, StartWindow
-from ocmm_gui.kit import THEMES, NoticeCentre, Theme
+from ocmm_gui.home._job_cards import JudgedJob, card_words
+from ocmm_gui.kit import THEMES, NoticeCentre, Theme, counted_line
 from tests.core.calibration.made_records import make_record
+from tests.generated_jobs import generated_job
 from tests.host import HANG_MS
 
 MakeStart = Callable[..., StartWindow]
@@ -107,6 +110,39 @@ def test_the_last_jobs_are_listed_and_a_damaged_one_is_named(
     assert window.page.chosen_job() == built.job_path.absolute()
     window.page.keys["continue"].trigger()
     assert window.choice == Choice(Errands.CONTINUE, built.job_path.absolute())
+
+
+@pytest.mark.usefixtures("qapp")
+def test_no_card_is_greener_than_its_job() -> None:
+    """N = 100 generated jobs; a verdict that is not computed yet is not named."""
+    for seed in range(100):
+        view = generated_job(seed)[0]
+        listed = LastJob(
+            Path("A.ocmm"), "P", "S", "anna", 9, len(view.features), len(view.features),
+            simulated=view.simulated,
+        )  # fmt: skip
+        before, after = card_words(listed), card_words(listed, JudgedJob(listed.path, view))
+        assert "CONFORM" not in before, seed
+        assert counted_line(view) in after, seed
+        for text in (before, after):
+            assert ("SIMULATED" in text) == view.simulated, seed
+            # Local time with its zone.
+            assert str(datetime.fromtimestamp(0).astimezone().tzname()) in text
+
+
+def test_a_newcomer_is_led_to_the_demo_and_no_panel_is_empty(
+    make_start: MakeStart, qtbot: QtBot
+) -> None:
+    window = make_start()
+    demo, new = (window.page.findChild(QPushButton, f"button_{key}") for key in ("demo", "new"))
+    assert demo is not None
+    assert new is not None
+    qtbot.waitUntil(lambda: demo.property("role") == "primary", timeout=HANG_MS)
+    assert new.property("role") == "plain"
+    assert window.page.first_steps.isVisible()
+    window.page.show_jobs((LastJob(Path("A.ocmm"), "P", "S", "anna"),), Path())
+    assert new.property("role") == "primary"
+    assert not window.page.first_steps.isVisible()
 
 
 @pytest.mark.parametrize(

@@ -75,7 +75,7 @@ def _result(bench: WizardBench) -> ResultPage:
     page = bench.runner.page()
     assert isinstance(page, ResultPage)
     bench.until(lambda: bench.seen.view.outcome is not None and bench.seen.calculating_s is None)
-    bench.until(lambda: page.word() in ("GOOD", "USABLE, LOOK"))
+    bench.until(lambda: page.word() in ("GOOD", "USABLE, CHECK"))
     return page
 
 

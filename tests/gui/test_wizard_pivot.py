@@ -201,7 +201,7 @@ def test_the_first_cone_again_is_taken_by_itself(sweeps: Sweeps) -> None:
 def test_result_is_shown_compared_and_a_changed_tip_wants_a_reason(sweeps: Sweeps) -> None:
     sweeps.taken()
     page, wizard = sweeps.result(), sweeps.wizard
-    assert page.word() in ("GOOD", "USABLE, LOOK"), page.sentence.text()
+    assert page.word() in ("GOOD", "USABLE, CHECK"), page.sentence.text()
     for number, title in enumerate(PivotResultPage.plots):
         wizard.key(Qt.Key(Qt.Key.Key_1 + number))
         assert page.plot() == title
@@ -209,7 +209,7 @@ def test_result_is_shown_compared_and_a_changed_tip_wants_a_reason(sweeps: Sweep
     assert isinstance(outcome, PivotOutcome)
     first = outcome.first
     assert page.trails.word().startswith("400 poses, 6 LEDs")
-    assert page.facts.value("Tip") == f"± {1e3 * first.tip_sigma:.1f} µm (k = 1)"
+    assert page.facts.value("Tip") == f"U {2e3 * first.tip_sigma:.1f} µm (k = 2)"
     assert "First calibration of this tip" in page.compare.summary.text()
     assert page.compare.tip.words(2)[1] == f"{first.tip_probe[2]:.4f}"
     assert page.compare.tip.words(2)[-1] == "–"

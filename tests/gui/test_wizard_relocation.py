@@ -131,7 +131,7 @@ def test_a_moved_frame_is_found_again_and_accepted(bench: WizardBench) -> None:
     bench.step("result")
     page = bench.runner.page()
     assert isinstance(page, ResultPage)
-    bench.until(lambda: page.word() in ("GOOD", "USABLE, LOOK"))
+    bench.until(lambda: page.word() in ("GOOD", "USABLE, CHECK"))
     outcome = bench.seen.view.outcome
     assert isinstance(outcome, CalibrationOutcome)
     comparison = outcome.comparison

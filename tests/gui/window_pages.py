@@ -7,8 +7,8 @@ import time
 from collections.abc import Callable, Iterator
 from functools import partial
 
-from PySide6.QtCore import QRect, QTranslator
-from PySide6.QtWidgets import QApplication, QLabel, QLineEdit, QPushButton, QWidget
+from PySide6.QtCore import QPoint, QRect, QTranslator
+from PySide6.QtWidgets import QApplication, QLabel, QLineEdit, QPushButton, QScrollBar, QWidget
 
 from ocmm_core.calibration.guided import ProcedureKind
 from ocmm_core.settings import SECTIONS
@@ -170,3 +170,25 @@ def walk(
                     left.append(f"the page needs {room.width()} x {room.height()} px")
                 found += [f"{name}, {theme}, {size[1]} px: {fault}" for fault in left]
     return found
+
+
+def covered(window: QWidget) -> Iterator[str]:
+    """Give what covers something else: widgets without children that overlap."""
+    leaves = [
+        widget
+        for widget in window.findChildren(QWidget)
+        if widget.isVisible()
+        and not widget.visibleRegion().isEmpty()
+        and not isinstance(widget, QScrollBar)
+        and not any(child.isVisible() for child in widget.findChildren(QWidget))
+    ]
+    places = [
+        (one, one.visibleRegion().boundingRect().translated(one.mapTo(window, QPoint(0, 0))))
+        for one in leaves
+    ]
+    for index, (one, place) in enumerate(places):
+        for other, room in places[index + 1 :]:
+            both = place.intersected(room)
+            if min(both.width(), both.height()) > _SLACK_PX:
+                names = [f"{type(w).__name__} {w.accessibleName()!r}" for w in (one, other)]
+                yield f"{' and '.join(names)} overlap by {both.width()} x {both.height()} px"

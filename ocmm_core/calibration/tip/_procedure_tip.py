@@ -54,6 +54,7 @@ from ocmm_core.camera import Rig
 from ocmm_core.errors import CalibrationError
 from ocmm_core.fieldbus.described import doubts_by_name
 from ocmm_core.tracking import ProbeBody
+from ocmm_core.typed_numbers import BALL
 
 
 class TipQualificationProcedure(TouchProcedure[TipOutcome, TipBegun]):
@@ -114,7 +115,7 @@ class TipQualificationProcedure(TouchProcedure[TipOutcome, TipBegun]):
             who=who,
             temperature_c=temperature_c,
             cone=cone,
-            nominal_mm=2.0 * body.tip_radius if nominal_mm is None else nominal_mm,
+            nominal_mm=2.0 * body.tip_radius if nominal_mm is None else BALL.check(nominal_mm),
             cameras=cameras,
             hold_s=hold_s,
             limits=chosen,

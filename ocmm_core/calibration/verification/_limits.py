@@ -43,8 +43,8 @@ class Limits:
         """Return the rule in words, for records and reports."""
         guard = ", expanded uncertainty (k = 2) of the artefact taken off the limit"
         return (
-            f"modelled on VDI/VDE 2634-1: |E| <= min({1e3 * self.constant:g} um + "
-            f"{self.per_length:g} L, {1e3 * self.largest:g} um) for lengths, "
-            f"|E| <= {1e3 * self.diameter:g} um for diameters, form <= {1e3 * self.form:g} um"
+            f"modelled on VDI/VDE 2634-1: |E| <= min({1e3 * self.constant:g} µm + "
+            f"{1e6 * self.per_length:g} µm/m L, {1e3 * self.largest:g} µm) for lengths, "
+            f"|E| <= {1e3 * self.diameter:g} µm for diameters, form <= {1e3 * self.form:g} µm"
             f"{guard if self.rule == 'guarded' else ', uncertainty stated'}"
         )

@@ -137,10 +137,14 @@ def scan_command(
     from ocmm_core.camera import load_rig
     from ocmm_core.cli.bus._session import scan
     from ocmm_core.composition import identities
+    from ocmm_core.fieldbus.described import load_device
     from ocmm_core.fieldbus.device import assign
 
     console = make_console()
-    expected = identities(load_rig(rig))
+    loaded = load_rig(rig)
+    expected = identities(loaded)
+    # As at bring-up: cameras of other makers are compared with their description.
+    described = load_device(loaded.device) if loaded.device else None
     devices = scan(source, rig, force=force)
     names = {camera.serial: camera.name for camera in expected}
     table = Table(box=box.SIMPLE_HEAD)
@@ -158,7 +162,8 @@ def scan_command(
         )  # fmt: skip
     console.print(table)
     try:
-        assign([scanned.device for scanned in devices], expected)
+        kind = None if described is None else (described.name, described.is_for)
+        assign([scanned.device for scanned in devices], expected, kind)
     except BusError as error:
         console.print(told(error), highlight=False)
         raise typer.Exit(1) from error

@@ -3,9 +3,10 @@
 The library accepts the next answer and compares the index, not the entry. A camera that answers
 after the library gave up is one answer behind from then on: entry 10 would be accepted as entry 11
 of the same object, a plausible wrong value (seen on a busy computer: a good camera was reported
-with other firmware). Mailboxes keep their order. So after an unanswered call the camera's type, an
-object of another index, is read until answered: nothing older is in transit then, and a later type
-answer is refused by its index.
+with other firmware). Mailboxes keep their order. So before the first call, which may follow one
+that an earlier master gave up, and after an unanswered one the camera's type, an object of another
+index, is read until answered: nothing older is in transit then, and a later type answer is refused
+by its index.
 """
 
 from __future__ import annotations
@@ -43,6 +44,7 @@ class ObjectCalls:
         self._failures = failures
         self._pause_s = pause_s
         self._behind: set[int] = set()
+        self._met: set[int] = set()
 
     def call(self, position: int, name: str, index: int, action: Callable[[], bytes]) -> bytes:
         """Return the result of `action`; retry after lost frames.
@@ -57,6 +59,9 @@ class ObjectCalls:
         BusError
             ``bus.no_answer``, or an exception of `action`.
         """
+        if position not in self._met:
+            self._met.add(position)
+            self._settled(position, pause=False)
         for _ in range(_TRIES):
             if position in self._behind and not self._settled(position):
                 break
@@ -70,9 +75,10 @@ class ObjectCalls:
             "Check its cable; power-cycle the camera.",
         )
 
-    def _settled(self, position: int) -> bool:
-        for _ in range(_SETTLING_TRIES):
-            time.sleep(self._pause_s)
+    def _settled(self, position: int, *, pause: bool = True) -> bool:
+        for number in range(_SETTLING_TRIES):
+            if pause or number:
+                time.sleep(self._pause_s)
             try:
                 self._ask_type(position)
             except self._failures:

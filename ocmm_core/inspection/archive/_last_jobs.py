@@ -14,7 +14,7 @@ from ocmm_core.inspection.archive._batch import SUFFIX, parts_of_batch
 from ocmm_core.inspection.archive._reopen import reopen_job
 from ocmm_core.inspection.evaluation import PAUSED, RESUMED, STANDING_EVENT, WrittenProgress
 from ocmm_core.inspection.plan import stored_plan
-from ocmm_core.inspection.session import header_of
+from ocmm_core.inspection.session import header_of, is_simulated
 from ocmm_core.storage import JobSummary, event_value, read_summary
 
 MOST_FILES = 2000
@@ -36,7 +36,9 @@ class LastJob:
     """`finished`, `features`: Features finished or skipped, of all."""
     paused: bool = False
     changed_s: float = 0.0
-    """Modification time of the file, s since 1970."""
+    """When its file was changed, seconds since 1970."""
+    simulated: bool = False
+    """Points may come from a virtual rig."""
     fault: OcmmError | None = None
     """Why it cannot be read; None for a sound one."""
 
@@ -101,7 +103,7 @@ def _job(path: Path, changed_s: float, seen: JobSummary) -> LastJob:
             paused = event.kind == PAUSED
     return LastJob(
         path, header.part, header.serial, header.operator, seen.n_points, len(settled), len(names),
-        paused, changed_s,
+        paused, changed_s, is_simulated(seen.events),
     )  # fmt: skip
 
 

@@ -59,6 +59,9 @@ def amount_words(item: Characteristic, result: CharacteristicResult) -> str:
             f"{high - low:.4f}{'°' if turns else ' mm'} wide: U would have to be below "
             f"{0.5 * (high - low):.4f}{'°' if turns else ' mm'}."
         )
+    if abs(beyond) > u and result.note:
+        # The number is clear of the limit: the reason is in the note.
+        return f"Not because of U, which is {u:.4f}{'°' if turns else ' mm'}: {result.note}"
     edge = limit - u if above else limit + u
     if beyond > 0.0:
         return (

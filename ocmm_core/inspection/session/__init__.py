@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING
 from ocmm_core.door import door
 
 if TYPE_CHECKING:
+    from ocmm_core.inspection.session._conditions import is_simulated
     from ocmm_core.inspection.session._header import (
         HEADER_EVENT,
         NOT_GIVEN,
@@ -31,6 +32,7 @@ if TYPE_CHECKING:
 else:
     __getattr__ = door(
         __name__,
+        _conditions="is_simulated",
         _header="HEADER_EVENT NOT_GIVEN check_header header_of header_text",
         _reference_use="ReferenceUse",
         _session="InspectionSession",
@@ -39,5 +41,5 @@ else:
 
 __all__ = [
     "HEADER_EVENT", "NOT_GIVEN", "InspectionSession", "JobSteps", "ReferenceUse", "check_header",
-    "header_of", "header_text",
+    "header_of", "header_text", "is_simulated",
 ]  # fmt: skip

@@ -19,11 +19,17 @@ from ocmm_core.inspection.evaluation import (
 from ocmm_core.inspection.plan import NotedRoom, environment_doubt, note_room_in, noted_rooms
 from ocmm_core.inspection.session._ledger import JobLedger
 from ocmm_core.measuring import CLIMATE_EVENT, Climate, climate_of_text, record_text
+from ocmm_core.storage import JobEvent
 from ocmm_core.surroundings import TypedRoom
 
 _CALIBRATION, _PROBE, _UNCALIBRATED = "calibration", "probe", "uncalibrated"
 _SIMULATED = "simulated"
 _CAMERAS = "cameras"
+
+
+def is_simulated(events: Sequence[JobEvent]) -> bool:
+    """Return whether points of a job may have come from a virtual rig; once is for good."""
+    return any(event.kind == _SIMULATED for event in events)
 
 
 class Conditions:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 from PySide6.QtCore import Signal
@@ -11,6 +12,7 @@ from PySide6.QtWidgets import QAbstractItemDelegate, QGridLayout, QLineEdit, QTa
 from ocmm_core.camera import MAX_LEDS, Vector3
 from ocmm_core.errors import InputError
 from ocmm_core.tracking import SCHEMA, LedEntry, OrientationRule, ProbeDocument, StrobeEntry
+from ocmm_core.typed_numbers import COORDINATE
 from ocmm_gui.kit import (
     HintField,
     NumberTable,
@@ -20,7 +22,7 @@ from ocmm_gui.kit import (
     led_name,
     literal,
     localised,
-    plain_number,
+    read_number,
     text_font,
     tr,
     tr_all,
@@ -203,17 +205,7 @@ class DefinitionForm(QWidget):
 
 def number(text: str, what: str) -> float:
     """Return a number, with point or comma; raise InputError if invalid."""
-    try:
-        value = float(plain_number(text))
-    except ValueError:
-        value = float("nan")
-    if not -1e6 < value < 1e6:
-        raise InputError(
-            "definition.number",
-            f"{what} is {text.strip()!r}, which is not a number.",
-            "Correct it.",
-        )
-    return value
+    return read_number(replace(COORDINATE, words=what), text)
 
 
 def _vector(text: str, what: str) -> Vector3:

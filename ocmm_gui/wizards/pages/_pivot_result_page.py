@@ -106,7 +106,7 @@ class PivotResultPage(ResultFrame):
             )
         if outcome.findings:
             return Said(
-                tr("USABLE, LOOK"),
+                tr("USABLE, CHECK"),
                 Mark.DOUBT,
                 tr("The calibration can be used, but with reservations; see below."),
             )
@@ -133,7 +133,7 @@ class PivotResultPage(ResultFrame):
         self.compare.show_outcome(outcome)
         left_out = len(first.left_out)
         facts = [
-            (tr("Tip"), f"± {_um(first.tip_sigma)} (k = 1)"),
+            (tr("Tip"), f"U {_um(2.0 * first.tip_sigma)} (k = 2)"),
             (
                 tr("2nd sweep"),
                 tr("{distance} away").format(distance=_um(_length(validation.tip_difference))),
@@ -147,6 +147,7 @@ class PivotResultPage(ResultFrame):
             (tr("Turned"), "{:.0f}°, {:.0f}°, {:.0f}°".format(*np.degrees(first.coverage.ranges))),
             (tr("Residuals"), localised(f"{first.rms_px:.4f} px RMS")),
             (tr("chi² / dof"), localised(f"{first.chi2 / max(first.dof, 1):.3f}")),
+            (tr("Valid until"), day_words(outcome.record.valid_until_utc)),
         ]
         if np.isfinite(validation.articulation_2s):
             facts.append((tr("Articulation"), f"2s {_um(validation.articulation_2s)}"))

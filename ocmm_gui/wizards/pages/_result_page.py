@@ -11,7 +11,7 @@ from ocmm_core.calibration.guided import CalibrationComparison, CalibrationOutco
 from ocmm_core.calibration.records import Finding
 from ocmm_core.camera import N_PARAMETERS, PARAMETERS, Rig
 from ocmm_gui.charts import AllSensors, ResidualHistogram, SpaceArrows
-from ocmm_gui.kit import Mark, NumberTable, later, localised, sentence_label, tr, tr_all
+from ocmm_gui.kit import Mark, NumberTable, day_words, later, localised, sentence_label, tr, tr_all
 from ocmm_gui.wizards.parts import ResultFrame, Said
 
 _CHANGES = (
@@ -79,7 +79,7 @@ class ResultPage(ResultFrame):
     def judge(self, outcome: object) -> Said:
         if isinstance(outcome, CalibrationOutcome) and outcome.warnings:
             return Said(
-                tr("USABLE, LOOK"),
+                tr("USABLE, CHECK"),
                 Mark.DOUBT,
                 tr("The calibration can be used, but with reservations; see below."),
             )
@@ -106,26 +106,35 @@ class ResultPage(ResultFrame):
         facts = [
             (tr("Residuals"), localised(f"{record.rms_px:.4f} px RMS")),
             (tr("chi² / dof"), localised(f"{record.chi2_per_dof:.3f}")),
-            (tr("Used"), tr("%n positions", "1 position", record.points)),
+            (
+                tr("Used"),
+                tr(
+                    "%n positions, {held} more held back",
+                    "1 position, {held} more held back",
+                    record.points,
+                ).format(held=len(outcome.errors_at_world)),
+            ),
             (
                 tr("Left out"),
                 f"{len(record.outliers)}  {left_out}" if record.outliers else tr("none"),
             ),
             (
                 tr("Focal length"),
-                localised(f"± {1e3 * float(np.sqrt(variance.max())):.2f} µm (k = 1)"),
+                localised(f"U {2e3 * float(np.sqrt(variance.max())):.2f} µm (k = 2)"),
             ),
         ]
         if len(outcome.errors_world):
             rms = 1e3 * np.sqrt(np.mean(outcome.errors_world**2, axis=0))
-            facts.append((tr("Errors RMS"), "X {:.1f}, Y {:.1f}, Z {:.1f} µm".format(*rms)))
+            words = "X {:.1f}, Y {:.1f}, Z {:.1f} µm".format(*rms)
+            facts.append((tr("Errors RMS"), localised(words)))
+        facts.append((tr("Valid until"), day_words(record.valid_until_utc)))
         if comparison is not None:
             before, after = comparison.length_sigma_before_mm, comparison.length_sigma_after_mm
             facts.append(
                 (
                     tr("Length"),
-                    tr("{before} before, {after} after (k = 1)").format(
-                        before=_um(before), after=_um(after)
+                    tr("U {before} before, {after} after (k = 2)").format(
+                        before=_um(2.0 * before), after=_um(2.0 * after)
                     ),
                 )
             )

@@ -14,7 +14,7 @@ from ocmm_core.calibration.records import Check, Finding, TipCheckRecord, TipRec
 from ocmm_core.calibration.tip import TipCheckOutcome, TipOutcome
 from ocmm_core.camera import Rig
 from ocmm_core.geometry import Float, Points3
-from ocmm_gui.charts import ErrorChart, Plot
+from ocmm_gui.charts import ErrorChart, Plot, check_words, is_amount
 from ocmm_gui.kit import (
     Mark,
     NumberTable,
@@ -22,6 +22,7 @@ from ocmm_gui.kit import (
     digit_font,
     later,
     localised,
+    said_word,
     text_font,
     tr,
     tr_all,
@@ -64,10 +65,10 @@ class ChecksView(QWidget):
         self.table.show_rows(
             [
                 (
-                    one.name,
+                    said_word(one.name),
                     localised(f"{1e3 * one.error_mm:+.1f}"),
                     localised(f"{1e3 * one.expanded_mm:.1f}") if one.expanded_mm else "–",
-                    localised(f"± {1e3 * one.limit_mm:.1f}"),
+                    localised(f"{'' if is_amount(one) else '± '}{1e3 * one.limit_mm:.1f}"),
                 )
                 for one in checks
             ]
@@ -150,7 +151,10 @@ class TipResultPage(ResultFrame):
             return Said(
                 tr("PASSED"),
                 Mark.GOOD,
-                tr("Store the verdict; points can then be taken with this tip."),
+                tr(
+                    "Store the verdict; points can then be taken with this tip. Certificate: "
+                    "Ctrl+P in Maintain, page Probe."
+                ),
             )
         return Said(
             tr("FAILED"),
@@ -172,7 +176,8 @@ class TipResultPage(ResultFrame):
         self.compared.show_rows(_compared(record, outcome.previous))
         facts = [
             (tr("Diameter"), localised(f"{record.diameter_mm:.4f} mm")),
-            ("", localised(f"± {1e3 * record.diameter_sigma_mm:.1f} µm (k = 1)")),
+            ("", localised(f"U {2e3 * record.diameter_sigma_mm:.1f} µm (k = 2)")),
+            (tr("Largest error"), check_words(record.checks[outcome.largest])),
             (
                 tr("Form"),
                 tr(
@@ -204,7 +209,10 @@ class TipCheckResultPage(ResultFrame):
             return Said(
                 tr("PASSED"),
                 Mark.GOOD,
-                tr("The tip is still as qualified. Store the verdict and continue."),
+                tr(
+                    "The tip is still as qualified. Store the verdict and continue. The date of "
+                    "its qualification stays; Maintain, page Probe, shows it."
+                ),
             )
         return Said(
             tr("FAILED"),
@@ -221,7 +229,12 @@ class TipCheckResultPage(ResultFrame):
             return (), ()
         record = outcome.record
         self.chart.show_checks(record.checks, outcome.largest)
-        facts = ((tr("Tip"), record.tip), (tr("Artefacts"), _artefacts(record)))
+        worst = record.checks[outcome.largest]
+        facts = (
+            (tr("Largest error"), f"{check_words(worst)} ({said_word(worst.name)})"),
+            (tr("Tip"), record.tip),
+            (tr("Artefacts"), _artefacts(record)),
+        )
         return facts, (*outcome.findings, *outcome.warnings)
 
 

@@ -154,7 +154,7 @@ class LivePanel(QFrame):
         self.setProperty("role", "panel")
         self._theme = THEMES[DEFAULT_THEME]
         self._live = Live()
-        self._automatic = False
+        self._automatic = self._complete = False
         self._word = FitText(tr("Seen now"), limit=30)
         self._word.setFixedHeight(40)
         self._hint = PlainLabel()
@@ -172,8 +172,9 @@ class LivePanel(QFrame):
         layout.addWidget(self._hint)
         layout.addWidget(self._row, 1)
 
-    def show_live(self, live: Live, *, automatic: bool) -> None:
-        self._live, self._automatic = live, automatic
+    def show_live(self, live: Live, *, automatic: bool, complete: bool = False) -> None:
+        """Show the current state; nothing is waited for in a complete step."""
+        self._live, self._automatic, self._complete = live, automatic, complete
         self._show_word()
         self._row.show_cameras(live.cameras)
 
@@ -194,7 +195,10 @@ class LivePanel(QFrame):
 
     def _show_word(self) -> None:
         live, theme = self._live, self._theme
-        if live.ready:
+        if self._complete:
+            self._word.show_text(tr("COMPLETE"), theme.good, Mark.GOOD)
+            text = tr("Press Return for the next step.")
+        elif live.ready:
             self._word.show_text(tr("READY"), theme.good, Mark.GOOD)
             text = tr("Taken automatically.") if self._automatic else tr("Press Space to take it.")
         else:

@@ -41,6 +41,10 @@ class StepPage(QWidget):
     def show_plot(self, number: int) -> None:
         """Show one of several plots; does nothing on pages without plots."""
 
+    def allows(self, key: str) -> bool:
+        """Return whether the result on the page permits one of its actions."""
+        return True
+
     def must_say_why(self) -> str:
         """Return what must be explained before accepting; empty if nothing."""
         return ""
@@ -75,7 +79,8 @@ class CollectPage(StepPage):
         left = step.wanted - step.done
         note = tr("%n more", "", left) if left > 0 else tr("complete")
         self.score.show_score(f"{step.done} / {step.wanted}", note, share)
-        self.live.show_live(seen.view.base.live, automatic=seen.automatic)
+        complete = bool(step.wanted) and step.gate.open
+        self.live.show_live(seen.view.base.live, automatic=seen.automatic, complete=complete)
 
 
 class AimsAtPoints(Protocol):

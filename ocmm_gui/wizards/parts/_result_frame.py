@@ -31,7 +31,7 @@ from ocmm_gui.kit import (
     text_font,
     tr,
 )
-from ocmm_gui.wizards.parts._facts import Facts
+from ocmm_gui.wizards.parts._facts import Facts, figures_area
 from ocmm_gui.wizards.parts._pages import StepPage
 from ocmm_gui.wizards.parts._shown import Seen
 
@@ -112,11 +112,15 @@ class ResultFrame(StepPage):
         left = QVBoxLayout()
         left.addWidget(self.tabs, 1)
         self._plots = panel(left)
-        right = QVBoxLayout()
-        right.setSpacing(12)
-        for widget in (self._word, self.sentence, self.facts, self.warnings):
-            right.addWidget(widget)
-        right.addStretch(1)
+        figures = QVBoxLayout()
+        figures.setContentsMargins(0, 0, 6, 0)
+        figures.setSpacing(12)
+        for widget in (self.sentence, self.facts, self.warnings):
+            figures.addWidget(widget)
+        figures.addStretch(1)
+        self.right = right = QVBoxLayout()
+        right.addWidget(self._word)
+        right.addWidget(figures_area(figures), 1)
         side = panel(right)
         side.setFixedWidth(_SIDE_PX)
         self._waiting = PlainLabel("")

@@ -101,6 +101,17 @@ class TestVirtualWire:
         assert "0xfa4e0001" in done.stdout
         assert "These are the cameras of the rig." in done.stdout
 
+    def test_scan_compares_described_cameras_with_their_description(
+        self, ocmm: Ocmm, tmp_path: Path
+    ) -> None:
+        rig = tmp_path / "described.toml"
+        text = resource("rigs", "recommended.toml").read_text()
+        size = "\nheight_px = 2048\n"
+        rig.write_text(text.replace(size, f'{size}device = "thesis-camera"\n'))
+        done = ocmm("bus", "scan", "--rig", str(rig), *VIRTUAL)
+        assert (done.returncode, done.stderr) == (0, "")
+        assert "These are the cameras of the rig." in done.stdout
+
     def test_objects_are_written_and_read(self, ocmm_here: Ocmm) -> None:
         done = ocmm_here("bus", "object", "read", "left", "1018:04", *VIRTUAL)
         assert (done.returncode, done.stderr) == (0, "")

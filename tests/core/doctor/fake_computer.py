@@ -47,6 +47,8 @@ case $asked in
 -k) echo "Features for enp3s0:"; echo "rx-checksumming: on"
     echo "generic-receive-offload: $(get gro)"
     echo "large-receive-offload: off [fixed]" ;;
+-a) echo "Pause parameters for enp3s0:"; echo "RX: $(get pause)"; echo "TX: off" ;;
+--show-eee) echo "EEE settings for enp3s0:"; echo "	EEE status: $(get eee)" ;;
 -C | -K) while [ $# -gt 1 ]; do
         [ -f "$folder/$1" ] || { echo "bad parameter: $1"; exit 1; }
         printf '%s\\n' "$2" >"$folder/$1"; shift 2
@@ -134,6 +136,9 @@ def good_computer(root: Path) -> Computer:
         put(computer, f"/proc/irq/{irq}/smp_affinity_list", "0-2\n")
     for name, value in (("rx-usecs", "0"), ("tx-usecs", "0"), ("gro", "off")):
         put(computer, f"{SETTINGS}/{name}", f"{value}\n")
+    put(computer, f"{SETTINGS}/pause", "off\n")
+    put(computer, f"{SETTINGS}/eee", "disabled\n")
+    put(computer, f"{ADAPTER}/duplex", "full\n")
     for name in ("adaptive-rx", "adaptive-tx"):
         put(computer, f"{SETTINGS}/{name}", "off\n")
     put(computer, "/usr/sbin/ethtool", _ETHTOOL).chmod(0o755)

@@ -127,6 +127,13 @@ def no_adapter(computer: Computer) -> Computer:
     return replace(computer, interface="enp9s0")
 
 
+def usb_adapter(computer: Computer) -> None:
+    """Let the adapter be plugged into USB."""
+    place = computer.place(f"{ADAPTER}/device/subsystem")
+    place.parent.mkdir(parents=True, exist_ok=True)
+    place.symlink_to("../../../../bus/usb")
+
+
 FAULTS: dict[str, tuple[str, Light, Fault]] = {
     "no RT kernel": (
         "kernel.not_real_time", Light.AMBER,
@@ -151,6 +158,24 @@ FAULTS: dict[str, tuple[str, Light, Fault]] = {
     ),
     "no cable": ("adapter.down", Light.RED, written(f"{ADAPTER}/operstate", "down\n")),
     "bad cable": ("adapter.slow", Light.RED, written(f"{ADAPTER}/speed", "10\n")),
+    "half duplex": ("adapter.half_duplex", Light.RED, written(f"{ADAPTER}/duplex", "half\n")),
+    "ten gigabit": ("adapter.unsuited", Light.AMBER, written(f"{ADAPTER}/speed", "10000\n")),
+    "adapter with an address": (
+        "adapter.unsuited", Light.AMBER,
+        written(
+            "/proc/net/route",
+            f"Iface\neno1{DEFAULT_ROUTE}enp3s0\t0001A8C0\t0\t0001\t0\t0\t0\t00FFFFFF\t0\t0\t0\n",
+        ),
+    ),
+    "adapter with an IPv6 address": (
+        "adapter.unsuited", Light.AMBER,
+        written("/proc/net/if_inet6", "20010db8000000000000000000000001 03 40 00 80   enp3s0\n"),
+    ),
+    "pause frames": ("adapter.unsuited", Light.AMBER, written(f"{SETTINGS}/pause", "on\n")),
+    "EEE": (
+        "adapter.unsuited", Light.AMBER, written(f"{SETTINGS}/eee", "enabled - active\n"),
+    ),
+    "USB adapter": ("adapter.unsuited", Light.AMBER, usb_adapter),
     "IRQ on the bus's core": (
         "interrupts.on_bus_core", Light.AMBER,
         written("/proc/irq/41/smp_affinity_list", "0-3\n"),

@@ -1,0 +1,86 @@
+"""At any window size no digit is covered and no word cut, also while a job is measured."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
+
+import pytest
+from PySide6.QtCore import QSize
+from PySide6.QtWidgets import QApplication, QWidget
+
+from ocmm_gui.access import fitting_factor
+from tests.generated_jobs import generated_job
+from tests.gui.window_pages import covered, faults, walk
+from tests.host import long_form
+
+if TYPE_CHECKING:
+    from tests.gui.conftest import OpenWindow
+
+SIZES = tuple(
+    (width, height)
+    for width in (1280, 1366, 1600, 1920, 2560, 3840, 1440)
+    for height in (720, 768, 900, 1080, 1440, 2160)
+)
+"""42 sizes as pages see them: a screen that is smaller is painted smaller."""
+LARGE = (1920, 1080)
+_SETTLE = 6
+
+
+def _with_many_characteristics() -> list[int]:
+    """Return the generated jobs whose shown feature has most characteristics."""
+
+    def count(seed: int) -> int:
+        job = generated_job(seed)[0]
+        name = "" if job.shown is None else job.shown.name
+        return sum(name in item.features for item in job.characteristics)
+
+    return sorted(range(60), key=count)[-3:]
+
+
+def test_a_feature_never_covers_the_digits(open_window: OpenWindow, qapp: QApplication) -> None:
+    """N = 3 jobs, each resized to 5 sizes and back (42 in the long form)."""
+    window = open_window(start=False).window
+    desk = window.desk
+    found = []
+    jobs = _with_many_characteristics()
+    sizes = SIZES if long_form() else SIZES[::9]
+    for seed in jobs:
+        job = generated_job(seed)[0]
+        desk.show_job(job)
+        # Between two small sizes a large one: what was given up comes back.
+        for size in (one for small in sizes for one in (LARGE, small, LARGE)):
+            window.resize(*size)
+            for _ in range(_SETTLE):
+                qapp.processEvents()
+            found += [f"job {seed}, {size}: {fault}" for fault in covered(window)]
+            found += [f"job {seed}, {size}: {fault}" for fault in faults(desk.feature)]
+    assert not found, "\n".join(found)
+
+
+@pytest.mark.slow
+def test_no_page_covers_or_cuts_anything(open_window: OpenWindow, qapp: QApplication) -> None:
+    if not long_form():
+        pytest.skip("42 sizes of all pages are tried in the long form")
+
+    def look(widget: QWidget) -> Iterator[str]:
+        yield from faults(widget)
+        yield from covered(widget)
+
+    window = open_window(speed=0.1, tests=True).window
+    found = walk(window, qapp, ("contrast",), SIZES, look=look)
+    assert not found, "\n".join(found)
+
+
+@pytest.mark.parametrize(
+    ("size", "factor"),
+    [
+        ((1920, 1080), 1.0), ((1280, 800), 1.0), ((1280, 720), 0.9), ((1024, 640), 0.8),
+        ((960, 540), 0.7),
+        ((800, 600), 0.6), ((1080, 1920), 0.8), ((640, 360), 0.5),
+    ],
+)  # fmt: skip
+def test_pages_shrink_to_a_screen_that_they_do_not_fit(
+    size: tuple[int, int], factor: float
+) -> None:
+    assert fitting_factor(QSize(*size)) == pytest.approx(factor)
