@@ -53,10 +53,7 @@ def screen_factor(size: QSize) -> float:
 
 
 class Zoom(QObject):
-    """Zoom of the application, common to all its windows.
-
-    `app`: stores the current factor.
-    """
+    """Zoom of the application, common to all its windows. `app`: stores the current factor."""
 
     changed = Signal()
 
@@ -75,10 +72,7 @@ class Zoom(QObject):
         return float(kept) if isinstance(kept, float) else 1.0
 
     def use(self, percent: int, screen: QScreen | None = None) -> bool:
-        """Set the zoom; return whether anything changed.
-
-        `screen`: None for the first one.
-        """
+        """Set the zoom; return whether anything changed. `screen`: None for the first one."""
         self.percent = min(max(percent, LEAST_PERCENT), MOST_PERCENT)
         screen = screen or self._app.primaryScreen()
         setter = _setter()

@@ -52,10 +52,7 @@ class StepLog:
     def take(
         self, point: MeasuredPoint, sensitivity: TipSensitivity, before: Progress, after: Progress
     ) -> None:
-        """Add a new point.
-
-        `before`, `after`: progress after undoing the point, and with it.
-        """
+        """Add a new point. `before`, `after`: progress after undoing the point, and with it."""
         change = Change((point.number,), ())
         step = UndoStep(f"point {point.number} of {point.feature}", change, before, after)
         self.points.add(point, sensitivity, self._events_of(step))
