@@ -47,10 +47,7 @@ def decoded(content: bytes) -> str:
 
 
 def text_lines(path: Path, content: bytes) -> list[str]:
-    """Return the lines of a table; a line ends with LF, CR LF or CR.
-
-    Raises InputError if it is not text, or another format.
-    """
+    """Return the lines of a table (LF, CR LF or CR); InputError if it is not text."""
     for mark, what, remedy in _FOREIGN:
         if content.lstrip(b"\xef\xbb\xbf \t\r\n").startswith(mark):
             raise InputError("table.format", f"{path}: the file is {what}.", remedy)

@@ -73,10 +73,7 @@ class TestsPage(QWidget):
         super().showEvent(event)
 
     def read(self) -> None:
-        """Read and show the records and the chart of the last check.
-
-        The previous display stays until then.
-        """
+        """Read the records and chart of the last check, then replace the display."""
         self.about.setText(tr("Reading the tests"))
         now = self._clock()
         self._lists.do(lambda: self._bench.made(now), self._show, self._show_failure)

@@ -35,10 +35,7 @@ _MARK = "ocmm_factor"
 
 
 def zoom_before_start(percent: int) -> None:
-    """Set the zoom of a starting application if Qt cannot change it later.
-
-    `percent`: by the settings.
-    """
+    """Set the zoom, per cent, of a starting application if Qt cannot change it later."""
     if _setter() is None and percent != 100 and _SCALE not in os.environ:
         os.environ[_SCALE] = f"{percent / 100.0:g}"
 

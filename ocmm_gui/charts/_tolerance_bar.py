@@ -41,10 +41,7 @@ class BarScale:
 
 
 def make_scale(result: CharacteristicResult) -> BarScale:
-    """Return the scale of a characteristic.
-
-    It has a guard band of one U if the decision rule requires it.
-    """
+    """Return the scale of a characteristic, with a guard band of U if required."""
     width = max(result.upper - result.lower, 1e-6)
     guarded = result.rule.partition("/")[0] != "simple"
     guard = result.uncertainty if guarded and result.uncertainty is not None else 0.0

@@ -77,11 +77,7 @@ S = TypeVar("S", bound=Sheet)
 
 
 class AcceptanceRooms(MadeLate):
-    """Make desk and sheets at their first use.
-
-    `bench`: Testable items; None if unknown.
-    `folder`: Default for files.
-    """
+    """Make desk and sheets at their first use; `bench`: testable items, None if unknown."""
 
     made = Signal(object)
     """Emits a new page, for the stack of the window."""

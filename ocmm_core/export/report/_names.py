@@ -48,10 +48,7 @@ def _moment_of(text: str) -> datetime:
 
 
 def check_name(kind: str, name: str) -> str:
-    """Return a name that reports can contain; StorageError otherwise.
-
-    `kind`: for the message, ``"feature"``, ``"plan"`` ...
-    """
+    """Return a name of a `kind` if reports can contain it; StorageError otherwise."""
     if fault := label_fault(name) if kind == "plan" else name_fault(name):
         raise StorageError(
             "export.name",

@@ -133,10 +133,7 @@ def remove_item(plan: Plan, name: str, group: str = "") -> Plan:
 
 
 def move_item(plan: Plan, name: str, place: int, group: str = "") -> Plan:
-    """Return the plan with an item moved within its list; ``place`` is clipped.
-
-    ``group`` as in `remove_item`.
-    """
+    """Return the plan with an item moved within its list (`remove_item`) to a clipped place."""
     group = group or group_of_name(plan, name)
     items = list(getattr(plan, group))
     item = items.pop(_index(items, group, name))

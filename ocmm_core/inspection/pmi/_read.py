@@ -57,10 +57,7 @@ class Labels:
         return found
 
     def annotations(self, aspects: Aspects, of_items: frozenset[int]) -> tuple[Annotation, ...]:
-        """Return all callouts in the order of the file.
-
-        `of_items`: aspects of dimensions, tolerances and datum targets.
-        """
+        """Return all callouts in file order; `of_items`: dimensions, tolerances, datum targets."""
         found = []
         for number in self._file.all_of("DRAUGHTING_CALLOUT", "LEADER_DIRECTED_CALLOUT"):
             item = Annotation(entity=number, name=self._name(number) or f"annotation #{number}")

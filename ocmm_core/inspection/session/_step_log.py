@@ -88,10 +88,7 @@ class StepLog:
         self.progress = after
 
     def undo(self) -> None:
-        """Undo the last step: a point, a deletion, a skip; MeasuringError if there is none.
-
-        Nothing leaves the job file.
-        """
+        """Undo the last step, keeping all in the job file; MeasuringError without one."""
         step = self.last
         if step is None:
             raise MeasuringError("session.no_point", "No points taken yet.", "Take one first.")
