@@ -117,13 +117,7 @@ def sign(key: StationKey, what: Signed, content: bytes) -> Signature:
 def judge_signature(
     keys: KeyFolder, what: Signed, content: bytes, signature: Signature | None
 ) -> SealState:
-    """Return the state of the signature on ``content``; None stands for no signature.
-
-    Raises
-    ------
-    StorageError
-        The ring of trusted keys cannot be read.
-    """
+    """Return the state of a signature, or of None; StorageError if the ring is unreadable."""
     if signature is None:
         return SealState(SealWord.NOT_SIGNED)
     try:

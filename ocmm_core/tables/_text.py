@@ -27,12 +27,9 @@ _GRID = ("ncols", "nrows", "cellsize", "dsaa")
 
 
 def decoded(content: bytes) -> str:
-    """Return text in UTF-8, in UTF-16 or UTF-32 with a byte order mark, or in Windows-1252.
+    """Decode UTF-8, Windows-1252, or UTF-16 and UTF-32 with a byte order mark.
 
-    Raises
-    ------
-    UnicodeDecodeError
-        It is not text.
+    Raises UnicodeDecodeError if it is not text.
     """
     if content.startswith((b"\xff\xfe\0\0", b"\0\0\xfe\xff")):
         return content.decode("utf-32")

@@ -98,12 +98,9 @@ def with_alignment(plan: Plan, rule: Alignment | None) -> Plan:
 
 
 def with_head(plan: Plan, head: Plan) -> Plan:
-    """Return the plan with name, part, rules, material and ambient limits of another.
+    """Return the plan with the common data of another: name, part, rules, material, climate.
 
-    Raises
-    ------
-    InputError
-        One of them cannot be used.
+    Raises InputError if one of them cannot be used.
     """
     changes = {field: getattr(head, field) for field in HEAD_FIELDS}
     return _checked(msgspec.structs.replace(plan, **changes))
