@@ -61,7 +61,6 @@ class Manual:
         return self._by_name.get(name)
 
     def section(self, place: Place) -> ManualSection | None:
-        """Return the section of a place; None if missing."""
         chapter = self.chapter(place.document)
         if chapter is None:
             return None

@@ -72,7 +72,6 @@ def nominal_face(face: ModelFace) -> NominalFace:
 
 
 def face_fault(face: NominalFace) -> str | None:
-    """Return the error of a face, or None."""
     count = len(face.poles) + len(face.knots_u) + len(face.knots_v)
     count += sum(len(loop) for loop in face.loops)
     if count > MOST_NUMBERS:

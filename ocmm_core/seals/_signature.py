@@ -110,7 +110,6 @@ class SealState:
 
 
 def sign(key: StationKey, what: Signed, content: bytes) -> Signature:
-    """Return the signature of this station on ``content``."""
     return Signature(public_text(key.public), public_text(key.sign(_message(what, content))))
 
 

@@ -201,7 +201,6 @@ class AcceptanceStart(QWidget):
         self._show_artefact()
 
     def artefact(self) -> ArtefactOffer | None:
-        """Return the selected artefact, or None."""
         row = self.artefacts.currentRow()
         return self._offers[row] if 0 <= row < len(self._offers) else None
 

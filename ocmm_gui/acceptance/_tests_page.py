@@ -100,7 +100,6 @@ class TestsPage(QWidget):
         self.about.setText(said(f"{told.what} {told.remedy}"))
 
     def selected(self) -> Path | None:
-        """Return the selected record, or None."""
         row = self.table.currentRow()
         return self._shown[row].file if 0 <= row < len(self._shown) else None
 

@@ -65,7 +65,6 @@ class ToleranceBar(Painted):
         self._result: CharacteristicResult | None = None
 
     def show_result(self, result: CharacteristicResult | None) -> None:
-        """Show a characteristic; None empties the bar."""
         self._result = result
         if result is None:
             self.setAccessibleDescription(tr("no tolerance"))

@@ -145,7 +145,6 @@ class StartPage(QWidget):
         layout.addLayout(both, 1)
 
     def chosen_job(self) -> Path | None:
-        """Return the selected job, or None."""
         items = self.jobs.selectedItems()
         path: Path | None = items[0].data(_PATH) if items else None
         return path

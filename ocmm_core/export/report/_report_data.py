@@ -230,7 +230,6 @@ def report_data(
     release: ReleaseState = NO_RELEASE,
     identity: FileIdentity | None = None,
 ) -> ReportData:
-    """Return the data of a report; parameters as in `ReportData`."""
     frame = T_part_from_world or RigidTransform.identity()
     T_part_from_nominal = _part_from_nominal(plan)
     nominals = {nominal.name: nominal for nominal in plan.features}

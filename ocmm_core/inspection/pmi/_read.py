@@ -116,7 +116,6 @@ class Labels:
         return any("SHAPE_ASPECT" in word or word == "PRODUCT_DEFINITION_SHAPE" for word in types)
 
     def _text(self, about: list[int]) -> str:
-        """Return the text of a note, if stored as text."""
         for definition in about:
             if "PROPERTY_DEFINITION" not in self._types(definition):
                 continue

@@ -41,7 +41,6 @@ class StepLog:
 
     @property
     def last(self) -> UndoStep | None:
-        """Return the step that `undo` reverts."""
         return self._deeds.last or self._last_point()
 
     @property
@@ -113,7 +112,6 @@ class StepLog:
         return [(STANDING_EVENT, after.text)] if after != self.progress else []
 
     def _reverse(self, step: UndoStep, word: str, way: Way) -> UndoStep:
-        """Revert a step, and return the reverse step."""
         # A replaced point has the same observation as its successor: it must not return twice.
         reason = FLIPPED if step.change.added and step.change.removed else _UNDONE
         annul = {self.points.latest(number): reason for number in step.change.added}
