@@ -162,10 +162,7 @@ def _is_piped() -> bool:
 
 
 def _is_unread() -> bool:
-    """Return whether the reader of stdout has gone.
-
-    rich replaces a pipe without reader with the null device.
-    """
+    """Return whether stdout has no reader; rich replaces such a pipe with the null device."""
     if not _is_piped():
         return True
     return HOST.reader_has_left(sys.stdout.fileno())

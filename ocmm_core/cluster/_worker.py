@@ -52,10 +52,7 @@ class Arithmetic:
         return " and ".join(dict.fromkeys(self.blas)) or "an unknown processor"
 
     def environment_of(self, other: Arithmetic) -> Mapping[str, str] | None:
-        """Return the environment in which this computer computes as another one.
-
-        None if it lacks instructions that the other one uses.
-        """
+        """Return the environment to compute as another computer; None if instructions lack."""
         has_all = set(other.numpy) <= set(self.numpy) and len(set(other.blas)) == 1
         if not has_all or (other.loops != self.loops and self.loops != instructions.AVX2):
             return None

@@ -52,13 +52,7 @@ _MOST_TOLD = 3
 
 
 def chosen_formats(names: Sequence[str]) -> tuple[str, ...]:
-    """Return distinct names of `FORMATS`; `ALL` is expanded.
-
-    Raises
-    ------
-    InputError
-        Unknown format.
-    """
+    """Return distinct names of `FORMATS`, `ALL` expanded; InputError if unknown."""
     found: list[str] = []
     for name in names:
         if name != ALL and name not in FORMATS:

@@ -58,10 +58,7 @@ class ReportSealFound:
 def seal_of(
     name: str, contents: Mapping[Path, bytes], jobs: Sequence[ReportData]
 ) -> tuple[str, bytes]:
-    """Return name and content of the seal of files to be written.
-
-    Raises StorageError if the key of this station cannot be used.
-    """
+    """Return name and content of the seal of files; StorageError if the key is unusable."""
     seal = ReportSeal(
         schema=SCHEMA,
         jobs=tuple(

@@ -61,7 +61,6 @@ class Manual:
         return self._by_name.get(name)
 
     def section(self, place: Place) -> ManualSection | None:
-        """Return the section of a place; None if missing."""
         chapter = self.chapter(place.document)
         if chapter is None:
             return None
@@ -95,10 +94,7 @@ class Manual:
         return posixpath.normpath(path).removeprefix(folder)
 
     def search(self, text: str, most: int = 40) -> tuple[ManualHit, ...]:
-        """Return the sections that contain all words, or else most of them, best first.
-
-        Prefixes of words match.
-        """
+        """Return sections with all words (or prefixes), or else most of them, best first."""
         return self._index.found(text, most)
 
     @cached_property

@@ -64,13 +64,7 @@ class _Head(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tru
 
 
 def model_to_bytes(model: PartModel) -> bytes:
-    """Return a model in the form that `model_from_bytes` reads.
-
-    Raises
-    ------
-    InputError
-        The model is inconsistent or has more than `LARGEST_MODEL` bytes.
-    """
+    """Return a model as bytes for `model_from_bytes`; InputError if inconsistent or too large."""
     check_model(model, model.source_name)
     head = msgspec.json.encode(_head(model))
     body = b"".join(

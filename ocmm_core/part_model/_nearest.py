@@ -88,13 +88,7 @@ class Feet:
 
 
 def searched_face(face: ModelFace) -> SearchedFace:
-    """Return a face prepared for `nearest_feet`.
-
-    Raises
-    ------
-    InputError
-        The model holds no surface of the face, or not a spline.
-    """
+    """Return a face prepared for `nearest_feet`; InputError without a spline surface."""
     if face.spline is None:
         raise InputError(
             "model.no_surface",

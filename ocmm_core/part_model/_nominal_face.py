@@ -42,13 +42,7 @@ class NominalFace(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fiel
 
 
 def nominal_face(face: ModelFace) -> NominalFace:
-    """Return a face of the model as a plan holds it.
-
-    Raises
-    ------
-    InputError
-        The model holds no surface of the face, or it is too large for a plan.
-    """
+    """Return a face as a plan holds it; InputError without a surface, or if too large."""
     if face.spline is None:
         raise InputError(
             "model.no_surface",
@@ -78,7 +72,6 @@ def nominal_face(face: ModelFace) -> NominalFace:
 
 
 def face_fault(face: NominalFace) -> str | None:
-    """Return the error of a face, or None."""
     count = len(face.poles) + len(face.knots_u) + len(face.knots_v)
     count += sum(len(loop) for loop in face.loops)
     if count > MOST_NUMBERS:
@@ -101,13 +94,7 @@ def face_fault(face: NominalFace) -> str | None:
 
 @lru_cache(maxsize=64)
 def searched(face: NominalFace) -> SearchedFace:
-    """Return a face prepared for `nearest_feet`; cached, as a job needs it at every touch.
-
-    Raises
-    ------
-    InputError
-        The face is not a rational B-spline.
-    """
+    """Return a face prepared for `nearest_feet`, cached; InputError if no rational B-spline."""
     return searched_face(model_face(face))
 
 

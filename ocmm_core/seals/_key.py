@@ -79,13 +79,7 @@ class KeyFolder:
         return None
 
     def known(self) -> tuple[KnownKey, ...]:
-        """Return the ring of trusted keys, without the one in force.
-
-        Raises
-        ------
-        StorageError
-            The ring is damaged or cannot be read.
-        """
+        """Return the trusted keys without the one in force; StorageError if unreadable."""
         return read_ring(self.folder)
 
     def believed(self) -> dict[str, str]:

@@ -115,13 +115,7 @@ def expect(name: str, place: Path) -> None:
 
 
 def station_clock() -> str:
-    """Return the latest time at which this station checked any history; empty if none.
-
-    Raises
-    ------
-    StorageError
-        As `recall`.
-    """
+    """Return the latest time of checking any history, or empty; StorageError as `recall`."""
     seen = recall(_CLOCK)
     return "" if seen is None else seen.utc
 

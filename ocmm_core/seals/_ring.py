@@ -55,10 +55,7 @@ class _Ring(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tru
 
 
 def read_ring(folder: Path) -> tuple[KnownKey, ...]:
-    """Return the trusted keys of a folder.
-
-    Raises StorageError if the ring is damaged, cannot be read, or other users can write it.
-    """
+    """Return the trusted keys; StorageError if damaged, unreadable or writable by others."""
     path = folder / _RING
     content = guarded_content(path, "list of known keys")
     if content is None:

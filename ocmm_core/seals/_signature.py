@@ -110,20 +110,13 @@ class SealState:
 
 
 def sign(key: StationKey, what: Signed, content: bytes) -> Signature:
-    """Return the signature of this station on ``content``."""
     return Signature(public_text(key.public), public_text(key.sign(_message(what, content))))
 
 
 def judge_signature(
     keys: KeyFolder, what: Signed, content: bytes, signature: Signature | None
 ) -> SealState:
-    """Return the state of the signature on ``content``; None stands for no signature.
-
-    Raises
-    ------
-    StorageError
-        The ring of trusted keys cannot be read.
-    """
+    """Return the state of a signature, or of None; StorageError if the ring is unreadable."""
     if signature is None:
         return SealState(SealWord.NOT_SIGNED)
     try:

@@ -247,10 +247,7 @@ def _set_in(file: SettingsFile, keys: Iterable[str]) -> frozenset[str]:
 
 
 def temperatures_hold(stamp: str, valid_h: float, now: datetime) -> bool:
-    """Return whether typed temperatures are still valid.
-
-    Missing, naive or future stamps are not.
-    """
+    """Return whether typed temperatures are valid; not with missing, naive or future stamps."""
     try:
         typed = datetime.fromisoformat(stamp)
     except ValueError:

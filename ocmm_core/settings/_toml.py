@@ -13,13 +13,7 @@ _BARE = re.compile(r"[A-Za-z0-9_-]+")
 
 
 def toml_text(data: Mapping[str, Any]) -> str:
-    """Return the TOML text of a document; tables last, nested tables inline.
-
-    Raises
-    ------
-    TypeError
-        A value has a type that TOML lacks.
-    """
+    """Return the TOML text of a document, tables last; TypeError for types that TOML lacks."""
     lines = [
         f"{_key(key)} = {_value(value)}"
         for key, value in data.items()

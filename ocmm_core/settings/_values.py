@@ -106,10 +106,7 @@ def value_of_text(spec: SettingSpec, text: str, *, look: bool = True) -> Value:
 
 
 def look_at(spec: SettingSpec, path: Path) -> None:
-    """Raise InputError if a file or folder does not fit the setting.
-
-    Output folders may be missing: they are made.
-    """
+    """Raise InputError if a file or folder is invalid; output folders may be missing."""
     if spec.kind is Kind.FOLDER:
         if path.exists() and not path.is_dir():
             raise _wrong(spec, str(path), "is a file, not a folder")

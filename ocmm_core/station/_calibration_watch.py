@@ -45,10 +45,7 @@ V = TypeVar("V")
 
 
 class KeptView(Generic[V]):
-    """A judgement cached for 0.2 s; thread-safe.
-
-    `judge`: makes it.
-    """
+    """A judgement cached for 0.2 s; thread-safe. `judge`: makes it."""
 
     def __init__(self, judge: Callable[[], V]) -> None:
         self._judge = judge

@@ -136,10 +136,7 @@ class StationFaults:
 
 
 class StationEvents:
-    """Signals of changes, emitted on the thread that made the change.
-
-    `faults`: stores failures of listeners.
-    """
+    """Signals of changes, emitted on the changing thread; `faults` stores listener failures."""
 
     changed: ClassVar[Signal] = Signal()
     """Emitted without arguments after every change of the job."""

@@ -68,13 +68,7 @@ class StationJob:
         return self._current.now.use.file
 
     def view(self) -> JobView:
-        """Return the current job.
-
-        Raises
-        ------
-        OcmmError
-            It cannot be evaluated: the station is FAILED then, and earlier views are void.
-        """
+        """Return the current job; after an OcmmError the station is FAILED, earlier views void."""
         fault = self._faults.measuring
         if fault is not None and fault.part == _EVALUATION:
             raise fault.error

@@ -51,10 +51,7 @@ def job_for(
 
 
 def drop_if_empty(job: JobFile) -> None:
-    """Close a job, and remove its file if it never had a point.
-
-    Raises StorageError if it cannot be read; it is then still open.
-    """
+    """Close a job, removing an empty file; StorageError, and still open, if unreadable."""
     empty = job.next_number() == 1
     job.close()
     # The name of a lost job may mean another file.

@@ -162,10 +162,7 @@ class LiveState:
     def view(
         self, acquisition: AcquisitionStatus, blocker: str, faults: tuple[str, ...] = ()
     ) -> LiveView:
-        """Return the snapshot; thread-safe.
-
-        `blocker`: why the calibration allows no points, or empty. `faults`: of other parts.
-        """
+        """Return the snapshot; thread-safe. `blocker`: why the calibration forbids points."""
         raw, track, rate = self._raw, self._track, list(self._rate)
         spots, labels, reference = self._no_spots, self._labels, self._reference_view
         if raw is not None:

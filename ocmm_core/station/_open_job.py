@@ -103,10 +103,7 @@ class CurrentJob:
 
 
 class PartLoader:
-    """Load the part of a job's plan in the background.
-
-    `faults`, `events`: receive failures and success.
-    """
+    """Load the part of a job's plan in the background."""
 
     def __init__(self, faults: StationFaults, events: StationEvents) -> None:
         self._faults, self._events = faults, events

@@ -67,10 +67,7 @@ def last_step_utc(db: sqlite3.Connection) -> str:
 
 
 def digest_row(values: Sequence[Value]) -> str:
-    """Return the SHA-256 of a row, including type and length of every value.
-
-    Empty if a value is NULL, which is never stored.
-    """
+    """Return the SHA-256 of a row with types and lengths; empty if a value is NULL."""
     if None in values:
         return ""
     parts: list[bytes] = []

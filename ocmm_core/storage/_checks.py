@@ -51,10 +51,7 @@ _SHAPE = re.compile(r"([0-9]{1,3}),([0-9]{1,3}),2")
 
 
 def kind_fault(table: str, row: Sequence[Any]) -> str:
-    """Return why the types of a row are wrong for ``table``; empty if they are right.
-
-    ``row`` may have further columns.
-    """
+    """Return the type error of a row, possibly with further columns; empty if valid."""
     kinds = _KINDS[table]
     if tuple(map(type, row[: len(kinds)])) == kinds:
         return ""

@@ -153,10 +153,7 @@ def connection_to(path: Path) -> Iterator[GuardedConnection]:
 
 
 def _mark_with_log(path: Path, content: bytes) -> None:
-    """Convert a job saved by another program without a log.
-
-    SQLite would write it with a rollback journal, which readers refuse.
-    """
+    """Convert a job without a log: SQLite would write a rollback journal, refused by readers."""
     with connection_in_memory(path, content) as checked, contextlib.closing(checked):
         stored_head(checked, path)
     try:

@@ -77,10 +77,7 @@ def damaged(path: Path, why: str) -> StorageError:
 
 
 def disk_failed(path: Path, saved: Path | None = None) -> StorageError:
-    """Return the error for a disk that failed during writing.
-
-    `saved`: new file with all acknowledged steps, or None.
-    """
+    """Return the error for a disk that failed; `saved`: new file with all steps, or None."""
     if saved is not None:
         return StorageError(
             "job.disk",

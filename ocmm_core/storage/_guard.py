@@ -91,10 +91,7 @@ class GuardedConnection(HeldConnection):
         return super().execute(sql, parameters)
 
     def guard(self, path: Path | None, size: int = 0) -> None:
-        """Limit all reading of a file; before the first statement.
-
-        `path`: None for bytes in memory, of length `size`.
-        """
+        """Limit reading before the first statement; `path` None: `size` bytes in memory."""
         self._path, self._size = path, size
         for limit, most in _LIMITS.items():
             self.setlimit(limit, most)

@@ -30,10 +30,7 @@ class HeldFiles:
         self._held: dict[tuple[int, int], _Holding] = {}
 
     def hold(self, path: Path, most: int) -> tuple[tuple[int, int], int]:
-        """Keep a descriptor of a file until `let_go`; return its key and the descriptor.
-
-        Raises OSError as `open_guarded`.
-        """
+        """Keep a descriptor until `let_go`; return its key and it. Raises as `open_guarded`."""
         with self._lock:
             descriptor = open_guarded(path, follow=False, most=most)
             key = _key(descriptor)

@@ -32,10 +32,7 @@ def held_jobs_file() -> Path:
 
 
 def read_held_jobs(path: Path | None = None) -> HeldJobs:
-    """Return the held jobs; empty if no archive was ever read.
-
-    Raises StorageError if the file is unreadable.
-    """
+    """Return the held jobs, none if no archive was ever read; StorageError if unreadable."""
     path = path or held_jobs_file()
     if not path.exists():
         return HeldJobs()

@@ -215,13 +215,7 @@ class JobFile:
     def in_memory(
         cls, path: Path, content: bytes, left_out: str = "", *, read_only: bool = False
     ) -> JobFile:
-        """Open the bytes of a job file without a log; no disk is touched, and nothing is kept.
-
-        Raises
-        ------
-        StorageError
-            They are no job file, or damaged.
-        """
+        """Open the bytes of a job without a log, touching no disk; StorageError if invalid."""
         with connection_in_memory(path, content) as db:
             made = cls(path, db, stored_head(db, path), read_only=read_only, scratch=True)
             made.left_out = left_out
@@ -296,13 +290,7 @@ class JobFile:
         return self._name
 
     def points(self) -> list[MeasuredPoint]:
-        """Return the points that are not annulled, in chronological order.
-
-        Raises
-        ------
-        StorageError
-            An observation differs from the stored one; see `verify`.
-        """
+        """Return the points not annulled, in time order; StorageError if altered (`verify`)."""
         with self._reading() as db:
             return stored_points(db, self.path, annulled=False)
 
@@ -343,13 +331,7 @@ class JobFile:
             insert_reference(db, self.path, reference)
 
     def reference(self) -> JobReference | None:
-        """Return the reference body of the points, or None.
-
-        Raises
-        ------
-        StorageError
-            It differs from the stored one; see `verify`.
-        """
+        """Return the reference body of the points, or None; StorageError if altered (`verify`)."""
         with self._reading() as db:
             return stored_reference(db, self.path)
 

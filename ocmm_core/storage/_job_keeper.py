@@ -148,10 +148,7 @@ class JobKeeper:
         return NameLoss("another program has written into it")
 
     def lose(self, loss: NameLoss, *, disk: bool = False) -> None:
-        """Give the file up, and write all acknowledged steps to a new one.
-
-        Repeated calls retry the folders that refused them.
-        """
+        """Give the file up, and write all acknowledged steps to a new one; may be repeated."""
         with self._lock:
             if self._loss is None:
                 self._loss, self._disk, self.saved_in = loss, disk, None

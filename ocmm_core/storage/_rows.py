@@ -136,10 +136,7 @@ def reference_row_from_point(point: MeasuredPoint) -> tuple[Value, ...] | None:
 
 
 def row_from_point(point: MeasuredPoint) -> tuple[Value, ...]:
-    """Return the row of table ``observation``.
-
-    Raises StorageError if time, tip radius or chi-square is not finite.
-    """
+    """Return the row of ``observation``; StorageError if a number is not finite."""
     for field in ("time_s", "tip_radius", "chi2_per_dof"):
         if not math.isfinite(getattr(point, field)):
             raise StorageError(

@@ -96,10 +96,7 @@ def stored_times(db: sqlite3.Connection, path: Path) -> dict[int, str]:
 
 
 def stored_points(db: sqlite3.Connection, path: Path, *, annulled: bool) -> list[MeasuredPoint]:
-    """Return the annulled or the other points, oldest first.
-
-    Raises StorageError if an observation was altered.
-    """
+    """Return the annulled or the other points, oldest first; StorageError if altered."""
     among = f"number {'IN' if annulled else 'NOT IN'} (SELECT number FROM annulment)"  # noqa: S608 - constants
     rows = db.execute(
         f"SELECT {_POINT_COLUMNS}, content_sha256 FROM observation "  # noqa: S608 - constants
@@ -125,10 +122,7 @@ def stored_points(db: sqlite3.Connection, path: Path, *, annulled: bool) -> list
 
 
 def stored_observations(db: sqlite3.Connection, path: Path) -> list[Observed]:
-    """Return the times of all points by number, also of annulled ones.
-
-    Does not check the observations; `stored_points` does.
-    """
+    """Return the times of all points by number, unchecked (see `stored_points`)."""
     rows = db.execute(
         "SELECT number, observation.time_s, first_frame, last_frame, audit.time_utc,"
         " number IN (SELECT number FROM annulment) FROM observation"

@@ -52,10 +52,7 @@ class LogPages:
 
 
 def read_log(read: Read, size: int, most: int) -> LogPages:
-    """Return the complete steps of a log of ``size`` bytes.
-
-    `most`: Maximum bytes of the file that results.
-    """
+    """Return the complete steps of a log of ``size`` bytes; ``most`` limits the result."""
     if not size:
         return LogPages({})
     head = read(0, HEAD_SIZE)

@@ -65,10 +65,7 @@ class StudyReport:
 
 
 def open_runs(plan: StudyPlan, serials: set[str]) -> tuple[StudyRun, ...]:
-    """Return the missing measurements in order.
-
-    `serials`: serial numbers of the existing jobs.
-    """
+    """Return the missing measurements in order. `serials`: serial numbers of the existing jobs."""
     return tuple(one for one in plan.runs if one.code not in serials)
 
 

@@ -205,13 +205,7 @@ def load_part_study(path: Path) -> SignedRecord[PartStudy]:
 
 
 def uncertainty_for(study: PartStudy, wanted: PartTask, temperature_c: float) -> PartUncertainty:
-    """Return the U of a study for another task.
-
-    Raises
-    ------
-    InputError
-        The task or the temperature is not similar.
-    """
+    """Return the U of a study for another task; InputError if it is not similar."""
     numbers = study.procedure.test
     if not isinstance(numbers, PartTest):
         raise InputError(

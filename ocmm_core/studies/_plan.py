@@ -58,13 +58,7 @@ class StudyPlan(Document, frozen=True, kw_only=True):
 def plan_study(
     name: str, parts: Sequence[str], operators: Sequence[str], trials: int, seed: int
 ) -> StudyPlan:
-    """Return a crossed plan with a random order and blind codes.
-
-    Raises
-    ------
-    InputError
-        It is too small, too large, or names something twice.
-    """
+    """Return a crossed plan in random order with blind codes; InputError if unsuitable."""
     if len(set(parts)) != len(parts) or len(set(operators)) != len(operators):
         raise InputError(
             "msa.twice", "A part or an operator is named twice.", "Name each of them once."

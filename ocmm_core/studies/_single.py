@@ -131,13 +131,7 @@ class LinearityStudy:
 def linearity_study(
     references: Sequence[float], results: Sequence[Sequence[float] | Float]
 ) -> LinearityStudy:
-    """Return the bias over the range.
-
-    Raises
-    ------
-    InputError
-        Fewer than 5 references, or fewer than 10 results of one.
-    """
+    """Return the bias over the range; InputError below 5 references, or 10 results of each."""
     least = min((len(one) for one in results), default=0)
     if (
         len(references) != len(results)

@@ -35,13 +35,7 @@ class TableOptions:
     """Lines that are not read: ``3`` for the first three, ``4-9,12-12`` for ranges."""
 
     def skipped(self) -> tuple[range, ...]:
-        """Return the lines that are not read, from 1.
-
-        Raises
-        ------
-        InputError
-            The option cannot be understood.
-        """
+        """Return the lines that are not read, from 1; InputError if the option is invalid."""
         found = []
         for part in re.split(r"[\s,;]+", self.skip.strip()):
             match = re.fullmatch(r"(?:(\d{1,9})-)?(\d{1,9})", part)

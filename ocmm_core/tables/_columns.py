@@ -74,10 +74,7 @@ def with_units_below(
 
 
 def stated_columns(text: str) -> tuple[str, ...]:
-    """Return the roles that ``--columns`` states.
-
-    Raises InputError if a word is unknown or occurs twice, or x, y or z is missing.
-    """
+    """Return the roles of ``--columns``; InputError if unknown, duplicate or missing."""
     words = [word.strip().lower() for word in text.replace(";", ",").split(",")]
     roles = tuple("" if word in ("-", "_", "") else word for word in words)
     unknown = [role for role in roles if role and role not in _ROLES]

@@ -43,10 +43,7 @@ class _FormatError(Exception):
 
 
 def read_mesh(path: Path, content: bytes) -> Mesh | None:
-    """Return the vertices of a mesh or cloud; None for any other format.
-
-    Raises InputError if the file contradicts its format.
-    """
+    """Return the vertices of a mesh or cloud, None for other formats; InputError if invalid."""
     head = content[:4096].lstrip(b"\xef\xbb\xbf")
     suffix = path.suffix.lower()
     read = None

@@ -74,13 +74,7 @@ class TextTable:
     """Of the file."""
 
     def value(self, key: str, what: str) -> tuple[int, str]:
-        """Return line number and value of a key of the head.
-
-        Raises
-        ------
-        InputError
-            It is missing; ``what`` names its purpose.
-        """
+        """Return line and value of a key of the head; InputError, naming ``what``, if missing."""
         if key not in self.head:
             raise InputError(
                 "table.head",

@@ -31,12 +31,9 @@ _GRID = ("ncols", "nrows", "cellsize", "dsaa")
 
 
 def decoded(content: bytes) -> str:
-    """Return text in UTF-8, in UTF-16 or UTF-32 with a byte order mark, or in Windows-1252.
+    """Decode UTF-8, Windows-1252, or UTF-16 and UTF-32 with a byte order mark.
 
-    Raises
-    ------
-    UnicodeDecodeError
-        It is not text.
+    Raises UnicodeDecodeError if it is not text.
     """
     if content.startswith((b"\xff\xfe\0\0", b"\0\0\xfe\xff")):
         return content.decode("utf-32")
@@ -55,10 +52,7 @@ def decoded(content: bytes) -> str:
 
 
 def text_lines(path: Path, content: bytes) -> list[str]:
-    """Return the lines of a table; a line ends with LF, CR LF or CR.
-
-    Raises InputError if it is not text, or another format.
-    """
+    """Return the lines of a table (LF, CR LF or CR); InputError if it is not text."""
     for mark, what, remedy in _FOREIGN:
         if content.lstrip(b"\xef\xbb\xbf \t\r\n").startswith(mark):
             raise InputError("table.format", f"{path}: the file is {what}.", remedy)

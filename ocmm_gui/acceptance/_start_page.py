@@ -105,10 +105,7 @@ class AcceptanceStart(QWidget):
     def ask(
         self, procedures: Sequence[ProcedureOffer], proposals: dict[str, str], first: str = ""
     ) -> None:
-        """Show the procedures; ``first`` is the id of the proposed one.
-
-        `show_unfinished` follows once the unfinished tests are read.
-        """
+        """Show the procedures before `show_unfinished`; ``first`` is the proposed id."""
         self.table.blockSignals(True)
         self.table.setRowCount(len(procedures))
         row = 0
@@ -199,7 +196,6 @@ class AcceptanceStart(QWidget):
         self._show_artefact()
 
     def artefact(self) -> ArtefactOffer | None:
-        """Return the selected artefact, or None."""
         row = self.artefacts.currentRow()
         return self._offers[row] if 0 <= row < len(self._offers) else None
 

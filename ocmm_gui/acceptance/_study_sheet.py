@@ -36,10 +36,7 @@ from ocmm_gui.work import WorkSheet
 
 
 class StudySheet(WorkSheet):
-    """Plan, progress, table and plots.
-
-    `probes`, `calibrations`: Record folders; None for this user's.
-    """
+    """Plan, progress, table and plots; record folders None are those of this user."""
 
     def __init__(
         self, folder: Callable[[], Path], probes: Path | None, calibrations: Path | None

@@ -73,10 +73,7 @@ class TestsPage(QWidget):
         super().showEvent(event)
 
     def read(self) -> None:
-        """Read and show the records and the chart of the last check.
-
-        The previous display stays until then.
-        """
+        """Read the records and chart of the last check, then replace the display."""
         self.about.setText(tr("Reading the tests"))
         now = self._clock()
         self._lists.do(lambda: self._bench.made(now), self._show, self._show_failure)
@@ -103,7 +100,6 @@ class TestsPage(QWidget):
         self.about.setText(said(f"{told.what} {told.remedy}"))
 
     def selected(self) -> Path | None:
-        """Return the selected record, or None."""
         row = self.table.currentRow()
         return self._shown[row].file if 0 <= row < len(self._shown) else None
 

@@ -28,10 +28,7 @@ class ScreenSize:
 
 
 def screen_size(screen: QScreen, ruler_mm: float | None) -> ScreenSize:
-    """Return the size of a screen's pixels.
-
-    `ruler_mm`: measured length of a line of `RULER_PX` dots, or None.
-    """
+    """Return the pixel size; `ruler_mm`: measured length of `RULER_PX` dots, or None."""
     ratio = screen.devicePixelRatio()
     if ruler_mm is not None:
         return ScreenSize(ruler_mm / RULER_PX * ratio, known=True)
@@ -44,10 +41,7 @@ def screen_size(screen: QScreen, ruler_mm: float | None) -> ScreenSize:
 
 
 def believed_pitch(physical: QSizeF, dots: QSizeF) -> float | None:
-    """Return the size of a dot, mm; None if the reported size is implausible.
-
-    `physical`: reported width and height, mm.
-    """
+    """Return the size of a dot, mm; None if the reported width and height are implausible."""
     if min(physical.width(), physical.height(), dots.width(), dots.height()) <= 0.0:
         return None
     if (round(physical.width()), round(physical.height())) in _PLACEHOLDERS:

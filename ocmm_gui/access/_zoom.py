@@ -37,10 +37,7 @@ _MARK = "ocmm_factor"
 
 
 def zoom_before_start(percent: int) -> None:
-    """Set the zoom of a starting application if Qt cannot change it later.
-
-    `percent`: by the settings.
-    """
+    """Set the zoom, per cent, of a starting application if Qt cannot change it later."""
     if _setter() is None and percent != 100 and _SCALE not in os.environ:
         os.environ[_SCALE] = f"{percent / 100.0:g}"
 
@@ -67,10 +64,7 @@ def fitting_factor(size: QSize) -> float:
 
 
 class Zoom(QObject):
-    """Zoom of the application, common to all its windows.
-
-    `app`: stores the current factor.
-    """
+    """Zoom of the application, common to all its windows. `app`: stores the current factor."""
 
     changed = Signal()
 
@@ -89,10 +83,7 @@ class Zoom(QObject):
         return float(kept) if isinstance(kept, float) else 1.0
 
     def use(self, percent: int, screen: QScreen | None = None) -> bool:
-        """Set the zoom; return whether anything changed.
-
-        `screen`: None for the first one.
-        """
+        """Set the zoom; return whether anything changed. `screen`: None for the first one."""
         self.percent = min(max(percent, LEAST_PERCENT), MOST_PERCENT)
         screen = screen or self._app.primaryScreen()
         setter = _setter()

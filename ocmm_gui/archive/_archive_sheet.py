@@ -53,7 +53,6 @@ class AnswerTable(DataTable):
         self.setWordWrap(False)
 
     def show_answer(self, answer: ArchiveAnswer | None) -> None:
-        """Show an answer; None empties the table."""
         self._answer = answer
         self.clear()
         self.setRowCount(0)

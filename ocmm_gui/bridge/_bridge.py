@@ -59,10 +59,7 @@ class JobChangeCommands(QObject):
         self._begin(lambda: self._jobs.change_plan(path, header))
 
     def go_on(self, path: Path) -> None:
-        """Resume an open job; emits `job_begun`.
-
-        If it is read-only, emits `only_to_look` in addition to the error.
-        """
+        """Resume an open job (`job_begun`); if read-only, also emit `only_to_look`."""
 
         def go_on() -> str:
             try:
@@ -167,10 +164,7 @@ _log = logging.getLogger(__name__)
 
 
 class StationBridge(QObject):
-    """Deliver station events on the window's thread, and provide its commands.
-
-    Owns the station: `close` stops it.
-    """
+    """Own the station, deliver its events on the window's thread, and provide commands."""
 
     live_changed = Signal(object)
     job_changed = Signal(object)

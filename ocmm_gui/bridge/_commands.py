@@ -34,10 +34,7 @@ def _done(_answer: None = None) -> None:
 
 
 class CommandQueue:
-    """Send commands to the station.
-
-    `failed`: Called with errors, on the window's thread.
-    """
+    """Send commands to the station. `failed`: Called with errors, on the window's thread."""
 
     def __init__(
         self, station: MeasuringStation, shown: ShownJob, failed: Failed, parent: QObject

@@ -104,10 +104,7 @@ class ChoiceCommands:
         self._queue.change(lambda session: session.steps.select(feature))
 
     def select_neighbour(self, step: int) -> None:
-        """Show the feature ``step`` places after the shown one.
-
-        After the last one of a finished job comes the part verdict.
-        """
+        """Show the feature ``step`` places on, or the part verdict after the last of a done job."""
         job = self._shown.job
         names = [feature.name for feature in job.features]
         # Keys faster than the evaluation also count.

@@ -102,10 +102,7 @@ class Curve:
 
 
 class RecentChart(Chart):
-    """Values over the last minutes.
-
-    `reach`: Minimum half range of the scale.
-    """
+    """Values over the last minutes. `reach`: Minimum half range of the scale."""
 
     def __init__(self, title: str, reach: float, span_s: float, form: str) -> None:
         super().__init__(title)

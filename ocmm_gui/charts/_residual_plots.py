@@ -47,7 +47,6 @@ class SensorArrows(Plot):
         self._say(localised(f"RMS {rms:.4f} px, {spots}{kind}"))
 
     def paintEvent(self, event: QPaintEvent) -> None:
-        """Paint sensor, arrows and their scale."""
         painter = self._painter()
         box = self._paint_head(painter, lines=2).adjusted(1.0, 0.0, -1.0, -LEGEND_PX)
         wide, high = self._size

@@ -28,7 +28,6 @@ class ComponentsPlot(Plot):
         self._rows: tuple[tuple[str, float, float], ...] = ()
 
     def show_study(self, study: GaugeStudy | None) -> None:
-        """Show the components of a study; None shows nothing."""
         self._rows = ()
         if study is None:
             self._say(tr("no study"))

@@ -41,10 +41,7 @@ class BarScale:
 
 
 def make_scale(result: CharacteristicResult) -> BarScale:
-    """Return the scale of a characteristic.
-
-    It has a guard band of one U if the decision rule requires it.
-    """
+    """Return the scale of a characteristic, with a guard band of U if required."""
     width = max(result.upper - result.lower, 1e-6)
     guarded = result.rule.partition("/")[0] != "simple"
     guard = result.uncertainty if guarded and result.uncertainty is not None else 0.0
@@ -68,7 +65,6 @@ class ToleranceBar(Painted):
         self._result: CharacteristicResult | None = None
 
     def show_result(self, result: CharacteristicResult | None) -> None:
-        """Show a characteristic; None empties the bar."""
         self._result = result
         if result is None:
             self.setAccessibleDescription(tr("no tolerance"))

@@ -142,7 +142,6 @@ class StartPage(QWidget):
         layout.addLayout(both, 1)
 
     def chosen_job(self) -> Path | None:
-        """Return the selected job, or None."""
         return self.jobs.chosen()
 
     def show_state(self, state: StationState) -> None:

@@ -23,10 +23,7 @@ _SAME_PX = 8
 
 @dataclass(frozen=True, slots=True)
 class HeadPage:
-    """Draw the first page of an empty report.
-
-    Imports happen in the drawing process only.
-    """
+    """Draw the first page of an empty report. Imports happen in the drawing process only."""
 
     settings: Settings
     width: int

@@ -43,10 +43,7 @@ _COMMAS = ("de",)
 
 
 def style_of(language: str, decimal: str = "locale", units: str = "mm") -> NumberStyle:
-    """Return the number style of a language.
-
-    `decimal`: ``locale``: that of the language; ``point`` or ``comma``.
-    """
+    """Return the number style of a language; `decimal`: ``locale``, ``point`` or ``comma``."""
     comma = language in _COMMAS if decimal == "locale" else decimal == "comma"
     return NumberStyle(comma, units == "inch", _DAYS.get(language, NumberStyle().day))
 
@@ -100,10 +97,7 @@ def unit_word() -> str:
 
 
 def length_number(value_mm: float, *, signed: bool = False, decimals: int = 3) -> str:
-    """Return a length in the displayed unit, without its name.
-
-    `decimals`: For mm; two more in inch.
-    """
+    """Return a length without unit; `decimals` are for mm, two more in inch."""
     value = value_mm
     if _InUse.style.inch:
         value, decimals = value_mm / INCH_MM, decimals + _INCH_DECIMALS
@@ -123,10 +117,7 @@ _WITH_UNIT = re.compile(r"(?P<number>.*?[\d.,])?\s*(?P<unit>[^\d\s.,+-]\D*)")
 
 
 def field_length(value_mm: float) -> str:
-    """Return a length for a field, in inch with unit; `length_of_field` reads it.
-
-    In mm the unit is next to the field.
-    """
+    """Return a length for a field (`length_of_field`), with the unit only in inch."""
     if not _InUse.style.inch:
         short = f"{value_mm:g}"
         return localised(short if float(short) == value_mm else str(value_mm))

@@ -67,10 +67,7 @@ def shortcuts_of(info: ActionInfo, changed: Mapping[str, Sequence[str]]) -> tupl
 
 
 def conflict_of(key: str, shortcut: str, changed: Mapping[str, Sequence[str]]) -> ActionInfo | None:
-    """Return another action with this key, or None.
-
-    Independent of the mode: a key has one meaning in the whole window.
-    """
+    """Return another action with this key in any mode, or None."""
     wanted = QKeySequence(shortcut)
     for info in ACTIONS:
         if info.key != key and any(
@@ -81,10 +78,7 @@ def conflict_of(key: str, shortcut: str, changed: Mapping[str, Sequence[str]]) -
 
 
 def usable_keys(changed: Mapping[str, Sequence[str]]) -> dict[str, tuple[str, ...]]:
-    """Return the chosen keys without conflicting or invalid ones.
-
-    The document may be hand-written, or of another version.
-    """
+    """Return the chosen keys without conflicting or invalid ones."""
     known = {info.key for info in ACTIONS}
     usable: dict[str, tuple[str, ...]] = {}
     for key, shortcuts in changed.items():
@@ -142,10 +136,7 @@ def make_actions(window: QWidget) -> dict[str, QAction]:
 
 
 def bind_actions(actions: Mapping[str, QAction], calls: Mapping[str, Callable[[], None]]) -> None:
-    """Connect every action to its command.
-
-    ``calls`` has an entry for every key of `ACTIONS`; a missing one is a KeyError.
-    """
+    """Connect every action to its command; KeyError if ``calls`` lacks one."""
     for info in ACTIONS:
         call = calls[info.key]
         command = Debounced(call) if info.is_trigger else call

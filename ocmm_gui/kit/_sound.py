@@ -185,10 +185,7 @@ def verdict_sound(verdict: Verdict | None) -> Sound:
 
 
 class Approach:
-    """Guide to the next point: a tone that rises with every step nearer, then stops.
-
-    Silent while the probe rests.
-    """
+    """Guide to the next point by a tone that rises with nearness, silent at rest."""
 
     def __init__(self, player: SoundPlayer | None) -> None:
         self._player = player

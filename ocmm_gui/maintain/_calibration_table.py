@@ -54,10 +54,7 @@ class Line:
 
 
 class EventTable(DataTable):
-    """Events, newest first.
-
-    `what`, `why`: Columns with the event, and with long text.
-    """
+    """Events, newest first. `what`, `why`: Columns with the event, and with long text."""
 
     def __init__(self, columns: Sequence[tuple[str, str]], what: int, why: int) -> None:
         super().__init__(tr("History, newest first"), columns)

@@ -77,7 +77,6 @@ class TipTable(DataTable):
         self._tips: tuple[TipState, ...] = ()
 
     def chosen(self) -> str | None:
-        """Return the selected tip, or None."""
         row = self.currentRow()
         return self._tips[row].tip if 0 <= row < len(self._tips) else None
 

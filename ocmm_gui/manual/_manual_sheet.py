@@ -97,10 +97,7 @@ class _Read:
 
 
 class ManualSheet(Sheet):
-    """Chapters, search, and text.
-
-    `manual`: None for that of this program, read when the sheet is first opened.
-    """
+    """Chapters, search, and text; `manual` None: that of this program, read at first use."""
 
     def __init__(self, manual: Manual | None = None) -> None:
         super().__init__(tr("Manual"), _INFOS)

@@ -46,10 +46,7 @@ _GITHUB = (
 
 
 class Reading(QTextBrowser):
-    """A document; arrows and page keys scroll, Tab moves between links, Return follows one.
-
-    `manual`: provides the pictures.
-    """
+    """A document: arrows and page keys scroll, Tab and Return select and follow links."""
 
     link_wanted = Signal(str)
     """Emits the target of a link, as in the document."""

@@ -53,10 +53,7 @@ _MOST_NAMED = 4
 
 
 class CameraBar(QFrame):
-    """Spot counts of the cameras, and which cameras see none.
-
-    A blind camera does not open its image, which would cover the part.
-    """
+    """Spot counts; blind cameras do not open images, which would cover the part."""
 
     def __init__(self, rig: Rig, action: QAction) -> None:
         super().__init__()

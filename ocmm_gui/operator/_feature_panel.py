@@ -384,7 +384,6 @@ class FeaturePanel(QFrame):
 
 
 def subject(result: CharacteristicResult) -> str:
-    """Return the subject of a characteristic, in words."""
     return f"{said_word(spec_of(result.kind).words)} {' – '.join(result.features)}"
 
 

@@ -69,10 +69,7 @@ _ROW_PX = 44
 
 
 class JobSheet(Sheet):
-    """Four fields, next to the other jobs of the batch.
-
-    Return moves to the next field, and starts the job after the last one.
-    """
+    """Four fields beside the jobs of the batch; Return moves on, and starts the job."""
 
     def __init__(self, bridge: StationBridge) -> None:
         super().__init__(tr("Job"), _KEYS)

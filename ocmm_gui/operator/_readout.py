@@ -62,10 +62,7 @@ class Readout(QWidget):
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
 
     def show_live(self, live: LiveView) -> None:
-        """Show the tip, or why there is no trusted position.
-
-        Withdrawn numbers disappear at once; new ones wait for the next update.
-        """
+        """Show the tip or why not; hiding is immediate, new numbers wait for the next update."""
         now = time.monotonic()
         if live.tip_world is None:
             self._show((DASHES, DASHES, DASHES), said(live.reason) or tr("no valid position"))

@@ -13,10 +13,7 @@ _DESK_SHARE = 0.022
 
 
 class SimulatedBand(Painted):
-    """One word, vertical, repeated as space permits.
-
-    Costs only width: height is scarce.
-    """
+    """One word, vertical, repeated as space permits. Costs only width: height is scarce."""
 
     def __init__(self) -> None:
         super().__init__(tr("Simulated: not a real part"), (30, 400), (12, 60))

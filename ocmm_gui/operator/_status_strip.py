@@ -123,7 +123,6 @@ class StatusStrip(QFrame):
             self._values[name].setText(value)
 
     def show_job(self, job: JobView) -> None:
-        """Show whether the job is paused."""
         self._job = job
         if self._live is not None:
             self.show_live(self._live)

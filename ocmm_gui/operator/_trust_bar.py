@@ -60,10 +60,7 @@ class TrustBar(QFrame):
         self.hide()
 
     def show_calibration(self, view: CalibrationView, place: TrustPlace, beside: str = "") -> None:
-        """Show the status relevant for measuring at a place, or hide.
-
-        ``beside``: additional text for readers at the screen.
-        """
+        """Show the status for a place, with ``beside`` for readers at the screen, or hide."""
         pixels = far_type(self) if place is TrustPlace.FAR else _NEAR_PX
         if (view, place, beside, pixels) == (self._view, self._place, self._beside, self._pixels):
             return

@@ -9,10 +9,7 @@ from ocmm_gui.kit import tr
 
 
 class PlanDraft:
-    """One plan with undo.
-
-    `path`: None if it has no file yet.
-    """
+    """One plan with undo. `path`: None if it has no file yet."""
 
     def __init__(self, plan: Plan, path: Path | None) -> None:
         self._plans = [plan]

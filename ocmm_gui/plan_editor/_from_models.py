@@ -99,10 +99,7 @@ Did = Callable[[Callable[[], Plan], ItemKey], bool]
 
 
 class FromModels(QObject):
-    """Importing, with its selections.
-
-    `draft`: returns the edited plan. `in_use`: returns the cameras and the probe for models.
-    """
+    """Importing; `draft` returns the edited plan, `in_use` the cameras and the probe."""
 
     opened = Signal()
     """A selection starts: the editor makes room."""

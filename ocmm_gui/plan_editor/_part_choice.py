@@ -208,10 +208,7 @@ class PartChoice(QFrame):
 
 
 class ChoiceList(QListWidget):
-    """A line for each surface; handles Return and Esc.
-
-    `name`: accessible name.
-    """
+    """A line for each surface; handles Return and Esc. `name`: accessible name."""
 
     taken = Signal()
     declined = Signal()

@@ -86,10 +86,7 @@ def moved(plan: Plan, chosen: ItemKey, way: int) -> PlanChange | None:
 
 
 def with_picture_of(plan: Plan, path: Path | None, chosen: ItemKey, picture: Path) -> Plan:
-    """Return a plan with a picture for the selected feature.
-
-    Raises InputError if it is no picture, or the plan has no file yet.
-    """
+    """Return a plan with a picture for a feature; InputError if invalid, or unsaved plan."""
     if picture.is_file() and read_picture(picture) is None:
         raise InputError(
             "plan.no_picture", f"{picture}: not a readable picture.", "Choose a PNG or JPEG file."

@@ -332,7 +332,6 @@ class PlanSheet(Sheet):
             self._did(made.make, made.chosen)
 
     def _did(self, change: Callable[[], Plan], chosen: ItemKey) -> bool:
-        """Make a change of the plan; return whether it succeeded."""
         changed = self.attempt(change)
         if changed is None:
             return False

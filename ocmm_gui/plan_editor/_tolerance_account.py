@@ -82,10 +82,7 @@ class ToleranceAccount(QWidget):
         self.hide()
 
     def show_account(self, account: Account, characteristics: int) -> None:
-        """Show an account, and ask whether to add its characteristics.
-
-        `characteristics`: their number in the plan.
-        """
+        """Show an account, and ask whether to add its characteristics, given their number."""
         told = []
         for group, counts in account.counts().items():
             told.append(

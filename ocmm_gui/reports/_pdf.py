@@ -137,7 +137,6 @@ def lay_out(data: ReportData) -> Canvas:
 
 
 def page_picture(canvas: Canvas, index: int, data: ReportData, width: int = 1240) -> QImage:
-    """Return one page as a picture, for a preview."""
     scale = width / PAGE[0]
     image = QImage(width, round(scale * PAGE[1]), QImage.Format.Format_RGB32)
     image.fill(QColor("white"))

@@ -45,10 +45,7 @@ class DeviationView(OrbitView):
         self.hide()
 
     def show_job(self, job: JobView, up: Float | None) -> None:
-        """Show the deviations of a job; hidden without any.
-
-        `up`: (3,), unit, world, upright in the picture; None leaves it unchanged.
-        """
+        """Show deviations; `up`: (3,), unit, world, upright in the picture, or unchanged."""
         if job is self._job:
             return
         self._job = job

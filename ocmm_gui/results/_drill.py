@@ -65,10 +65,7 @@ def trials_of_file(path: Path, name: str, tell: Tell) -> MonteCarloValue:
 
 
 def alignment_of_file(path: Path, tell: Tell) -> AlignmentReport:
-    """Return the alignment of a job file.
-
-    Raises OcmmError if the file cannot be read, or its plan has no alignment.
-    """
+    """Return the alignment of a job file; OcmmError if unreadable or without one."""
     tell(later("Reading the job"), 0.2)
     job = reopen_job(path)
     tell(later("Calculating the alignment"), 0.6)

@@ -78,10 +78,7 @@ class PaperForm(QWidget):
             self.fields["deviations"].setText(f"{_SEPARATOR} ".join(self._kept.deviations))
 
     def paper(self) -> Paper:
-        """Return the report sheet as typed.
-
-        Raises InputError if the template or an ambient reading is invalid.
-        """
+        """Return the report sheet as typed; InputError if template or readings are invalid."""
         path = self._template()
         self._watch(path)
         given = self._given()

@@ -53,10 +53,7 @@ _TYPED_MS = 600
 
 
 class ReportSheet(Sheet):
-    """Formats on the left, preview of the selected one on the right.
-
-    `folder`: of reports, if known.
-    """
+    """Formats on the left, preview of the selected one on the right."""
 
     written = Signal(object)
 
@@ -217,10 +214,7 @@ class ReportSheet(Sheet):
         return tuple(name for name in FORMATS if name in self._marked)
 
     def write(self) -> None:
-        """Write the marked formats, or cancel writing.
-
-        Every file is verified by reading back; an incomplete job needs confirmation.
-        """
+        """Write the marked formats, verified by reading back, or cancel writing."""
         if self._writer.is_busy():
             if self._writer.give_up():
                 self.told.emit(tr("The report was not written."))

@@ -57,10 +57,7 @@ class DrivingPoints(OrbitView):
         self._reach = np.empty((0, 3))
 
     def show_points(self, job: JobView | None, explained: Explanation | None, up: Float) -> None:
-        """Mark the points of an explanation in a job; empty without any.
-
-        `up`: (3,), unit, world, upright in the picture.
-        """
+        """Mark the points of an explanation in a job; `up`: (3,), unit, world."""
         if job is self._job and explained == self._explained:
             return
         self._job, self._explained = job, explained

@@ -44,10 +44,7 @@ class OrbitView(Painted):
         return moved
 
     def ray_at(self, place: QPointF) -> tuple[Float, Float]:
-        """Return the viewing ray at a widget position, px: (3,), mm, and (3,), unit.
-
-        It starts in front of all items.
-        """
+        """Return the ray at a position, px: (3,), mm, in front of all items, and (3,), unit."""
         box = self._inside()
         right, up, outward = self._orbit.axes()
         scale = 2.0 * self._orbit.radius / min(box.width(), box.height())

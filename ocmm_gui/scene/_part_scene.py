@@ -53,10 +53,7 @@ class PartScene:
     nominal."""
 
     def scale(self, size: QSize, ratio: float, share: float) -> float:
-        """Return painted pixels per window pixel.
-
-        ``share`` is the affordable fraction per side during motion, 0 to 1.
-        """
+        """Return painted pixels per window pixel; ``share``: affordable part in motion, 0 to 1."""
         if not self.moving:
             return ratio
         pixels = size.width() * size.height() * ratio**2
@@ -96,10 +93,7 @@ class PartDrawing(QObject):
 
     @property
     def ray_mesh(self) -> RenderMesh | None:
-        """Return the mesh for ray tests: the coarser one of a large part.
-
-        None without a part, or while that mesh is computed.
-        """
+        """Return the (coarser) mesh for ray tests; None without a part or while computed."""
         whole = self._whole
         if whole is None or len(whole.triangles) <= MOVING_TRIANGLES:
             return whole

@@ -259,10 +259,7 @@ class SceneLayer(QObject):
         self._timer.timeout.connect(self._finish)
 
     def picture(self, scene: StillScene, font: QFont) -> StillPicture:
-        """Return the picture of a scene.
-
-        During painting, the previous picture if it has the same view, otherwise the partial one.
-        """
+        """Return the picture of a scene; while painting, the previous or partial one."""
         before = self._shown
         if before is not None and before.scene is scene:
             self._drop_next()

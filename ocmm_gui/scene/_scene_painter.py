@@ -200,10 +200,7 @@ class ScenePainter:
         self._tags = [item for item in items if isinstance(item, Tag)]
 
     def paint(self, painter: QPainter, until_s: float = math.inf) -> bool:
-        """Continue until a time of `time.perf_counter`; return whether all is painted.
-
-        Paints one item at least.
-        """
+        """Paint until a `time.perf_counter` time, one item at least; return whether finished."""
         painter.save()
         painter.setClipRect(self._box)
         painter.translate(self._box.topLeft())

@@ -106,18 +106,12 @@ class JobDrawing:
         self._reach: dict[str, Float] = {}
 
     def reach(self, name: str = "") -> Float:
-        """Return the places (n, 3) of a feature with its targets; of all without a name.
-
-        From the job drawn last.
-        """
+        """Return places (n, 3) of a feature and its targets in the last drawn job, or of all."""
         places = [part for key, part in self._reach.items() if not name or key == name]
         return np.concatenate([np.empty((0, 3)), *places])
 
     def items(self, job: JobView, theme: Theme, chosen: int = 0) -> tuple[tuple[Item, ...], Float]:
-        """Return `job_items`; the same tuple as before if nothing changed.
-
-        ``chosen`` is the number of the highlighted point.
-        """
+        """Return `job_items`, the same tuple if unchanged; ``chosen``: highlighted point."""
         items: list[Item] = []
         self._reach = {}
         touched = [feature for feature in job.features if feature.points]

@@ -41,7 +41,6 @@ class FieldRequest:
     good: NDArray[np.bool_]
 
     def is_like(self, other: FieldRequest | None) -> bool:
-        """Return whether the requests are equal."""
         return (
             other is not None
             and np.array_equal(self.points, other.points)

@@ -61,10 +61,7 @@ def side_for(
 
 
 def following(orbit: Orbit, work: Work, width: float, height: float, *, turned: bool) -> Orbit:
-    """Return a view that shows the work; the same object while sufficient.
-
-    `turned`: Just turned: refit in any case.
-    """
+    """Return a view that shows the work; the same if sufficient and not just `turned`."""
     everything = work.all()
     if not len(everything):
         return orbit

@@ -83,10 +83,7 @@ class PartPicture(OrbitView):
         return self._mode
 
     def face_at(self, place: QPointF) -> int:
-        """Return the face index at a place of the widget; `NO_FACE` for none.
-
-        None before the first picture is painted.
-        """
+        """Return the face index at a place, or `NO_FACE`; None before the first picture."""
         canvas, inside = self._layer.canvas(), self._inside()
         if canvas is None or self._model is None:
             return NO_FACE

@@ -218,7 +218,6 @@ class PointView(OrbitView):
         return self._still.scene
 
     def is_easing(self) -> bool:
-        """Return whether the view is moving."""
         return self._easing.is_running()
 
     def is_painted(self) -> bool:

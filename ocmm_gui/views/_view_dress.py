@@ -20,10 +20,7 @@ _WORDS_PX = 26.0
 
 
 class Overview:
-    """Small overview of the rig in a free corner.
-
-    `lines`: Its cameras, segments (n, 2, 3), mm, world.
-    """
+    """Small overview of the rig in a free corner; `lines`: (n, 2, 3), mm, world."""
 
     def __init__(self, rig: Rig, orbit: Orbit, lines: Float) -> None:
         self._rig, self._orbit, self._lines = rig, orbit, lines

@@ -23,10 +23,7 @@ from ocmm_gui.work import SideProcess, WorkLine
 
 
 class Papers(QObject):
-    """Ask for the place of certificates, and write them.
-
-    `notices`: shows errors and news.
-    """
+    """Ask for the place of certificates, and write them. `notices`: shows errors and news."""
 
     written = Signal(object)
     """Emits the written files, ``tuple[Path, ...]``."""

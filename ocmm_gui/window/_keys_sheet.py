@@ -30,10 +30,7 @@ _SIGNS = {".": later(". (full stop)"), ",": later(", (comma)")}
 
 
 class KeysSheet(Sheet):
-    """A table of `ACTIONS`: those of measuring first.
-
-    `changed`: returns the user's keys by action.
-    """
+    """Table of `ACTIONS`, measuring first; `changed` returns the user's keys by action."""
 
     def __init__(self, changed: Callable[[], Mapping[str, Sequence[str]]]) -> None:
         super().__init__(tr("Keys"), ())

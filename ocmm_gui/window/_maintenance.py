@@ -216,10 +216,7 @@ class Maintenance(MadeLate):
         self.wizard.open(kind)
 
     def open_definition(self) -> None:
-        """Show the page that defines a probe, filled with the current one.
-
-        Its keys are its own until it is left.
-        """
+        """Show the page that defines a probe, filled with the current one, with its own keys."""
         in_use = self._bridge.station.instruments.probe_in_use
         records = in_use.records
         self.wanted.emit(self.definition)

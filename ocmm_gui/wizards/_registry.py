@@ -55,10 +55,7 @@ Command = Callable[[datetime], None]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class WizardSpec(Generic[P]):
-    """One wizard over a procedure of the core.
-
-    Sounds, far reading and painting of a step belong to its page.
-    """
+    """Wizard over a procedure of the core; pages hold sounds, far reading and painting."""
 
     kind: ProcedureKind
     """Procedure kind; prefix of its session files."""

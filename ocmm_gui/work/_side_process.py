@@ -84,10 +84,7 @@ class _Done:
 
 
 class SideProcess(QObject):
-    """One computation at a time; a new one cancels the former.
-
-    `helpers`: the computation may start processes, which end with it.
-    """
+    """One computation at a time, a new one cancels the former; `helpers`: may start processes."""
 
     advanced = Signal(str, float)
     """Next step, and the share done."""
@@ -138,10 +135,7 @@ class SideProcess(QObject):
         self._timer.start()
 
     def give_up(self) -> bool:
-        """Cancel the computation; return whether it was cancelled.
-
-        An atomic step is not interrupted: it ends soon, and answers.
-        """
+        """Cancel the computation unless in an atomic step; return whether it was cancelled."""
         if self._whole is not None and not self._whole.acquire(block=False):
             return False
         self._end()

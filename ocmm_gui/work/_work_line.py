@@ -12,10 +12,7 @@ _PARTS = 1000
 
 
 class WorkLine(QFrame):
-    """Step, progress bar, and cancel key; takes no focus, and no room while hidden.
-
-    `name`: accessible name.
-    """
+    """Step, progress bar, and cancel key; takes no focus, and no room while hidden."""
 
     def __init__(self, name: str) -> None:
         super().__init__()

@@ -70,10 +70,7 @@ def verify_archive(
     tell: Tell = lambda what, share: None,
     extract: Extract = extract_job,
 ) -> Checked:
-    """Compare every row of an archive with its job file.
-
-    `deep`: recompute its rows; otherwise only check the hash of the file.
-    """
+    """Compare every row with its job file: its hash, and if `deep` its recomputed rows."""
     rows = archive.ask("SELECT id, job_uuid, sha256, station FROM job ORDER BY id").rows
     faults: list[_Fault] = []
     jobs: dict[str, _Versions] = defaultdict(_Versions)

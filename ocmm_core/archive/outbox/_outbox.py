@@ -153,10 +153,7 @@ class Outbox(OutboxFile):
         return Contact(*row)
 
     def prune(self, now: datetime | None = None) -> int:
-        """Remove expired copies, and return how many.
-
-        Nothing is removed while the clocks here and at the archive differ.
-        """
+        """Remove expired copies, none while the archive's clock differs; return how many."""
         if abs(self.contact().clock_off_s) > CLOCK_TELL_S:
             return 0
         before = ((now or datetime.now(UTC)) - KEPT).isoformat(timespec="milliseconds")

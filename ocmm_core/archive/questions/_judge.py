@@ -32,10 +32,7 @@ Entry = dict[str, Cell]
 
 
 class Judge:
-    """Judge rows of an archive, for one reading.
-
-    `keys`: trusted ones; None: those of this user.
-    """
+    """Judge rows of an archive, for one reading. `keys`: trusted ones; None: those of this user."""
 
     def __init__(self, archive: Archive, keys: KeyFolder | None = None) -> None:
         self._archive = archive

@@ -64,10 +64,7 @@ def _is_at(entry: Entry, asked: Asked) -> bool:
 
 
 def used(archive: Archive, asked: Asked) -> ArchiveAnswer:
-    """Return the jobs measured with some equipment, newest first.
-
-    Raises InputError if the kind is unknown, or no name is given.
-    """
+    """Return jobs by equipment, newest first; InputError if kind or name is invalid."""
     if asked.kind not in USES:
         raise InputError(
             "archive.used", f"{asked.kind!r} is nothing that is used.", f"One of {', '.join(USES)}."

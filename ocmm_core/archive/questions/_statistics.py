@@ -158,13 +158,7 @@ def _limits(low: Cell, high: Cell, unit: Cell) -> str:
 
 
 def cpk_by_month(archive: Archive, asked: Asked) -> ArchiveAnswer:
-    """Return Cp and Cpk of the characteristics of a part by month, with their intervals.
-
-    Raises
-    ------
-    InputError
-        Part is missing or unknown.
-    """
+    """Return Cp and Cpk with intervals of a part by month; InputError if the part is unknown."""
     needs(asked, "part")
     found = _values(archive, asked, MOST_VALUES)
     groups: dict[tuple[str, str, Cell, Cell, Cell], list[tuple[float, float]]] = defaultdict(list)

@@ -10,10 +10,7 @@ from ocmm_core.archive.records._rows import LONGEST_SENTENCE
 
 
 def shown_text(text: str, instead: str = "\N{REPLACEMENT CHARACTER}") -> str:
-    """Return a text without control, format or surrogate characters, of bounded length.
-
-    `instead`: replaces each such character.
-    """
+    """Replace control, format and surrogate characters in a text, and limit its length."""
     kept = text[:LONGEST_SENTENCE]
     if kept.isprintable():
         return kept

@@ -137,10 +137,7 @@ def parse_server(text: str, password_file: Path | None = None) -> PostgresAddres
 
 
 def read_password(path: Path) -> str:
-    """Return the password in a private file.
-
-    Raises StorageError if it is missing, foreign, or readable by others.
-    """
+    """Return the password in a private file; StorageError if missing, foreign or open."""
     try:
         descriptor = open_guarded(path, follow=False)
         try:

@@ -110,10 +110,7 @@ class SqlArchive(SqlReader):
         return receipts
 
     def _check_rows(self, delivery: Delivery, job: int) -> None:
-        """Raise StorageError if the stored rows differ from the sent ones.
-
-        A trigger on the server could change them silently.
-        """
+        """Raise StorageError if the stored rows were altered, e.g. by a trigger of the server."""
         sent = delivery.record
         number: dict[str, Cell] = {"id": job}
         told = (

@@ -294,10 +294,7 @@ def _now() -> datetime:
 
 
 def take_relocation_shots(procedure: RelocationProcedure, shots: Sequence[Shot]) -> None:
-    """Add recorded shots that a session does not have yet.
-
-    Raises CalibrationError if relocation has no shots of that kind.
-    """
+    """Add recorded shots missing in a session; CalibrationError for kinds it does not have."""
     view = procedure.view
     ends = len([shot for shot in shots if shot.kind == "seat" and not shot.place])
     left = {

@@ -29,10 +29,7 @@ TOO_LONG_NUMBER = object()
 
 
 def document_kinds(what: str, good: str, n: int, seed: int) -> list[Kind]:
-    """Return kinds of a hostile document, ``n`` of them with one leaf replaced.
-
-    `what`: Name of the document in the kinds' names.
-    """
+    """Return kinds of a hostile document ``what``, ``n`` of them with one leaf replaced."""
     return [*_as_text(what, good), *leaf_kinds(what, good, n, seed)]
 
 

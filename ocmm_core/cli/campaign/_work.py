@@ -64,7 +64,6 @@ def sample_point(number: int) -> MeasuredPoint:
 
 
 def sample_job(path: Path) -> JobFile:
-    """Return a new job, open."""
     path.parent.mkdir(parents=True, exist_ok=True)
     plan = resource("plans", "quick.toml")
     rig, probe = resource("rigs", "recommended.toml"), resource("probes", "standard.toml")

@@ -187,10 +187,7 @@ def _print_results(console: Console, view: JobView, truth: Mapping[str, float] |
 
 
 def print_verdict(console: Console, view: JobView) -> None:
-    """Print the states, then the reasons and last the verdict on the part.
-
-    Scripts may rely on the last line alone.
-    """
+    """Print the states, the reasons, and in the last line, for scripts, the part verdict."""
     print_states(console, view)
     for reason in view.part_verdict.reasons:
         console.print(say(reason), style="bold yellow", highlight=False, markup=False)
@@ -238,10 +235,7 @@ def print_counters(console: Console, status: AcquisitionStatus) -> None:
 
 
 def exit_code(view: JobView) -> int:
-    """Return 0 if nothing speaks against the part, 1 if conformity is not proven.
-
-    2 if it was not measured completely.
-    """
+    """Return 0 if the part conforms or has no tolerance, 2 if incomplete, else 1."""
     if not view.part_verdict.complete:
         return 2
     return int(view.part_verdict.word not in (PartWord.CONFORMS, PartWord.NO_TOLERANCE))

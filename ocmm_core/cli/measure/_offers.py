@@ -80,10 +80,7 @@ def request_by(
     reach: bool,
     sight: bool,
 ) -> StepRequest:
-    """Return the request that targets are chosen by.
-
-    `stands`: Axis of the part that points up, and rotation about it, degrees.
-    """
+    """Return the request for targets; `stands`: upward axis of the part, rotation in degrees."""
     from ocmm_core.inspection.step import up_of, usual_request
 
     up, turn = stands

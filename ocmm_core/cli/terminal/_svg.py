@@ -18,7 +18,6 @@ _VIEW = rotation_xyz(-np.radians(65.0), 0.0, 0.0) @ rotation_xyz(0.0, 0.0, np.ra
 
 
 def histogram(values: Float, title: str, subtitle: str, x_label: str, bins: int = 50) -> str:
-    """Return a histogram of ``values`` from zero."""
     top = nice_limit(float(values.max()))
     counts, edges = np.histogram(values, bins=bins, range=(0.0, top))
     most = nice_limit(float(counts.max()))

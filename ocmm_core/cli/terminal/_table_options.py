@@ -29,10 +29,7 @@ SkipOption = Annotated[
 
 
 def print_table_account(account: TableAccount) -> None:
-    """Print the accepted and omitted data of a reader to the standard error output.
-
-    An assumed unit is yellow.
-    """
+    """Print accepted and omitted data of a reader to stderr; an assumed unit in yellow."""
     console = make_console(stderr=True)
     for sentence in account.sentences():
         is_assumed = sentence.startswith("Unit ") and not account.unit_from

@@ -151,13 +151,7 @@ def _of_cameras(
 
 
 def certificate_of_tip(store: ProbeStore, tip: str, paper: Paper) -> Certificate:
-    """Return the certificate of a tip in use: its qualification.
-
-    Raises
-    ------
-    InputError
-        The tip was not qualified.
-    """
+    """Return the qualification certificate of a tip in use; InputError if not qualified."""
     active = store.active(tip)
     found = None if active is None else active.qualification
     if active is None or found is None:

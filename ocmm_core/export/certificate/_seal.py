@@ -96,12 +96,9 @@ def write_certificate(paper: Certificate, folder: Path) -> Path:
 def write_certificates(
     papers: Sequence[tuple[Certificate, Pages]], folder: Path
 ) -> tuple[Path, ...]:
-    """Write the files of `signed_certificates`, all or none, and return their paths.
+    """Write all files of `signed_certificates` or none, and return their paths.
 
-    Raises
-    ------
-    StorageError
-        As `write_certificate`; nothing is written then.
+    Raises StorageError as `write_certificate`.
     """
     files = signed_certificates(papers, folder)
     write_together(files)

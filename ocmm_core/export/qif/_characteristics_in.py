@@ -31,10 +31,7 @@ def characteristics_of(
     nominal: etree._Element | None,
     features: Mapping[str, NominalFeature],
 ) -> Iterator[Characteristic]:
-    """Yield the characteristics of one item, or of a nominal without an item.
-
-    Raises NotTakenError if unclear.
-    """
+    """Yield the characteristics of an item or a lone nominal; NotTakenError if unclear."""
     node = references.node(item)
     word = node.word.removesuffix("Item").removesuffix("Nominal").removesuffix("Characteristic")
     kinds = [

@@ -85,7 +85,6 @@ class Node:
         return local_name(self.element)
 
     def child(self, name: str) -> Node | None:
-        """Return the only child of that name, or None."""
         found = self._children.pop(name, [])
         if len(found) > 1:
             raise NotTakenError(f"it has {len(found)} elements {name}")
@@ -113,7 +112,6 @@ class Node:
         return (self.element.get(name) or "").strip()
 
     def text(self, path: str) -> str:
-        """Return the text at a path, or an empty text."""
         node = self.at(path)
         return "" if node is None else node.content()
 
@@ -149,7 +147,6 @@ class Node:
         return scaled(number(node.content()), scale)
 
     def point(self, path: str) -> tuple[float, float, float] | None:
-        """Return a point, mm, or None."""
         node = self.at(path)
         if node is None:
             return None

@@ -27,10 +27,7 @@ def is_told_from_start(shape: Shape) -> bool:
 
 
 def characteristic_word(kind: str, shape: Shape | None, count: int) -> str:
-    """Return the prefix of a characteristic's element names.
-
-    `shape`: of its first feature, if known.
-    """
+    """Return the prefix of a characteristic's element names, by its first feature's shape."""
     words = spec_for(kind, shape).qif
     if count == 1 and words.of_one:
         return words.of_one

@@ -35,10 +35,7 @@ class DocumentUnits:
     """Names of the primary units by element, such as ``PMIAngularUnit``."""
 
     def length(self, name: str, *, is_pmi: bool) -> float:
-        """Return mm per unit of a value; an empty name is the primary one.
-
-        Raises NotTakenError if the unit is missing or unknown.
-        """
+        """Return mm per unit, the primary one for an empty name; NotTakenError if unknown."""
         return self._scale(name, "LinearUnit", self.lengths, "length", is_pmi=is_pmi)
 
     def angle(self, name: str, *, is_pmi: bool) -> float:

@@ -228,13 +228,7 @@ class ReportFile(_Part, frozen=True, kw_only=True):
 
 
 def read_report(content: bytes) -> ReportFile:
-    """Return the contents of a file.
-
-    Raises
-    ------
-    InputError
-        It is no report, or of another version.
-    """
+    """Return the contents of a file; InputError if it is no report, or of another version."""
     try:
         report = msgspec.json.decode(content, type=ReportFile)
     except (msgspec.MsgspecError, RecursionError) as error:

@@ -22,13 +22,7 @@ _COMMANDS = ("=", "+", "-", "@")
 
 
 def last_moment(begun_utc: str, taken_utc: Iterable[str]) -> datetime:
-    """Return the latest time of points, or the start of a job without any, as UTC.
-
-    Raises
-    ------
-    StorageError
-        One of them is no time with its zone.
-    """
+    """Return the latest time of points, or the start of a job, as UTC; StorageError if invalid."""
     moments = [_moment_of(text) for text in taken_utc] or [_moment_of(begun_utc)]
     return max(moments)
 
@@ -48,10 +42,7 @@ def _moment_of(text: str) -> datetime:
 
 
 def check_name(kind: str, name: str) -> str:
-    """Return a name that reports can contain; StorageError otherwise.
-
-    `kind`: for the message, ``"feature"``, ``"plan"`` ...
-    """
+    """Return a name of a `kind` if reports can contain it; StorageError otherwise."""
     if fault := label_fault(name) if kind == "plan" else name_fault(name):
         raise StorageError(
             "export.name",

@@ -138,10 +138,7 @@ def statements(data: ReportData) -> tuple[str, ...]:
 
 
 def environment(data: ReportData) -> str:
-    """Return the ambient readings, then the temperatures of the results.
-
-    With their standard uncertainties and compensations.
-    """
+    """Return the ambient readings, then temperatures of the results with compensations."""
     climate, room = data.climate, _room(data)
     told = [
         f"{name} {now.celsius:.2f} °C, u = {now.sigma_k:.2f} K ({now.origin})."

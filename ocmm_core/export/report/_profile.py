@@ -64,13 +64,7 @@ class Profile(Document, frozen=True, kw_only=True):
 
 
 def load_profile(path: Path | str) -> Profile:
-    """Return the profile of the document at ``path``.
-
-    Raises
-    ------
-    InputError
-        The document is malformed, or its files would be unreadable.
-    """
+    """Return the profile of a document; InputError if malformed, or files were unreadable."""
     path = Path(path)
     profile = load_document(path, Profile, SCHEMA)
     if profile.separator == profile.decimal:

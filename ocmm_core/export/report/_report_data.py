@@ -172,13 +172,7 @@ class ReportData:
 
     @property
     def last_taken_utc(self) -> str:
-        """Return when the last point was taken, compared as moments, in UTC; empty without points.
-
-        Raises
-        ------
-        StorageError
-            A stored time is invalid.
-        """
+        """Return the UTC of the last point, empty without points; StorageError if invalid."""
         if not self.taken_utc:
             return ""
         latest = max(self.taken_utc.values(), key=lambda text: last_moment(text, ()))
@@ -207,13 +201,7 @@ class ReportData:
 
     @property
     def stem(self) -> str:
-        """Return the stem of the file names: the name of the job and its states.
-
-        Raises
-        ------
-        StorageError
-            The job's name is invalid for files.
-        """
+        """Return the stem of file names: job name and states; StorageError if invalid for files."""
         name = check_file_stem(self.job)
         return "_".join((name, *(state.replace(" ", "_") for state in self.states)))
 
@@ -242,7 +230,6 @@ def report_data(
     release: ReleaseState = NO_RELEASE,
     identity: FileIdentity | None = None,
 ) -> ReportData:
-    """Return the data of a report; parameters as in `ReportData`."""
     frame = T_part_from_world or RigidTransform.identity()
     T_part_from_nominal = _part_from_nominal(plan)
     nominals = {nominal.name: nominal for nominal in plan.features}

@@ -82,13 +82,7 @@ def keep_template(path: Path) -> Path:
 
 
 def given_with(job: Path) -> Particulars:
-    """Return the data stored with a job; empty without any.
-
-    Raises
-    ------
-    InputError
-        The file next to the job is malformed.
-    """
+    """Return the data stored with a job, empty without any; InputError if malformed."""
     path = _beside(job)
     if not path.exists():
         return Particulars()

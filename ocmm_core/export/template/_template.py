@@ -96,10 +96,7 @@ class ReportTemplate(Document, frozen=True, kw_only=True):
 
 @dataclass(frozen=True, slots=True)
 class Particulars:
-    """Report data that are not in the job file, given with the request.
-
-    Empty ones are printed as "not stated".
-    """
+    """Report data given with the request; empty ones are printed as "not stated"."""
 
     number: str = ""
     """Of the report; empty for one made from job, identity and step."""

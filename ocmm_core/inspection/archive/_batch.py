@@ -62,13 +62,7 @@ def parts_of_batch(
 
 
 def next_serial(serial: str) -> str:
-    """Return the next serial number: its last number incremented, same width.
-
-    Raises
-    ------
-    InputError
-        It has no number.
-    """
+    """Return the serial number with its last number incremented; InputError without one."""
     match = _LAST_NUMBER.search(serial)
     if match is None:
         raise InputError(

@@ -128,10 +128,7 @@ def ask_cameras(
 def settle_by_calibration(
     session: InspectionSession, job: JobFile, known: CameraHistory
 ) -> History:
-    """Hold and release points by the known history of their calibration.
-
-    `job`: Own copy of a job file.
-    """
+    """Hold and release points of an own copy of a job by the history of their calibration."""
     if not known.calibration:
         return History(absent=known.absent, unread=known.unread)
     try:

@@ -96,10 +96,7 @@ def ask_tip(probe: ProbeText | None, folder: Path) -> TipHistory:
 
 
 def settle_by_history(session: InspectionSession, job: JobFile, known: TipHistory) -> History:
-    """Hold and release points by the known history of their tip.
-
-    `job`: Own copy of a job file.
-    """
+    """Hold and release points by the known history of their tip. `job`: Own copy of a job file."""
     if not known.tip:
         return History(unread=known.unread)
     settle_tip(session, job, known.events, known.tip)

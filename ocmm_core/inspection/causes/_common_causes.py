@@ -132,10 +132,7 @@ def growth_taken_off(job: EvaluatedJob, common: Common) -> Float:
 
 
 def brought_home(job: EvaluatedJob, common: Common, name: str) -> Float:
-    """Return the shift of a feature's ball centres, (N, 3), mm, onto its nominal.
-
-    The nominal is placed by the other features.
-    """
+    """Return the shift (N, 3), mm, of ball centres onto a nominal placed by other features."""
     others = [surface for surface in common.surfaces if surface.name != name]
     T = common.place.T_nominal_from_world
     if len(others) > 1:

@@ -38,10 +38,7 @@ Results = Mapping[str, CharacteristicResult]
 
 
 class Inquiry:
-    """Queries to one job; shared quantities are computed once.
-
-    `view`: Current verdicts, coverage, held points.
-    """
+    """Queries to one job; shared quantities are computed once."""
 
     def __init__(self, job: EvaluatedJob, view: JobView) -> None:
         self.job = job

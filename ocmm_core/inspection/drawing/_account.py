@@ -64,10 +64,7 @@ class Account(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=T
         }
 
     def by_itself(self) -> tuple[AccountItem, ...]:
-        """Return the items without those that follow another one.
-
-        A datum reference follows its tolerance, and a label its item.
-        """
+        """Return the items without datum references of tolerances and labels of items."""
         return tuple(
             item
             for item in self.items

@@ -169,10 +169,7 @@ class Frames:
         raise RefusedError(f"it is made of {len(features)} surfaces ({names}{more}), not supported")
 
     def _whole_plane(self, letter: str, features: tuple[NominalFeature, ...]) -> str:
-        """Add the plane of several coplanar faces to the plan and return it.
-
-        All faces are touched in turn.
-        """
+        """Add one plane for several coplanar faces, touched in turn, to the plan; return it."""
         name = self._free(letter)
         rows = zip_longest(*(feature.targets for feature in features))
         targets = tuple(place for row in rows for place in row if place is not None)

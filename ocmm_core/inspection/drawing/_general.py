@@ -56,13 +56,7 @@ class General:
 
 
 def general_of(asked: str) -> General | None:
-    """Return the general tolerance by its word; None for an empty one.
-
-    Raises
-    ------
-    InputError
-        The word is unknown.
-    """
+    """Return the general tolerance of a word, None if empty; InputError if unknown."""
     if not asked:
         return None
     letter = CLASSES.get(asked.lower())

@@ -277,7 +277,6 @@ def _of(
 
 
 def _words(item: Dimension) -> str:
-    """Return a dimension in words, as on a drawing."""
     said = item.word
     unit = {"length": " mm", "angle": "°"}.get(item.of, "")
     if item.nominal is not None:

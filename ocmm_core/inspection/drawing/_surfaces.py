@@ -21,10 +21,7 @@ class Found:
 
 
 class Surfaces:
-    """Features of a plan by their faces.
-
-    `features`: Features of the plan by name, without omitted ones.
-    """
+    """Features of a plan by their faces, without omitted ones."""
 
     def __init__(self, model: StepModel, features: Mapping[str, NominalFeature]) -> None:
         self._model, self._features = model, features
@@ -49,10 +46,7 @@ class Surfaces:
         return Found(tuple(found.values()), said, part_of)
 
     def one(self, faces: Sequence[int], odd: Sequence[str]) -> NominalFeature:
-        """Return the one feature of some faces.
-
-        Raises RefusedError if they are none, several, or also something else.
-        """
+        """Return the one feature of some faces; RefusedError if none, several, or other items."""
         found = self.all_of(faces, odd)
         if found.missing:
             raise RefusedError(found.missing[0])

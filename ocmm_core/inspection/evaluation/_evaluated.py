@@ -140,7 +140,6 @@ def evaluated_job(
 
 
 def require_measured(name: str, found: Mapping[str, ActualFeature | FitError]) -> ActualFeature:
-    """Return a feature; FitError if unknown."""
     feature = found.get(name)
     if isinstance(feature, ActualFeature):
         return feature

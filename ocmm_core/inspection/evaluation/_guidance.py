@@ -194,8 +194,5 @@ def targets_of(
 
 
 def nearest(targets: Sequence[Target], tip_world: Float) -> Target | None:
-    """Return the target nearest to the ball, (3,), mm; None without targets.
-
-    For tests only.
-    """
+    """Return the target nearest to the ball, (3,), mm; None without targets. For tests only."""
     return min(targets, key=lambda target: target.distance(tip_world), default=None)

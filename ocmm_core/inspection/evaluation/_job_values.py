@@ -30,10 +30,7 @@ class Record:
 
 
 class ValueGraph:
-    """Values of a job.
-
-    `rig`, `body`: Cameras and probe of the points.
-    """
+    """Values of a job. `rig`, `body`: Cameras and probe of the points."""
 
     def __init__(self, graph: FeatureGraph, rig: Rig, body: ProbeBody) -> None:
         self._graph, self._rig, self._body = graph, rig, body

@@ -65,13 +65,7 @@ def limits_text(options: SessionOptions) -> str:
 
 
 def with_stored_limits(options: SessionOptions, events: Sequence[JobEvent]) -> SessionOptions:
-    """Return options with the last stored limits, unchanged if there are none.
-
-    Raises
-    ------
-    InputError
-        The record cannot be read.
-    """
+    """Return options with the last stored limits, if any; InputError if unreadable."""
     texts = [event.text for event in events if event.kind == LIMITS_EVENT]
     if not texts:
         return options

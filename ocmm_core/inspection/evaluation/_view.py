@@ -296,11 +296,9 @@ class JobView:
         return self._summaries.get(feature, NO_VERDICT)
 
     def deciding(self, feature: str) -> CharacteristicResult | None:
-        """Return the deciding characteristic of a feature; None without any."""
         return self.result(self.verdict_of(feature).deciding)
 
     def result(self, name: str) -> CharacteristicResult | None:
-        """Return the result of a characteristic; None if unknown."""
         return next((item for item in self.characteristics if item.name == name), None)
 
     @property

@@ -31,10 +31,7 @@ _log = logging.getLogger(__name__)
 
 
 def cached_part(folder: Path, sha256: str) -> PartModel | None:
-    """Return the cached part of a model for a folder of plans, or None.
-
-    `sha256`: Hash of the model.
-    """
+    """Return the cached part of a model with a hash for a folder of plans, or None."""
     for place in _places(folder):
         path = place / f"{sha256}{MODEL_ENDING}"
         if not may_be_there(path):

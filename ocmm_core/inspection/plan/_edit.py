@@ -98,12 +98,9 @@ def with_alignment(plan: Plan, rule: Alignment | None) -> Plan:
 
 
 def with_head(plan: Plan, head: Plan) -> Plan:
-    """Return the plan with name, part, rules, material and ambient limits of another.
+    """Return the plan with the common data of another: name, part, rules, material, climate.
 
-    Raises
-    ------
-    InputError
-        One of them cannot be used.
+    Raises InputError if one of them cannot be used.
     """
     changes = {field: getattr(head, field) for field in HEAD_FIELDS}
     return _checked(msgspec.structs.replace(plan, **changes))
@@ -133,10 +130,7 @@ def remove_item(plan: Plan, name: str, group: str = "") -> Plan:
 
 
 def move_item(plan: Plan, name: str, place: int, group: str = "") -> Plan:
-    """Return the plan with an item moved within its list; ``place`` is clipped.
-
-    ``group`` as in `remove_item`.
-    """
+    """Return the plan with an item moved within its list (`remove_item`) to a clipped place."""
     group = group or group_of_name(plan, name)
     items = list(getattr(plan, group))
     item = items.pop(_index(items, group, name))

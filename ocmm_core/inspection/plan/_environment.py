@@ -90,10 +90,7 @@ def environment_fault(limits: EnvironmentLimits) -> tuple[str, str] | None:
 
 
 def noted_text(points: int, next_point: int, typed: TypedRoom, who: str) -> str:
-    """Return the text of the event.
-
-    Raises InputError if a value is no ambient reading, or nothing was read.
-    """
+    """Return the text of the event; InputError if empty or a value is implausible."""
     typed.check()
     if typed.empty:
         raise InputError(

@@ -63,13 +63,7 @@ def without_file(plan: Plan, folder: Path | None) -> list[str]:
 
 
 def carry_pictures(plan: Plan, old: Path, new: Path) -> None:
-    """Copy the pictures of a plan to another folder; existing files are kept.
-
-    Raises
-    ------
-    StorageError
-        A picture cannot be copied.
-    """
+    """Copy the pictures of a plan, keeping existing files; StorageError on failure."""
     for name in dict.fromkeys(item.picture for item in plan.features if item.picture):
         source, target = old / name, new / name
         if may_be_there(source) and not target.exists():

@@ -36,7 +36,6 @@ def release_plan(path: Path, who: str, reason: str = "") -> Release:
 
 
 def plan_release(path: Path) -> ReleaseState:
-    """Return the state of the release of a plan; errors as `release_state`."""
     return release_state(path, Signed.PLAN)
 
 

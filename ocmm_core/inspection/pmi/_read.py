@@ -57,10 +57,7 @@ class Labels:
         return found
 
     def annotations(self, aspects: Aspects, of_items: frozenset[int]) -> tuple[Annotation, ...]:
-        """Return all callouts in the order of the file.
-
-        `of_items`: aspects of dimensions, tolerances and datum targets.
-        """
+        """Return all callouts in file order; `of_items`: dimensions, tolerances, datum targets."""
         found = []
         for number in self._file.all_of("DRAUGHTING_CALLOUT", "LEADER_DIRECTED_CALLOUT"):
             item = Annotation(entity=number, name=self._name(number) or f"annotation #{number}")
@@ -119,7 +116,6 @@ class Labels:
         return any("SHAPE_ASPECT" in word or word == "PRODUCT_DEFINITION_SHAPE" for word in types)
 
     def _text(self, about: list[int]) -> str:
-        """Return the text of a note, if stored as text."""
         for definition in about:
             if "PROPERTY_DEFINITION" not in self._types(definition):
                 continue

@@ -32,10 +32,7 @@ from ocmm_core.storage import JobFile
 
 
 class Doubting:
-    """Suspect jobs, by the histories of one folder.
-
-    `now`: time of the query.
-    """
+    """Suspect jobs, by the histories of one folder. `now`: time of the query."""
 
     def __init__(self, calibrations: Path, probes: Path | None, now: datetime) -> None:
         self._calibrations, self._probes, self._now = calibrations, probes, now

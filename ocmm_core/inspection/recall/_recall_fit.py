@@ -89,10 +89,7 @@ def misfit_of(
 
 
 def _rows(spots: Float, poses: PoseBatch, rig: Rig, body: ProbeBody) -> tuple[Float, Float, Float]:
-    """Return residuals (n, m), px, and their derivatives by pose, and by cameras and LEDs.
-
-    Residuals of unseen spots are NaN.
-    """
+    """Return residuals (n, m), px, NaN if unseen, and derivatives by pose, cameras and LEDs."""
     n, cameras, leds, _ = spots.shape
     turned = np.einsum("nij,lj->nli", poses.rotation_world_from_probe, body.leds_probe)
     world = turned + poses.origin_world[:, None]

@@ -55,10 +55,7 @@ class Cases:
 
 
 def cases_of(jobs: Sequence[tuple[JobFindings, Anew]]) -> list[Cases]:
-    """Return the remaining cases of the jobs of one calibration and a later one.
-
-    `jobs`: in the order of their starts.
-    """
+    """Return the other cases of jobs, in order of start, of a calibration and a later one."""
     courses = [_course(anew) for _, anew in jobs]
     single = [_by_itself(anew, course) for (_, anew), course in zip(jobs, courses, strict=True)]
     apart = all(one.ended_utc < two.begun_utc for (one, _), (two, _) in pairwise(jobs))

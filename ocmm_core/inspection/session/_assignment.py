@@ -36,10 +36,7 @@ class NominalPlace:
 
 
 class TouchAssigner:
-    """Assign a touch to a feature and pass it on; the second of three steps.
-
-    `radius`: of the ball, mm.
-    """
+    """Assign a touch to a feature and pass it on; second of three steps. `radius` in mm."""
 
     def __init__(
         self, ledger: JobLedger, radius: float, options: SessionOptions, acceptance: Acceptance

@@ -33,10 +33,7 @@ class JobPart:
         return self._model
 
     def show(self, model: PartModel) -> None:
-        """Make a part durable and show it; the first one counts.
-
-        Raises StorageError if not durable; it is then not shown.
-        """
+        """Make a part durable and show it; the first one counts; StorageError if not durable."""
         with self._ledger.lock:
             if self._model is None:
                 self._ledger.job.store_part(model)
@@ -45,10 +42,7 @@ class JobPart:
 
 
 def placed(model: PartModel | None, place: Whereabouts | None, rig: Rig) -> PlacedPart | None:
-    """Return a part in its assumed pose; None without part.
-
-    While its pose is unknown it is upright in the middle of the volume.
-    """
+    """Return a part in its pose, else upright in mid-volume; None without part."""
     if model is None:
         return None
     if place is None:

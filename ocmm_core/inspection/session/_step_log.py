@@ -41,7 +41,6 @@ class StepLog:
 
     @property
     def last(self) -> UndoStep | None:
-        """Return the step that `undo` reverts."""
         return self._deeds.last or self._last_point()
 
     @property
@@ -52,10 +51,7 @@ class StepLog:
     def take(
         self, point: MeasuredPoint, sensitivity: TipSensitivity, before: Progress, after: Progress
     ) -> None:
-        """Add a new point.
-
-        `before`, `after`: progress after undoing the point, and with it.
-        """
+        """Add a new point. `before`, `after`: progress after undoing the point, and with it."""
         change = Change((point.number,), ())
         step = UndoStep(f"point {point.number} of {point.feature}", change, before, after)
         self.points.add(point, sensitivity, self._events_of(step))
@@ -91,10 +87,7 @@ class StepLog:
         self.progress = after
 
     def undo(self) -> None:
-        """Undo the last step: a point, a deletion, a skip; MeasuringError if there is none.
-
-        Nothing leaves the job file.
-        """
+        """Undo the last step, keeping all in the job file; MeasuringError without one."""
         step = self.last
         if step is None:
             raise MeasuringError("session.no_point", "No points taken yet.", "Take one first.")
@@ -119,7 +112,6 @@ class StepLog:
         return [(STANDING_EVENT, after.text)] if after != self.progress else []
 
     def _reverse(self, step: UndoStep, word: str, way: Way) -> UndoStep:
-        """Revert a step, and return the reverse step."""
         # A replaced point has the same observation as its successor: it must not return twice.
         reason = FLIPPED if step.change.added and step.change.removed else _UNDONE
         annul = {self.points.latest(number): reason for number in step.change.added}

@@ -64,7 +64,6 @@ class UndoHistory:
         self._undone.append(reverse)
 
     def redid(self, reverse: UndoStep) -> None:
-        """Note that the last undo was reverted by ``reverse``."""
         self._undone.pop()
         self._done.append(reverse)
 

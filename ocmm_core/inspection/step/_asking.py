@@ -57,10 +57,7 @@ def has_step() -> bool:
 def ask(
     path: Path, wanted: Wanted, with_part: bool, asking: Asking
 ) -> tuple[StepAnswer, PartModel | None]:
-    """Return the contents of a STEP file, and its part if wanted, read by a process.
-
-    Raises InputError, see `read_model`.
-    """
+    """Return the contents of a STEP file, and optionally its part; errors of `read_model`."""
     files = model_files(path)
     wanted = replace(
         wanted, limit_s=asking.timeout_s, parts=tuple(sorted(files.parts)),

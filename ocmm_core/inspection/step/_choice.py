@@ -68,13 +68,7 @@ def offers_of(model: StepModel) -> tuple[Offer, ...]:
 
 
 def chosen(offers: Sequence[Offer], choice: Choice) -> tuple[Offer, ...]:
-    """Return the selected offers.
-
-    Raises
-    ------
-    InputError
-        A word of the choice matches nothing, or nothing is left.
-    """
+    """Return the selected offers; InputError if a word matches nothing, or nothing is left."""
     for word in (*choice.only, *choice.without):
         if not any(_named(offer, (word,)) for offer in offers):
             raise _error(f"no surface has the name or the face number '{word}'")

@@ -63,10 +63,7 @@ class ModelFiles:
         return _hash_of(read_bytes(self.top), parts) == self.sha256
 
     def copied(self, folder: Path, stem: str = "model") -> Path:
-        """Copy all files to a folder and return the copy of ``top``, which gets another name.
-
-        Raises OSError.
-        """
+        """Copy all files to a folder and return the renamed copy of ``top``; raises OSError."""
         names = {name.lower() for name in self.parts}
         top = f"{stem}{self.top.suffix.lower()}"
         while top.lower() in names:
@@ -156,10 +153,7 @@ def _part(top: Path, name: str) -> bytes:
 
 
 def _checked_names(path: Path, content: bytes) -> tuple[list[str], list[str]]:
-    """Return the part files named by a file, and documents without geometry.
-
-    Raises InputError for an unusable name.
-    """
+    """Return part files and documents without geometry of a file; InputError if invalid."""
     if found := _OTHER_FILES.search(content):
         words = shortened(" ".join(found[1].decode("utf-8", errors="replace").split()))
         raise step_error(

@@ -16,10 +16,7 @@ _WORDS = {Shape.PLANE: "PLANE", Shape.CONE: "CONE", Shape.SPHERE: "SPHERE", Shap
 
 
 def feature_names(features: Sequence[NominalFeature], said: Sequence[str]) -> list[str]:
-    """Return a unique valid name for each feature.
-
-    `said`: name of each in the model, may be empty.
-    """
+    """Return a unique valid name for each feature, from its name in the model if any."""
     own = [_usable(word) for word in said]
     short = [name or _what(one, fully=False) for name, one in zip(own, features, strict=True)]
     often = Counter(short)
@@ -45,10 +42,7 @@ def _usable(word: str) -> str:
 
 
 def _what(feature: NominalFeature, *, fully: bool) -> str:
-    """Return shape and place of a feature, such as ``BORE 12.5 X40 Y20``.
-
-    `fully`: with all three coordinates.
-    """
+    """Return shape and place, such as ``BORE 12.5 X40 Y20``; `fully`: all coordinates."""
     shape = feature.shape
     size = feature.angle_deg if shape is Shape.CONE else feature.diameter
     word = _WORDS.get(shape) or ("BORE" if feature.side == "inner" else "SHAFT")

@@ -50,10 +50,7 @@ class FreeForm:
 def free_forms_of(
     said: Iterable[StepFreeForm], names: Sequence[str]
 ) -> tuple[tuple[FreeForm, ...], Counter[str]]:
-    """Return the free forms that can be measured, and reasons against the others.
-
-    `names`: already in use.
-    """
+    """Return measurable free forms, and reasons against others; `names` are in use."""
     good = [one for one in said if not one.against and one.face is not None]
     bad = Counter(f"it is a free form, and {one.against}" for one in said if one.against)
     nobody = NominalFeature(name="", shape=Shape.POINT, points=1, point=(0.0, 0.0, 0.0))

@@ -51,13 +51,7 @@ def usual_request(
 
 
 def setting_for(body: ProbeBody, rig: Rig, up: Triple) -> Setting:
-    """Return the setting of a probe and cameras in use, with ``up`` upwards.
-
-    Raises
-    ------
-    InputError
-        The shipped design of the probe cannot be used.
-    """
+    """Return a setting with ``up`` upwards; InputError if the probe design is unusable."""
     design = shipped_design(body)
     return Setting(
         body=body,

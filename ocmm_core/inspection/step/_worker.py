@@ -79,10 +79,7 @@ class Wanted:
 
 
 def read_step(path: str, wanted: Wanted, to: Connection) -> None:
-    """Send progress, and finally the surfaces or a fault.
-
-    The last answer is followed by the part if requested, see `StepAnswer`.
-    """
+    """Send progress, then surfaces or a fault, then the part if requested (`StepAnswer`)."""
     _be_silent()
     # The process ends with its answer: garbage collection would be wasted.
     gc.disable()

@@ -25,10 +25,7 @@ BLOCK = 64
 
 
 class StreamLog:
-    """Lines by their sequence number: 1, 2, 3 ...; thread-safe.
-
-    `folder`: for the file of older lines.
-    """
+    """Lines by sequence number, from 1; thread-safe. Older lines are in a file in `folder`."""
 
     def __init__(self, folder: Path) -> None:
         self._folder = folder

@@ -77,10 +77,7 @@ class Hello:
 
 
 def read_request(line: bytes) -> Request:
-    """Return the request of a client; an empty line requests everything.
-
-    Raises InputError for any other line.
-    """
+    """Return the request of a client, everything if empty; InputError if invalid."""
     if not line.strip():
         return Request()
     try:

@@ -104,13 +104,7 @@ class StreamServer:
         """Poses dropped for slow clients."""
 
     def start(self) -> tuple[str, int]:
-        """Start to listen, and return the address.
-
-        Raises
-        ------
-        MeasuringError
-            The address is unavailable.
-        """
+        """Start to listen, and return the address; MeasuringError if the address is unavailable."""
         host, port = self._options.host, self._options.port
         family = socket.AF_INET6 if ":" in host else socket.AF_INET
         try:

@@ -39,10 +39,7 @@ _TO = re.compile(r"\s+(?:to|bis|-|–|…)\s+|\s*[–…]\s*|\s+")
 
 
 def text_of(line: FormLine, value: Any, *, angle: bool = False) -> str:
-    """Return the text of a line's field.
-
-    `angle`: the item is an angle: values that are lengths by kind are in degrees.
-    """
+    """Return the text of a field; `angle`: values of kind length are in degrees."""
     match line.kind:
         case _ if numbers_in_use().inch and _is_length(line, angle=angle):
             return _in_inch(line, value)

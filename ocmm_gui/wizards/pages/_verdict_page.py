@@ -92,10 +92,7 @@ class VerdictPage(ResultFrame):
 
 
 def repeat_worst(procedure: RepeatsLines, view: VerificationView) -> Callable[[datetime], None]:
-    """Return the command that repeats the line of the worst check.
-
-    If not allowed, the procedure refuses with a reason.
-    """
+    """Return the command that repeats the line of the worst check; may be refused."""
     names = [line.name for line in view.lines]
     checks = () if view.outcome is None else view.outcome.record.checks
     lengths = [one for one in checks if group_of(one.name) in names]

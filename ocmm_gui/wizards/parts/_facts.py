@@ -11,10 +11,7 @@ from ocmm_gui.kit import PlainLabel, sentence_label, text_font, tr
 
 
 def figures_area(told: QVBoxLayout) -> QScrollArea:
-    """Return a scrollable area of the figures and reasons.
-
-    Reasons may be longer than a small window is high.
-    """
+    """Return a scrollable area of figures and reasons, for small windows."""
     holder = QWidget()
     holder.setLayout(told)
     area = QScrollArea()

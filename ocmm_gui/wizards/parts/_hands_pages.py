@@ -48,10 +48,7 @@ class ProbePreparePage(StepPage):
 
 
 class HandsPage(StepPage):
-    """A banner readable from afar, a map below, scores and cameras at the right.
-
-    Observations and steps proceed automatically.
-    """
+    """Far banner, map below, scores and cameras at the right; steps are automatic."""
 
     hands_are_full = True
     goes_on_by_itself = True

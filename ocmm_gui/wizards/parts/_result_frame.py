@@ -153,7 +153,6 @@ class ResultFrame(StepPage):
         return self._word.text()
 
     def show_seen(self, seen: Seen) -> None:
-        """Show the result, or the progress."""
         self._seen = seen
         if seen.view.outcome is not self._shown:
             self._show(seen.view.outcome)
