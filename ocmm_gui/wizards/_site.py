@@ -9,8 +9,9 @@ from enum import Enum, auto
 from pathlib import Path
 from typing import Protocol, TypeVar
 
+from ocmm_core.acceptance import read_temperature
 from ocmm_core.acquisition.frames import FrameBlock
-from ocmm_core.calibration.probe_design import require_temperature
+from ocmm_core.calibration.probe_design import Temperature
 from ocmm_core.calibration.records import CalibrationStore, ProbeStore, rig_in_force
 from ocmm_core.camera import Rig
 from ocmm_core.errors import CalibrationError, InputError, OcmmError
@@ -279,8 +280,9 @@ def table_values(key: str, options: TableOptions) -> dict[str, str]:
     return {f"{key}.{name}": text for name, text in asdict(options).items()}
 
 
-def temperature(text: str) -> float | None:
-    """Return a temperature, degrees Celsius; None if empty."""
+def temperature(values: Mapping[str, str], now: datetime) -> Temperature | None:
+    """Return the temperature of a form with the uncertainty of its thermometer; None if empty."""
+    text, stated = values.get("temperature", ""), values.get("thermometer", "")
     if not text.strip():
         return None
     try:
@@ -291,5 +293,4 @@ def temperature(text: str) -> float | None:
             f"The temperature is {text.strip()!r}, which is not a number.",
             "Enter it in degrees Celsius, or leave it empty.",
         ) from error
-    require_temperature("surroundings", value)
-    return value
+    return read_temperature(value, stated, now)

@@ -38,7 +38,7 @@ LEAST_PX = 0.005
 _TRIED = 6
 _TURN, _SHIFT_MM, _LED_MM, _SIZE, _BAR_MM = 2e-4, 0.1, 0.5, 3e-4, 0.2
 """Usual sizes of faults: shifts (rad, mm), bent LEDs, wrong temperatures and lengths."""
-_FOCAL_MM, _POINT_PX = 0.1, 5.0
+_FOCAL_MM, _POINT_PX, _KELVIN = 0.1, 5.0, 3.0
 
 
 class Culprit(Enum):
@@ -47,6 +47,7 @@ class Culprit(Enum):
     BAR = "bar"
     LED = "LED"
     SIZE = "size of the probe"
+    TEMPERATURE = "temperature"
     PROBE = "probe"
     LENS = "lens"
     RIG = "rig"
@@ -220,6 +221,9 @@ def _trials(history: BlockHistory) -> Iterator[_Trial]:
     led_places = [[leds.start + 3 * led + i for i in range(3)] for led in range(columns.leds)]
     larger = np.zeros((columns.count, 1))
     larger[leds, 0] = (state.leds - state.leds.mean(axis=0)).ravel()
+    thermal = history.prior.thermal
+    if thermal is not None:
+        yield _Trial(Culprit.TEMPERATURE, -1, thermal[:, None], np.array([_KELVIN]), "before")
     for bar in range(columns.bars):
         place = columns.of_lengths.start + bar
         yield _Trial(Culprit.BAR, bar, unit([place]), np.array([_BAR_MM]), "before")

@@ -51,6 +51,7 @@ def accuse(verdict: CulpritVerdict, names: Names) -> Finding | None:
 _CODES = {
     Culprit.BAR: "bar_contradicts",
     Culprit.SIZE: "bar_contradicts",
+    Culprit.TEMPERATURE: "temperature",
     Culprit.LED: "probe_changed",
     Culprit.PROBE: "wrong_probe",
     Culprit.LENS: "lens_changed",
@@ -96,6 +97,12 @@ def _told(suspect: Suspect, verdict: CulpritVerdict, names: Names) -> str:
             f"bar '{names.bars[index]}' is {1e3 * abs(off):.0f} um "
             f"{'longer' if off > 0.0 else 'shorter'} than certified"
             f"{_as_temperature(off / state.lengths[index])}"
+        )
+    if cause is Culprit.TEMPERATURE:
+        kelvin = float(size[0])
+        return (
+            f"bar and probe are {abs(kelvin):.1f} K {'warmer' if kelvin > 0.0 else 'colder'} than "
+            "the stated temperature"
         )
     if cause in (Culprit.SIZE, Culprit.WARMING):
         part = float(size[0])
@@ -168,6 +175,8 @@ def _remedy(named: Sequence[Suspect], names: Names) -> str:
     said = {
         Culprit.BAR: "Check the certified length, and set the bar aside until it is calibrated; "
         f"{again} with another one.",
+        Culprit.TEMPERATURE: "Let bar, probe and room reach one temperature, check the "
+        f"thermometer and its stated uncertainty, and {again}.",
         Culprit.SIZE: "Check the stated temperature and that the right probe is selected; "
         f"calibrate the probe again, and {again}.",
         Culprit.LED: "Check this LED for bending or looseness, and fasten it; calibrate the "

@@ -45,6 +45,7 @@ from ocmm_core.calibration.guided import (
     to_spots,
     utc_text,
 )
+from ocmm_core.calibration.probe_design import Temperature
 from ocmm_core.calibration.records import ArtefactUse, CalibrationStore, rig_from_record
 from ocmm_core.camera import Rig
 from ocmm_core.chain_file import ChainFile
@@ -94,7 +95,7 @@ class KnownPointsProcedure(CameraProcedure[KnownPointsEvent, CalibrationOutcome]
         now: datetime,
         *,
         who: str,
-        temperature_c: float | None = None,
+        temperature: Temperature | None = None,
         evaluation: int | None = None,
         valid_days: int = 365,
         artefacts: tuple[ArtefactUse, ...] = (),
@@ -125,7 +126,7 @@ class KnownPointsProcedure(CameraProcedure[KnownPointsEvent, CalibrationOutcome]
             now,
             running=store.active_hash or "",
             who=who,
-            temperature_c=temperature_c,
+            temperature=temperature,
             names=points.names,
             positions=tuple((x, y, z) for x, y, z in points.positions_world.tolist()),
             reference_sigma=points.sigma,

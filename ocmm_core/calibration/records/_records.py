@@ -15,6 +15,7 @@ from ocmm_core.camera import (
     CameraModel,
     Rig,
     SpotNoise,
+    ThermalShare,
     Vector3,
     camera_of,
 )
@@ -47,6 +48,19 @@ class ArtefactUse(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fiel
     certificate: str
     certificate_sha256: str
     due_utc: str
+
+
+class ThermalTerm(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """Thermometer of a calibration and the effect of its error."""
+
+    thermometer: str
+    """Its name; empty if only U was stated."""
+    expanded_k: float
+    """U (k = 2) as stated, K."""
+    sigma_k: float
+    """Standard uncertainty of its error after the calibration, K."""
+    by_k: tuple[float, ...]
+    """Derivative of all camera parameters by the error; contained in the covariance."""
 
 
 class CameraRecord(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -88,6 +102,9 @@ class CameraRecord(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fie
     """What lengths and positions rest on."""
     previous: str
     """Hash of the previous record; empty for the first."""
+    thermal: ThermalTerm | msgspec.UnsetType = msgspec.UNSET
+    """Unset without a stated temperature and in earlier versions, whose hash it leaves as it was.
+    """
 
 
 SCHEMA = "ocmm.camera-calibration/1"
@@ -217,7 +234,15 @@ def rig_from_record(record: CameraRecord) -> Rig:
         volume_world=np.array([record.volume_min, record.volume_max]),
         parameter_covariance=covariance,
         identity=record_hash(record),
+        thermal=_share(record, size),
     )
+
+
+def _share(record: CameraRecord, size: int) -> ThermalShare | None:
+    thermal = record.thermal
+    if isinstance(thermal, msgspec.UnsetType) or len(thermal.by_k) != size:
+        return None
+    return ThermalShare(thermal.thermometer, thermal.sigma_k, np.array(thermal.by_k))
 
 
 def entry_of(camera: CameraModel, alias: int, sensor: int = 0, device: str = "") -> CameraEntry:

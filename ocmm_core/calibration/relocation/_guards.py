@@ -300,5 +300,13 @@ def _contradicts(prior: Prior, off: Float, columns: Int) -> bool:
     known = np.count_nonzero(information.diagonal())
     if not known:
         return False
+    others = np.setdiff1d(np.flatnonzero(prior.information.diagonal()), columns)
+    across = prior.information[np.ix_(columns, others)]
+    if across.any():
+        # One thermometer errs in all of them: what the others allow for is no contradiction.
+        scale = np.sqrt(prior.information.diagonal()[others])
+        rest = prior.information[np.ix_(others, others)] / np.outer(scale, scale)
+        across = across / scale
+        information = information - across @ np.linalg.solve(rest, across.T)
     square = float(off[columns] @ information @ off[columns])
     return bool(chdtrc(known, square) < CONTRADICTION)

@@ -42,8 +42,15 @@ from ocmm_core.calibration.guided import (
     to_spots,
     utc_text,
 )
-from ocmm_core.calibration.records import CalibrationStore, LengthBar, let_pass, rig_from_record
-from ocmm_core.calibration.relocation._data import GeometryMode, LensMode
+from ocmm_core.calibration.probe_design import Temperature
+from ocmm_core.calibration.records import (
+    CalibrationStore,
+    LengthBar,
+    ThermalTerm,
+    let_pass,
+    rig_from_record,
+)
+from ocmm_core.calibration.relocation._data import GeometryMode, LensMode, RelocationResult
 from ocmm_core.calibration.relocation._findings import bar_ends, findings_of
 from ocmm_core.calibration.relocation._relocation import relocate
 from ocmm_core.calibration.relocation._repeats import seat_findings
@@ -128,7 +135,7 @@ class RelocationProcedure(CameraProcedure[RelocationEvent, CalibrationOutcome]):
         now: datetime,
         *,
         who: str,
-        temperature_c: float | None = None,
+        temperature: Temperature | None = None,
         world: World = "cameras",
         control: KnownPoints | None = None,
         lens: LensMode = "prior",
@@ -163,7 +170,7 @@ class RelocationProcedure(CameraProcedure[RelocationEvent, CalibrationOutcome]):
             The session file cannot be written.
         """
         length = bar.nests[-1] - bar.nests[0]
-        let_pass(bar.artefact.judge(length, np.inf, now, temperature_c), force=False)
+        let_pass(bar.artefact.judge(length, np.inf, now, temperature), force=False)
         if world == "points" and (control is None or len(control.names) < 3):
             raise CalibrationError(
                 "relocation.control",
@@ -178,7 +185,7 @@ class RelocationProcedure(CameraProcedure[RelocationEvent, CalibrationOutcome]):
             now,
             running=store.active_hash or "",
             who=who,
-            temperature_c=temperature_c,
+            temperature=temperature,
             probe_identity=body.identity,
             bar=bar,
             poses_wanted=poses_wanted,
@@ -433,10 +440,22 @@ class RelocationProcedure(CameraProcedure[RelocationEvent, CalibrationOutcome]):
             found = relocate(rig, body, observed, options, force)
             seats = let_pass(seat_findings(rig, body, found, visits), force)
             found = replace(found, warnings=found.warnings + seats)
-            return build_outcome(rig, findings_of(rig, observed, found), how, before)
+            summary = replace(findings_of(rig, observed, found), thermal=_term(begun, found))
+            return build_outcome(rig, summary, how, before)
 
         return calculate
 
     def _put(self, outcome: CalibrationOutcome, decided: Decided) -> None:
         now = datetime.fromisoformat(decided.utc)
         self._store.accept(outcome.record, self._begun.who, decided.reason, now, self._chain.path)
+
+
+def _term(begun: RelocationBegun, found: RelocationResult) -> ThermalTerm | None:
+    """Return the effect of the thermometer of a session; None if no temperature was stated."""
+    if found.thermal is None or begun.temperature_u is None:
+        return None
+    sigma_k, by_k = found.thermal
+    return ThermalTerm(
+        thermometer=begun.thermometer, expanded_k=begun.temperature_u, sigma_k=sigma_k,
+        by_k=tuple(by_k.tolist()),
+    )  # fmt: skip

@@ -32,6 +32,7 @@ from ocmm_core.calibration.guided import (
     utc_text,
 )
 from ocmm_core.calibration.pivot import OTHER_ATTITUDE, OTHER_PLACE_MM
+from ocmm_core.calibration.probe_design import Temperature
 from ocmm_core.calibration.records import ArtefactUse, ProbeRecord, ProbeStore, load_named
 from ocmm_core.calibration.sweeping._conclusion import expected_tip
 from ocmm_core.calibration.sweeping._session import (
@@ -105,7 +106,7 @@ class PivotProcedure(ProbeProcedure[PivotEvent, PivotOutcome]):
         now: datetime,
         *,
         who: str,
-        temperature_c: float | None = None,
+        temperature: Temperature | None = None,
         tip_unknown: bool = False,
         cone: ArtefactUse | None = None,
         slack_mm: float = 0.0,
@@ -156,7 +157,7 @@ class PivotProcedure(ProbeProcedure[PivotEvent, PivotOutcome]):
             now,
             running=store.active_hash(tip) or "",
             who=who,
-            temperature_c=temperature_c,
+            temperature=temperature,
             probe=body.name,
             probe_identity=body.identity,
             tip=tip,

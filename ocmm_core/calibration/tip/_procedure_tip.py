@@ -20,6 +20,7 @@ from ocmm_core.calibration.guided import (
     articulate,
     utc_text,
 )
+from ocmm_core.calibration.probe_design import Temperature
 from ocmm_core.calibration.records import (
     TIP_SCHEMA,
     ArtefactUse,
@@ -75,7 +76,7 @@ class TipQualificationProcedure(TouchProcedure[TipOutcome, TipBegun]):
         now: datetime,
         *,
         who: str,
-        temperature_c: float | None = None,
+        temperature: Temperature | None = None,
         cone: ArtefactUse | None = None,
         nominal_mm: float | None = None,
         limits: TipLimits | None = None,
@@ -112,7 +113,7 @@ class TipQualificationProcedure(TouchProcedure[TipOutcome, TipBegun]):
             now,
             limit_mm=chosen.nominal,
             who=who,
-            temperature_c=temperature_c,
+            temperature=temperature,
             cone=cone,
             nominal_mm=2.0 * body.tip_radius if nominal_mm is None else nominal_mm,
             cameras=cameras,
@@ -136,7 +137,7 @@ class TipQualificationProcedure(TouchProcedure[TipOutcome, TipBegun]):
             points=begun.limits.points,
             places_needed=begun.limits.places,
             sigma_of=lambda errors: sigma_with_sphere(
-                errors, begun.sphere, begun.temperature_c, rig, calibrated
+                errors, begun.sphere, begun.temperature, rig, calibrated
             ),
             diameter_sigma=begun.limits.diameter_sigma,
             artefact_limit=begun.limits.nominal,
@@ -160,7 +161,7 @@ class TipQualificationProcedure(TouchProcedure[TipOutcome, TipBegun]):
                 raise CalibrationError("tip.incomplete", gate.reason, gate.remedy)
         state, begun = self._state, self._begun
         ball = fit_ball_on(
-            state.sphere_touches, begun.sphere, state.rig, state.body, begun.temperature_c
+            state.sphere_touches, begun.sphere, state.rig, state.body, begun.temperature
         )
         found = articulate(state.cone_touches, state.rig, state.body)
         checks = qualification_checks(ball, found, begun.nominal_mm, begun.limits)

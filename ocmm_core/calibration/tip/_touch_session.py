@@ -33,6 +33,7 @@ from ocmm_core.calibration.guided import (
     touch_of,
     utc_text,
 )
+from ocmm_core.calibration.probe_design import Temperature
 from ocmm_core.calibration.records import (
     ArtefactUse,
     CalibrationStore,
@@ -121,7 +122,7 @@ class TouchProcedure(ProbeProcedure[TouchEvent, Q], Generic[Q, B]):
         *,
         limit_mm: float,
         who: str,
-        temperature_c: float | None,
+        temperature: Temperature | None,
         cone: ArtefactUse | None,
         nominal_mm: float,
         cameras: CalibrationStore | None,
@@ -129,14 +130,14 @@ class TouchProcedure(ProbeProcedure[TouchEvent, Q], Generic[Q, B]):
         **own: object,
     ) -> Self:
         """Start a session with the records in force for the tip."""
-        let_pass(sphere.artefact.judge(sphere.diameter, limit_mm, now, temperature_c), force=False)
+        let_pass(sphere.artefact.judge(sphere.diameter, limit_mm, now, temperature), force=False)
         chain, begun = cls.sessions.begin(
             folder,
             rig,
             now,
             running=record_hash(records.calibration),
             who=who,
-            temperature_c=temperature_c,
+            temperature=temperature,
             tip=records.calibration.tip,
             probe_identity=body.identity,
             sphere=sphere,
@@ -247,7 +248,7 @@ class TouchProcedure(ProbeProcedure[TouchEvent, Q], Generic[Q, B]):
     def _snapshot(self, kind: Callable[..., V], **own: object) -> V:
         """Return the snapshot of a kind: `TouchView` and its own fields."""
         state, begun = self._state, self._begun
-        certified, expanded = begun.sphere.artefact.at(begun.sphere.diameter, begun.temperature_c)
+        certified, expanded = begun.sphere.artefact.at(begun.sphere.diameter, begun.temperature)
         return kind(
             base=self.base,
             probe=state.body.name,
@@ -276,7 +277,7 @@ class TouchProcedure(ProbeProcedure[TouchEvent, Q], Generic[Q, B]):
             begun.sphere.diameter,
             self._wanted.artefact_limit,
             datetime.fromisoformat(begun.utc),
-            begun.temperature_c,
+            begun.temperature,
         )
         if self._cameras is None:
             return let_pass(known, force=False)

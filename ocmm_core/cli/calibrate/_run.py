@@ -23,6 +23,7 @@ from ocmm_core.calibration.guided import (
     is_ended,
     sessions,
 )
+from ocmm_core.calibration.probe_design import Temperature
 from ocmm_core.calibration.records import (
     CalibrationStore,
     default_folder,
@@ -81,11 +82,17 @@ def open_site(rig: Path, calibrations: Path | None) -> Site:
 
 
 def continued(
-    site: Site, kind: ProcedureKind, resume: Callable[[Path], P], console: Console, *, new: bool
+    site: Site,
+    kind: ProcedureKind,
+    resume: Callable[[Path], P],
+    console: Console,
+    warm: Temperature | None = None,
+    *,
+    new: bool,
 ) -> P | None:
     """Return the newest session of a kind that can go on; None where there is none.
 
-    None as well where a ``new`` one is wanted.
+    None as well where a ``new`` one is wanted. ``warm`` is a new reading of the thermometer.
     """
     for path in () if new else sessions(site.sessions, kind):
         try:
@@ -109,6 +116,8 @@ def continued(
             )
             if procedure.base.torn:
                 console.print(say(procedure.base.torn), highlight=False)
+            if warm is not None:
+                procedure.note_temperature(datetime.now(UTC), warm)
             return procedure
     return None
 

@@ -20,7 +20,6 @@ from ocmm_core.cli.calibrate._options import (
     ProbeRecordsOption,
     RecordOption,
     ShotsOption,
-    TemperatureOption,
     WhoOption,
 )
 from ocmm_core.cli.terminal import (
@@ -30,6 +29,8 @@ from ocmm_core.cli.terminal import (
     SeedOption,
     SourceOption,
     SpeedOption,
+    TemperatureOption,
+    TemperatureUOption,
     lead,
     make_console,
 )
@@ -39,6 +40,7 @@ from ocmm_core.errors import CalibrationError
 
 if TYPE_CHECKING:
     from ocmm_core.calibration.guided import Shot
+    from ocmm_core.calibration.probe_design import Temperature
     from ocmm_core.calibration.records import ArtefactUse
     from ocmm_core.calibration.tip import TipCheckProcedure, TipQualificationProcedure
     from ocmm_core.cli.calibrate._probe_site import TerminalProbeSite
@@ -93,6 +95,7 @@ def tip_command(
     probes: ProbeRecordsOption = None,
     who: WhoOption = "unnamed",
     temperature: TemperatureOption = None,
+    temperature_u: TemperatureUOption = "",
     decision: DecisionOption = None,
     new: NewOption = False,
     seed: SeedOption = DEFAULT_SEED,
@@ -106,6 +109,7 @@ def tip_command(
     What is stored says how large the ball is, how sure that is, and for how long it holds. Nothing
     that was touched is left out; a point that does not fit is named.
     """
+    from ocmm_core.acceptance import read_temperature
     from ocmm_core.calibration.records import load_sphere
     from ocmm_core.calibration.tip import TipQualificationProcedure
     from ocmm_core.cli.calibrate._probe_site import open_probe_site
@@ -117,11 +121,12 @@ def tip_command(
         rig, probe, source, calibrations, probes, console, uncalibrated=uncalibrated
     )
     name = _mounted(place, tip, who, console)
-    procedure = _continued(TipQualificationProcedure, place, name, console, new=new)
+    warm = read_temperature(temperature, temperature_u, now())
+    procedure = _continued(TipQualificationProcedure, place, name, console, warm, new=new)
     if procedure is None:
         procedure = TipQualificationProcedure.begin(
             place.site.sessions, place.site.rig, place.body, place.store, name,
-            load_sphere(sphere), now(), who=who, temperature_c=temperature, cone=_cone(cone),
+            load_sphere(sphere), now(), who=who, temperature=warm, cone=_cone(cone),
             nominal_mm=diameter, valid_days=valid_days, cameras=place.site.store,
         )  # fmt: skip
     feed = _Source(source, rig, probe, scene, seed, speed, record, force)
@@ -147,6 +152,7 @@ def check_tip_command(
     probes: ProbeRecordsOption = None,
     who: WhoOption = "unnamed",
     temperature: TemperatureOption = None,
+    temperature_u: TemperatureUOption = "",
     decision: DecisionOption = None,
     new: NewOption = False,
     seed: SeedOption = DEFAULT_SEED,
@@ -160,6 +166,7 @@ def check_tip_command(
     A wrong diameter of 50 um and a wrong length of 0.2 mm are found. Where the points cannot tell,
     the check asks for more; it never passes because it is not sure.
     """
+    from ocmm_core.acceptance import read_temperature
     from ocmm_core.calibration.records import load_sphere
     from ocmm_core.calibration.tip import TipCheckProcedure
     from ocmm_core.cli.calibrate._probe_site import open_probe_site
@@ -171,11 +178,12 @@ def check_tip_command(
         rig, probe, source, calibrations, probes, console, uncalibrated=uncalibrated
     )
     name = _mounted(place, tip, who, console)
-    procedure = _continued(TipCheckProcedure, place, name, console, new=new)
+    warm = read_temperature(temperature, temperature_u, now())
+    procedure = _continued(TipCheckProcedure, place, name, console, warm, new=new)
     if procedure is None:
         procedure = TipCheckProcedure.begin(
             place.site.sessions, place.site.rig, place.body, place.store, name,
-            load_sphere(sphere), now(), who=who, temperature_c=temperature, cone=_cone(cone),
+            load_sphere(sphere), now(), who=who, temperature=warm, cone=_cone(cone),
             cameras=place.site.store,
         )  # fmt: skip
     feed = _Source(source, rig, probe, scene, seed, speed, record, force)
@@ -202,7 +210,13 @@ class _Source:
 
 
 def _continued(
-    kind: type[T], place: TerminalProbeSite, tip: str, console: Console, *, new: bool
+    kind: type[T],
+    place: TerminalProbeSite,
+    tip: str,
+    console: Console,
+    warm: Temperature | None,
+    *,
+    new: bool,
 ) -> T | None:
     """Return the newest session about a tip that can go on; None where there is none."""
     from ocmm_core.cli.calibrate._probe_site import about_tip
@@ -216,6 +230,7 @@ def _continued(
             tip,
         ),
         console,
+        warm,
         new=new,
     )
 
