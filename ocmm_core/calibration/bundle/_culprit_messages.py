@@ -39,11 +39,12 @@ def accuse(verdict: CulpritVerdict, names: Names) -> Finding | None:
     best = verdict.named[0]
     told = [_told(one, verdict, names) for one in verdict.named]
     code = f"{'relocation' if names.bars else 'pivot'}.{_CODES[best.cause]}"
-    during = all(one.profile is not None for one in verdict.named)
+    every = (verdict.named, *verdict.also)
+    during = all(one.profile is not None for part in every for one in part)
     return Finding(
         code,
-        _sentence(told, verdict),
-        _remedy(verdict.named, names),
+        _sentence(told, verdict, names),
+        _remedy([one for part in every for one in part], names),
         refuses=not during or verdict.effect_px > LEAST_PX or _moved_mm(best) > LEAST_CONE_MM,
     )
 
@@ -71,7 +72,7 @@ def _moved_mm(suspect: Suspect) -> float:
     return float(np.linalg.norm(suspect.score.size))
 
 
-def _sentence(told: Sequence[str], verdict: CulpritVerdict) -> str:
+def _sentence(told: Sequence[str], verdict: CulpritVerdict, names: Names) -> str:
     if len(told) == 1:
         text = f"{told[0]}."
     elif len(told) == 2:
@@ -80,6 +81,9 @@ def _sentence(told: Sequence[str], verdict: CulpritVerdict) -> str:
         listed = ", or ".join(told)
         text = f"One of these is wrong, and the observations cannot tell which: {listed}."
     text = text[0].upper() + text[1:]
+    for part in verdict.also:
+        others = ", or ".join(_told(one, verdict, names) for one in part)
+        text += f" In addition, {others}."
     if not verdict.explained:
         text += (
             f" That explains most, but the residuals are still {np.sqrt(verdict.misfit):.1f} "

@@ -104,7 +104,7 @@ def _harmless(verdict: CulpritVerdict, observed: Observations, options: Relocati
     """
     if options.geometry != "unknown" or not verdict.explained:
         return False
-    causes = {one.cause for one in verdict.named}
+    causes = {one.cause for part in (verdict.named, *verdict.also) for one in part}
     return causes == {Culprit.LED} or (causes == {Culprit.PROBE} and len(observed.bars) > 1)
 
 
