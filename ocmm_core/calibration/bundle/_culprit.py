@@ -27,7 +27,6 @@ from ocmm_core.geometry import Float
 
 FALSE_ALARM = 1e-3
 """Probability of any accusation in a fault-free session, over all suspects and moments."""
-
 DECISIVE = 12.0
 """Twice the logarithm of a likelihood ratio of 400: less likely alternatives are excluded."""
 
@@ -133,6 +132,10 @@ def examine(
     return _with_others(found, dof)
 
 
+_WHOLE = {Culprit.LED: Culprit.PROBE, Culprit.SIZE: Culprit.PROBE, Culprit.LENS: Culprit.RIG}
+"""Faults that contain another one: both together are no pair."""
+
+
 @dataclass(frozen=True, slots=True)
 class _Round:
     """A search for one fault."""
@@ -182,8 +185,11 @@ def _with_others(found: _Round, dof: int) -> CulpritVerdict:
     pairs: list[tuple[Suspect, _Round]] = []
     for one in _one_of_each(found.ranked)[:_PAIRED]:
         after = _after(history, one)
-        if after is not None:
-            pairs.append((one, _round(after, dof - one.score.dof, _TRIED_IN_PAIR)))
+        if after is None:
+            continue
+        rest = _round(after, dof - one.score.dof, _TRIED_IN_PAIR)
+        if not rest.verdict.named or rest.verdict.named[0].cause is not _WHOLE.get(one.cause):
+            pairs.append((one, rest))
     if not pairs:
         return first
     misfit = min(rest.verdict.misfit for _, rest in pairs)
@@ -195,11 +201,11 @@ def _with_others(found: _Round, dof: int) -> CulpritVerdict:
             _weighed(other, rest.trials, misfit).worth for other in rest.verdict.named[:1]
         )
 
-    one, rest = max(pairs, key=worth)
+    one, rest = max(pairs, key=lambda each: worth(each) + DECISIVE * (not each[1].verdict.named))
     if not rest.verdict.named:
         # Alternatives remain as they were, unless this one is better than what they named.
         return first if _keys((one,)) & _keys(first.named) else replace(first, named=(one,))
-    beside = _keys(rest.verdict.named)
+    beside, rest_of_pair = _keys(rest.verdict.named), rest
     alike = [
         other
         for other, its in sorted(pairs, key=worth, reverse=True)
@@ -214,8 +220,14 @@ def _with_others(found: _Round, dof: int) -> CulpritVerdict:
         if after is None:
             break
         rest = _round(after, dof - freedom, _TRIED_IN_PAIR)
-        if rest.verdict.named:
-            also.append(rest.verdict.named)
+        also += [rest.verdict.named] * bool(rest.verdict.named)
+    # Few LEDs leave so few distances that two of them explain as much as all.
+    least = worth((one, rest_of_pair)) - 3 * DECISIVE
+    if all(part[0].cause is one.cause for part in also):
+        for whole in found.ranked:
+            is_whole = whole.cause is _WHOLE.get(one.cause)
+            if is_whole and _weighed(whole, found.trials, misfit).worth > least:
+                return replace(first, named=(whole,), also=((one,), *(part[:1] for part in also)))
     return replace(
         first, named=tuple(alike), also=tuple(also), misfit=rest.verdict.misfit,
         explained=rest.verdict.explained, effect_px=max(first.effect_px, rest.verdict.effect_px),

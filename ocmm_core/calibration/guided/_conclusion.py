@@ -129,14 +129,10 @@ def build_outcome(
     )
     after = rig_from_record(record)
     return CalibrationOutcome(
-        record=record,
-        rig=after,
-        residuals=found.residuals,
-        errors_at_world=found.errors_at_world,
-        errors_world=found.errors_world,
-        warnings=found.warnings,
+        record=record, rig=after, residuals=found.residuals, errors_at_world=found.errors_at_world,
+        errors_world=found.errors_world, warnings=found.warnings,
         comparison=None if before is None else compare(before, after),
-    )
+    )  # fmt: skip
 
 
 def compare(before: Rig, after: Rig) -> CalibrationComparison:

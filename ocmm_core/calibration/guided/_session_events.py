@@ -187,15 +187,9 @@ class SessionFormat(Generic[E, B]):
             )
         first: Callable[..., B] = self._first
         begun = first(
-            utc=utc_text(now),
-            rig=rig.name,
-            rig_identity=rig.identity,
-            running=running,
-            who=who,
-            software=__version__,
-            **_of_temperature(temperature),
-            **own,
-        )
+            utc=utc_text(now), rig=rig.name, rig_identity=rig.identity, running=running, who=who,
+            software=__version__, **_of_temperature(temperature), **own,
+        )  # fmt: skip
         chain = ChainFile(session_path(folder, self._kind, now), self._lines, remembered=True)
         line: SessionLine[Any] = SessionLine(begun)
         chain.append(line)

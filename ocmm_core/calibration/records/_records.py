@@ -224,18 +224,14 @@ def rig_from_record(record: CameraRecord) -> Rig:
             "Calibrate the cameras again.",
         )
     return Rig(
-        name=record.rig,
-        cameras=tuple(camera_of(entry) for entry in record.cameras),
+        name=record.rig, cameras=tuple(camera_of(entry) for entry in record.cameras),
         aliases=tuple(entry.alias for entry in record.cameras),
         sensors=tuple(entry.sensor_serial for entry in record.cameras),
         device=record.cameras[0].device if record.cameras else "",
-        frame_rate_hz=record.frame_rate_hz,
-        noise=record.noise,
+        frame_rate_hz=record.frame_rate_hz, noise=record.noise,
         volume_world=np.array([record.volume_min, record.volume_max]),
-        parameter_covariance=covariance,
-        identity=record_hash(record),
-        thermal=_share(record, size),
-    )
+        parameter_covariance=covariance, identity=record_hash(record), thermal=_share(record, size),
+    )  # fmt: skip
 
 
 def _share(record: CameraRecord, size: int) -> ThermalShare | None:
@@ -251,22 +247,9 @@ def entry_of(camera: CameraModel, alias: int, sensor: int = 0, device: str = "")
     vector: Float = Rotation.from_matrix(rotation).as_rotvec()
     x, y, z = (float(value) for value in camera.centre_world)
     return CameraEntry(
-        name=camera.name,
-        serial=camera.serial,
-        alias=alias,
-        width_px=camera.width,
-        height_px=camera.height,
-        pitch=camera.pitch_mm,
-        focal=camera.focal,
-        aspect=camera.aspect,
-        u0_px=camera.u0,
-        v0_px=camera.v0,
-        k1=camera.k1,
-        k2=camera.k2,
-        p1=camera.p1,
-        p2=camera.p2,
-        centre=(x, y, z),
-        rotation_vector=(float(vector[0]), float(vector[1]), float(vector[2])),
-        sensor_serial=sensor,
-        device=device,
-    )
+        name=camera.name, serial=camera.serial, alias=alias, width_px=camera.width,
+        height_px=camera.height, pitch=camera.pitch_mm, focal=camera.focal, aspect=camera.aspect,
+        u0_px=camera.u0, v0_px=camera.v0, k1=camera.k1, k2=camera.k2, p1=camera.p1, p2=camera.p2,
+        centre=(x, y, z), rotation_vector=(float(vector[0]), float(vector[1]), float(vector[2])),
+        sensor_serial=sensor, device=device,
+    )  # fmt: skip

@@ -82,33 +82,23 @@ def build(
     bar_rotations, bar_origins, bar_found = start_bars(start, bar_uv)
     bar_seen = np.isfinite(bar_uv[..., 0] + bar_uv[..., 1]) & bar_found[:, None, None]
     state = BundleState(
-        cameras=start.cameras,
-        leds=leds,
-        tip=body.tip_probe,
+        cameras=start.cameras, leds=leds, tip=body.tip_probe,
         seats=np.zeros((len(observed.seats), 3)),
         lengths=np.array([bar.length for bar in observed.bars], dtype=np.float64),
-        rotations=rotations,
-        origins=origins,
-        bar_rotations=bar_rotations,
-        bar_origins=bar_origins,
-    )
+        rotations=rotations, origins=origins, bar_rotations=bar_rotations, bar_origins=bar_origins,
+    )  # fmt: skip
     touched = [
         (observed.seats.index(first), observed.seats.index(second), count + bar)
         for bar, one in enumerate(observed.touched_bars)
         for first, second in one.seats
     ]
     data = BundleData(
-        uv=uv,
-        weights=seen * found[:, None, None] / frames.sigma_px[order, None, None],
-        seats=seats,
-        waved=int(np.count_nonzero(seats < 0)),
-        seat_sigma=observed.seat_sigma,
-        bar_uv=np.ascontiguousarray(bar_uv),
-        bar_weights=bar_seen / bar_sigma[:, None, None],
+        uv=uv, weights=seen * found[:, None, None] / frames.sigma_px[order, None, None],
+        seats=seats, waved=int(np.count_nonzero(seats < 0)), seat_sigma=observed.seat_sigma,
+        bar_uv=np.ascontiguousarray(bar_uv), bar_weights=bar_seen / bar_sigma[:, None, None],
         bars=np.repeat(np.arange(count), [len(shown.uv) for shown in observed.shown_bars]),
-        touched=np.array(touched, dtype=np.int64).reshape(-1, 3),
-        touched_sigma=EXACT_SIGMA,
-    )
+        touched=np.array(touched, dtype=np.int64).reshape(-1, 3), touched_sigma=EXACT_SIGMA,
+    )  # fmt: skip
     data = _in_front(data, state)
     _check_enough(data, start, observed)
     state = _with_seats(data, state)

@@ -108,14 +108,9 @@ class RelocationProcedure(CameraProcedure[RelocationEvent, CalibrationOutcome]):
         self._length_sigma: float | None = None
         self._predicted = -1
         self._wave = ProbeSpotAverager(
-            rig,
-            body,
-            WAVED_FRAMES,
-            resting=False,
-            distance_mm=_POSE_APART_MM,
-            turn_rad=_POSE_TURN_RAD,
-            moved=True,
-        )
+            rig, body, WAVED_FRAMES, resting=False, distance_mm=_POSE_APART_MM,
+            turn_rad=_POSE_TURN_RAD, moved=True,
+        )  # fmt: skip
         self._seat = ProbeSpotAverager(
             rig, body, STILL_FRAMES, resting=True, distance_mm=_SEAT_APART_MM, moved=True
         )
@@ -426,15 +421,11 @@ class RelocationProcedure(CameraProcedure[RelocationEvent, CalibrationOutcome]):
         how = CalibrationContext(
             method="relocation",
             made=datetime.fromisoformat(max(one.utc for one in last) if last else begun.utc),
-            valid_days=begun.valid_days,
-            who=begun.who,
-            software=begun.software,
-            temperature_c=begun.temperature_c,
-            sensor_temperatures_c=self._sensors_c,
+            valid_days=begun.valid_days, who=begun.who, software=begun.software,
+            temperature_c=begun.temperature_c, sensor_temperatures_c=self._sensors_c,
             data_sha256=hash_of(observed.frames.uv, *shown, *rested),
-            artefacts=(begun.bar.artefact.use,),
-            previous=begun.running,
-        )
+            artefacts=(begun.bar.artefact.use,), previous=begun.running,
+        )  # fmt: skip
 
         def calculate() -> CalibrationOutcome:
             found = relocate(rig, body, observed, options, force)

@@ -190,30 +190,18 @@ def relocate(
         *judge_focal(state.cameras, covariance),
     ]
     return RelocationResult(
-        cameras=state.cameras,
-        covariance=covariance[cameras, cameras],
-        T_world_from_start=motion,
-        leds_probe=state.leds,
-        tip_probe=state.tip,
+        cameras=state.cameras, covariance=covariance[cameras, cameras], T_world_from_start=motion,
+        leds_probe=state.leds, tip_probe=state.tip,
         geometry_covariance=covariance[of_probe, of_probe],
-        rms_px=float(np.sqrt(np.mean(residuals[used] ** 2))),
-        chi2=chi2,
-        dof=dof,
-        residuals_px=-residuals,
-        used=used,
-        wrong_spots=wrong,
-        frames_used=np.isfinite(tips[:, 0]),
-        bars=bars,
-        seats_world=dict(zip(observed.seats, state.seats, strict=True)),
-        hull_world=_hull(targets),
-        tips_world=tips,
+        rms_px=float(np.sqrt(np.mean(residuals[used] ** 2))), chi2=chi2, dof=dof,
+        residuals_px=-residuals, used=used, wrong_spots=wrong, frames_used=np.isfinite(tips[:, 0]),
+        bars=bars, seats_world=dict(zip(observed.seats, state.seats, strict=True)),
+        hull_world=_hull(targets), tips_world=tips,
         volume_world=np.stack([np.nanmin(tips, axis=0), np.nanmax(tips, axis=0)]),
-        warnings=let_pass(findings, force),
-        iterations=found.minimum.iterations,
-        options=options,
+        warnings=let_pass(findings, force), iterations=found.minimum.iterations, options=options,
         forced=any(one.refuses for one in findings),
         thermal=None if thermal is None else (thermal[0], thermal[1][cameras]),
-    )
+    )  # fmt: skip
 
 
 def _thermal(

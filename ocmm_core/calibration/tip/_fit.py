@@ -124,22 +124,15 @@ def fit_ball_on(
     if ratio > limit:
         errors = replace(errors, noise=2.0 * float(ratio * np.sqrt(covariance[3, 3])))
     return BallFit(
-        centre_world=centre,
-        radius=radius,
-        covariance=covariance,
-        directions_world=away / np.linalg.norm(away, axis=1)[:, None],
-        residuals=residuals,
-        sigmas=sigmas,
-        misfit=float(typical * ratio),
-        misfit_limit=float(typical * limit),
+        centre_world=centre, radius=radius, covariance=covariance,
+        directions_world=away / np.linalg.norm(away, axis=1)[:, None], residuals=residuals,
+        sigmas=sigmas, misfit=float(typical * ratio), misfit_limit=float(typical * limit),
         form=float(np.ptp(plain)),
         form_limit=range_limit(_plain_residuals(normals, of_points), FORM_CHANCE),
-        point_sigma=float(np.sqrt(plain @ plain / dof)),
-        diameter=2.0 * radius - certified,
-        diameter_sigma=sigma_with_sphere(errors, sphere, temperature, rig, body),
-        errors=errors,
+        point_sigma=float(np.sqrt(plain @ plain / dof)), diameter=2.0 * radius - certified,
+        diameter_sigma=sigma_with_sphere(errors, sphere, temperature, rig, body), errors=errors,
         doubtful=doubtful_points(normals, of_points, residuals),
-    )
+    )  # fmt: skip
 
 
 def doubtful_points(normals: Points3, covariance: Float, residuals: Float) -> tuple[int, ...]:

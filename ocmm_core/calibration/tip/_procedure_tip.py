@@ -104,23 +104,11 @@ class TipQualificationProcedure(TouchProcedure[TipOutcome, TipBegun]):
         """
         chosen = limits or TipLimits()
         return cls._begin(
-            folder,
-            rig,
-            body,
-            store,
-            mounted_records(store, tip),
-            sphere,
-            now,
-            limit_mm=chosen.nominal,
-            who=who,
-            temperature=temperature,
-            cone=cone,
-            nominal_mm=2.0 * body.tip_radius if nominal_mm is None else nominal_mm,
-            cameras=cameras,
-            hold_s=hold_s,
-            limits=chosen,
-            valid_days=valid_days,
-        )
+            folder, rig, body, store, mounted_records(store, tip), sphere, now,
+            limit_mm=chosen.nominal, who=who, temperature=temperature, cone=cone,
+            nominal_mm=2.0 * body.tip_radius if nominal_mm is None else nominal_mm, cameras=cameras,
+            hold_s=hold_s, limits=chosen, valid_days=valid_days,
+        )  # fmt: skip
 
     @property
     def view(self) -> TipView:
@@ -167,24 +155,17 @@ class TipQualificationProcedure(TouchProcedure[TipOutcome, TipBegun]):
         checks = qualification_checks(ball, found, begun.nominal_mm, begun.limits)
         made = datetime.fromisoformat(self._made_utc)
         record = self._record(
-            TipRecord,
-            schema=TIP_SCHEMA,
+            TipRecord, schema=TIP_SCHEMA,
             valid_until_utc=utc_text(made + timedelta(days=begun.valid_days)),
-            diameter_mm=ball.diameter,
-            diameter_sigma_mm=ball.diameter_sigma,
-            noise_sigma_mm=ball.errors.noise,
-            by_cameras=tuple(ball.errors.by_cameras.tolist()),
-            by_geometry=tuple(ball.errors.by_geometry.tolist()),
-            form_mm=ball.form,
-            points=len(state.on_sphere),
-            point_sigma_mm=ball.point_sigma,
-            articulation_2s_mm=found.spread_2s,
-            articulation_max_mm=found.largest,
-            attitudes=len(state.in_cone),
-            checks=checks,
+            diameter_mm=ball.diameter, diameter_sigma_mm=ball.diameter_sigma,
+            noise_sigma_mm=ball.errors.noise, by_cameras=tuple(ball.errors.by_cameras.tolist()),
+            by_geometry=tuple(ball.errors.by_geometry.tolist()), form_mm=ball.form,
+            points=len(state.on_sphere), point_sigma_mm=ball.point_sigma,
+            articulation_2s_mm=found.spread_2s, articulation_max_mm=found.largest,
+            attitudes=len(state.in_cone), checks=checks,
             passed=all(conforms(check) for check in checks),
             camera_doubts=doubts_by_name(state.rig.device) or msgspec.UNSET,
-        )
+        )  # fmt: skip
         return TipOutcome(
             record=record,
             largest=nearest_to_limit(checks),

@@ -97,22 +97,10 @@ class TipCheckProcedure(TouchProcedure[TipCheckOutcome, TipCheckBegun]):
         records = mounted_records(store, tip)
         qualification = _qualified(records, None)
         return cls._begin(
-            folder,
-            rig,
-            body,
-            store,
-            records,
-            sphere,
-            now,
-            limit_mm=_ARTEFACT_LIMIT_MM,
-            who=who,
-            temperature=temperature,
-            cone=cone,
-            nominal_mm=qualification.diameter_mm,
-            cameras=cameras,
-            hold_s=hold_s,
-            qualification=record_hash(qualification),
-        )
+            folder, rig, body, store, records, sphere, now, limit_mm=_ARTEFACT_LIMIT_MM, who=who,
+            temperature=temperature, cone=cone, nominal_mm=qualification.diameter_mm,
+            cameras=cameras, hold_s=hold_s, qualification=record_hash(qualification),
+        )  # fmt: skip
 
     @property
     def view(self) -> TipCheckView:

@@ -148,18 +148,12 @@ class VerificationProcedure(CameraProcedure[VerificationEvent, VerificationOutco
         # Refuse an unsuitable bar before there is a session.
         plan_lines(rig.volume_world, bar.nests[-1] - bar.nests[0])
         chain, begun = _SESSIONS.begin(
-            folder,
-            rig,
-            now,
-            running=rig.identity,
-            who=who,
-            temperature=temperature,
-            probe_identity=body.identity,
-            bar=bar,
+            folder, rig, now, running=rig.identity, who=who, temperature=temperature,
+            probe_identity=body.identity, bar=bar,
             spheres=tuple(one for one in spheres for _ in (PLACES if two_places else ("",))),
             places=tuple(place for _ in spheres for place in (PLACES if two_places else ("",))),
             limits=chosen,
-        )
+        )  # fmt: skip
         return cls(chain, begun, rig, body, store)
 
     @classmethod

@@ -160,23 +160,16 @@ def verdict(state: VerificationState, reused: Sequence[Finding]) -> Verification
         rule += f"; repeated once: {state.plans[state.repeated[0]].name}"
     everything = _in_order(state)
     return VerificationRecord(
-        schema=VERIFICATION_SCHEMA,
-        calibration=begun.running,
-        made_utc=max(one.event.utc for one in everything),
-        made_by=begun.who,
-        software=begun.software,
-        temperature_c=begun.temperature_c,
-        rule=rule,
-        checks=tuple(checks),
+        schema=VERIFICATION_SCHEMA, calibration=begun.running,
+        made_utc=max(one.event.utc for one in everything), made_by=begun.who,
+        software=begun.software, temperature_c=begun.temperature_c, rule=rule, checks=tuple(checks),
         artefacts=uses_of(state),
         data_sha256=hash_of(np.array([from_spots(one.event.uv) for one in everything])),
-        passed=conform and not any(one.refuses for one in found),
-        superseded=state.superseded,
-        corners=corners,
-        repeats=tuple(_recorded(one) for one in repeats),
+        passed=conform and not any(one.refuses for one in found), superseded=state.superseded,
+        corners=corners, repeats=tuple(_recorded(one) for one in repeats),
         objections=tuple(Objection(code=o.code, what=o.what, remedy=o.remedy) for o in found),
         notes=(*state.planning.notes, *_camera_notes(state)),
-    )
+    )  # fmt: skip
 
 
 def _camera_notes(state: VerificationState) -> tuple[str, ...]:

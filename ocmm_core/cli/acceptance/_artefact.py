@@ -110,13 +110,9 @@ def list_command(*, folder: FolderOption = None) -> None:
         console.print(say("No artefacts yet. Add one: ocmm artefact add FILE"))
         return
     table = Table(
-        say_word("Id"),
-        say_word("Kind"),
-        say_word("Serial"),
-        say_word("U (k = 2), µm"),
-        say_word("Certificate no."),
-        say_word("Due"),
-    )
+        say_word("Id"), say_word("Kind"), say_word("Serial"), say_word("U (k = 2), µm"),
+        say_word("Certificate no."), say_word("Due"),
+    )  # fmt: skip
     for one in entries.values():
         due = datetime.fromisoformat(one.used().use.due_utc)
         word = due.date().isoformat()

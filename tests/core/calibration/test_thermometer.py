@@ -14,24 +14,9 @@ from benchmarks.thermometers import run
 from ocmm_core.acceptance import ARTEFACT_SCHEMA, ArtefactEntry, ArtefactRegister, read_temperature
 from ocmm_core.calibration.guided._session import require_fresh_temperature
 from ocmm_core.calibration.guided._session_events import Begun, Reread, reread
-from ocmm_core.calibration.probe_design import (
-    Expansion,
-    Temperature,
-    certified_at,
-    stated_temperature,
-)
+from ocmm_core.calibration.probe_design import Temperature, certified_at, stated_temperature
 from ocmm_core.calibration.relocation import relocate
-from ocmm_core.camera import ThermalShare
 from ocmm_core.errors import CalibrationError, InputError
-from ocmm_core.measuring import PartTemperature
-from ocmm_core.measuring._contributions import (
-    CAMERAS,
-    PART,
-    THERMOMETER,
-    Contribution,
-    _by_thermometer,
-)
-from tests.core.calibration.waved_probe import probe, rig
 
 NOW = datetime(2026, 11, 28, 12, 0, tzinfo=UTC)
 POSES = 72
@@ -128,26 +113,3 @@ def test_lying_thermometer_is_named() -> None:
     with pytest.raises(CalibrationError) as refused:
         relocate(scene.start, scene.body, scene.observed(), options, force=True)
     assert "warmer than the stated temperature" in refused.value.what
-
-
-def test_one_thermometer_cancels_between_bar_and_part() -> None:
-    """Cameras scaled by a steel bar and a steel part at one thermometer: nothing remains."""
-    steel, sigma = 11.5e-6, 0.5
-    share = ThermalShare("T-1", sigma, np.array([1.0]))
-    cameras = replace(rig(), thermal=share)
-    now = Temperature(22.0, sigma, "T-1")
-    part = PartTemperature(now, Expansion("steel", steel, 0.0), compensated=True)
-    length = np.array([[400.0]])
-    found = [
-        Contribution(CAMERAS, steel * length, np.array([[sigma**2]])),
-        Contribution(PART, length, np.array([[part.scale_sigma**2]])),
-    ]
-    one = np.array([[1.0]])
-    alone = sum(float(part_.of(one)[0, 0]) for part_ in found)
-    assert np.sqrt(alone) == pytest.approx(np.sqrt(2.0) * 400.0 * steel * sigma)
-    shared = _by_thermometer(found, [], cameras, probe(), part)
-    assert {one_.source for one_ in shared} == {CAMERAS, PART, THERMOMETER}
-    assert sum(float(part_.of(one)[0, 0]) for part_ in shared) == pytest.approx(0.0, abs=1e-12)
-    other = replace(part, now=replace(now, origin="T-2"))
-    apart = _by_thermometer(found, [], cameras, probe(), other)
-    assert sum(float(part_.of(one)[0, 0]) for part_ in apart) == pytest.approx(alone)
