@@ -229,6 +229,7 @@ def restored(
             again[part] |= _often(out[part], seen[part], (0, 1, 2), share)
             again[part] |= _often(out[part], seen[part], (0, 2), share)
     weights = np.where(again | used, whole.weights, 0.0)
+    # A frame with a restored spot is restored whole.
     weights = np.where((again & out).any(axis=(1, 2), keepdims=True), whole.weights, weights)
     placed, shown = data.active[1], whole.active[1]
     bars = data.bar_weights.copy()

@@ -48,7 +48,7 @@ if TYPE_CHECKING:
 
 
 class LensChoice(StrEnum):
-    """What happens to the lenses in a relocation."""
+    """Treatment of the lenses in a relocation."""
 
     FIXED = "fixed"
     PRIOR = "prior"
@@ -56,7 +56,7 @@ class LensChoice(StrEnum):
 
 
 class GeometryChoice(StrEnum):
-    """How the LEDs of the probe are known."""
+    """Source of the LED positions."""
 
     KNOWN = "known"
     UNCERTAIN = "uncertain"
@@ -64,7 +64,7 @@ class GeometryChoice(StrEnum):
 
 
 class WorldChoice(StrEnum):
-    """What the world frame hangs on."""
+    """Definition of the world frame."""
 
     CAMERAS = "cameras"
     POINTS = "points"
@@ -194,7 +194,7 @@ def relocate(
 
 
 def _has_seats(source: str, recorded: Sequence[Shot], *, seats: bool) -> bool:
-    """Return whether two seats are visited first and last; only what was recorded may lack them."""
+    """Return whether two seats are visited first and last; only recordings may lack them."""
     from ocmm_core.composition import Origin, origin_of
 
     if recorded:
