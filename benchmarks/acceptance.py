@@ -26,6 +26,7 @@ from ocmm_core.acceptance import (
     values_of,
 )
 from ocmm_core.calibration.guided import sigma_of_mean
+from ocmm_core.calibration.probe_design import Temperature
 from ocmm_core.calibration.records import load_bar
 from ocmm_core.camera import load_rig
 from ocmm_core.composition import RECOMMENDED_RIG, STANDARD_PROBE
@@ -34,6 +35,7 @@ from ocmm_core.geometry import Float
 from ocmm_core.simulation.calibration_scenes import FRAMES, Holds, VirtualRests
 from ocmm_core.tracking import load_probe, solve
 
+ROOM = Temperature(20.0, 0.3, "")
 SHARES = (0.0, 0.5, 0.7, 0.8, 0.9, 1.0, 1.1, 1.2, 1.5)
 
 
@@ -83,7 +85,7 @@ def run(runs: int, shares: tuple[float, ...], *, seed: int, drawn: bool) -> dict
 
             taken = tuple(tips(number) for number in range(len(plan)))
             empty = tuple(np.zeros((0, 3)) for _ in plan)
-            at = Situation(stage, plan, taken, empty, (20.0,) * len(plan))
+            at = Situation(stage, plan, taken, empty, (ROOM,) * len(plan))
             values = values_of(at)
             bad = {value.key.split("/")[0] for value in values if value.verdict is not Verdict.PASS}
             if len(bad) == 1:
@@ -91,7 +93,7 @@ def run(runs: int, shares: tuple[float, ...], *, seed: int, drawn: bool) -> dict
                 again = Situation(
                     stage, plan,
                     tuple(tips(i) if i == number else taken[i] for i in range(len(plan))), empty,
-                    (20.0,) * len(plan),
+                    (ROOM,) * len(plan),
                 )  # fmt: skip
                 values = values_of(again)
             verdicts = {value.verdict for value in values}

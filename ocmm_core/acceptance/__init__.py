@@ -96,6 +96,7 @@ if TYPE_CHECKING:
         default_artefact_folder,
         load_artefact,
         load_used,
+        read_temperature,
         used_bar,
         used_sphere,
     )
@@ -158,7 +159,8 @@ else:
         _register=(
             "ARTEFACT_KINDS ARTEFACT_SCHEMA ArtefactEntry ArtefactKind ArtefactRegister "
             "NOT_SIGNED_REMEDY REGISTER "
-            "check_entry default_artefact_folder load_artefact load_used used_bar used_sphere"
+            "check_entry default_artefact_folder load_artefact load_used read_temperature "
+            "used_bar used_sphere"
         ),
         _result=(
             "AcceptanceRecord Climate Instrument JudgedValue Observation PlannedPosition "
@@ -188,8 +190,8 @@ __all__ = [
     "finished_tests", "interim_chart", "judge", "kind_of", "load_artefact", "load_procedure",
     "load_record", "load_signed_record", "load_used", "location_value", "nest_lengths",
     "note_check", "offered_artefacts", "offered_procedures", "open_tests", "part_uncertainty",
-    "plan_of", "procedure_files", "recompute", "recompute_tips", "repeat_ranges", "reserved_spots",
-    "save_record", "share_within", "smallest_ball", "spat_values", "sphere_values", "spots_hash",
-    "thickness", "typed_entry", "used_bar", "used_sphere", "values_of", "volumetric_values",
-    "worst_value",
+    "plan_of", "procedure_files", "read_temperature", "recompute", "recompute_tips",
+    "repeat_ranges", "reserved_spots", "save_record", "share_within", "smallest_ball",
+    "spat_values", "sphere_values", "spots_hash", "thickness", "typed_entry", "used_bar",
+    "used_sphere", "values_of", "volumetric_values", "worst_value",
 ]  # fmt: skip

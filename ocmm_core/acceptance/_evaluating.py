@@ -49,7 +49,7 @@ def length_values(at: Situation) -> Values:
         for item, lengths in zip(plan.items, repeated_lengths(at, position), strict=True):
             nominal = _nominal(at, position, item)
             artefact = _artefact(at, position)
-            certified, expanded = certified_at(artefact, nominal, at.celsius[position])
+            certified, expanded = certified_at(artefact, nominal, at.temperatures[position])
             if artefact.role == "gauge block":
                 # Both sides: u of the ball's radius, twice and k = 2.
                 expanded = float(np.hypot(expanded, 4.0 * at.stage.instrument.ball_sigma))
@@ -152,7 +152,7 @@ def diameter_results(at: Situation) -> Values:
 
 def _size(at: Situation, position: int, quantity: str) -> Values:
     sphere, ball = at.stage.only("sphere"), at.stage.instrument
-    certified, expanded = certified_at(sphere, sphere.sizes[0], at.celsius[position])
+    certified, expanded = certified_at(sphere, sphere.sizes[0], at.temperatures[position])
     measured = sphere_values(at.tips[position]).diameter - 2.0 * ball.ball_radius
     # u of the ball's radius, twice for the diameter and k = 2.
     expanded = float(np.hypot(expanded, 4.0 * ball.ball_sigma))
@@ -256,7 +256,7 @@ def volumetric_results(at: Situation) -> Values:
         errors, largest_u = [], 0.0
         for position in done:
             nominal = _nominal(at, position, at.plan[position].items[0])
-            certified, expanded = certified_at(bar, nominal, at.celsius[position])
+            certified, expanded = certified_at(bar, nominal, at.temperatures[position])
             errors.append(float(repeated_lengths(at, position)[0, 0]) - certified)
             largest_u = max(largest_u, expanded)
         values = volumetric_values(np.array(errors))
@@ -284,7 +284,7 @@ def plate_results(at: Situation) -> Values:
         bed, top = (at.tips[one] for one in group)
         # Both faces are touched from above, so the ball's radius cancels.
         measured = float(thickness(bed, top, 0.0).mean())
-        certified, expanded = certified_at(plate, plate.sizes[0], at.celsius[group[0]])
+        certified, expanded = certified_at(plate, plate.sizes[0], at.temperatures[group[0]])
         found.append(
             at.value(
                 "Thickness",
@@ -322,7 +322,7 @@ def interim_results(at: Situation) -> Values:
     for group in groups(at, 2):
         spheres = [sphere_values(at.tips[one]) for one in group]
         apart = float(np.linalg.norm(spheres[1].centre - spheres[0].centre))
-        certified, expanded = certified_at(dumbbell, dumbbell.sizes[2], at.celsius[group[0]])
+        certified, expanded = certified_at(dumbbell, dumbbell.sizes[2], at.temperatures[group[0]])
         found.append(
             at.value(
                 "Interim_L",
@@ -336,7 +336,9 @@ def interim_results(at: Situation) -> Values:
             )
         )
         for item, (position, sphere) in enumerate(zip(group, spheres, strict=True)):
-            certified, expanded = certified_at(dumbbell, dumbbell.sizes[item], at.celsius[position])
+            certified, expanded = certified_at(
+                dumbbell, dumbbell.sizes[item], at.temperatures[position]
+            )
             found.append(
                 at.value(
                     "Interim_D",

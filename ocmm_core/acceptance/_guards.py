@@ -14,6 +14,7 @@ from ocmm_core.acceptance._procedure import BallTest, DiameterTest, LocationTest
 from ocmm_core.acceptance._result import Climate, UsedArtefact
 from ocmm_core.acceptance._situation import Stage
 from ocmm_core.calibration.guided import Spots
+from ocmm_core.calibration.probe_design import Temperature
 from ocmm_core.calibration.records import Artefact, ArtefactUse, Finding, same_serial
 from ocmm_core.documents import read_bytes
 from ocmm_core.errors import InputError
@@ -31,7 +32,7 @@ _LARGEST_MM = 1e5
 def begin_findings(
     stage: Stage,
     now: datetime,
-    temperature_c: float,
+    temperature: Temperature,
     calibration_artefacts: Sequence[ArtefactUse],
     qualification_artefacts: Sequence[ArtefactUse],
 ) -> list[Finding]:
@@ -39,10 +40,10 @@ def begin_findings(
 
     Artefacts of calibration and tip qualification may not test themselves.
     """
-    found = [*_instrument(stage, temperature_c)]
+    found = [*_instrument(stage, temperature.celsius)]
     for artefact in stage.artefacts:
         found += artefact_findings(
-            stage, artefact, now, temperature_c, calibration_artefacts, qualification_artefacts
+            stage, artefact, now, temperature, calibration_artefacts, qualification_artefacts
         )
     return list(dict.fromkeys(found))
 
@@ -51,7 +52,7 @@ def artefact_findings(
     stage: Stage,
     artefact: UsedArtefact,
     now: datetime,
-    temperature_c: float,
+    temperature: Temperature,
     calibration_artefacts: Sequence[ArtefactUse],
     qualification_artefacts: Sequence[ArtefactUse],
 ) -> list[Finding]:
@@ -72,14 +73,14 @@ def artefact_findings(
     )
     found: list[Finding] = []
     for length, limit in _certified_limits(stage, artefact):
-        found += known.judge(length, limit, now, temperature_c)
+        found += known.judge(length, limit, now, temperature)
     found += _reused(artefact, calibration_artefacts, "calibrated", "acceptance.calibration")
     found += _reused(artefact, qualification_artefacts, "qualified", "acceptance.qualification")
     found += _sphere(stage, artefact)
     return list(dict.fromkeys(found))
 
 
-def _instrument(stage: Stage, temperature_c: float) -> list[Finding]:
+def _instrument(stage: Stage, celsius: float) -> list[Finding]:
     found, climate = [], stage.procedure.climate
     status = stage.instrument.calibration_status or "unknown"
     if stage.instrument.calibration_status not in _READY:
@@ -103,11 +104,11 @@ def _instrument(stage: Stage, temperature_c: float) -> list[Finding]:
                 refuses=True,
             )
         )
-    if not climate.low <= temperature_c <= climate.high:
+    if not climate.low <= celsius <= climate.high:
         found.append(
             Finding(
                 "acceptance.climate",
-                f"It is {temperature_c:g} °C; '{stage.procedure.id}' is rated for "
+                f"It is {celsius:g} °C; '{stage.procedure.id}' is rated for "
                 f"{climate.low:g} to {climate.high:g} °C.",
                 "Wait until the room is within that range.",
                 refuses=True,

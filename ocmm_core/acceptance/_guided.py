@@ -36,8 +36,10 @@ from ocmm_core.calibration.guided import (
     ProcedureDecision,
     ProcedureView,
     handle_axis,
+    require_fresh_temperature,
     to_spots,
 )
+from ocmm_core.calibration.probe_design import Temperature
 from ocmm_core.calibration.records import Finding
 from ocmm_core.camera import Rig
 from ocmm_core.errors import CalibrationError, StorageError
@@ -68,12 +70,13 @@ class AcceptanceProcedure:
         rig: Rig,
         body: ProbeBody,
         records: Path,
-        temperature_c: float,
+        temperature: Temperature,
         charted: Charted | None = None,
     ) -> None:
         self._charted = charted
         self._session, self._rig, self._body, self._records = session, rig, body, records
-        self._temperature = temperature_c
+        self._temperature = temperature
+        self._read_at: datetime | None = None
         self._lock = threading.RLock()
         self._axis = handle_axis(body)
         self._probe = self._averager()
@@ -115,8 +118,8 @@ class AcceptanceProcedure:
             )  # fmt: skip
             return GuidedAcceptanceView(
                 base=base, test=test, stage=self._session.stage, notes=begun.notes,
-                latest=latest_values(test), hint=self._hint, temperature_c=self._temperature,
-                outcome=self._outcome,
+                latest=latest_values(test), hint=self._hint,
+                temperature_c=self._temperature.celsius,                outcome=self._outcome,
             )  # fmt: skip
 
     # Frames and points.
@@ -167,6 +170,7 @@ class AcceptanceProcedure:
                     "session.not_ready", self._live.hint or "Nothing to take.", "Hold still there."
                 )
             average, tip, handle = self._ready
+            require_fresh_temperature(self._read_at, now)
             if self._session.needs_temperature():
                 self._session.note_temperature(self._temperature, now)
             self._outcome = None
@@ -200,13 +204,18 @@ class AcceptanceProcedure:
 
     def set_temperature(self, celsius: float, now: datetime) -> None:
         """Log the room temperature and use it from now on; raise InputError if wrong."""
+        self.note_temperature(now, replace(self._temperature, celsius=celsius))
+
+    def note_temperature(self, now: datetime, temperature: Temperature) -> None:
+        """Log a reading of a thermometer and use it from now on."""
         with self._lock:
-            self._session.note_temperature(celsius, now)
-            self._temperature = celsius
+            self._session.note_temperature(temperature, now)
+            self._temperature, self._read_at = temperature, now
             self._test = self._session.view
 
     def record_temperature(self, now: datetime, sensors_c: Sequence[float | None]) -> None:
-        """Do nothing: sensors heat up, and the test needs the room temperature."""
+        """Ignore the sensors, which heat up; the room temperature was typed at the start."""
+        self._read_at = self._read_at or now
 
     def advance(self, now: datetime) -> None:
         """Enter the next step; raise CalibrationError if its gate is closed."""

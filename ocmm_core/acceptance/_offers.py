@@ -25,6 +25,7 @@ from ocmm_core.acceptance._register import (
 from ocmm_core.acceptance._result import AcceptanceRecord, Instrument, UsedArtefact
 from ocmm_core.acceptance._session import AcceptanceSession
 from ocmm_core.acceptance._situation import Stage
+from ocmm_core.calibration.probe_design import Temperature
 from ocmm_core.calibration.records import ArtefactUse
 from ocmm_core.errors import InputError, OcmmError
 from ocmm_core.seals import SealState
@@ -105,7 +106,7 @@ def offered_artefacts(
     stage: Stage,
     candidates: Iterable[tuple[str, UsedArtefact]],
     now: datetime,
-    temperature_c: float,
+    temperature: Temperature,
     calibration_artefacts: Sequence[ArtefactUse] = (),
     qualification_artefacts: Sequence[ArtefactUse] = (),
 ) -> tuple[ArtefactOffer, ...]:
@@ -115,7 +116,7 @@ def offered_artefacts(
         if used.role not in kind_of(stage).roles:
             continue
         found = artefact_findings(
-            stage, used, now, temperature_c, calibration_artefacts, qualification_artefacts
+            stage, used, now, temperature, calibration_artefacts, qualification_artefacts
         )
         refused = [f"{one.what} {one.remedy}" for one in found if one.refuses]
         warned = tuple(one.what for one in found if not one.refuses)

@@ -19,7 +19,13 @@ import platformdirs
 
 from ocmm_core.acceptance._result import UsedArtefact
 from ocmm_core.calibration.guided import utc_text
-from ocmm_core.calibration.probe_design import HIGHEST_C, LOWEST_C
+from ocmm_core.calibration.probe_design import (
+    HIGHEST_C,
+    LARGEST_U_K,
+    LOWEST_C,
+    Temperature,
+    stated_temperature,
+)
 from ocmm_core.calibration.records import ArtefactUse, LengthBar, Sphere
 from ocmm_core.chain_file import ChainFile
 from ocmm_core.documents import Document, digest, load_document
@@ -28,7 +34,9 @@ from ocmm_core.seals import KnownEnd, SealState, Signed, recall, remember
 
 ARTEFACT_SCHEMA = "ocmm.artefact/1"
 
-ArtefactKind: TypeAlias = Literal["sphere", "bar", "gauge block", "part", "plate", "dumbbell"]
+ArtefactKind: TypeAlias = Literal[
+    "sphere", "bar", "gauge block", "part", "plate", "dumbbell", "thermometer"
+]
 ARTEFACT_KINDS: tuple[ArtefactKind, ...] = get_args(ArtefactKind)
 _SIZES: dict[str, tuple[int, int]] = {
     "sphere": (1, 1),
@@ -37,6 +45,7 @@ _SIZES: dict[str, tuple[int, int]] = {
     "part": (1, 1000),
     "plate": (1, 1),
     "dumbbell": (3, 3),
+    "thermometer": (0, 0),
 }
 _LARGEST_EXPANSION = 1e-4
 _ATTEMPTS = 5
@@ -49,7 +58,10 @@ NOT_SIGNED_REMEDY = (
 
 
 class ArtefactEntry(Document, frozen=True, kw_only=True):
-    """A registered calibrated artefact; lengths in mm at 20 degrees, U with k = 2."""
+    """A registered calibrated artefact; lengths in mm at 20 degrees, U with k = 2.
+
+    U of a thermometer is in kelvin.
+    """
 
     id: str
     """Name in commands."""
@@ -273,6 +285,7 @@ def check_entry(entry: ArtefactEntry, where: str) -> None:
     few, many = _SIZES[entry.kind]
     sizes = entry.sizes
     low, high = entry.temperatures
+    thermometer = entry.kind == "thermometer"
     wrong = {
         "id": not entry.id or not entry.id.replace("-", "").replace("_", "").isalnum(),
         "kind": entry.kind not in get_args(ArtefactKind),
@@ -281,8 +294,8 @@ def check_entry(entry: ArtefactEntry, where: str) -> None:
         "sizes": not few <= len(sizes) <= many
         or not all(math.isfinite(one) and abs(one) < 1e5 for one in sizes)
         or (entry.kind == "bar" and any(b <= a for a, b in pairwise(sizes)))
-        or (entry.kind not in ("bar", "part") and not all(one > 0.0 for one in sizes)),
-        "expanded": not 0.0 < entry.expanded < 1.0,
+        or (entry.kind not in ("bar", "part") and not all(0.0 < one < 1e5 for one in sizes)),
+        "expanded": not 0.0 < entry.expanded < (LARGEST_U_K if thermometer else 1.0),
         "expanded_per_length": not 0.0 <= entry.expanded_per_length < 1e-3,
         "form": not 0.0 <= entry.form < 1.0,
         "expansion": not -_LARGEST_EXPANSION <= entry.expansion <= _LARGEST_EXPANSION,
@@ -304,6 +317,47 @@ def check_entry(entry: ArtefactEntry, where: str) -> None:
             f"{where}: field 'due_utc' is no date.",
             "Write it like 2030-12-31T00:00:00+00:00.",
         ) from error
+
+
+def read_temperature(
+    celsius: float | None, stated: str, now: datetime, folder: Path | None = None
+) -> Temperature | None:
+    """Return a typed temperature with the uncertainty of its thermometer.
+
+    Parameters
+    ----------
+    stated
+        U (k = 2) in kelvin, or the id of a thermometer in the register.
+
+    Raises
+    ------
+    InputError
+        The uncertainty is missing, a number is implausible, or the thermometer is unknown, expired,
+        or not certified for that temperature.
+    """
+    stated = stated.strip()
+    if celsius is None or not stated:
+        return stated_temperature(celsius, None)
+    try:
+        expanded = float(stated.replace(",", "."))
+    except ValueError:
+        entry = ArtefactRegister(folder).entry(stated)
+    else:
+        return stated_temperature(celsius, expanded)
+    used, (low, high) = ArtefactRegister(folder).used(stated), entry.temperatures
+    name = f"'{entry.name}' (serial {entry.serial})"
+    why = ""
+    if entry.kind != "thermometer":
+        why = f"{name} is a {entry.kind}, not a thermometer."
+    elif datetime.fromisoformat(used.use.due_utc) <= now:
+        why = f"The certificate of {name} expired on {used.use.due_utc[:10]}."
+    elif not low <= celsius <= high:
+        why = f"The certificate of {name} covers {low:g} to {high:g} °C, not {celsius:g} °C."
+    if why:
+        raise InputError(
+            "temperature.thermometer", why, "Read another calibrated thermometer of the register."
+        )
+    return stated_temperature(celsius, entry.expanded, f"{entry.name}, serial {entry.serial}")
 
 
 def used_bar(bar: LengthBar) -> UsedArtefact:

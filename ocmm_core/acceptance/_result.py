@@ -81,6 +81,8 @@ class Climate(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=T
     position: str
     when: str
     celsius: float
+    u_k: float | msgspec.UnsetType = msgspec.UNSET
+    """Expanded uncertainty (k = 2) of the thermometer, K; unset in earlier versions."""
 
 
 class RoomAir(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):

@@ -23,6 +23,7 @@ from ocmm_core.acceptance._result import AcceptanceRecord, RoomAir
 from ocmm_core.acceptance._session_state import SessionState
 from ocmm_core.acceptance._situation import Situation, Stage, wanted
 from ocmm_core.calibration.guided import Spots, utc_text
+from ocmm_core.calibration.probe_design import Temperature, check_temperature
 from ocmm_core.calibration.records import ArtefactUse, let_pass
 from ocmm_core.chain_file import ChainFile
 from ocmm_core.errors import CalibrationError, InputError
@@ -55,7 +56,7 @@ class AcceptanceSession:
         procedure_sha256: str,
         now: datetime,
         *,
-        temperature_c: float,
+        temperature: Temperature,
         who: str,
         place: str = "",
         customer: str = "",
@@ -90,7 +91,7 @@ class AcceptanceSession:
             )
         plan, notes = plan_of(stage)
         found = begin_findings(
-            stage, now, temperature_c, calibration_artefacts, qualification_artefacts
+            stage, now, temperature, calibration_artefacts, qualification_artefacts
         )
         let_pass(found, force=True)
         begun = log.Begun(
@@ -103,7 +104,7 @@ class AcceptanceSession:
         chain = ChainFile(path, log.Line, signed=Signed.TEST, remembered=True)
         chain.append(log.Line(begun))
         session = cls(chain)
-        session.note_temperature(temperature_c, now)
+        session.note_temperature(temperature, now)
         return session
 
     @classmethod
@@ -117,25 +118,25 @@ class AcceptanceSession:
     def path(self) -> Path:
         return self._chain.path
 
-    def note_temperature(self, celsius: float, now: datetime) -> None:
+    def note_temperature(self, temperature: Temperature, now: datetime) -> None:
         """Log the temperature, which ends the previous and starts the next interval."""
-        if not -50.0 < celsius < 100.0:
-            raise InputError(
-                "acceptance.temperature",
-                f"{celsius:g} °C is no temperature of a room.",
-                "Give it in degrees Celsius.",
-            )
+        check_temperature("room", temperature)
+        celsius, u_k = temperature.celsius, 2.0 * temperature.sigma_k
         with self._lock:
             self.state.require_open()
             state, utc = self.state, utc_text(now)
             current, before = state.current(), state.last_touched()
             if before >= 0 and before != current:
                 name = state.plan[before].name
-                self._append(log.ClimateNoted(utc=utc, position=name, when="end", celsius=celsius))
+                self._append(
+                    log.ClimateNoted(utc=utc, position=name, when="end", celsius=celsius, u_k=u_k)
+                )
             if current >= 0:
                 when = "end" if state.taken[current] else "begin"
                 name = state.plan[current].name
-                self._append(log.ClimateNoted(utc=utc, position=name, when=when, celsius=celsius))
+                self._append(
+                    log.ClimateNoted(utc=utc, position=name, when=when, celsius=celsius, u_k=u_k)
+                )
 
     def take(
         self,
@@ -217,7 +218,7 @@ class AcceptanceSession:
         with self._lock:
             return self.state.open_end()
 
-    def finish(self, now: datetime, temperature_c: float, remark: str = "") -> AcceptanceRecord:
+    def finish(self, now: datetime, temperature: Temperature, remark: str = "") -> AcceptanceRecord:
         """Give the verdict and return the record; CalibrationError if incomplete."""
         with self._lock:
             self.state.require_open()
@@ -227,7 +228,7 @@ class AcceptanceSession:
                 raise CalibrationError(
                     "acceptance.open_end", missing, "Begin a new test whose plan reaches it."
                 )
-            self.note_temperature(temperature_c, now)
+            self.note_temperature(temperature, now)
             verdict = self.state.verdict()
             self._append(log.Finished(utc=utc_text(now), verdict=verdict, remark=remark))
             return self.record()

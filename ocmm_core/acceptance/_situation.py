@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+import msgspec
 import numpy as np
 
 from ocmm_core.acceptance._procedure import Mpe, Procedure
@@ -17,13 +18,14 @@ from ocmm_core.acceptance._result import (
     UsedArtefact,
     Verdict,
 )
-from ocmm_core.calibration.probe_design import REFERENCE_C
+from ocmm_core.calibration import probe_design
+from ocmm_core.calibration.probe_design import Temperature
 from ocmm_core.calibration.verification import corners_of
 from ocmm_core.errors import CalibrationError
 from ocmm_core.geometry import Float, Points3, unit
 
-_SIGMA_K = 0.3
-"""Standard uncertainty of an artefact's temperature, K: a thermometer next to it."""
+_EARLIER_U_K = 0.6
+"""U (k = 2) of the thermometer in records of versions that did not ask for it."""
 
 THIRDS = ("near third", "middle third", "far third")
 
@@ -80,7 +82,7 @@ class Situation:
     """(n, 3), mm, of every position, in point order."""
     handles: tuple[Points3, ...]
     """(n, 3), or (0, 3) if unknown."""
-    celsius: tuple[float | None, ...]
+    temperatures: tuple[Temperature | None, ...]
     """Per position; None if not logged."""
 
     def root(self, position: int) -> int:
@@ -145,18 +147,16 @@ def worst_of(verdicts: Sequence[Verdict]) -> Verdict:
 
 
 def certified_at(
-    artefact: UsedArtefact, length: float, celsius: float | None
+    artefact: UsedArtefact, length: float, temperature: Temperature | None
 ) -> tuple[float, float]:
     """Return a certified length at a temperature, and its U (k = 2), mm.
 
-    l (1 + a (T - 20)); U holds the certificate, l a u(T) and l |T - 20| u(a). Without a
-    temperature, 20 degrees +- 2 K are assumed.
+    See `probe_design.certified_at`.
     """
-    off = 0.0 if celsius is None else celsius - REFERENCE_C
-    sigma_k = 2.0 if celsius is None else _SIGMA_K
-    certified = 0.5 * (artefact.expanded + artefact.expanded_per_length * abs(length))
-    thermal = abs(length) * np.hypot(off * artefact.expansion_sigma, sigma_k * artefact.expansion)
-    return length * (1.0 + artefact.expansion * off), 2.0 * float(np.hypot(certified, thermal))
+    expanded = artefact.expanded + artefact.expanded_per_length * abs(length)
+    return probe_design.certified_at(
+        length, expanded, artefact.expansion, artefact.expansion_sigma, temperature
+    )
 
 
 def wanted(position: PlannedPosition) -> int:
@@ -201,8 +201,13 @@ def situation_of(
         held = [one.handle for one in own if one.handle is not None]
         whole = held if len(held) == len(own) else []
         handles.append(np.array(whole).reshape(-1, 3))
-    means = []
-    for one in plan:
-        noted = [each.celsius for each in climate if each.position == one.name]
-        means.append(float(np.mean(noted)) if noted else None)
+    means = [_mean([one for one in climate if one.position == each.name]) for each in plan]
     return Situation(stage, tuple(plan), tuple(tips), tuple(handles), tuple(means))
+
+
+def _mean(noted: Sequence[Climate]) -> Temperature | None:
+    """Return the mean of the readings of a thermometer, whose error they share."""
+    if not noted:
+        return None
+    stated = [_EARLIER_U_K if isinstance(one.u_k, msgspec.UnsetType) else one.u_k for one in noted]
+    return Temperature(float(np.mean([one.celsius for one in noted])), 0.5 * max(stated), "")

@@ -44,6 +44,7 @@ if TYPE_CHECKING:
         CameraEntry,
         Rig,
         SpotNoise,
+        ThermalShare,
         Vector3,
         camera_of,
         known_points_covariance,
@@ -62,7 +63,7 @@ else:
         ),
         _rig=(
             "CalibrationDesign CameraEntry MAX_CAMERAS MAX_LEDS MAX_SLOTS Rig SpotNoise "
-            "USUAL_SLOTS Vector3 camera_of known_points_covariance load_rig"
+            "ThermalShare USUAL_SLOTS Vector3 camera_of known_points_covariance load_rig"
         ),
         _search="search",
         _spots="SpotBlock SpotOptions SpotStatus Window",
@@ -72,8 +73,8 @@ else:
 __all__ = [
     "MAX_CAMERAS", "MAX_LEDS", "MAX_SLOTS", "NO_BLACK", "N_PARAMETERS", "N_READING", "PARAMETERS",
     "USUAL_SLOTS", "CalibrationDesign", "CameraEntry", "CameraModel", "FinderState", "Rig",
-    "SpotBlock", "SpotFinder", "SpotNoise", "SpotOptions", "SpotStatus", "Vector3", "Window",
-    "camera_of", "centroid", "compiled", "distort", "distortion_jacobian", "from_pixels",
+    "SpotBlock", "SpotFinder", "SpotNoise", "SpotOptions", "SpotStatus", "ThermalShare", "Vector3",
+    "Window", "camera_of", "centroid", "compiled", "distort", "distortion_jacobian", "from_pixels",
     "ideal_from_pixels", "known_points_covariance", "load_rig", "measure_window", "on_sensor",
     "project", "projection_jacobians", "search", "to_pixels", "windows",
 ]  # fmt: skip

@@ -110,6 +110,18 @@ class RigDocument(Document, frozen=True, kw_only=True):
 
 
 @dataclass(frozen=True, slots=True)
+class ThermalShare:
+    """Share of the error of one thermometer in the parameters of a calibration or body."""
+
+    thermometer: str
+    """Shares of the same thermometer are fully correlated; empty if unknown."""
+    sigma_k: float
+    """Standard uncertainty, K."""
+    by_k: Float
+    """(k,): derivative of the parameters by the error, contained in their covariance."""
+
+
+@dataclass(frozen=True, slots=True)
 class Rig:
     """The calibrated cameras and the uncertainty of their calibration."""
 
@@ -131,6 +143,8 @@ class Rig:
     """Name, or absolute path, of the description of its cameras; empty for our own."""
     calibrate_unproven: bool = False
     """Permits calibration of cameras that cannot prove the age of their data."""
+    thermal: ThermalShare | None = None
+    """Of the thermometer of the calibration; None if unknown."""
     # Every kernel call needs it, and computing it takes longer than a single tip.
     _packed: Float = dataclasses.field(init=False, repr=False, compare=False)
 

@@ -172,7 +172,7 @@ def measure(
     part_temperature: PartTemperatureOption = None,
     part_expansion: PartExpansionOption = None,
     compensate_part: CompensatePartOption = False,
-    temperature_sigma: TemperatureSigmaOption = 0.5,
+    temperature_sigma: TemperatureSigmaOption = None,
     room: RoomOption = "",
     humidity: HumidityOption = "",
     pressure: PressureOption = "",

@@ -19,7 +19,12 @@ from typing import TYPE_CHECKING
 from ocmm_core.door import door
 
 if TYPE_CHECKING:
-    from ocmm_core.composition._acceptance_bench import AcceptanceBench, Conditions, TestsMade
+    from ocmm_core.composition._acceptance_bench import (
+        VIRTUAL_ROOM,
+        AcceptanceBench,
+        Conditions,
+        TestsMade,
+    )
     from ocmm_core.composition._acceptance_scenes import scenes_of_acceptance
     from ocmm_core.composition._acceptance_site import (
         AcceptanceSite,
@@ -82,7 +87,7 @@ if TYPE_CHECKING:
 else:
     __getattr__ = door(
         __name__,
-        _acceptance_bench="AcceptanceBench Conditions TestsMade",
+        _acceptance_bench="AcceptanceBench Conditions TestsMade VIRTUAL_ROOM",
         _acceptance_scenes="scenes_of_acceptance",
         _acceptance_site=(
             "AcceptanceSite acceptance_feed artefacts_used_before default_test_folder "
@@ -115,9 +120,9 @@ else:
 
 __all__ = [
     "DEFAULT_SEED", "DEFAULT_SOURCE", "DEMO_PART", "DEMO_PLAN", "RECOMMENDED_RIG", "SOURCES",
-    "STANDARD_PROBE", "AcceptanceBench", "AcceptanceSite", "BuiltStation", "ClimateRequest",
-    "Conditions", "Errand", "Feed", "NamedSource", "Origin", "SourceSpec", "StateLine",
-    "StationRequest", "StationState", "TestsMade", "VirtualSite", "acceptance_feed",
+    "STANDARD_PROBE", "VIRTUAL_ROOM", "AcceptanceBench", "AcceptanceSite", "BuiltStation",
+    "ClimateRequest", "Conditions", "Errand", "Feed", "NamedSource", "Origin", "SourceSpec",
+    "StateLine", "StationRequest", "StationState", "TestsMade", "VirtualSite", "acceptance_feed",
     "artefacts_used_before", "build_station", "calibration_of", "checked_for_replay",
     "choose_calibration", "choose_probe", "climate_in_use", "compile_all", "compile_group",
     "default_test_folder", "identities", "instrument_of", "kernel_groups", "make_feed",

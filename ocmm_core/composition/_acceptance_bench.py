@@ -40,6 +40,7 @@ from ocmm_core.acceptance import (
     open_tests,
     reserved_spots,
 )
+from ocmm_core.calibration.probe_design import Temperature
 from ocmm_core.calibration.records import CalibrationInUse, CalibrationStore, ProbeInUse
 from ocmm_core.composition._acceptance_scenes import scenes_of_acceptance
 from ocmm_core.composition._acceptance_site import (
@@ -61,6 +62,9 @@ from ocmm_core.composition.hands import RecordedHand, VirtualHand
 from ocmm_core.documents import resource
 from ocmm_core.errors import InputError, OcmmError
 
+VIRTUAL_ROOM = Temperature(20.0, 0.1, "")
+"""Room of the virtual rig, as its thermometer (U 0.2 K, k = 2) shows it."""
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Conditions:
@@ -71,7 +75,7 @@ class Conditions:
     customer: str = ""
     condition: str = "as found"
     """`who`, `place`, `customer`, `condition`: see `AcceptanceRecord`."""
-    temperature_c: float = 20.0
+    temperature: Temperature = VIRTUAL_ROOM
     air: RoomAir = field(default_factory=RoomAir)
     """Humidity and pressure, if measured."""
 
@@ -147,7 +151,7 @@ class AcceptanceBench:
         return Stage(offer.procedure, self.instrument(now), artefacts, self.request.seed)
 
     def offers(
-        self, offer: ProcedureOffer, now: datetime, temperature_c: float
+        self, offer: ProcedureOffer, now: datetime, temperature: Temperature
     ) -> tuple[ArtefactOffer, ...]:
         """Return the artefacts for a procedure, with reasons for refused ones.
 
@@ -160,7 +164,7 @@ class AcceptanceBench:
             candidates = [*self._shipped().items(), *candidates]
         of_cameras, of_tip = artefacts_used_before(self.cameras(), self.probe())
         offers = offered_artefacts(
-            self.stage(offer, (), now), candidates, now, temperature_c, of_cameras, of_tip
+            self.stage(offer, (), now), candidates, now, temperature, of_cameras, of_tip
         )
         return tuple(
             replace(one, refusal=f"{faults[one.name]} {NOT_SIGNED_REMEDY}")
@@ -177,7 +181,7 @@ class AcceptanceBench:
             if entry.kind in offer.roles:
                 stage = self.stage(offer, (), now)
                 (one,) = offered_artefacts(
-                    stage, [(entry.id, entry.used())], now, 20.0, of_cameras, of_tip
+                    stage, [(entry.id, entry.used())], now, VIRTUAL_ROOM, of_cameras, of_tip
                 )
                 found.append((offer.procedure.id, one.refusal))
         return tuple(found)
@@ -204,14 +208,14 @@ class AcceptanceBench:
         name = f"{offer.procedure.id}-{now.strftime('%Y%m%dT%H%M%S.%f')}.chain"
         session = AcceptanceSession.begin(
             self.tests() / SESSIONS / name, stage, offer.sha256, now,
-            temperature_c=given.temperature_c, who=given.who.strip(), place=given.place.strip(),
+            temperature=given.temperature, who=given.who.strip(), place=given.place.strip(),
             customer=given.customer.strip(), condition=given.condition,
             calibration_artefacts=of_cameras, qualification_artefacts=of_tip,
             reserved=reserved_spots(folders), air=given.air,
         )  # fmt: skip
-        return self._procedure(session, given.temperature_c)
+        return self._procedure(session, given.temperature)
 
-    def resume(self, path: Path, temperature_c: float) -> AcceptanceProcedure:
+    def resume(self, path: Path, temperature: Temperature) -> AcceptanceProcedure:
         """Resume a test; raise OcmmError if its file was altered or frames are recorded."""
         if origin_of(self.request.source) is Origin.RECORDING:
             raise InputError(
@@ -219,7 +223,7 @@ class AcceptanceBench:
                 "A test of a recording does not go on: its touches would be measured twice.",
                 "Begin it again; a recording is replayed from its first frame.",
             )
-        return self._procedure(AcceptanceSession.resume(path), temperature_c)
+        return self._procedure(AcceptanceSession.resume(path), temperature)
 
     def unfinished(self, now: datetime) -> tuple[OpenTest, ...]:
         """Return the started tests without a stored verdict."""
@@ -268,10 +272,12 @@ class AcceptanceBench:
         """Return the calibration store of the rig; None if none is kept."""
         return self.cameras().store
 
-    def _procedure(self, session: AcceptanceSession, temperature_c: float) -> AcceptanceProcedure:
+    def _procedure(
+        self, session: AcceptanceSession, temperature: Temperature
+    ) -> AcceptanceProcedure:
         checks = isinstance(session.stage.procedure.test, InterimTest)
         return AcceptanceProcedure(
-            session, self.cameras().rig, self.probe().body, self.tests() / RECORDS, temperature_c,
+            session, self.cameras().rig, self.probe().body, self.tests() / RECORDS, temperature,
             self._charted if checks else None,
         )  # fmt: skip
 

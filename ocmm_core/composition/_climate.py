@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from ocmm_core.calibration.probe_design import (
+    UNMEASURED_K,
     ContactForce,
     Expansion,
     Temperature,
@@ -14,6 +15,7 @@ from ocmm_core.calibration.probe_design import (
     check_temperature,
     contact_force,
     load_design,
+    require_temperature,
 )
 from ocmm_core.calibration.records import ProbeRecord
 from ocmm_core.errors import InputError
@@ -22,8 +24,6 @@ from ocmm_core.measuring import Climate, PartTemperature, check_part
 from ocmm_core.tracking import ProbeBody
 
 _PPM = 1e-6
-_SIGMA_K = 0.5
-"""K; shop thermometer next to the object, not inside it."""
 _SIGMA_PPM = 1.0
 """1e-6/K; expansion from a handbook (ISO/TR 16015)."""
 _GIVEN = "given by the operator"
@@ -37,12 +37,14 @@ class ClimateRequest:
     probe_c: float | None = None
     part_c: float | None = None
     """`probe_c`, `part_c`: °C."""
-    sigma_k: float = _SIGMA_K
-    """Standard uncertainty of each temperature."""
+    sigma_k: float | None = None
+    """Standard uncertainty of each temperature, K; required with a temperature."""
     part_expansion_ppm: float | None = None
     """1e-6/K; None for the material of the plan."""
     compensate_probe: bool = False
     compensate_part: bool = False
+    thermometer: str = _GIVEN
+    """That both temperatures were read by."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,12 +74,12 @@ def climate_in_use(
         A document or number is invalid, or a value needed for compensation is missing.
     """
     part = PartTemperature(
-        _temperature(request.part_c, request.sigma_k),
+        _temperature(request, "part", request.part_c),
         _expansion(request.part_expansion_ppm, plan),
         request.compensate_part,
     )
     check_part(part)
-    now = _temperature(request.probe_c, request.sigma_k)
+    now = _temperature(request, "probe", request.probe_c)
     if now is not None:
         check_temperature("probe", now)
     if request.probe_design is None:
@@ -90,10 +92,11 @@ def climate_in_use(
         return ClimateInUse(Climate(TemperatureState(now), part), body, None)
     design = load_design(request.probe_design, body)
     made = None
+    sigma_k = UNMEASURED_K if request.sigma_k is None else request.sigma_k
     if calibration is not None and calibration.temperature_c is not None:
-        made = Temperature(calibration.temperature_c, request.sigma_k, "record of the calibration")
+        made = Temperature(calibration.temperature_c, sigma_k, "record of the calibration")
     elif calibration is None and design.reference_temperature_c is not None:
-        made = Temperature(design.reference_temperature_c, request.sigma_k, "design of the probe")
+        made = Temperature(design.reference_temperature_c, sigma_k, "design of the probe")
     temperature_state = TemperatureState(now, made, request.compensate_probe)
     return ClimateInUse(
         Climate(temperature_state, part, design.text),
@@ -102,8 +105,18 @@ def climate_in_use(
     )
 
 
-def _temperature(celsius: float | None, sigma_k: float) -> Temperature | None:
-    return None if celsius is None else Temperature(celsius, sigma_k, _GIVEN)
+def _temperature(request: ClimateRequest, what: str, celsius: float | None) -> Temperature | None:
+    if celsius is None:
+        return None
+    require_temperature(what, celsius)
+    if request.sigma_k is None:
+        raise InputError(
+            "temperature.u_missing",
+            f"The temperature of the {what} is given without the uncertainty of its thermometer.",
+            "Give its standard uncertainty in kelvin (Settings, Temperature; --temperature-sigma), "
+            "half of U (k = 2) of its certificate.",
+        )
+    return Temperature(celsius, request.sigma_k, request.thermometer)
 
 
 def _expansion(given_ppm: float | None, plan: Plan) -> Expansion | None:

@@ -70,6 +70,7 @@ WEIGHT = Source("Probe weight", "B", "uniform", "design of the probe")
 FORCE = Source("Hand force", "B", "uniform", "design of the probe")
 TIP_RADIUS = Source("Tip radius", "B", "normal", "qualification of the tip")
 FRAME = Source("Saved frame", "B", "normal", "document of the frame")
+THERMOMETER = Source("Thermometer", "B", "normal", "certificate of the thermometer")
 PART = Source("Part temperature", "B", "normal", "temperature and expansion of the part")
 
 
@@ -166,9 +167,51 @@ def contributions(
     if part is not None and part.scale_sigma > 0.0:
         moved = scale_movement(points)[:, None]
         found.append(Contribution(PART, moved, np.array([[part.scale_sigma**2]])))
+    found = _by_thermometer(found, points, rig, body, part)
     if frame is not None:
         found.append(Contribution(FRAME, rigid_movement(points, frame), frame.covariance))
     return tuple(found)
+
+
+def _by_thermometer(
+    found: Sequence[Contribution],
+    points: Sequence[MeasuredPoint],
+    rig: Rig,
+    body: ProbeBody,
+    part: PartTemperature | None,
+) -> list[Contribution]:
+    """Return the contributions with the shares of one thermometer added with their signs.
+
+    Cameras, probe and part by one thermometer share its error: a steel part measured by the scale
+    of a steel bar does not suffer from it. Shares of a thermometer used once, or of an unknown one,
+    stay in their contributions.
+    """
+    shares = {CAMERAS: rig.thermal, PROBE: body.thermal, WARMTH: body.thermal}
+    if part is not None and part.scale_sigma > 0.0 and part.now is not None:
+        shares[PART] = part.share
+    # The probe's share is within WARMTH if that is named.
+    if any(one.source is WARMTH for one in found):
+        del shares[PROBE]
+    kept: list[Contribution] = []
+    sums: dict[str, Float] = {}
+    for name in {one.thermometer for one in shares.values() if one is not None} - {""}:
+        mine = [
+            (one, share)
+            for one in found
+            if (share := shares.get(one.source)) is not None and share.thermometer == name
+        ]
+        if len(mine) < 2:
+            continue
+        for one, share in mine:
+            assert one.by is not None  # noqa: S101 - all three have derivatives
+            assert one.covariance is not None  # noqa: S101 - as above
+            by_k = share.sigma_k * share.by_k
+            sums[name] = sums.get(name, 0.0) + one.by @ by_k
+            rest = replace(one, covariance=one.covariance - np.outer(by_k, by_k))
+            found = [rest if other is one else other for other in found]
+    kept += found
+    kept += [Contribution(THERMOMETER, by[:, None], np.eye(1)) for by in sums.values()]
+    return kept
 
 
 def rigid_movement(points: Sequence[MeasuredPoint], frame: FrameDoubt) -> Float:

@@ -22,6 +22,7 @@ from ocmm_core.calibration.probe_design import (
     TemperatureState,
     check_temperature,
 )
+from ocmm_core.camera import ThermalShare
 from ocmm_core.documents import decode_json
 from ocmm_core.errors import InputError
 from ocmm_core.geometry import Float
@@ -60,6 +61,14 @@ class PartTemperature:
         return float(
             np.hypot(change * self.expansion.sigma_per_k, self.expansion.per_k * self.now.sigma_k)
         )
+
+    @property
+    def share(self) -> ThermalShare | None:
+        """Return the share of the thermometer in the scale; None if not compensated."""
+        if not self.compensated or self.now is None or self.expansion is None:
+            return None
+        by_k = np.array([-self.expansion.per_k])
+        return ThermalShare(self.now.origin, self.now.sigma_k, by_k)
 
 
 class TemperatureRecord(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):

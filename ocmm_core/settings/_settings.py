@@ -52,7 +52,7 @@ class Settings:
     temperature_probe_c: float | None
     temperature_probe_design: Path | None
     temperature_compensate_probe: bool
-    temperature_sigma_k: float
+    temperature_sigma_k: float | None
     temperature_valid_h: float
     report_laboratory: str
     report_address: tuple[str, ...]

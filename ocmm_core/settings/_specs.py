@@ -198,7 +198,7 @@ SETTINGS: tuple[SettingSpec, ...] = (
         later("Use its geometry at its temperature"), option="--compensate-probe",
     ),
     _spec(
-        "temperature.sigma_k", Kind.NUMBER, 0.5, _S, _LATER, later("Standard uncertainty"),
+        "temperature.sigma_k", Kind.NUMBER, None, _S, _LATER, later("Standard uncertainty"),
         later("Of each temperature"), limits=(0.01, 10.0), unit="K", option="--temperature-sigma",
     ),
     _spec(

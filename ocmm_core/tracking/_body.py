@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from ocmm_core.camera import Vector3
+from ocmm_core.camera import ThermalShare, Vector3
 from ocmm_core.documents import Document, digest, load_document
 from ocmm_core.errors import InputError
 from ocmm_core.geometry import Float, unit
@@ -27,6 +27,8 @@ from ocmm_core.tracking._led_document import unit_rules as unit_rules
 from ocmm_core.tracking._strobe import StrobeCode, StrobeEntry, strobe_code
 
 SCHEMA = "ocmm.probe/1"
+UNKNOWN_EXPANSION = (12e-6, 7e-6)
+"""Expansion of an unknown material and its standard uncertainty, 1/K: evenly from none to 24e-6."""
 
 
 class ProbeDocument(Document, frozen=True, kw_only=True):
@@ -42,6 +44,10 @@ class ProbeDocument(Document, frozen=True, kw_only=True):
     leds: list[LedEntry]
     orientation_rules: tuple[OrientationRule, ...] = ()
     strobe: StrobeEntry | None = None
+    expansion: float | None = None
+    expansion_sigma: float | None = None
+    """`expansion`, `expansion_sigma`: Thermal expansion of the probe as a whole and its standard
+    uncertainty, 1/K; without them `UNKNOWN_EXPANSION`."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -89,6 +95,10 @@ class ProbeBody:
     identity: str
     code: StrobeCode | None = None
     """Strobe code of the LEDs; None if always lit."""
+    expansion: tuple[float, float] = UNKNOWN_EXPANSION
+    """Thermal expansion as a whole and its standard uncertainty, 1/K."""
+    thermal: ThermalShare | None = None
+    """Of the thermometer by which its geometry is compensated; None if it is not."""
 
     @property
     def n_leds(self) -> int:
@@ -141,9 +151,24 @@ def body_of(document: ProbeDocument, path: Path | str, identity: str) -> ProbeBo
         rules=unit_rules(document.orientation_rules),
         identity=identity,
         code=strobe_code(Path(path), document.strobe, len(leds)),
+        expansion=_expansion(Path(path), document),
     )
     check_labels(path, "probe", body)
     return body
+
+
+def _expansion(path: Path, document: ProbeDocument) -> tuple[float, float]:
+    """Return the expansion of a document; raise InputError if half given or implausible."""
+    per_k, sigma = document.expansion, document.expansion_sigma
+    if per_k is None and sigma is None:
+        return UNKNOWN_EXPANSION
+    if per_k is None or sigma is None or not abs(per_k) < 1e-4 or not 0.0 < sigma < 1e-4:
+        raise InputError(
+            "probe.expansion",
+            f"{path}: 'expansion' is {per_k} and 'expansion_sigma' {sigma}.",
+            "Give both in 1/K, e.g. 23.1e-6 and 1e-6 for aluminium, or neither.",
+        )
+    return per_k, sigma
 
 
 def satisfies_rules(

@@ -18,7 +18,8 @@ from ocmm_core.acceptance import (
     RoomAir,
 )
 from ocmm_core.acquisition.frames import FrameBlock
-from ocmm_core.composition import AcceptanceBench, Conditions
+from ocmm_core.calibration.probe_design import Temperature
+from ocmm_core.composition import VIRTUAL_ROOM, AcceptanceBench, Conditions
 from ocmm_core.errors import InputError, OcmmError
 from ocmm_core.failure import contained
 from ocmm_core.geometry import unit
@@ -41,7 +42,6 @@ from ocmm_gui.wizards.parts import (
 from ocmm_gui.work import Worker
 
 INTERIM = "INTERIM"
-_USUAL_C = 20.0
 _TEXTS = WizardTexts(
     title=later("Acceptance test"),
     purpose=later("Is the instrument as good as it says: a standard test with its verdict."),
@@ -112,7 +112,8 @@ class AcceptanceDesk(GuidedStack):
     def _proposals(self) -> dict[str, str]:
         proposals = {"who": self._who()}
         if self.bench.is_virtual:
-            proposals["temperature"] = localised(f"{_USUAL_C:g}")
+            proposals["temperature"] = localised(f"{VIRTUAL_ROOM.celsius:g}")
+            proposals["thermometer"] = localised(f"{2.0 * VIRTUAL_ROOM.sigma_k:g}")
         return proposals
 
     def _tell_failure(self, error: Exception, reading: str) -> None:
@@ -146,7 +147,7 @@ class AcceptanceDesk(GuidedStack):
         offer = self.procedures[row]
         # The artefacts are those of the register, whatever was typed; Start refuses it.
         try:
-            warm = temperature(self.start.value("temperature"))
+            warm = self._typed()
         except OcmmError:
             warm = None
         self._chosen += 1
@@ -157,7 +158,7 @@ class AcceptanceDesk(GuidedStack):
             # Only the last selection counts.
             if chosen != self._chosen:
                 return ()
-            return self.bench.offers(offer, now, _USUAL_C if warm is None else warm)
+            return self.bench.offers(offer, now, VIRTUAL_ROOM if warm is None else warm)
 
         def done(found: tuple[ArtefactOffer, ...]) -> None:
             if chosen == self._chosen:
@@ -183,25 +184,29 @@ class AcceptanceDesk(GuidedStack):
             raise InputError("acceptance.artefact", chosen.refusal, "")
         given = Conditions(
             who=start.value("who"), place=start.value("place"), customer=start.value("customer"),
-            condition=start.chosen_condition(), temperature_c=self._temperature(),
+            condition=start.chosen_condition(), temperature=self._temperature(),
             air=RoomAir.read(start.value("humidity"), start.value("pressure")),
         )  # fmt: skip
         used, now = () if chosen is None else (chosen.used,), self._clock()
         return lambda: self.bench.begin(offer, used, given, now)
 
-    def _temperature(self) -> float:
-        celsius = temperature(self.start.value("temperature"))
-        if celsius is None:
+    def _typed(self) -> Temperature | None:
+        keys = ("temperature", "thermometer")
+        return temperature({key: self.start.value(key) for key in keys}, self._clock())
+
+    def _temperature(self) -> Temperature:
+        typed = self._typed()
+        if typed is None:
             raise InputError(
                 "acceptance.temperature", "No temperature given.",
                 "Measure the room and enter it in 'Room, °C'.",
             )  # fmt: skip
-        return celsius
+        return typed
 
     def _resume(self, path: Path) -> None:
         def wanted() -> Callable[[], AcceptanceProcedure]:
-            celsius = self._temperature()
-            return lambda: self.bench.resume(path, celsius)
+            warm = self._temperature()
+            return lambda: self.bench.resume(path, warm)
 
         self._make(wanted)
 

@@ -32,6 +32,7 @@ from ocmm_gui.kit import (
     tr,
     tr_all,
 )
+from ocmm_gui.wizards.parts import THERMOMETER
 
 _COLUMNS = (
     (later("Procedure"), later("Title of the procedure")),
@@ -42,6 +43,7 @@ _COLUMNS = (
 _FIELDS = (
     ("who", later("Done by"), later("Your name, for the record")),
     ("temperature", later("Room, °C"), later("Temperature of the room, as measured")),
+    (THERMOMETER.key, THERMOMETER.label, THERMOMETER.tip),
     ("place", later("Place"), later("Where; may be empty")),
     ("customer", later("Customer"), later("For whom; may be empty")),
 )

@@ -22,7 +22,7 @@ from ocmm_gui.wizards._site import (
     table_options,
     temperature,
 )
-from ocmm_gui.wizards.parts import TEMPERATURE, WHO, Field
+from ocmm_gui.wizards.parts import TEMPERATURE, THERMOMETER, WHO, Field
 
 _BAR = "Length bar document"
 
@@ -31,6 +31,7 @@ def known_points_fields(site: WizardSite) -> tuple[Field, ...]:
     return (
         WHO,
         TEMPERATURE,
+        THERMOMETER,
         Field(
             "points",
             later("Reference points"),
@@ -45,12 +46,12 @@ def begin_known_points(
     place: SessionPlace, values: Mapping[str, str], now: datetime
 ) -> KnownPointsProcedure:
     """Start a camera calibration; raise OcmmError if impossible."""
-    who, warm = named(values), temperature(values["temperature"])
+    who, warm = named(values), temperature(values, now)
     path = given(values, "points", "the list of reference points")
     points = read_reference_points(path, table_options(values, "points")).points
     store = CalibrationStore(place.folder)
     return KnownPointsProcedure.begin(
-        place.sessions, place.rig, store, points, now, who=who, temperature_c=warm
+        place.sessions, place.rig, store, points, now, who=who, temperature=warm
     )
 
 
@@ -62,6 +63,7 @@ def relocation_fields(_site: WizardSite) -> tuple[Field, ...]:
     return (
         WHO,
         TEMPERATURE,
+        THERMOMETER,
         Field(
             "bar", later("Length bar"), later("Its document, with the certificate"),
             str(resource("artefacts", "bar.toml")),
@@ -102,7 +104,7 @@ def begin_relocation(
     place: SessionPlace, values: Mapping[str, str], now: datetime
 ) -> RelocationProcedure:
     """Start a relocation; raise OcmmError if impossible."""
-    who, warm = named(values), temperature(values["temperature"])
+    who, warm = named(values), temperature(values, now)
     bar = load_bar(given(values, "bar", _BAR))
     control = None
     if values["world"] == "points":
@@ -110,7 +112,7 @@ def begin_relocation(
         control = read_reference_points(path, table_options(values, "control")).points
     return RelocationProcedure.begin(
         place.sessions, place.rig, place.body, CalibrationStore(place.folder), bar, now,
-        who=who, temperature_c=warm, control=control,
+        who=who, temperature=warm, control=control,
         world=chosen(values["world"], get_args(World)),
         lens=chosen(values["lens"], get_args(LensMode)),
         geometry=chosen(values["geometry"], get_args(GeometryMode)),
@@ -126,6 +128,7 @@ def verification_fields(_site: WizardSite) -> tuple[Field, ...]:
     return (
         WHO,
         TEMPERATURE,
+        THERMOMETER,
         Field(
             "bar", later("Length bar"), later("Not the one used to calibrate the cameras"),
             str(resource("artefacts", "verification_bar.toml")),
@@ -145,12 +148,12 @@ def begin_verification(
     place: SessionPlace, values: Mapping[str, str], now: datetime
 ) -> VerificationProcedure:
     """Start a verification; raise OcmmError if impossible."""
-    who, warm = named(values), temperature(values["temperature"])
+    who, warm = named(values), temperature(values, now)
     bar = load_bar(given(values, "bar", _BAR))
     sphere = values["sphere"].strip()
     return VerificationProcedure.begin(
         place.sessions, place.rig, place.body, CalibrationStore(place.folder), bar, now,
-        who=who, temperature_c=warm, spheres=(load_sphere(Path(sphere)),) if sphere else (),
+        who=who, temperature=warm, spheres=(load_sphere(Path(sphere)),) if sphere else (),
         two_places=values["places"] == "two",
     )  # fmt: skip
 

@@ -13,7 +13,7 @@ from ocmm_core.documents import resource
 from ocmm_core.typed_numbers import BALL
 from ocmm_gui.kit import later, localised, read_number
 from ocmm_gui.wizards._site import SessionPlace, WizardSite, given, named, temperature
-from ocmm_gui.wizards.parts import TEMPERATURE, WHO, Field
+from ocmm_gui.wizards.parts import TEMPERATURE, THERMOMETER, WHO, Field
 
 _CONE = Field("cone", later("Cone"), later("Its marking; empty if none"))
 _SPHERE = Field(
@@ -27,6 +27,7 @@ def pivot_fields(site: WizardSite) -> tuple[Field, ...]:
     return (
         WHO,
         TEMPERATURE,
+        THERMOMETER,
         Field("tip", later("Tip"), later("Marking on the mounted stylus"), _proposed_tip(site)),
         Field(
             "place", later("Where the tip is"), later("What is already known of it"),
@@ -43,7 +44,7 @@ def begin_pivot(place: SessionPlace, values: Mapping[str, str], now: datetime) -
     """Start a probe calibration; raise OcmmError if impossible."""
     return PivotProcedure.begin(
         place.sessions, place.rig, place.body, ProbeStore(place.folder), values["tip"].strip(), now,
-        who=named(values), temperature_c=temperature(values["temperature"]),
+        who=named(values), temperature=temperature(values, now),
         tip_unknown=values["place"] == "unknown", cone=_cone(values["cone"]),
     )  # fmt: skip
 
@@ -55,18 +56,18 @@ def resume_pivot(place: SessionPlace, path: Path) -> PivotProcedure:
 def qualification_fields(site: WizardSite) -> tuple[Field, ...]:
     nominal = "" if site.probe is None else localised(f"{2.0 * site.probe.design.tip_radius:g}")
     ball = Field("nominal", later("Ball, mm"), later("Nominal diameter"), nominal)
-    return (WHO, TEMPERATURE, _mounted(site), ball, _SPHERE, _CONE)
+    return (WHO, TEMPERATURE, THERMOMETER, _mounted(site), ball, _SPHERE, _CONE)
 
 
 def begin_qualification(
     place: SessionPlace, values: Mapping[str, str], now: datetime
 ) -> TipQualificationProcedure:
     """Start a tip qualification; raise OcmmError if impossible."""
-    who, warm = named(values), temperature(values["temperature"])
+    who, warm = named(values), temperature(values, now)
     sphere = load_sphere(given(values, "sphere", _SPHERE_FILE))
     return TipQualificationProcedure.begin(
         place.sessions, place.rig, place.body, ProbeStore(place.folder), values["tip"].strip(),
-        sphere, now, who=who, temperature_c=warm, cone=_cone(values["cone"]),
+        sphere, now, who=who, temperature=warm, cone=_cone(values["cone"]),
         nominal_mm=_diameter(values["nominal"]), cameras=_cameras(place), hold_s=place.hold_s,
     )  # fmt: skip
 
@@ -79,18 +80,18 @@ def resume_qualification(place: SessionPlace, path: Path) -> TipQualificationPro
 
 
 def tip_check_fields(site: WizardSite) -> tuple[Field, ...]:
-    return (WHO, TEMPERATURE, _mounted(site), _SPHERE, _CONE)
+    return (WHO, TEMPERATURE, THERMOMETER, _mounted(site), _SPHERE, _CONE)
 
 
 def begin_tip_check(
     place: SessionPlace, values: Mapping[str, str], now: datetime
 ) -> TipCheckProcedure:
     """Start a tip check; raise OcmmError if impossible."""
-    who, warm = named(values), temperature(values["temperature"])
+    who, warm = named(values), temperature(values, now)
     sphere = load_sphere(given(values, "sphere", _SPHERE_FILE))
     return TipCheckProcedure.begin(
         place.sessions, place.rig, place.body, ProbeStore(place.folder), values["tip"].strip(),
-        sphere, now, who=who, temperature_c=warm, cone=_cone(values["cone"]),
+        sphere, now, who=who, temperature=warm, cone=_cone(values["cone"]),
         cameras=_cameras(place), hold_s=place.hold_s,
     )  # fmt: skip
 

@@ -9,7 +9,9 @@ from enum import Enum, auto
 from pathlib import Path
 from typing import Protocol, TypeVar
 
+from ocmm_core.acceptance import read_temperature
 from ocmm_core.acquisition.frames import FrameBlock
+from ocmm_core.calibration.probe_design import Temperature
 from ocmm_core.calibration.records import CalibrationStore, ProbeStore, rig_in_force
 from ocmm_core.camera import Rig
 from ocmm_core.errors import CalibrationError, InputError, OcmmError
@@ -270,8 +272,9 @@ def table_values(key: str, options: TableOptions) -> dict[str, str]:
     return {f"{key}.{name}": text for name, text in asdict(options).items()}
 
 
-def temperature(text: str) -> float | None:
-    """Return a temperature, degrees Celsius; None if empty."""
+def temperature(values: Mapping[str, str], now: datetime) -> Temperature | None:
+    """Return the temperature of a form with the uncertainty of its thermometer; None if empty."""
+    text, stated = values.get("temperature", ""), values.get("thermometer", "")
     if not text.strip():
         return None
-    return read_number(TEMPERATURE, text)
+    return read_temperature(read_number(TEMPERATURE, text), stated, now)

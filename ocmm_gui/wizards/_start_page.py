@@ -196,13 +196,15 @@ class StartPage(QWidget):
         row = self.list.currentRow()
         return self._offers[row] if 0 <= row < len(self._offers) else None
 
+    def values(self) -> dict[str, str]:
+        """Return the fields as entered."""
+        return {
+            key: field.text() if isinstance(field, QLineEdit) else field.choice()
+            for key, field in self.fields.items()
+        }
+
     def _begin(self) -> None:
-        self.begun.emit(
-            {
-                key: field.text() if isinstance(field, QLineEdit) else field.choice()
-                for key, field in self.fields.items()
-            }
-        )
+        self.begun.emit(self.values())
 
     def _resume(self) -> None:
         offer = self._offer()

@@ -154,7 +154,7 @@ class Wizard(GuidedStack):
         """Start a session, after the tables that it reads were shown and accepted."""
         try:
             named(values)
-            temperature(values.get("temperature", ""))
+            temperature(values, self._clock())
         except OcmmError as error:
             self._refuse(error)
             return
@@ -194,7 +194,14 @@ class Wizard(GuidedStack):
         self.setCurrentWidget(self.start)
 
     def _resume(self, path: Path) -> None:
-        self._run(lambda: resume(self._site, self._spec, path))
+        def opened() -> Opened:
+            warm = temperature(self.start.values(), self._clock())
+            found = resume(self._site, self._spec, path)
+            if warm is not None:
+                found.procedure.note_temperature(self._clock(), warm)
+            return found
+
+        self._run(opened)
 
     def _run(self, make: Callable[[], Opened]) -> None:
         try:

@@ -8092,6 +8092,14 @@ Startet: {source}</translation>
         <translation>Des Raums; leer, wenn nicht gemessen</translation>
     </message>
     <message>
+        <source>Thermometer U, K</source>
+        <translation>Thermometer U, K</translation>
+    </message>
+    <message>
+        <source>Its U (k = 2) by its certificate, or its id in the register of artefacts</source>
+        <translation>Sein U (k = 2) laut Kalibrierschein oder seine id im Verzeichnis der Normale</translation>
+    </message>
+    <message>
         <source>{ended} Press Esc to leave.</source>
         <translation>{ended} Esc drücken, um zu verlassen.</translation>
     </message>

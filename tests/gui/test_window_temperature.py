@@ -19,6 +19,7 @@ CLIMATE = ClimateRequest(
     probe_design=resource("designs", "standard.toml"),
     probe_c=24.0,
     part_c=23.0,
+    sigma_k=0.5,
     part_expansion_ppm=11.5,
     compensate_probe=True,
     compensate_part=True,

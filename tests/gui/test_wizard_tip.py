@@ -12,6 +12,7 @@ from PySide6.QtWidgets import QApplication, QComboBox
 from pytestqt.qtbot import QtBot
 
 from ocmm_core.calibration.guided import ProcedureKind
+from ocmm_core.calibration.probe_design import Temperature
 from ocmm_core.calibration.records import ProbeStore, State
 from ocmm_core.calibration.tip import (
     Countdown,
@@ -47,7 +48,7 @@ class TipBench:
         bench = self.wizard.bench
         procedure = TipQualificationProcedure.begin(
             self.wizard.probe_store / SESSIONS, bench.rig, bench.body, self.store(), TIP,
-            bench.sphere, bench.now(), who="technician", temperature_c=20.5,
+            bench.sphere, bench.now(), who="technician", temperature=Temperature(20.5, 0.3, ""),
         )  # fmt: skip
         take(procedure, bench, sphere, cone)
         while procedure.base.step.gate.open:

@@ -29,17 +29,13 @@ if TYPE_CHECKING:
     from ocmm_core.calibration.bundle._state import BundleData, BundleState, Columns, Prior
 else:
     __getattr__ = door(
-        __name__,
-        _bundle="adjust common_covariance residuals",
-        _culprit="Culprit Suspect CulpritVerdict examine fit",
-        _culprit_history="Block restored",
-        _culprit_points="explain_points scale_between",
-        _culprit_messages="Names accuse",
-        _kernel="N_CAMERA eliminate kernel",
-        _robust="RobustMinimum adjust_robustly",
+        __name__, _bundle="adjust common_covariance residuals",
+        _culprit="Culprit Suspect CulpritVerdict examine fit", _culprit_history="Block restored",
+        _culprit_points="explain_points scale_between", _culprit_messages="Names accuse",
+        _kernel="N_CAMERA eliminate kernel", _robust="RobustMinimum adjust_robustly",
         _start="solvable start_bars start_poses start_shape",
         _state="BundleData BundleState Columns Prior",
-    )
+    )  # fmt: skip
 
 __all__ = [
     "N_CAMERA", "Block", "BundleData", "BundleState", "Columns", "Culprit", "CulpritVerdict",

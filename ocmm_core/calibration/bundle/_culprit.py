@@ -27,7 +27,6 @@ from ocmm_core.geometry import Float
 
 FALSE_ALARM = 1e-3
 """Probability of any accusation in a fault-free session, over all suspects and moments."""
-
 DECISIVE = 12.0
 """Twice the logarithm of a likelihood ratio of 400: less likely alternatives are excluded."""
 
@@ -35,10 +34,11 @@ LEAST_PX = 0.005
 """RMS effect on spots below which nothing is refused; smaller than sensor stability over an hour.
 """
 
-_TRIED = 6
+_TRIED, _PAIRED, _TRIED_IN_PAIR, _MOST = 6, 5, 3, 4
+"""Suspects that are fitted fully, firsts of pairs, fully fitted seconds, and most faults named."""
 _TURN, _SHIFT_MM, _LED_MM, _SIZE, _BAR_MM = 2e-4, 0.1, 0.5, 3e-4, 0.2
 """Usual sizes of faults: shifts (rad, mm), bent LEDs, wrong temperatures and lengths."""
-_FOCAL_MM, _POINT_PX = 0.1, 5.0
+_FOCAL_MM, _POINT_PX, _KELVIN = 0.1, 5.0, 3.0
 
 
 class Culprit(Enum):
@@ -47,6 +47,7 @@ class Culprit(Enum):
     BAR = "bar"
     LED = "LED"
     SIZE = "size of the probe"
+    TEMPERATURE = "temperature"
     PROBE = "probe"
     LENS = "lens"
     RIG = "rig"
@@ -96,6 +97,9 @@ class CulpritVerdict:
     """The best explanation leaves only noise."""
     effect_px: float
     """RMS effect of the best on the spots."""
+    also: tuple[tuple[Suspect, ...], ...] = ()
+    """Further faults if the first one named is granted, one after the other, each with its
+    alternatives, the likeliest first."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -122,21 +126,44 @@ def examine(
     history = BlockHistory.of(data, prior, state)
     if history is None or dof < 1:
         return None
+    found = _round(history, dof, _TRIED if exactly else 0)
+    if not found.verdict.named or not exactly:
+        return found.verdict
+    return _with_others(found, dof)
+
+
+_WHOLE = {Culprit.LED: Culprit.PROBE, Culprit.SIZE: Culprit.PROBE, Culprit.LENS: Culprit.RIG}
+"""Faults that contain another one: both together are no pair."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Round:
+    """A search for one fault."""
+
+    verdict: CulpritVerdict
+    trials: Sequence[_Trial]
+    ranked: Sequence[Suspect]
+
+
+def _round(history: BlockHistory, dof: int, tried: int) -> _Round:
+    """Return the likeliest faults in addition to what is granted already."""
     cost = history.cost
     trials, suspects = _suspects(history)
     misfit = _misfit(suspects, cost, dof)
     if not any(chance(one, misfit) * len(suspects) < FALSE_ALARM for one in suspects):
-        return CulpritVerdict(history, (), misfit, explained=True, effect_px=0.0)
+        verdict = CulpritVerdict(history, (), misfit, explained=True, effect_px=0.0)
+        return _Round(verdict, trials, ())
     sudden = [one for one in suspects if one.moment is not None]
     if sudden:
         # A change occurs at one frame within its block; frames on its wrong side fit nothing.
         moment = max(sudden, key=lambda one: one.score.score).moment
         assert moment is not None  # noqa: S101 - as just chosen
-        history = BlockHistory.of(data, prior, state, (moment - 1, moment)) or history
+        finer = BlockHistory.of(history.data, history.prior, history.state, (moment - 1, moment))
+        history = finer or history
         trials, suspects = _suspects(history)
         misfit = _misfit(suspects, cost, dof)
     ranked = sorted((_weighed(one, trials, misfit) for one in suspects), key=lambda one: -one.worth)
-    proven = [_granted(history, one) if exactly else one for one in ranked[:_TRIED]]
+    proven = [_granted(history, one) if tried else one for one in ranked[: tried or _TRIED]]
     left = cost - max(one.score.score for one in proven)
     misfit = max(1.0, left / dof)
     proven = [_weighed(one, trials, misfit) for one in proven]
@@ -144,7 +171,73 @@ def examine(
     best = proven[0]
     near = [one for one in proven if one.worth > best.worth - DECISIVE]
     explained = misfit < 1.0 + 4.0 * float(np.sqrt(2.0 / dof)) + 0.02 * (cost - left) / dof
-    return CulpritVerdict(history, _one_of_each(near), misfit, explained, effect_of(history, best))
+    effect = effect_of(history, best)
+    verdict = CulpritVerdict(history, _one_of_each(near), misfit, explained, effect)
+    return _Round(verdict, trials, proven)
+
+
+def _with_others(found: _Round, dof: int) -> CulpritVerdict:
+    """Return the verdict with the faults that remain once the first is granted.
+
+    The best single suspect of two faults may be neither: pairs compete with it.
+    """
+    first, history = found.verdict, found.verdict.history
+    pairs: list[tuple[Suspect, _Round]] = []
+    for one in _one_of_each(found.ranked)[:_PAIRED]:
+        after = _after(history, one)
+        if after is None:
+            continue
+        rest = _round(after, dof - one.score.dof, _TRIED_IN_PAIR)
+        if not rest.verdict.named or rest.verdict.named[0].cause is not _WHOLE.get(one.cause):
+            pairs.append((one, rest))
+    if not pairs:
+        return first
+    misfit = min(rest.verdict.misfit for _, rest in pairs)
+
+    def worth(pair: tuple[Suspect, _Round]) -> float:
+        one, rest = pair
+        total = _weighed(one, found.trials, misfit).worth
+        return total + sum(
+            _weighed(other, rest.trials, misfit).worth for other in rest.verdict.named[:1]
+        )
+
+    one, rest = max(pairs, key=lambda each: worth(each) + DECISIVE * (not each[1].verdict.named))
+    if not rest.verdict.named:
+        # Alternatives remain as they were, unless this one is better than what they named.
+        return first if _keys((one,)) & _keys(first.named) else replace(first, named=(one,))
+    beside, rest_of_pair = _keys(rest.verdict.named), rest
+    alike = [
+        other
+        for other, its in sorted(pairs, key=worth, reverse=True)
+        if worth((other, its)) > worth((one, rest)) - DECISIVE
+        and not _keys((other,)) & beside
+        and _keys(its.verdict.named) & beside
+    ]
+    also, freedom = [rest.verdict.named], one.score.dof
+    while rest.verdict.named and len(also) < _MOST:
+        freedom += rest.verdict.named[0].score.dof
+        after = _after(rest.verdict.history, rest.verdict.named[0])
+        if after is None:
+            break
+        rest = _round(after, dof - freedom, _TRIED_IN_PAIR)
+        also += [rest.verdict.named] * bool(rest.verdict.named)
+    # Few LEDs leave so few distances that two of them explain as much as all.
+    least = worth((one, rest_of_pair)) - 3 * DECISIVE
+    if all(part[0].cause is one.cause for part in also):
+        for whole in found.ranked:
+            is_whole = whole.cause is _WHOLE.get(one.cause)
+            if is_whole and _weighed(whole, found.trials, misfit).worth > least:
+                return replace(first, named=(whole,), also=((one,), *(part[:1] for part in also)))
+    return replace(
+        first, named=tuple(alike), also=tuple(also), misfit=rest.verdict.misfit,
+        explained=rest.verdict.explained, effect_px=max(first.effect_px, rest.verdict.effect_px),
+    )  # fmt: skip
+
+
+def _after(history: BlockHistory, suspect: Suspect) -> BlockHistory | None:
+    """Return the history once a suspect is granted; None if it leaves something undetermined."""
+    data, prior = _granting(history, suspect)
+    return BlockHistory.of(data, prior, adjust(data, prior, history.state).state)
 
 
 def _suspects(history: BlockHistory) -> tuple[list[_Trial], list[Suspect]]:
@@ -167,19 +260,21 @@ def chance(suspect: Suspect, misfit: float) -> float:
 
 def fit(history: BlockHistory, suspect: Suspect) -> BundleMinimum:
     """Return the minimum with a suspect's error removed or of free size."""
+    return adjust(*_granting(history, suspect), history.state)
+
+
+def _granting(history: BlockHistory, suspect: Suspect) -> tuple[BundleData, Prior]:
+    """Return data and prior in which a suspect's error is removed or of free size."""
     if suspect.profile is not None:
-        data = history.corrected(suspect.step, suspect.profile)
-        return adjust(data, history.prior, history.state)
+        return history.corrected(suspect.step, suspect.profile), history.prior
     # An error of prior knowledge, of free size, removes that much information.
     prior = history.prior
     slope = prior.information @ suspect.columns
     inner = suspect.columns.T @ slope
     less = prior.information - slope @ np.linalg.pinv(inner, hermitian=True) @ slope.T
     floats = prior.body_floats or suspect.cause is Culprit.PROBE
-    return adjust(
-        history.data, replace(prior, information=0.5 * (less + less.T), body_floats=floats),
-        history.state,
-    )  # fmt: skip
+    freed = replace(prior, information=0.5 * (less + less.T), body_floats=floats)
+    return history.data, freed
 
 
 def _granted(history: BlockHistory, suspect: Suspect) -> Suspect:
@@ -220,6 +315,9 @@ def _trials(history: BlockHistory) -> Iterator[_Trial]:
     led_places = [[leds.start + 3 * led + i for i in range(3)] for led in range(columns.leds)]
     larger = np.zeros((columns.count, 1))
     larger[leds, 0] = (state.leds - state.leds.mean(axis=0)).ravel()
+    thermal = history.prior.thermal
+    if thermal is not None:
+        yield _Trial(Culprit.TEMPERATURE, -1, thermal[:, None], np.array([_KELVIN]), "before")
     for bar in range(columns.bars):
         place = columns.of_lengths.start + bar
         yield _Trial(Culprit.BAR, bar, unit([place]), np.array([_BAR_MM]), "before")
@@ -290,6 +388,10 @@ def _weighed(suspect: Suspect, trials: Sequence[_Trial], misfit: float) -> Suspe
     freedom = float(np.linalg.slogdet(np.eye(m) + known)[1])
     worth = score.score / misfit - freedom - 2.0 * log(suspect.tried)
     return replace(suspect, worth=worth)
+
+
+def _keys(suspects: Sequence[Suspect]) -> set[tuple[Culprit, int]]:
+    return {(one.cause, one.subject) for one in suspects}
 
 
 def _one_of_each(suspects: Sequence[Suspect]) -> tuple[Suspect, ...]:

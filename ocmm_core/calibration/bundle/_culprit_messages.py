@@ -39,11 +39,12 @@ def accuse(verdict: CulpritVerdict, names: Names) -> Finding | None:
     best = verdict.named[0]
     told = [_told(one, verdict, names) for one in verdict.named]
     code = f"{'relocation' if names.bars else 'pivot'}.{_CODES[best.cause]}"
-    during = all(one.profile is not None for one in verdict.named)
+    every = (verdict.named, *verdict.also)
+    during = all(one.profile is not None for part in every for one in part)
     return Finding(
         code,
-        _sentence(told, verdict),
-        _remedy(verdict.named, names),
+        _sentence(told, verdict, names),
+        _remedy([one for part in every for one in part], names),
         refuses=not during or verdict.effect_px > LEAST_PX or _moved_mm(best) > LEAST_CONE_MM,
     )
 
@@ -51,6 +52,7 @@ def accuse(verdict: CulpritVerdict, names: Names) -> Finding | None:
 _CODES = {
     Culprit.BAR: "bar_contradicts",
     Culprit.SIZE: "bar_contradicts",
+    Culprit.TEMPERATURE: "temperature",
     Culprit.LED: "probe_changed",
     Culprit.PROBE: "wrong_probe",
     Culprit.LENS: "lens_changed",
@@ -70,7 +72,7 @@ def _moved_mm(suspect: Suspect) -> float:
     return float(np.linalg.norm(suspect.score.size))
 
 
-def _sentence(told: Sequence[str], verdict: CulpritVerdict) -> str:
+def _sentence(told: Sequence[str], verdict: CulpritVerdict, names: Names) -> str:
     if len(told) == 1:
         text = f"{told[0]}."
     elif len(told) == 2:
@@ -79,12 +81,22 @@ def _sentence(told: Sequence[str], verdict: CulpritVerdict) -> str:
         listed = ", or ".join(told)
         text = f"One of these is wrong, and the observations cannot tell which: {listed}."
     text = text[0].upper() + text[1:]
+    if verdict.also and verdict.named[0].cause is Culprit.PROBE and _are_leds(verdict):
+        leds = " and ".join(f"LED {part[0].subject + 1}" for part in verdict.also)
+        return f"{text} It fits as well if {leds} alone are elsewhere."
+    for part in verdict.also:
+        others = ", or ".join(_told(one, verdict, names) for one in part)
+        text += f" In addition, {others}."
     if not verdict.explained:
         text += (
             f" That explains most, but the residuals are still {np.sqrt(verdict.misfit):.1f} "
             "times their sigmas: something else may be wrong too."
         )
     return text
+
+
+def _are_leds(verdict: CulpritVerdict) -> bool:
+    return all(part[0].cause is Culprit.LED for part in verdict.also)
 
 
 def _told(suspect: Suspect, verdict: CulpritVerdict, names: Names) -> str:
@@ -96,6 +108,12 @@ def _told(suspect: Suspect, verdict: CulpritVerdict, names: Names) -> str:
             f"bar '{names.bars[index]}' is {1e3 * abs(off):.0f} um "
             f"{'longer' if off > 0.0 else 'shorter'} than certified"
             f"{_as_temperature(off / state.lengths[index])}"
+        )
+    if cause is Culprit.TEMPERATURE:
+        kelvin = float(size[0])
+        return (
+            f"bar and probe are {abs(kelvin):.1f} K {'warmer' if kelvin > 0.0 else 'colder'} than "
+            "the stated temperature"
         )
     if cause in (Culprit.SIZE, Culprit.WARMING):
         part = float(size[0])
@@ -168,6 +186,8 @@ def _remedy(named: Sequence[Suspect], names: Names) -> str:
     said = {
         Culprit.BAR: "Check the certified length, and set the bar aside until it is calibrated; "
         f"{again} with another one.",
+        Culprit.TEMPERATURE: "Let bar, probe and room reach one temperature, check the "
+        f"thermometer and its stated uncertainty, and {again}.",
         Culprit.SIZE: "Check the stated temperature and that the right probe is selected; "
         f"calibrate the probe again, and {again}.",
         Culprit.LED: "Check this LED for bending or looseness, and fasten it; calibrate the "

@@ -258,6 +258,8 @@ class Prior:
     """Number of prior observations among them."""
     body_floats: bool = False
     """No prior for the LEDs, so the probe's position in its own frame is free."""
+    thermal: Float | None = None
+    """(k,): growth by one kelvin of error of the thermometer, already in `information`."""
 
     @property
     def gauge(self) -> int:

@@ -69,15 +69,9 @@ def starts(nominal: CameraModel, points_world: Points3, uv: Pixels) -> Iterator[
     ``nominal`` gives sensor, pixel pitch and focal length; its pose is not used.
     """
     ideal = replace(
-        nominal,
-        aspect=1.0,
-        u0=0.5 * (nominal.width - 1),
-        v0=0.5 * (nominal.height - 1),
-        k1=0.0,
-        k2=0.0,
-        p1=0.0,
-        p2=0.0,
-    )
+        nominal, aspect=1.0, u0=0.5 * (nominal.width - 1), v0=0.5 * (nominal.height - 1), k1=0.0,
+        k2=0.0, p1=0.0, p2=0.0,
+    )  # fmt: skip
     cloud = cloud_of(points_world)
     yield from _posed("nominal focal length", ideal, cloud, uv)
     matrix = dlt(cloud, uv)
@@ -123,13 +117,9 @@ def camera_of_dlt(nominal: CameraModel, matrix: Float) -> CameraModel | None:
         return None
     lens = np.array([[fx, 0.0, u0], [0.0, fy, v0], [0.0, 0.0, 1.0]])
     return replace(
-        nominal,
-        focal=fy * nominal.pitch_mm,
-        aspect=fx / fy,
-        u0=u0,
-        v0=v0,
+        nominal, focal=fy * nominal.pitch_mm, aspect=fx / fy, u0=u0, v0=v0,
         T_camera_from_world=_pose_of(np.linalg.solve(lens, matrix)),
-    )
+    )  # fmt: skip
 
 
 def pose_of_plane(camera: CameraModel, cloud: Cloud, uv: Pixels) -> RigidTransform | None:

@@ -267,22 +267,12 @@ def _result(
         )
     residuals_px = uv - project_extended(camera, points_world)
     return CameraFit(
-        camera=camera,
-        free=free,
-        covariance=covariance,
-        points_world=points_world,
-        uv=uv,
-        used=best.used,
-        distances=problem.distances(residuals_px),
-        residuals_px=residuals_px,
-        chi2=best.minimum.cost,
-        dof=2 * int(best.used.sum()) - len(free),
-        sigma_px=sigma_px,
-        reference_sigma=reference_sigma,
-        converged=best.minimum.converged,
-        start=best.start.name,
+        camera=camera, free=free, covariance=covariance, points_world=points_world, uv=uv,
+        used=best.used, distances=problem.distances(residuals_px), residuals_px=residuals_px,
+        chi2=best.minimum.cost, dof=2 * int(best.used.sum()) - len(free), sigma_px=sigma_px,
+        reference_sigma=reference_sigma, converged=best.minimum.converged, start=best.start.name,
         iterations=best.minimum.iterations,
-    )
+    )  # fmt: skip
 
 
 def indices_of_wrong(fit: CameraFit) -> Int:

@@ -273,20 +273,10 @@ def _camera_calibration(
         for i in indices_of_wrong(fit)
     )
     return CameraCalibration(
-        model=fit.camera.model,
-        covariance=own_covariance(fit, points),
-        rms_px=fit.rms_px,
-        chi2=fit.chi2,
-        dof=fit.dof,
-        indices=seen,
-        uv=fit.uv,
-        residuals_px=fit.residuals_px,
-        used=fit.used,
-        outliers=outliers,
-        lens_terms=terms,
-        warnings=warnings,
-        start=fit.start,
-    )
+        model=fit.camera.model, covariance=own_covariance(fit, points), rms_px=fit.rms_px,
+        chi2=fit.chi2, dof=fit.dof, indices=seen, uv=fit.uv, residuals_px=fit.residuals_px,
+        used=fit.used, outliers=outliers, lens_terms=terms, warnings=warnings, start=fit.start,
+    )  # fmt: skip
 
 
 def _hull(points: KnownPoints, fits: Sequence[CameraFit], indices: Sequence[Int]) -> Points3:

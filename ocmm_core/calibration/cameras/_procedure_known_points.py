@@ -45,6 +45,7 @@ from ocmm_core.calibration.guided import (
     to_spots,
     utc_text,
 )
+from ocmm_core.calibration.probe_design import Temperature
 from ocmm_core.calibration.records import ArtefactUse, CalibrationStore, rig_from_record
 from ocmm_core.camera import Rig
 from ocmm_core.chain_file import ChainFile
@@ -94,7 +95,7 @@ class KnownPointsProcedure(CameraProcedure[KnownPointsEvent, CalibrationOutcome]
         now: datetime,
         *,
         who: str,
-        temperature_c: float | None = None,
+        temperature: Temperature | None = None,
         evaluation: int | None = None,
         valid_days: int = 365,
         artefacts: tuple[ArtefactUse, ...] = (),
@@ -120,21 +121,12 @@ class KnownPointsProcedure(CameraProcedure[KnownPointsEvent, CalibrationOutcome]
                 "Keep fewer points for evaluation.",
             )
         chain, begun = _SESSIONS.begin(
-            folder,
-            rig,
-            now,
-            running=store.active_hash or "",
-            who=who,
-            temperature_c=temperature_c,
+            folder, rig, now, running=store.active_hash or "", who=who, temperature=temperature,
             names=points.names,
             positions=tuple((x, y, z) for x, y, z in points.positions_world.tolist()),
-            reference_sigma=points.sigma,
-            frame=points.frame,
-            length_sigma=points.length_sigma,
-            evaluation=evaluation,
-            valid_days=valid_days,
-            artefacts=artefacts,
-        )
+            reference_sigma=points.sigma, frame=points.frame, length_sigma=points.length_sigma,
+            evaluation=evaluation, valid_days=valid_days, artefacts=artefacts,
+        )  # fmt: skip
         return cls(chain, begun, rig, store)
 
     @classmethod
@@ -324,17 +316,12 @@ class KnownPointsProcedure(CameraProcedure[KnownPointsEvent, CalibrationOutcome]
         def calculate() -> CalibrationOutcome:
             found = found_by(rig, points, table, begun.evaluation, force)
             how = CalibrationContext(
-                method="known points",
-                made=datetime.fromisoformat(made),
-                valid_days=begun.valid_days,
-                who=begun.who,
-                software=begun.software,
-                temperature_c=begun.temperature_c,
-                sensor_temperatures_c=sensors_c,
-                data_sha256=hash_of(points.positions_world, table.uv),
-                artefacts=begun.artefacts,
+                method="known points", made=datetime.fromisoformat(made),
+                valid_days=begun.valid_days, who=begun.who, software=begun.software,
+                temperature_c=begun.temperature_c, sensor_temperatures_c=sensors_c,
+                data_sha256=hash_of(points.positions_world, table.uv), artefacts=begun.artefacts,
                 previous=begun.running,
-            )
+            )  # fmt: skip
             return build_outcome(rig, found, how, before)
 
         return calculate

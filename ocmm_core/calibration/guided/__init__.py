@@ -94,7 +94,12 @@ if TYPE_CHECKING:
         judge_first_visit,
         judge_visit_again,
     )
-    from ocmm_core.calibration.guided._session import CameraProcedure, O, ProbeProcedure
+    from ocmm_core.calibration.guided._session import (
+        CameraProcedure,
+        O,
+        ProbeProcedure,
+        require_fresh_temperature,
+    )
     from ocmm_core.calibration.guided._session_drift import Rest, camera_step, rest_of, step_finding
     from ocmm_core.calibration.guided._session_events import (
         Begun,
@@ -155,7 +160,7 @@ else:
             "SEATS SEAT_MM SeatVisited again_gate again_instruction first_gate first_instruction "
             "judge_first_visit judge_visit_again"
         ),
-        _session="CameraProcedure O ProbeProcedure",
+        _session="CameraProcedure O ProbeProcedure require_fresh_temperature",
         _session_drift="Rest camera_step rest_of step_finding",
         _session_events=(
             "Begun CommonEvent Decided Entered SessionEvent SessionFormat SessionLine Spots "
@@ -167,12 +172,12 @@ else:
     )
 
 __all__ = [
-    "ARTICULATION_CHANCE", "AVERAGING", "OPEN", "PLACE_DONE", "SEATS", "SEAT_MM", "STILL_FRAMES",
-    "STRANGE", "WAVED_FRAMES", "Articulation", "Average", "BallPlace", "Begun",
+    "ARTICULATION_CHANCE", "AVERAGING", "OPEN", "PLACE_DONE", "SEATS", "SEAT_MM",
+    "STILL_FRAMES", "STRANGE", "WAVED_FRAMES", "Articulation", "Average", "BallPlace", "Begun",
     "CalibrationComparison", "CalibrationContext", "CalibrationOutcome", "CameraChange",
     "CameraLive", "CameraProcedure", "CameraResiduals", "CommonEvent", "Decided", "Entered",
-    "Findings", "Gate", "JudgedRepeat", "KnownPoint", "KnownPointsView", "LinePlan", "Live", "O",
-    "ProbeProcedure", "ProbeSpotAverager", "Procedure", "ProcedureDecision", "ProcedureKind",
+    "Findings", "Gate", "JudgedRepeat", "KnownPoint", "KnownPointsView", "LinePlan", "Live",
+    "O", "ProbeProcedure", "ProbeSpotAverager", "Procedure", "ProcedureDecision", "ProcedureKind",
     "ProcedureView", "RelocationView", "Repeat", "Rest", "RestingPosition", "RestingTouch",
     "SeatVisited", "SessionEvent", "SessionFormat", "SessionLine", "ShockDetector", "Shot", "Spots",
     "StaticSpotAverager", "Step", "Tilt", "VerificationOutcome", "VerificationView",
@@ -180,7 +185,7 @@ __all__ = [
     "camera_step", "coverage", "first_gate", "first_instruction", "from_spots", "handle_axis",
     "hash_of", "is_ended", "joint_covariance", "judge_first_visit", "judge_repeats",
     "judge_visit_again", "length_sigma", "load_shots", "location_gains", "place_of_ball",
-    "random_lines", "range_limit", "record_shock", "repeat_finding", "require_no_doubt_since",
-    "require_probe", "rest_of", "sessions", "shared_covariance", "sigma_of_mean", "step_finding",
-    "tips_of", "to_spots", "touch_of", "utc_text", "viewer_axes",
+    "random_lines", "range_limit", "record_shock", "repeat_finding", "require_fresh_temperature",
+    "require_no_doubt_since", "require_probe", "rest_of", "sessions", "shared_covariance",
+    "sigma_of_mean", "step_finding", "tips_of", "to_spots", "touch_of", "utc_text", "viewer_axes",
 ]  # fmt: skip

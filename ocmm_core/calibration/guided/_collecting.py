@@ -273,13 +273,9 @@ class ProbeSpotAverager:
             return Live(wanted=window.size)
         hint, motion = self._judge()
         return Live(
-            cameras=self._cameras(),
-            ready=not hint,
-            hint=hint,
-            frames=len(window.counter),
-            wanted=window.size,
-            motion_px=motion,
-        )
+            cameras=self._cameras(), ready=not hint, hint=hint, frames=len(window.counter),
+            wanted=window.size, motion_px=motion,
+        )  # fmt: skip
 
     def _cameras(self) -> tuple[CameraLive, ...]:
         led_of_slot = np.full(self._window.uv.shape[1:3], -1, dtype=np.int64)

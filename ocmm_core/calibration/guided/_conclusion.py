@@ -6,6 +6,7 @@ import hashlib
 from dataclasses import dataclass
 from datetime import datetime, timedelta
 
+import msgspec
 import numpy as np
 from scipy.spatial.transform import Rotation
 
@@ -24,6 +25,7 @@ from ocmm_core.calibration.records import (
     Finding,
     Method,
     ResidualMap,
+    ThermalTerm,
     entry_of,
     rig_from_record,
 )
@@ -78,6 +80,8 @@ class Findings:
     """`errors_at_world`, `errors_world`: See `outcome.CalibrationOutcome`."""
     warnings: tuple[Finding, ...]
     """Findings that did not refuse it."""
+    thermal: ThermalTerm | None = None
+    """Effect of the thermometer; None without one."""
 
 
 def build_outcome(
@@ -121,17 +125,14 @@ def build_outcome(
         data_sha256=how.data_sha256,
         artefacts=how.artefacts,
         previous=how.previous,
+        thermal=msgspec.UNSET if found.thermal is None else found.thermal,
     )
     after = rig_from_record(record)
     return CalibrationOutcome(
-        record=record,
-        rig=after,
-        residuals=found.residuals,
-        errors_at_world=found.errors_at_world,
-        errors_world=found.errors_world,
-        warnings=found.warnings,
+        record=record, rig=after, residuals=found.residuals, errors_at_world=found.errors_at_world,
+        errors_world=found.errors_world, warnings=found.warnings,
         comparison=None if before is None else compare(before, after),
-    )
+    )  # fmt: skip
 
 
 def compare(before: Rig, after: Rig) -> CalibrationComparison:

@@ -31,6 +31,7 @@ from pathlib import Path
 from typing import Protocol
 
 from ocmm_core.acquisition.frames import FrameBlock
+from ocmm_core.calibration.probe_design import Temperature
 from ocmm_core.calibration.records import Finding
 from ocmm_core.geometry import Int, Pixels
 
@@ -194,6 +195,10 @@ class Procedure(Protocol):
 
     def record_temperature(self, now: datetime, sensors_c: Sequence[float | None]) -> None:
         """Record the sensor temperatures, degrees Celsius, camera by camera; None: unknown."""
+        ...
+
+    def note_temperature(self, now: datetime, temperature: Temperature) -> None:
+        """Record a new reading of the thermometer in the room; InputError if not certified."""
         ...
 
     def compute(self) -> None:

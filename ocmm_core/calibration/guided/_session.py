@@ -11,7 +11,7 @@ import threading
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from datetime import datetime
+from datetime import datetime, timedelta
 from typing import Generic, Protocol, TypeVar
 
 from ocmm_core.acquisition.frames import FrameBlock
@@ -30,16 +30,21 @@ from ocmm_core.calibration.guided._session_events import (
     E,
     Entered,
     Forced,
+    Reread,
     SessionLine,
     Warmed,
+    reread,
     utc_text,
 )
+from ocmm_core.calibration.probe_design import Temperature
 from ocmm_core.calibration.records import CalibrationStore, Finding, ProbeStore
 from ocmm_core.camera import Rig
 from ocmm_core.chain_file import ChainFile
 from ocmm_core.errors import CalibrationError, OcmmError, StorageError
 
 WARMTH_STEP_K = 0.5
+REREAD_AFTER = timedelta(minutes=30)
+"""Age of a typed temperature from which observations need a new reading."""
 
 O = TypeVar("O")  # noqa: E741 - an outcome, as T is a type
 
@@ -66,6 +71,17 @@ TORN = (
     "The last entry was being written when the program stopped: it is not in the session. "
     "Take that observation again."
 )
+
+
+def require_fresh_temperature(read: datetime | None, now: datetime) -> None:
+    """Raise CalibrationError if a temperature was read too long ago; None if never."""
+    if read is not None and now - read > REREAD_AFTER:
+        raise CalibrationError(
+            "session.temperature_old",
+            f"The temperature was read {(now - read).total_seconds() / 60.0:.0f} min ago.",
+            "Read the thermometer again, and enter it (in a wizard: leave, enter it on the start "
+            "page, and resume this session; in a command: --temperature).",
+        )
 
 
 class GuidedProcedure(ABC, Generic[E, O]):
@@ -104,7 +120,8 @@ class GuidedProcedure(ABC, Generic[E, O]):
         self._lost = ""
         # Including a line cut off by a crash, which the next line replaces.
         self._size = chain.path.stat().st_size
-        self._first = begun
+        self._first = self._typed = begun
+        self._readings: list[Reread] = []
         self._lock = threading.RLock()
         self._step = self.step_names[0]
         self._decided: Decided | None = None
@@ -219,6 +236,7 @@ class GuidedProcedure(ABC, Generic[E, O]):
             live = self._live()
             if not live.ready:
                 raise CalibrationError("session.not_ready", live.hint, "Then repeat it.")
+            require_fresh_temperature(self._read_at(), now)
             self._append(self._observation(utc_text(now)))
 
     def drop(self, now: datetime) -> None:
@@ -264,6 +282,27 @@ class GuidedProcedure(ABC, Generic[E, O]):
             if not self._sensors_c or any(abs(a - b) >= WARMTH_STEP_K for a, b in pairs):
                 self._append(Warmed(utc=utc_text(now), sensors_c=known))
 
+    def note_temperature(self, now: datetime, temperature: Temperature) -> None:
+        """Record a reading of the thermometer; the session then counts at the mean temperature.
+
+        Raises
+        ------
+        InputError
+            A certificate of the session does not cover that temperature.
+        """
+        event = Reread(
+            utc=utc_text(now), celsius=temperature.celsius,
+            expanded_k=2.0 * temperature.sigma_k, thermometer=temperature.origin,
+        )  # fmt: skip
+        with self._lock:
+            reread(self._typed, [*self._readings, event]).require_certified()
+            self._append(event)
+
+    def _read_at(self) -> datetime | None:
+        """Return when the thermometer was last read; None without a temperature."""
+        last = self._readings[-1] if self._readings else self._typed
+        return None if self._typed.temperature_c is None else datetime.fromisoformat(last.utc)
+
     def compute(self, elsewhere: Callable[[], O] | None = None) -> None:
         """Calculate the result of the present observations; see `procedure.Procedure.compute`.
 
@@ -279,9 +318,6 @@ class GuidedProcedure(ABC, Generic[E, O]):
                     self._error = Finding(error.code, error.what, error.remedy, refuses=True)
             raise
         with self._lock:
-            # Calculate the result of the observations; see `procedure.Procedure.compute`.
-            #
-            # ``elsewhere`` returns the result of another process that resumed the same session.
             if version == self._version:
                 self._outcome, self._error = outcome, None
 
@@ -364,6 +400,13 @@ class GuidedProcedure(ABC, Generic[E, O]):
                 self._forced = True
             elif isinstance(event, Warmed):
                 self._sensors_c = event.sensors_c
+            elif isinstance(event, Reread):
+                self._readings.append(event)
+                self._first = reread(self._typed, self._readings)
+                # Procedures and their states keep the first line as their own type.
+                for holder, name in ((self, "_begun"), (getattr(self, "_state", None), "begun")):
+                    if hasattr(holder, name):
+                        setattr(holder, name, self._first)
             else:
                 self._observe(event)
             self._version += 1

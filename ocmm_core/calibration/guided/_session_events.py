@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any, Generic, TypeAlias, TypeVar
@@ -12,7 +12,7 @@ import numpy as np
 
 from ocmm_core import __version__
 from ocmm_core.calibration.guided._procedure import ProcedureDecision, ProcedureKind
-from ocmm_core.calibration.probe_design import require_temperature
+from ocmm_core.calibration.probe_design import UNMEASURED_K, Temperature, require_temperature
 from ocmm_core.camera import Rig
 from ocmm_core.chain_file import ChainFile
 from ocmm_core.documents import decode_json, read_bytes
@@ -44,11 +44,49 @@ class Begun(SessionEvent, frozen=True, kw_only=True):
     software: str
     temperature_c: float | None
     """Ambient; None if not measured. InputError if implausible."""
+    temperature_u: float | None = None
+    """Expanded uncertainty (k = 2) of the thermometer, K."""
+    thermometer: str = ""
+    """Its name, or empty."""
 
     def __post_init__(self) -> None:
         """Refuse an implausible temperature; lengths of artefacts depend on it."""
         if self.temperature_c is not None:
             require_temperature("surroundings", self.temperature_c)
+
+    @property
+    def temperature(self) -> Temperature | None:
+        """Return the temperature; None if not measured. Earlier versions stated no uncertainty."""
+        if self.temperature_c is None:
+            return None
+        sigma_k = UNMEASURED_K if self.temperature_u is None else 0.5 * self.temperature_u
+        return Temperature(self.temperature_c, sigma_k, self.thermometer)
+
+    def require_certified(self) -> None:
+        """Raise InputError if a certificate of the session does not cover the temperature."""
+        artefacts = [getattr(self, name, None) for name in ("bar", "sphere")]
+        for one in (*artefacts, *getattr(self, "spheres", ())):
+            if one is not None:
+                one.artefact.at(0.0, self.temperature)
+
+
+def _of_temperature(temperature: Temperature | None) -> dict[str, object]:
+    """Return the fields of a first line."""
+    if temperature is None:
+        return {"temperature_c": None}
+    return {
+        "temperature_c": temperature.celsius,
+        "temperature_u": 2.0 * temperature.sigma_k,
+        "thermometer": temperature.origin,
+    }
+
+
+class Reread(SessionEvent, frozen=True, kw_only=True):
+    """The thermometer was read again during the session."""
+
+    celsius: float
+    expanded_k: float
+    thermometer: str = ""
 
 
 class Entered(SessionEvent, frozen=True, kw_only=True):
@@ -82,7 +120,7 @@ class Decided(SessionEvent, frozen=True, kw_only=True):
     reason: str
 
 
-CommonEvent: TypeAlias = Entered | Dropped | Forced | Warmed | Decided
+CommonEvent: TypeAlias = Entered | Dropped | Forced | Warmed | Reread | Decided
 
 E = TypeVar("E", bound=SessionEvent)
 """Union of the events specific to one procedure: its first line and observations."""
@@ -95,6 +133,25 @@ class SessionLine(msgspec.Struct, Generic[E], frozen=True, forbid_unknown_fields
 
 
 B = TypeVar("B", bound=Begun)
+
+
+def reread(begun: B, readings: Sequence[Reread]) -> B:
+    """Return the first line with the mean temperature of a session.
+
+    One thermometer has one error; the range of its readings is added to its uncertainty, as the
+    temperature changes in between.
+    """
+    if begun.temperature_c is None or not readings:
+        return begun
+    all_c = [begun.temperature_c, *(one.celsius for one in readings)]
+    stated = [2.0 * UNMEASURED_K if begun.temperature_u is None else begun.temperature_u]
+    stated += [one.expanded_k for one in readings]
+    half = 0.5 * (max(all_c) - min(all_c))
+    return msgspec.structs.replace(
+        begun,
+        temperature_c=0.5 * (max(all_c) + min(all_c)),
+        temperature_u=float(np.hypot(max(stated), 2.0 * half / np.sqrt(3.0))),
+    )
 
 
 class SessionFormat(Generic[E, B]):
@@ -111,7 +168,7 @@ class SessionFormat(Generic[E, B]):
         *,
         running: str,
         who: str,
-        temperature_c: float | None,
+        temperature: Temperature | None,
         **own: object,
     ) -> tuple[ChainFile[SessionLine[E]], B]:
         """Create a session file with its first line on disk and return both.
@@ -130,15 +187,9 @@ class SessionFormat(Generic[E, B]):
             )
         first: Callable[..., B] = self._first
         begun = first(
-            utc=utc_text(now),
-            rig=rig.name,
-            rig_identity=rig.identity,
-            running=running,
-            who=who,
-            software=__version__,
-            temperature_c=temperature_c,
-            **own,
-        )
+            utc=utc_text(now), rig=rig.name, rig_identity=rig.identity, running=running, who=who,
+            software=__version__, **_of_temperature(temperature), **own,
+        )  # fmt: skip
         chain = ChainFile(session_path(folder, self._kind, now), self._lines, remembered=True)
         line: SessionLine[Any] = SessionLine(begun)
         chain.append(line)

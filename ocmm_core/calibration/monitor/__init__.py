@@ -24,14 +24,10 @@ if TYPE_CHECKING:
     from ocmm_core.calibration.monitor._residual_samples import ResidualAccumulator, ResidualSample
 else:
     __getattr__ = door(
-        __name__,
-        _baseline="Baseline learn_baseline",
-        _baseline_file="load_baseline save_baseline",
-        _drift_design_matrix="N_MOTIONS camera_changes",
-        _drift_decision="ChangeCause DriftReport",
-        _residual_samples="ResidualSample ResidualAccumulator",
-        _monitor="CalibrationMonitor",
-    )
+        __name__, _baseline="Baseline learn_baseline", _baseline_file="load_baseline save_baseline",
+        _drift_design_matrix="N_MOTIONS camera_changes", _drift_decision="ChangeCause DriftReport",
+        _residual_samples="ResidualSample ResidualAccumulator", _monitor="CalibrationMonitor",
+    )  # fmt: skip
 
 __all__ = [
     "N_MOTIONS", "Baseline", "CalibrationMonitor", "ChangeCause", "DriftReport",

@@ -175,14 +175,9 @@ def examine(
     enough = len(looks) >= options.looks // 2 and _places(looks) >= _PLACES
     calm = all(_chance(item) > options.good for item in _changes(scores))
     return DriftReport(
-        time_ns=max(look.last_ns for look in looks),
-        cause=cause,
-        cameras=cameras,
-        what=what,
-        good=cause is ChangeCause.NOTHING and enough and calm,
-        since_ns=None,
-        scores=scores,
-    )
+        time_ns=max(look.last_ns for look in looks), cause=cause, cameras=cameras, what=what,
+        good=cause is ChangeCause.NOTHING and enough and calm, since_ns=None, scores=scores,
+    )  # fmt: skip
 
 
 def _judge(

@@ -90,16 +90,12 @@ def spot_rows(looks: Sequence[ResidualSample], rig: Rig, body: ProbeBody, c: int
     rotations = np.stack([look.rotation_world_from_probe for look in looks])
     arms = points - tips_world(looks, body)[k]
     return SpotRows(
-        look=k.astype(np.int64),
-        led=led.astype(np.int64),
-        uv=project(camera, points),
-        residuals=residuals[k, led],
-        white_px=np.array([look.white_px for look in looks])[k],
+        look=k.astype(np.int64), led=led.astype(np.int64), uv=project(camera, points),
+        residuals=residuals[k, led], white_px=np.array([look.white_px for look in looks])[k],
         pattern_px=np.stack([look.pattern_px[c] for look in looks])[k, led],
         by_pose=np.concatenate([np.cross(arms[:, None], d_point), d_point], axis=2),
-        by_camera=d_parameters,
-        by_led=d_point @ rotations[k],
-    )
+        by_camera=d_parameters, by_led=d_point @ rotations[k],
+    )  # fmt: skip
 
 
 def spot_weights(spots: SpotRows, pattern_length_px: float, floor_px: float) -> Float:

@@ -160,15 +160,11 @@ def look_of(
     scatter = float(np.sqrt(np.sum((residuals - mean)[:, seen] ** 2) / freedom))
     middle = len(used) // 2
     return ResidualSample(
-        first_ns=int(frames.time_ns[used[0]]),
-        last_ns=int(frames.time_ns[used[-1]]),
-        n_frames=len(used),
-        residuals=mean,
-        pattern_px=pattern,
+        first_ns=int(frames.time_ns[used[0]]), last_ns=int(frames.time_ns[used[-1]]),
+        n_frames=len(used), residuals=mean, pattern_px=pattern,
         white_px=max(scatter, rig.noise.white_px) / float(np.sqrt(len(used))),
-        rotation_world_from_probe=rotations[middle],
-        origin_world=origins[middle],
-    )
+        rotation_world_from_probe=rotations[middle], origin_world=origins[middle],
+    )  # fmt: skip
 
 
 def _seen_most_often(seen: NDArray[np.uint64]) -> NDArray[np.bool_]:

@@ -66,17 +66,12 @@ def accuse_in_sweep(
     """
     n = len(rotations)
     data = BundleData(
-        uv=np.ascontiguousarray(sweep.uv),
-        weights=np.ascontiguousarray(sweep.weights),
-        seats=np.zeros(n, dtype=np.int64),
-        waved=0,
-        seat_sigma=max(slack_mm, LEAST_SLACK_MM),
+        uv=np.ascontiguousarray(sweep.uv), weights=np.ascontiguousarray(sweep.weights),
+        seats=np.zeros(n, dtype=np.int64), waved=0, seat_sigma=max(slack_mm, LEAST_SLACK_MM),
         bar_uv=np.zeros((0, len(rig.cameras), 2, 2)),
-        bar_weights=np.zeros((0, len(rig.cameras), 2)),
-        bars=np.zeros(0, dtype=np.int64),
-        touched=np.zeros((0, 3), dtype=np.int64),
-        touched_sigma=1.0,
-    )
+        bar_weights=np.zeros((0, len(rig.cameras), 2)), bars=np.zeros(0, dtype=np.int64),
+        touched=np.zeros((0, 3), dtype=np.int64), touched_sigma=1.0,
+    )  # fmt: skip
     state = BundleState(
         cameras=rig.cameras, leds=leds, tip=tip, seats=centre[None], lengths=np.zeros(0),
         rotations=rotations, origins=centre - rotations @ tip,
@@ -218,29 +213,15 @@ def calibrate_probe(
     residuals_px[used] = -residuals(rig, kept, state)
     thesis = thesis_pivot(start.targets[used])
     return PivotCalibration(
-        leds_probe=geometry.leds_probe,
-        tip_probe=geometry.tip_probe,
-        covariance=total,
-        noise_covariance=uncertainty.noise,
-        formal_covariance=uncertainty.formal,
-        by_cameras=uncertainty.by_cameras,
-        centre_world=state.centre,
-        rotations=rotations,
-        used=used,
-        left_out=robust.left_out,
-        residuals_px=residuals_px,
-        rms_px=float(np.sqrt(np.nanmean(residuals_px**2))),
-        chi2=chi2,
-        dof=dof,
-        tips_world=robust.free.tips,
-        block=uncertainty.block,
-        coverage=coverage,
-        thesis=thesis,
-        thesis_tip_probe=tip_of_arms(thesis.arms, body),
-        warnings=warnings,
-        iterations=robust.iterations,
-        forced=force and any(one.refuses for one in findings),
-    )
+        leds_probe=geometry.leds_probe, tip_probe=geometry.tip_probe, covariance=total,
+        noise_covariance=uncertainty.noise, formal_covariance=uncertainty.formal,
+        by_cameras=uncertainty.by_cameras, centre_world=state.centre, rotations=rotations,
+        used=used, left_out=robust.left_out, residuals_px=residuals_px,
+        rms_px=float(np.sqrt(np.nanmean(residuals_px**2))), chi2=chi2, dof=dof,
+        tips_world=robust.free.tips, block=uncertainty.block, coverage=coverage, thesis=thesis,
+        thesis_tip_probe=tip_of_arms(thesis.arms, body), warnings=warnings,
+        iterations=robust.iterations, forced=force and any(one.refuses for one in findings),
+    )  # fmt: skip
 
 
 def _did_not_come_back(used: NDArray[np.bool_]) -> bool:

@@ -58,11 +58,15 @@ if TYPE_CHECKING:
     )
     from ocmm_core.calibration.probe_design._thermal import (
         HIGHEST_C,
+        LARGEST_U_K,
         LOWEST_C,
         REFERENCE_C,
+        UNMEASURED_K,
         Expansion,
         Temperature,
+        certified_at,
         require_temperature,
+        stated_temperature,
     )
 else:
     __getattr__ = door(
@@ -79,15 +83,19 @@ else:
             "ContactForce TemperatureState body_in_use bow_shape check_temperature contact_force "
             "force_shapes growth_shape sag_shape tip_shift"
         ),
-        _thermal="Expansion HIGHEST_C LOWEST_C REFERENCE_C Temperature require_temperature",
+        _thermal=(
+            "Expansion HIGHEST_C LARGEST_U_K LOWEST_C REFERENCE_C Temperature UNMEASURED_K "
+            "certified_at require_temperature stated_temperature"
+        ),
     )
 
 __all__ = [
-    "HIGHEST_C", "LOWEST_C", "REFERENCE_C", "Bar", "ContactForce", "DefinitionCheck", "Expansion",
-    "Panel", "Postures", "ProbeDesign", "Temperature", "TemperatureState", "TipMap", "TipNumber",
-    "View", "WrongLabels", "body_in_use", "bow_shape", "check_temperature", "compression",
-    "contact_force", "definition_of", "examine", "force_shapes", "growth_shape", "leds_behind_body",
-    "load_design", "probe_text", "read_definition", "require_temperature", "sag", "sag_shape",
-    "save_definition", "shipped_design", "side_load", "tilt_map", "tip_number", "tip_shift",
+    "HIGHEST_C", "LARGEST_U_K", "LOWEST_C", "REFERENCE_C", "UNMEASURED_K", "Bar", "ContactForce",
+    "DefinitionCheck", "Expansion", "Panel", "Postures", "ProbeDesign", "Temperature",
+    "TemperatureState", "TipMap", "TipNumber", "View", "WrongLabels", "body_in_use", "bow_shape",
+    "certified_at", "check_temperature", "compression", "contact_force", "definition_of", "examine",
+    "force_shapes", "growth_shape", "leds_behind_body", "load_design", "probe_text",
+    "read_definition", "require_temperature", "sag", "sag_shape", "save_definition",
+    "shipped_design", "side_load", "stated_temperature", "tilt_map", "tip_number", "tip_shift",
     "upright_shortening", "volume_map", "wrong_labels",
 ]  # fmt: skip

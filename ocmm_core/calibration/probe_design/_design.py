@@ -168,20 +168,12 @@ def load_design(path: Path | str, body: ProbeBody) -> ProbeDesign:
     )
     sections = tuple(_section(entry, materials[entry.material]) for entry in document.sections)
     return ProbeDesign(
-        name=document.name,
-        probe=document.probe,
-        axis_probe=axis,
-        soft_probe=unit(across),
-        sections=sections,
-        beam=make_beam(sections),
-        chain=LayerChain(axis, layers),
-        ball=expansions[document.ball],
-        handle_mm=document.handle,
-        contact_force_n=document.contact_force_n,
-        temperature_range_k=document.temperature_range_k,
-        reference_temperature_c=document.reference_temperature_c,
-        text=read_text(path),
-    )
+        name=document.name, probe=document.probe, axis_probe=axis, soft_probe=unit(across),
+        sections=sections, beam=make_beam(sections), chain=LayerChain(axis, layers),
+        ball=expansions[document.ball], handle_mm=document.handle,
+        contact_force_n=document.contact_force_n, temperature_range_k=document.temperature_range_k,
+        reference_temperature_c=document.reference_temperature_c, text=read_text(path),
+    )  # fmt: skip
 
 
 def shipped_design(body: ProbeBody) -> Path | None:

@@ -18,6 +18,7 @@ from ocmm_core.calibration.probe_design._thermal import (
     require_temperature,
     strain_shapes,
 )
+from ocmm_core.camera import ThermalShare
 from ocmm_core.errors import InputError
 from ocmm_core.geometry import Float, rigid_fit
 from ocmm_core.tracking import ProbeBody
@@ -181,6 +182,7 @@ def body_in_use(
         tip_radius=body.tip_radius * (1.0 + ball.per_k * change),
         tip_radius_sigma=radius_sigma,
         geometry_covariance=covariance,
+        thermal=ThermalShare(temperature_state.now.origin, temperature_state.now.sigma_k, growth),
     )
 
 

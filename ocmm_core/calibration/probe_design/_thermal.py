@@ -18,6 +18,10 @@ REFERENCE_C = 20.0
 """Reference temperature of lengths (ISO 1)."""
 LOWEST_C, HIGHEST_C = 0.0, 50.0
 """Plausible range of room, probe and part temperatures."""
+UNMEASURED_K = 2.0
+"""Standard uncertainty of a temperature that was not measured; 20 degrees are assumed."""
+LARGEST_U_K = 20.0
+"""Largest plausible expanded uncertainty (k = 2) of a thermometer."""
 
 
 def require_temperature(what: str, celsius: float) -> None:
@@ -44,6 +48,52 @@ class Temperature:
     sigma_k: float
     """Standard uncertainty, including that of the measuring position, K."""
     origin: str
+    """Thermometer, or basis of the value. One thermometer has one error: readings of the same
+    origin are fully correlated."""
+
+
+def stated_temperature(
+    celsius: float | None, expanded_k: float | None, origin: str = ""
+) -> Temperature | None:
+    """Return a typed temperature with the expanded uncertainty (k = 2) of its thermometer.
+
+    Raises
+    ------
+    InputError
+        A number is implausible, or the uncertainty is missing.
+    """
+    if celsius is None:
+        return None
+    require_temperature("surroundings", celsius)
+    if expanded_k is None:
+        raise InputError(
+            "temperature.u_missing",
+            f"The temperature {celsius:g} °C is given without the uncertainty of its thermometer.",
+            "Give U (k = 2) in kelvin from the certificate of the thermometer (--temperature-u), "
+            "or the name of the thermometer in the register of artefacts.",
+        )
+    if not 0.0 < expanded_k <= LARGEST_U_K:
+        raise InputError(
+            "temperature.sigma",
+            f"The thermometer is given with an expanded uncertainty of {expanded_k:g} K.",
+            f"Give U (k = 2) in kelvin, above 0 and up to {LARGEST_U_K:g}.",
+        )
+    return Temperature(celsius, 0.5 * expanded_k, origin)
+
+
+def certified_at(
+    length: float, expanded: float, expansion: float, expansion_sigma: float,
+    temperature: Temperature | None,
+) -> tuple[float, float]:  # fmt: skip
+    """Return a certified length at a temperature, and its expanded uncertainty (k = 2), mm.
+
+    l (1 + a (T - 20)); U holds the certificate (``expanded``, k = 2), l a u(T) and l |T - 20| u(a).
+    Without a temperature, 20 degrees with `UNMEASURED_K` are assumed.
+    """
+    off = 0.0 if temperature is None else temperature.celsius - REFERENCE_C
+    sigma_k = UNMEASURED_K if temperature is None else temperature.sigma_k
+    thermal = abs(length) * np.hypot(off * expansion_sigma, sigma_k * expansion)
+    return length * (1.0 + expansion * off), float(np.hypot(expanded, 2.0 * thermal))
 
 
 @dataclass(frozen=True, slots=True)

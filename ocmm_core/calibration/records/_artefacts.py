@@ -13,9 +13,14 @@ from itertools import pairwise
 from pathlib import Path
 
 import msgspec
-import numpy as np
 
-from ocmm_core.calibration.probe_design import HIGHEST_C, LOWEST_C, REFERENCE_C, require_temperature
+from ocmm_core.calibration.probe_design import (
+    HIGHEST_C,
+    LOWEST_C,
+    Temperature,
+    certified_at,
+    require_temperature,
+)
 from ocmm_core.calibration.records._findings import Finding
 from ocmm_core.calibration.records._records import ArtefactUse
 from ocmm_core.documents import Document, digest, load_document
@@ -90,45 +95,33 @@ class Artefact:
     identity: str
     temperatures: tuple[float, float] = RATED_C
 
-    def at(self, length: float, temperature_c: float | None) -> tuple[float, float]:
+    def at(self, length: float, temperature: Temperature | None) -> tuple[float, float]:
         """Return a certified length at a temperature, and its expanded uncertainty (k = 2), mm.
 
-        Without a temperature, 20 degrees with a standard uncertainty of 2 K are assumed.
-
-        Raises
-        ------
-        InputError
-            The certificate does not cover that temperature, or it is implausible.
+        See `probe_design.certified_at`; raise InputError for a temperature outside the certificate.
         """
-        cold_or_warm = self._outside(temperature_c)
-        if cold_or_warm is not None:
-            raise InputError(cold_or_warm.code, cold_or_warm.what, cold_or_warm.remedy)
-        temperature_state = 0.0 if temperature_c is None else temperature_c - REFERENCE_C
-        sigma_k = 2.0 if temperature_c is None else 0.3
-        certified = 0.5 * (self.expanded + self.expanded_per_length * abs(length))
-        thermal = abs(length) * np.hypot(
-            temperature_state * self.expansion_sigma, sigma_k * self.expansion
-        )
-        return length * (1.0 + self.expansion * temperature_state), 2.0 * float(
-            np.hypot(certified, thermal)
-        )
+        outside = self._outside(temperature)
+        if outside is not None:
+            raise InputError(outside.code, outside.what, outside.remedy)
+        expanded = self.expanded + self.expanded_per_length * abs(length)
+        return certified_at(length, expanded, self.expansion, self.expansion_sigma, temperature)
 
     def judge(
-        self, length: float, limit: float, now: datetime, temperature_c: float | None
+        self, length: float, limit: float, now: datetime, temperature: Temperature | None
     ) -> list[Finding]:
         """Return findings against its use for an error limit, mm, of a length, mm.
 
         Parameters
         ----------
-        temperature_c
-            Ambient temperature; None if not measured.
+        temperature
+            Ambient; None if not measured.
 
         Raises
         ------
         InputError
             The temperature is implausible.
         """
-        outside = self._outside(temperature_c)
+        outside = self._outside(temperature)
         found = [] if outside is None else [outside]
         due = datetime.fromisoformat(self.use.due_utc)
         if now >= due:
@@ -154,17 +147,18 @@ class Artefact:
             )
         return found
 
-    def _outside(self, temperature_c: float | None) -> Finding | None:
-        if temperature_c is None:
+    def _outside(self, temperature: Temperature | None) -> Finding | None:
+        if temperature is None:
             return None
-        require_temperature("surroundings", temperature_c)
+        celsius = temperature.celsius
+        require_temperature("surroundings", celsius)
         low, high = self.temperatures
-        if low <= temperature_c <= high:
+        if low <= celsius <= high:
             return None
         return Finding(
             "artefact.temperature",
             f"The certificate of '{self.use.name}' (serial {self.use.serial}) covers {low:g} to "
-            f"{high:g} °C, but the ambient temperature is given as {temperature_c:g} °C.",
+            f"{high:g} °C, but the ambient temperature is given as {celsius:g} °C.",
             "Correct the temperature, wait until the room is within that range, or use an "
             "artefact certified for it.",
             refuses=True,

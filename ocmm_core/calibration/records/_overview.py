@@ -127,13 +127,9 @@ def _state(
         own = [one for one in checks if one.qualification == digest]
         check = own[-1] if own else None
     return TipState(
-        tip=tip,
-        mounted=tip == store.mounted,
-        status=store.status_of(active, now, thorough=True),
-        calibration=active.calibration,
-        qualification=active.qualification,
-        check=check,
-    )
+        tip=tip, mounted=tip == store.mounted, status=store.status_of(active, now, thorough=True),
+        calibration=active.calibration, qualification=active.qualification, check=check,
+    )  # fmt: skip
 
 
 def _trends(

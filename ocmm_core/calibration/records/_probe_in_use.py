@@ -109,14 +109,10 @@ class ProbeInUse(InUse[ProbeStore, ProbeView]):
     def as_opened(self) -> ProbeView:
         """Return the view before any status is evaluated."""
         return ProbeView(
-            word=CalibrationStatus.DESIGN,
-            probe=self.body.name,
-            tip=self.tip,
-            identity=self.body.identity,
-            diameter_mm=2.0 * self.body.tip_radius,
-            uncalibrated=self.uncalibrated,
-            records=self.records,
-        )
+            word=CalibrationStatus.DESIGN, probe=self.body.name, tip=self.tip,
+            identity=self.body.identity, diameter_mm=2.0 * self.body.tip_radius,
+            uncalibrated=self.uncalibrated, records=self.records,
+        )  # fmt: skip
 
     def overtaken(self, store: ProbeStore) -> Blocker | None:
         """Return what replaced it since the start of the job, or None."""

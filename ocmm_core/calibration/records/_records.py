@@ -15,6 +15,7 @@ from ocmm_core.camera import (
     CameraModel,
     Rig,
     SpotNoise,
+    ThermalShare,
     Vector3,
     camera_of,
 )
@@ -47,6 +48,19 @@ class ArtefactUse(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fiel
     certificate: str
     certificate_sha256: str
     due_utc: str
+
+
+class ThermalTerm(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """Thermometer of a calibration and the effect of its error."""
+
+    thermometer: str
+    """Its name; empty if only U was stated."""
+    expanded_k: float
+    """U (k = 2) as stated, K."""
+    sigma_k: float
+    """Standard uncertainty of its error after the calibration, K."""
+    by_k: tuple[float, ...]
+    """Derivative of all camera parameters by the error; contained in the covariance."""
 
 
 class CameraRecord(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -88,6 +102,9 @@ class CameraRecord(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fie
     """What lengths and positions rest on."""
     previous: str
     """Hash of the previous record; empty for the first."""
+    thermal: ThermalTerm | msgspec.UnsetType = msgspec.UNSET
+    """Unset without a stated temperature and in earlier versions, whose hash it leaves as it was.
+    """
 
 
 SCHEMA = "ocmm.camera-calibration/1"
@@ -207,17 +224,21 @@ def rig_from_record(record: CameraRecord) -> Rig:
             "Calibrate the cameras again.",
         )
     return Rig(
-        name=record.rig,
-        cameras=tuple(camera_of(entry) for entry in record.cameras),
+        name=record.rig, cameras=tuple(camera_of(entry) for entry in record.cameras),
         aliases=tuple(entry.alias for entry in record.cameras),
         sensors=tuple(entry.sensor_serial for entry in record.cameras),
         device=record.cameras[0].device if record.cameras else "",
-        frame_rate_hz=record.frame_rate_hz,
-        noise=record.noise,
+        frame_rate_hz=record.frame_rate_hz, noise=record.noise,
         volume_world=np.array([record.volume_min, record.volume_max]),
-        parameter_covariance=covariance,
-        identity=record_hash(record),
-    )
+        parameter_covariance=covariance, identity=record_hash(record), thermal=_share(record, size),
+    )  # fmt: skip
+
+
+def _share(record: CameraRecord, size: int) -> ThermalShare | None:
+    thermal = record.thermal
+    if isinstance(thermal, msgspec.UnsetType) or len(thermal.by_k) != size:
+        return None
+    return ThermalShare(thermal.thermometer, thermal.sigma_k, np.array(thermal.by_k))
 
 
 def entry_of(camera: CameraModel, alias: int, sensor: int = 0, device: str = "") -> CameraEntry:
@@ -226,22 +247,9 @@ def entry_of(camera: CameraModel, alias: int, sensor: int = 0, device: str = "")
     vector: Float = Rotation.from_matrix(rotation).as_rotvec()
     x, y, z = (float(value) for value in camera.centre_world)
     return CameraEntry(
-        name=camera.name,
-        serial=camera.serial,
-        alias=alias,
-        width_px=camera.width,
-        height_px=camera.height,
-        pitch=camera.pitch_mm,
-        focal=camera.focal,
-        aspect=camera.aspect,
-        u0_px=camera.u0,
-        v0_px=camera.v0,
-        k1=camera.k1,
-        k2=camera.k2,
-        p1=camera.p1,
-        p2=camera.p2,
-        centre=(x, y, z),
-        rotation_vector=(float(vector[0]), float(vector[1]), float(vector[2])),
-        sensor_serial=sensor,
-        device=device,
-    )
+        name=camera.name, serial=camera.serial, alias=alias, width_px=camera.width,
+        height_px=camera.height, pitch=camera.pitch_mm, focal=camera.focal, aspect=camera.aspect,
+        u0_px=camera.u0, v0_px=camera.v0, k1=camera.k1, k2=camera.k2, p1=camera.p1, p2=camera.p2,
+        centre=(x, y, z), rotation_vector=(float(vector[0]), float(vector[1]), float(vector[2])),
+        sensor_serial=sensor, device=device,
+    )  # fmt: skip

@@ -104,8 +104,10 @@ def _harmless(verdict: CulpritVerdict, observed: Observations, options: Relocati
     """
     if options.geometry != "unknown" or not verdict.explained:
         return False
-    causes = {one.cause for one in verdict.named}
-    return causes == {Culprit.LED} or (causes == {Culprit.PROBE} and len(observed.bars) > 1)
+    causes = {one.cause for part in (verdict.named, *verdict.also) for one in part}
+    return causes == {Culprit.LED} or (
+        causes <= {Culprit.PROBE, Culprit.LED} and len(observed.bars) > 1
+    )
 
 
 def _told_by_points(

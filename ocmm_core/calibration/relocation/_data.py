@@ -58,6 +58,8 @@ class LengthBar:
     """`length`, `sigma`: mm, at the temperature of the observations; standard uncertainty (k = 1).
     The same true length holds in all placements, so its error does not average out.
     """
+    per_k: float = 0.0
+    """Growth by one kelvin, mm/K; the error of the thermometer is part of `sigma`."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -141,6 +143,9 @@ class RelocationOptions:
     geometry: GeometryMode = "uncertain"
     """`lens`, `geometry`: See `LensMode` and `GeometryMode`."""
     world: WorldFrame = field(default_factory=KeptByCameras)
+    thermometer_k: float = 0.0
+    """Standard uncertainty of the temperature, K, an error that bars and probe share; zero if the
+    lengths hold at the observations."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -220,6 +225,9 @@ class RelocationResult:
     iterations: int
     options: RelocationOptions
     forced: bool
+    thermal: tuple[float, Float] | None = None
+    """Standard uncertainty of the thermometer's error after the adjustment, K, and derivative of
+    the parameters (14 C,) by it; None without a thermometer."""
 
     def applied_to(self, rig: Rig, identity: str) -> Rig:
         """Return the rig with these cameras; ``identity`` is that of the calibration's record."""

@@ -111,18 +111,17 @@ def anchors_of(
     return Anchors(_seats(state, seats, names), rows, targets, None, world.sigma)
 
 
-def covariance_in_world(covariance: Float, state: BundleState, anchors: Anchors) -> Float:
-    """Return the covariance (k, k) of the common unknowns in the anchored world.
+def jacobian_of_world(state: BundleState, anchors: Anchors) -> tuple[Float, Float]:
+    """Return the derivatives of the common unknowns in the anchored world.
 
-    ``covariance`` may refer to any world that differs by a small motion.
+    By the unknowns in any world that differs by a small motion, (k, k), and by the anchors in units
+    of their sigma.
     """
     motions = state.world_motions()
     carried = np.vstack([np.hstack([-skew(point), np.eye(3)]) for point in anchors.points])
     held = carried.T if anchors.held is None else anchors.held
-    answer = np.linalg.solve(held @ carried, held)
-    back = np.eye(len(covariance)) - motions @ answer @ anchors.follow
-    of_targets = anchors.sigma * motions @ answer
-    return back @ covariance @ back.T + of_targets @ of_targets.T
+    answer = motions @ np.linalg.solve(held @ carried, held)
+    return np.eye(len(motions)) - answer @ anchors.follow, anchors.sigma * answer
 
 
 def _camera_anchors(state: BundleState, start: Sequence[CameraModel]) -> Anchors:

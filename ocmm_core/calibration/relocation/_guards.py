@@ -130,7 +130,7 @@ def judge_design(
             )
         )
     else:
-        found += _placements(bars)
+        found += _placements(observed, bars)
     if scale_rests_on is not None:
         found.append(
             Finding(
@@ -156,7 +156,7 @@ def judge_design(
     return found
 
 
-def _placements(bars: Sequence[BarResidual]) -> list[Finding]:
+def _placements(observed: Observations, bars: Sequence[BarResidual]) -> list[Finding]:
     used = sum(bar.used for bar in bars)
     found = []
     if used < len(bars):
@@ -176,7 +176,10 @@ def _placements(bars: Sequence[BarResidual]) -> list[Finding]:
         )
     weights = np.array([bar.sigma_mm**-2 for bar in bars if bar.used])
     errors = np.array([bar.error_mm for bar in bars if bar.used])
-    if used and abs(weights @ errors) > BAR_SIGMAS * np.sqrt(weights.sum()):
+    # The thermometer's error is in the certified length, and in the uncertainty of the result.
+    heat = max((bar.sigma for bar in observed.bars if bar.per_k), default=0.0)
+    total = weights.sum()
+    if used and abs(weights @ errors) > BAR_SIGMAS * np.hypot(np.sqrt(total), total * heat):
         found.append(
             Finding(
                 "relocation.bar_contradicts",
@@ -300,5 +303,13 @@ def _contradicts(prior: Prior, off: Float, columns: Int) -> bool:
     known = np.count_nonzero(information.diagonal())
     if not known:
         return False
+    others = np.setdiff1d(np.flatnonzero(prior.information.diagonal()), columns)
+    across = prior.information[np.ix_(columns, others)]
+    if across.any():
+        # One thermometer errs in all of them: what the others allow for is no contradiction.
+        scale = np.sqrt(prior.information.diagonal()[others])
+        rest = prior.information[np.ix_(others, others)] / np.outer(scale, scale)
+        across = across / scale
+        information = information - across @ np.linalg.solve(rest, across.T)
     square = float(off[columns] @ information @ off[columns])
     return bool(chdtrc(known, square) < CONTRADICTION)

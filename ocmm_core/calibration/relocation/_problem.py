@@ -82,33 +82,23 @@ def build(
     bar_rotations, bar_origins, bar_found = start_bars(start, bar_uv)
     bar_seen = np.isfinite(bar_uv[..., 0] + bar_uv[..., 1]) & bar_found[:, None, None]
     state = BundleState(
-        cameras=start.cameras,
-        leds=leds,
-        tip=body.tip_probe,
+        cameras=start.cameras, leds=leds, tip=body.tip_probe,
         seats=np.zeros((len(observed.seats), 3)),
         lengths=np.array([bar.length for bar in observed.bars], dtype=np.float64),
-        rotations=rotations,
-        origins=origins,
-        bar_rotations=bar_rotations,
-        bar_origins=bar_origins,
-    )
+        rotations=rotations, origins=origins, bar_rotations=bar_rotations, bar_origins=bar_origins,
+    )  # fmt: skip
     touched = [
         (observed.seats.index(first), observed.seats.index(second), count + bar)
         for bar, one in enumerate(observed.touched_bars)
         for first, second in one.seats
     ]
     data = BundleData(
-        uv=uv,
-        weights=seen * found[:, None, None] / frames.sigma_px[order, None, None],
-        seats=seats,
-        waved=int(np.count_nonzero(seats < 0)),
-        seat_sigma=observed.seat_sigma,
-        bar_uv=np.ascontiguousarray(bar_uv),
-        bar_weights=bar_seen / bar_sigma[:, None, None],
+        uv=uv, weights=seen * found[:, None, None] / frames.sigma_px[order, None, None],
+        seats=seats, waved=int(np.count_nonzero(seats < 0)), seat_sigma=observed.seat_sigma,
+        bar_uv=np.ascontiguousarray(bar_uv), bar_weights=bar_seen / bar_sigma[:, None, None],
         bars=np.repeat(np.arange(count), [len(shown.uv) for shown in observed.shown_bars]),
-        touched=np.array(touched, dtype=np.int64).reshape(-1, 3),
-        touched_sigma=EXACT_SIGMA,
-    )
+        touched=np.array(touched, dtype=np.int64).reshape(-1, 3), touched_sigma=EXACT_SIGMA,
+    )  # fmt: skip
     data = _in_front(data, state)
     _check_enough(data, start, observed)
     state = _with_seats(data, state)
@@ -164,18 +154,52 @@ def prior_of(
         # Without a seat the tip is undetermined, and nothing depends on it.
         body_columns = np.append(body_columns, _range(columns.of_tip))
     floats = options.geometry == "unknown"
+    lengths = _range(columns.of_lengths)
+    informed: Int = lengths
+    shared, own = thermal_shapes(body, observed, columns)
+    stated = np.zeros((columns.count, columns.count))
+    by_heat = np.array([bar.per_k for bar in observed.bars]) * options.thermometer_k
+    stated[lengths, lengths] = [
+        max(bar.sigma**2 - k**2, EXACT_SIGMA**2)
+        for bar, k in zip(observed.bars, by_heat, strict=True)
+    ]
     if floats:
         free.append(body_columns)
         tip = _range(columns.of_tip)
         information[tip, tip] = UNKNOWN_SIGMA**-2
-    elif options.geometry == "uncertain":
+    elif options.geometry == "uncertain" or options.thermometer_k:
         size = len(body_columns)
-        known = _inform(information, body_columns, body.geometry_covariance[:size, :size])
-        free.append(known)
-        rows += len(known)
-    lengths = _range(columns.of_lengths)
-    information[lengths, lengths] = [bar.sigma**-2 for bar in observed.bars]
-    return Prior(values, information, np.sort(np.concatenate(free)), rows + len(lengths), floats)
+        covariance = body.geometry_covariance[:size, :size]
+        if options.geometry == "known":
+            covariance = EXACT_SIGMA**2 * np.eye(size)
+        stated[np.ix_(body_columns, body_columns)] = covariance
+        informed = np.append(body_columns, lengths)
+    for shape in (shared, own):
+        stated += options.thermometer_k**2 * np.outer(shape, shape)
+    inside = _inform(information, informed, stated[np.ix_(informed, informed)])
+    free.append(inside[inside < columns.of_lengths.start])
+    rows += len(inside)
+    every = np.sort(np.concatenate(free))
+    thermal = None
+    if options.thermometer_k:
+        thermal = np.zeros(columns.count)
+        thermal[inside] = shared[inside]
+    return Prior(values, information, every, rows, floats, thermal)
+
+
+def thermal_shapes(
+    body: ProbeBody, observed: Observations, columns: Columns
+) -> tuple[Float, Float]:
+    """Return growth of the unknowns (k,) by one kelvin of error of the thermometer.
+
+    First what bars and probe share, at the expected expansion of the probe; then the standard
+    uncertainty of the latter, independent of the bars.
+    """
+    shared, own = np.zeros(columns.count), np.zeros(columns.count)
+    arms = (body.leds_probe - body.tip_probe).ravel()
+    shared[columns.of_leds], own[columns.of_leds] = (part * arms for part in body.expansion)
+    shared[columns.of_lengths] = [bar.per_k for bar in observed.bars]
+    return shared, own
 
 
 def lens_covariance(rig: Rig) -> Float:

@@ -42,8 +42,15 @@ from ocmm_core.calibration.guided import (
     to_spots,
     utc_text,
 )
-from ocmm_core.calibration.records import CalibrationStore, LengthBar, let_pass, rig_from_record
-from ocmm_core.calibration.relocation._data import GeometryMode, LensMode
+from ocmm_core.calibration.probe_design import Temperature
+from ocmm_core.calibration.records import (
+    CalibrationStore,
+    LengthBar,
+    ThermalTerm,
+    let_pass,
+    rig_from_record,
+)
+from ocmm_core.calibration.relocation._data import GeometryMode, LensMode, RelocationResult
 from ocmm_core.calibration.relocation._findings import bar_ends, findings_of
 from ocmm_core.calibration.relocation._relocation import relocate
 from ocmm_core.calibration.relocation._repeats import seat_findings
@@ -101,14 +108,9 @@ class RelocationProcedure(CameraProcedure[RelocationEvent, CalibrationOutcome]):
         self._length_sigma: float | None = None
         self._predicted = -1
         self._wave = ProbeSpotAverager(
-            rig,
-            body,
-            WAVED_FRAMES,
-            resting=False,
-            distance_mm=_POSE_APART_MM,
-            turn_rad=_POSE_TURN_RAD,
-            moved=True,
-        )
+            rig, body, WAVED_FRAMES, resting=False, distance_mm=_POSE_APART_MM,
+            turn_rad=_POSE_TURN_RAD, moved=True,
+        )  # fmt: skip
         self._seat = ProbeSpotAverager(
             rig, body, STILL_FRAMES, resting=True, distance_mm=_SEAT_APART_MM, moved=True
         )
@@ -128,7 +130,7 @@ class RelocationProcedure(CameraProcedure[RelocationEvent, CalibrationOutcome]):
         now: datetime,
         *,
         who: str,
-        temperature_c: float | None = None,
+        temperature: Temperature | None = None,
         world: World = "cameras",
         control: KnownPoints | None = None,
         lens: LensMode = "prior",
@@ -163,7 +165,7 @@ class RelocationProcedure(CameraProcedure[RelocationEvent, CalibrationOutcome]):
             The session file cannot be written.
         """
         length = bar.nests[-1] - bar.nests[0]
-        let_pass(bar.artefact.judge(length, np.inf, now, temperature_c), force=False)
+        let_pass(bar.artefact.judge(length, np.inf, now, temperature), force=False)
         if world == "points" and (control is None or len(control.names) < 3):
             raise CalibrationError(
                 "relocation.control",
@@ -178,7 +180,7 @@ class RelocationProcedure(CameraProcedure[RelocationEvent, CalibrationOutcome]):
             now,
             running=store.active_hash or "",
             who=who,
-            temperature_c=temperature_c,
+            temperature=temperature,
             probe_identity=body.identity,
             bar=bar,
             poses_wanted=poses_wanted,
@@ -419,24 +421,32 @@ class RelocationProcedure(CameraProcedure[RelocationEvent, CalibrationOutcome]):
         how = CalibrationContext(
             method="relocation",
             made=datetime.fromisoformat(max(one.utc for one in last) if last else begun.utc),
-            valid_days=begun.valid_days,
-            who=begun.who,
-            software=begun.software,
-            temperature_c=begun.temperature_c,
-            sensor_temperatures_c=self._sensors_c,
+            valid_days=begun.valid_days, who=begun.who, software=begun.software,
+            temperature_c=begun.temperature_c, sensor_temperatures_c=self._sensors_c,
             data_sha256=hash_of(observed.frames.uv, *shown, *rested),
-            artefacts=(begun.bar.artefact.use,),
-            previous=begun.running,
-        )
+            artefacts=(begun.bar.artefact.use,), previous=begun.running,
+        )  # fmt: skip
 
         def calculate() -> CalibrationOutcome:
             found = relocate(rig, body, observed, options, force)
             seats = let_pass(seat_findings(rig, body, found, visits), force)
             found = replace(found, warnings=found.warnings + seats)
-            return build_outcome(rig, findings_of(rig, observed, found), how, before)
+            summary = replace(findings_of(rig, observed, found), thermal=_term(begun, found))
+            return build_outcome(rig, summary, how, before)
 
         return calculate
 
     def _put(self, outcome: CalibrationOutcome, decided: Decided) -> None:
         now = datetime.fromisoformat(decided.utc)
         self._store.accept(outcome.record, self._begun.who, decided.reason, now, self._chain.path)
+
+
+def _term(begun: RelocationBegun, found: RelocationResult) -> ThermalTerm | None:
+    """Return the effect of the thermometer of a session; None if no temperature was stated."""
+    if found.thermal is None or begun.temperature_u is None:
+        return None
+    sigma_k, by_k = found.thermal
+    return ThermalTerm(
+        thermometer=begun.thermometer, expanded_k=begun.temperature_u, sigma_k=sigma_k,
+        by_k=tuple(by_k.tolist()),
+    )  # fmt: skip

@@ -15,6 +15,7 @@ from scipy.spatial import ConvexHull, QhullError
 
 from ocmm_core.calibration.bundle import (
     BundleState,
+    Prior,
     RobustMinimum,
     adjust_robustly,
     common_covariance,
@@ -31,7 +32,7 @@ from ocmm_core.calibration.relocation._data import (
     RelocationResult,
     WrongSpot,
 )
-from ocmm_core.calibration.relocation._frame import anchors_of, covariance_in_world, motion_to_world
+from ocmm_core.calibration.relocation._frame import anchors_of, jacobian_of_world, motion_to_world
 from ocmm_core.calibration.relocation._guards import (
     judge_anchors,
     judge_design,
@@ -149,9 +150,11 @@ def relocate(
     motion = motion_to_world(options.world, observed.seats, free, start.cameras)
     state = free.in_world(motion)
     anchors = anchors_of(options.world, observed.seats, state, start.cameras)
-    covariance = max(1.0, chi2 / dof) * covariance_in_world(
-        _covariance(problem, found, state, start, options), state, anchors
-    )
+    scale = max(1.0, chi2 / dof)
+    near = _covariance(problem, found, state, start, options)
+    to_world, of_anchors = jacobian_of_world(state, anchors)
+    covariance = scale * (to_world @ near @ to_world.T + of_anchors @ of_anchors.T)
+    thermal = _thermal(problem.prior, options.thermometer_k, near, to_world)
     misplaced: list[Finding] = []
     if isinstance(options.world, KeptByPoints):
         misplaced = judge_anchors(tuple(options.world.positions_world), anchors, covariance)
@@ -187,29 +190,35 @@ def relocate(
         *judge_focal(state.cameras, covariance),
     ]
     return RelocationResult(
-        cameras=state.cameras,
-        covariance=covariance[cameras, cameras],
-        T_world_from_start=motion,
-        leds_probe=state.leds,
-        tip_probe=state.tip,
+        cameras=state.cameras, covariance=covariance[cameras, cameras], T_world_from_start=motion,
+        leds_probe=state.leds, tip_probe=state.tip,
         geometry_covariance=covariance[of_probe, of_probe],
-        rms_px=float(np.sqrt(np.mean(residuals[used] ** 2))),
-        chi2=chi2,
-        dof=dof,
-        residuals_px=-residuals,
-        used=used,
-        wrong_spots=wrong,
-        frames_used=np.isfinite(tips[:, 0]),
-        bars=bars,
-        seats_world=dict(zip(observed.seats, state.seats, strict=True)),
-        hull_world=_hull(targets),
-        tips_world=tips,
+        rms_px=float(np.sqrt(np.mean(residuals[used] ** 2))), chi2=chi2, dof=dof,
+        residuals_px=-residuals, used=used, wrong_spots=wrong, frames_used=np.isfinite(tips[:, 0]),
+        bars=bars, seats_world=dict(zip(observed.seats, state.seats, strict=True)),
+        hull_world=_hull(targets), tips_world=tips,
         volume_world=np.stack([np.nanmin(tips, axis=0), np.nanmax(tips, axis=0)]),
-        warnings=let_pass(findings, force),
-        iterations=found.minimum.iterations,
-        options=options,
+        warnings=let_pass(findings, force), iterations=found.minimum.iterations, options=options,
         forced=any(one.refuses for one in findings),
-    )
+        thermal=None if thermal is None else (thermal[0], thermal[1][cameras]),
+    )  # fmt: skip
+
+
+def _thermal(
+    prior: Prior, sigma_k: float, covariance: Float, back: Float
+) -> tuple[float, Float] | None:
+    """Return what remains of the thermometer's error, K, and derivatives (k,) by it.
+
+    The error is a linear function of the priors' unknowns and independent rest; so bars and probe
+    of different expansion measure it.
+    """
+    if prior.thermal is None:
+        return None
+    gain = sigma_k**2 * (prior.information @ prior.thermal)
+    shared = covariance @ gain
+    left = sigma_k**2 - sigma_k**2 * float(gain @ prior.thermal) + float(gain @ shared)
+    left = max(left, 1e-12)
+    return float(np.sqrt(left)), back @ shared / left
 
 
 def _adjusted(problem: RelocationProblem) -> RobustMinimum:

@@ -18,6 +18,7 @@ from ocmm_core.calibration.guided import (
     judge_first_visit,
     judge_visit_again,
 )
+from ocmm_core.calibration.probe_design import UNMEASURED_K
 from ocmm_core.calibration.records import LengthBar as BarArtefact
 from ocmm_core.calibration.relocation._data import (
     GeometryMode,
@@ -245,8 +246,9 @@ class RelocationState:
             seats,
         )
         places = begun.bar.leds if self.shown else (begun.bar.nests[0], begun.bar.nests[-1])
-        certified, expanded = begun.bar.artefact.at(places[1] - places[0], begun.temperature_c)
-        bar = LengthBar(begun.bar.artefact.use.name, certified, 0.5 * expanded)
+        certified, expanded = begun.bar.artefact.at(places[1] - places[0], begun.temperature)
+        per_k = (places[1] - places[0]) * begun.bar.artefact.expansion
+        bar = LengthBar(begun.bar.artefact.use.name, certified, 0.5 * expanded, per_k)
         shown: tuple[ShownBar, ...] = ()
         if self.bars:
             uv = np.array([from_spots(one.uv) for one in self.bars])
@@ -267,4 +269,6 @@ class RelocationState:
             )
         elif begun.world == "set":
             world = SetByPoints(*SET_NAMES)
-        return RelocationOptions(begun.lens, begun.geometry, world)
+        warm = begun.temperature
+        sigma_k = UNMEASURED_K if warm is None else warm.sigma_k
+        return RelocationOptions(begun.lens, begun.geometry, world, sigma_k)

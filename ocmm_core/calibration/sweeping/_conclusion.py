@@ -75,46 +75,27 @@ def conclude_pivot(given: PivotMaterial) -> PivotOutcome:
     change = None if given.previous is None else change_of(given.body, given.previous, first, begun)
     overruled = given.force and any(one.refuses for one in validation.findings)
     record = ProbeRecord(
-        schema=PROBE_SCHEMA,
-        probe=begun.probe,
-        tip=begun.tip,
-        made_utc=utc_text(given.made),
-        made_by=begun.who,
-        software=begun.software,
-        temperature_c=begun.temperature_c,
-        rig=given.rig.name,
-        rig_identity=given.rig.identity,
+        schema=PROBE_SCHEMA, probe=begun.probe, tip=begun.tip, made_utc=utc_text(given.made),
+        made_by=begun.who, software=begun.software, temperature_c=begun.temperature_c,
+        rig=given.rig.name, rig_identity=given.rig.identity,
         data_sha256=hash_of(given.first.uv, given.second.uv, *_spots_of(given.visits)),
         valid_until_utc=utc_text(given.made + timedelta(days=begun.valid_days)),
         probe_identity=begun.probe_identity,
-        leds_mm=tuple(_vector(led) for led in first.leds_probe),
-        tip_mm=_vector(first.tip_probe),
-        covariance=_symmetric(first.covariance),
-        frames=len(given.first.uv),
-        left_out=len(first.left_out),
-        ranges_deg=_vector(np.degrees(first.coverage.ranges)),
-        attitudes=first.coverage.attitudes,
-        rms_px=first.rms_px,
-        chi2_per_dof=first.chi2 / first.dof,
-        thesis_tip_mm=_vector(first.thesis_tip_probe),
-        thesis_spread_mm=first.thesis.spread,
-        validation=_check(validation),
-        change_mm=None if change is None else change.tip_distance,
-        change_reason="",
+        leds_mm=tuple(_vector(led) for led in first.leds_probe), tip_mm=_vector(first.tip_probe),
+        covariance=_symmetric(first.covariance), frames=len(given.first.uv),
+        left_out=len(first.left_out), ranges_deg=_vector(np.degrees(first.coverage.ranges)),
+        attitudes=first.coverage.attitudes, rms_px=first.rms_px,
+        chi2_per_dof=first.chi2 / first.dof, thesis_tip_mm=_vector(first.thesis_tip_probe),
+        thesis_spread_mm=first.thesis.spread, validation=_check(validation),
+        change_mm=None if change is None else change.tip_distance, change_reason="",
         warnings=tuple(one.what for one in findings),
         forced=first.forced or second.forced or overruled,
-        artefacts=() if begun.cone is None else (begun.cone,),
-        previous=begun.running,
-    )
+        artefacts=() if begun.cone is None else (begun.cone,), previous=begun.running,
+    )  # fmt: skip
     return PivotOutcome(
-        record=record,
-        body=first.applied_to(given.body, record_hash(record)),
-        first=first,
-        second=second,
-        validation=validation,
-        change=change,
-        findings=findings,
-    )
+        record=record, body=first.applied_to(given.body, record_hash(record)), first=first,
+        second=second, validation=validation, change=change, findings=findings,
+    )  # fmt: skip
 
 
 def change_of(

@@ -32,6 +32,7 @@ from ocmm_core.calibration.guided import (
     utc_text,
 )
 from ocmm_core.calibration.pivot import OTHER_ATTITUDE, OTHER_PLACE_MM
+from ocmm_core.calibration.probe_design import Temperature
 from ocmm_core.calibration.records import ArtefactUse, ProbeRecord, ProbeStore, load_named
 from ocmm_core.calibration.sweeping._conclusion import expected_tip
 from ocmm_core.calibration.sweeping._session import (
@@ -105,7 +106,7 @@ class PivotProcedure(ProbeProcedure[PivotEvent, PivotOutcome]):
         now: datetime,
         *,
         who: str,
-        temperature_c: float | None = None,
+        temperature: Temperature | None = None,
         tip_unknown: bool = False,
         cone: ArtefactUse | None = None,
         slack_mm: float = 0.0,
@@ -151,24 +152,12 @@ class PivotProcedure(ProbeProcedure[PivotEvent, PivotOutcome]):
             body, None if active is None else active.calibration, tip_unknown=tip_unknown
         )
         chain, begun = _SESSIONS.begin(
-            folder,
-            rig,
-            now,
-            running=store.active_hash(tip) or "",
-            who=who,
-            temperature_c=temperature_c,
-            probe=body.name,
-            probe_identity=body.identity,
-            tip=tip,
-            expected_tip=expected,
-            cone=cone,
-            slack_mm=slack_mm,
-            change_limit_mm=change_limit_mm,
-            poses_wanted=poses_wanted,
-            tip_sigma_mm=tip_sigma_mm,
-            valid_days=valid_days,
+            folder, rig, now, running=store.active_hash(tip) or "", who=who,
+            temperature=temperature, probe=body.name, probe_identity=body.identity, tip=tip,
+            expected_tip=expected, cone=cone, slack_mm=slack_mm, change_limit_mm=change_limit_mm,
+            poses_wanted=poses_wanted, tip_sigma_mm=tip_sigma_mm, valid_days=valid_days,
             again=again,
-        )
+        )  # fmt: skip
         return cls(chain, begun, rig, body, store)
 
     @classmethod
@@ -196,21 +185,14 @@ class PivotProcedure(ProbeProcedure[PivotEvent, PivotOutcome]):
             findings = self._state.progress(self._step).findings if watching else ()
             warnings = {one.code: one for one in (*self._watch.warnings(), *findings)}
             return PivotView(
-                base=self.base,
-                probe=self._begun.probe,
-                tip=self.tip,
+                base=self.base, probe=self._begun.probe, tip=self.tip,
                 in_cone=watching and self._watch.in_cone,
                 countdown_s=self._watch.countdown_s if watching else None,
-                direction_world=self._watch.direction_world if watching else nothing,
-                first=first,
-                second=second,
-                place_distance_mm=place,
-                attitude_distance=attitude,
-                place_wanted_mm=OTHER_PLACE_MM,
-                attitude_wanted=float(OTHER_ATTITUDE),
-                warnings=tuple(warnings.values()) if watching else (),
-                outcome=self._outcome,
-            )
+                direction_world=self._watch.direction_world if watching else nothing, first=first,
+                second=second, place_distance_mm=place, attitude_distance=attitude,
+                place_wanted_mm=OTHER_PLACE_MM, attitude_wanted=float(OTHER_ATTITUDE),
+                warnings=tuple(warnings.values()) if watching else (), outcome=self._outcome,
+            )  # fmt: skip
 
     def watch(self, block: FrameBlock) -> None:
         with self._lock:

@@ -115,22 +115,16 @@ def view_of(
     """Return the display form of a sweep; with ``may_end`` it may end at a closed gate."""
     coverage = progress.coverage
     return SweepView(
-        phase=SweepPhase.GOOD if gate.open else phase,
-        poses=progress.poses,
-        poses_wanted=poses_wanted,
-        attitudes=0 if coverage is None else coverage.attitudes,
+        phase=SweepPhase.GOOD if gate.open else phase, poses=progress.poses,
+        poses_wanted=poses_wanted, attitudes=0 if coverage is None else coverage.attitudes,
         attitudes_wanted=limits.least_attitudes,
         ranges=np.zeros(3) if coverage is None else coverage.ranges,
         ranges_wanted=np.radians([limits.wanted_deg, limits.wanted_deg, limits.roll_deg]),
-        tip_sigma_mm=progress.tip_sigma,
-        tip_sigma_wanted_mm=sigma_wanted,
-        map_middle_world=progress.middle_world,
-        cells=progress.cells,
-        centre_world=progress.centre_world,
-        good=gate.open,
-        missing="" if gate.open else gate.reason,
-        may_end=gate.open or may_end,
-    )
+        tip_sigma_mm=progress.tip_sigma, tip_sigma_wanted_mm=sigma_wanted,
+        map_middle_world=progress.middle_world, cells=progress.cells,
+        centre_world=progress.centre_world, good=gate.open,
+        missing="" if gate.open else gate.reason, may_end=gate.open or may_end,
+    )  # fmt: skip
 
 
 def gate_of(

@@ -249,14 +249,9 @@ class SweepingState:
         """Return the display form of a sweep."""
         begun, progress = self.begun, self.progress(step)
         return view_of(
-            progress,
-            phase,
-            self.gate(step, forced=forced),
-            begun.limits(),
-            begun.poses_wanted,
-            begun.tip_sigma_mm,
-            may_end=forced and is_forcible(progress, begun.limits()),
-        )
+            progress, phase, self.gate(step, forced=forced), begun.limits(), begun.poses_wanted,
+            begun.tip_sigma_mm, may_end=forced and is_forcible(progress, begun.limits()),
+        )  # fmt: skip
 
     def steps(self, *, forced: bool) -> tuple[Step, ...]:
         first, second = (self.poses[name].count for name in SWEEPS)
@@ -283,14 +278,10 @@ class SweepingState:
         if not gate.open:
             raise CalibrationError("pivot.incomplete", gate.reason, gate.remedy)
         given = PivotMaterial(
-            rig=self.rig,
-            body=self.body,
-            begun=self.begun,
+            rig=self.rig, body=self.body, begun=self.begun,
             first=self.poses[FIRST].sweep(self.rig, self.body),
             second=self.poses[SECOND].sweep(self.rig, self.body),
             visits=ConeVisits(self.first_utc, tuple(self.visits), self.begun.slack_mm),
-            previous=previous,
-            made=datetime.fromisoformat(self.last_utc),
-            force=forced,
-        )
+            previous=previous, made=datetime.fromisoformat(self.last_utc), force=forced,
+        )  # fmt: skip
         return lambda: conclude_pivot(given)

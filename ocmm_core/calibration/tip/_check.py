@@ -21,6 +21,7 @@ from ocmm_core.calibration.guided import (
     handle_axis,
     place_of_ball,
 )
+from ocmm_core.calibration.probe_design import Temperature
 from ocmm_core.calibration.records import Check, Finding, Sphere, TipRecord
 from ocmm_core.calibration.tip._errors import sigma_of_difference
 from ocmm_core.calibration.tip._fit import BallFit, fit_ball_on
@@ -103,16 +104,16 @@ def decide_check(
     qualification: TipRecord,
     rig: Rig,
     body: ProbeBody,
-    temperature_c: float | None,
+    temperature: Temperature | None,
 ) -> TipCheckDecision:
     """Return the decision from the points of a complete or incomplete check."""
     judged: list[Judged] = []
     lacking = ""
-    ball = _ball(on_sphere, sphere, rig, body, temperature_c)
+    ball = _ball(on_sphere, sphere, rig, body, temperature)
     if ball is None:
         lacking = "The points on the sphere do not determine the ball yet: touch more places."
     else:
-        sigma = sigma_of_difference(ball.errors, sphere, temperature_c, qualification, rig, body)
+        sigma = sigma_of_difference(ball.errors, sphere, temperature, qualification, rig, body)
         judged += [_diameter(ball, sigma, qualification), *_form(ball)]
     place = place_of_ball(in_cone, rig, body)
     articulation = articulate(in_cone, rig, body, CHANCE) if len(in_cone) > 1 else None
@@ -147,10 +148,10 @@ def _ball(
     sphere: Sphere,
     rig: Rig,
     body: ProbeBody,
-    temperature_c: float | None,
+    temperature: Temperature | None,
 ) -> BallFit | None:
     try:
-        return fit_ball_on(touches, sphere, rig, body, temperature_c)
+        return fit_ball_on(touches, sphere, rig, body, temperature)
     except CalibrationError:
         return None
 

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ocmm_core.calibration.guided import RestingTouch
+from ocmm_core.calibration.probe_design import Temperature
 from ocmm_core.calibration.records import Sphere, TipRecord
 from ocmm_core.camera import Rig
 from ocmm_core.geometry import Float, Points3
@@ -55,16 +56,20 @@ def errors_of(touches: Sequence[RestingTouch], normals: Points3, gain: Float) ->
 
 
 def sigma_with_sphere(
-    errors: DiameterErrors, sphere: Sphere, temperature_c: float | None, rig: Rig, body: ProbeBody
+    errors: DiameterErrors,
+    sphere: Sphere,
+    temperature: Temperature | None,
+    rig: Rig,
+    body: ProbeBody,
 ) -> float:
     """Return the standard uncertainty of a diameter including its sphere, mm."""
-    return float(np.hypot(errors.sigma(rig, body), _sphere_sigma(sphere, temperature_c)))
+    return float(np.hypot(errors.sigma(rig, body), _sphere_sigma(sphere, temperature)))
 
 
 def sigma_of_difference(
     errors: DiameterErrors,
     sphere: Sphere,
-    temperature_c: float | None,
+    temperature: Temperature | None,
     qualification: TipRecord,
     rig: Rig,
     body: ProbeBody,
@@ -75,7 +80,7 @@ def sigma_of_difference(
     """
     by_geometry = np.array(qualification.by_geometry)
     by_cameras = np.array(qualification.by_cameras)
-    sphere_sigma = _sphere_sigma(sphere, temperature_c)
+    sphere_sigma = _sphere_sigma(sphere, temperature)
     shapes = (by_geometry.shape, by_cameras.shape)
     if shapes != (errors.by_geometry.shape, errors.by_cameras.shape):
         whole = np.hypot(errors.sigma(rig, body), sphere_sigma)
@@ -100,5 +105,5 @@ def _variance(slope: Float, covariance: Float) -> float:
     return float(slope @ covariance @ slope)
 
 
-def _sphere_sigma(sphere: Sphere, temperature_c: float | None) -> float:
-    return 0.5 * sphere.artefact.at(sphere.diameter, temperature_c)[1]
+def _sphere_sigma(sphere: Sphere, temperature: Temperature | None) -> float:
+    return 0.5 * sphere.artefact.at(sphere.diameter, temperature)[1]

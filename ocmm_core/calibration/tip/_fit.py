@@ -15,6 +15,7 @@ import numpy as np
 from scipy.special import chdtri, ndtri
 
 from ocmm_core.calibration.guided import RestingTouch, joint_covariance, range_limit, tips_of
+from ocmm_core.calibration.probe_design import Temperature
 from ocmm_core.calibration.records import Sphere
 from ocmm_core.calibration.tip._errors import DiameterErrors, errors_of, sigma_with_sphere
 from ocmm_core.calibration.verification import fit_sphere
@@ -80,7 +81,7 @@ def fit_ball_on(
     sphere: Sphere,
     rig: Rig,
     body: ProbeBody,
-    temperature_c: float | None,
+    temperature: Temperature | None,
 ) -> BallFit:
     """Return the ball that touched a sphere; raise CalibrationError if undetermined.
 
@@ -114,7 +115,7 @@ def fit_ball_on(
     weight = np.linalg.inv(of_points)
     dof = len(touches) - 4
     chi2 = float(residuals @ weight @ residuals)
-    certified, _ = sphere.artefact.at(sphere.diameter, temperature_c)
+    certified, _ = sphere.artefact.at(sphere.diameter, temperature)
     # Ratio of the residuals to their expected size.
     ratio, limit = np.sqrt(np.array([chi2, chdtri(dof, FORM_CHANCE)]) / dof)
     sigmas = np.sqrt(np.diag(of_points))
@@ -123,22 +124,15 @@ def fit_ball_on(
     if ratio > limit:
         errors = replace(errors, noise=2.0 * float(ratio * np.sqrt(covariance[3, 3])))
     return BallFit(
-        centre_world=centre,
-        radius=radius,
-        covariance=covariance,
-        directions_world=away / np.linalg.norm(away, axis=1)[:, None],
-        residuals=residuals,
-        sigmas=sigmas,
-        misfit=float(typical * ratio),
-        misfit_limit=float(typical * limit),
+        centre_world=centre, radius=radius, covariance=covariance,
+        directions_world=away / np.linalg.norm(away, axis=1)[:, None], residuals=residuals,
+        sigmas=sigmas, misfit=float(typical * ratio), misfit_limit=float(typical * limit),
         form=float(np.ptp(plain)),
         form_limit=range_limit(_plain_residuals(normals, of_points), FORM_CHANCE),
-        point_sigma=float(np.sqrt(plain @ plain / dof)),
-        diameter=2.0 * radius - certified,
-        diameter_sigma=sigma_with_sphere(errors, sphere, temperature_c, rig, body),
-        errors=errors,
+        point_sigma=float(np.sqrt(plain @ plain / dof)), diameter=2.0 * radius - certified,
+        diameter_sigma=sigma_with_sphere(errors, sphere, temperature, rig, body), errors=errors,
         doubtful=doubtful_points(normals, of_points, residuals),
-    )
+    )  # fmt: skip
 
 
 def doubtful_points(normals: Points3, covariance: Float, residuals: Float) -> tuple[int, ...]:

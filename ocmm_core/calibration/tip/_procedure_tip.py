@@ -20,6 +20,7 @@ from ocmm_core.calibration.guided import (
     articulate,
     utc_text,
 )
+from ocmm_core.calibration.probe_design import Temperature
 from ocmm_core.calibration.records import (
     TIP_SCHEMA,
     ArtefactUse,
@@ -76,7 +77,7 @@ class TipQualificationProcedure(TouchProcedure[TipOutcome, TipBegun]):
         now: datetime,
         *,
         who: str,
-        temperature_c: float | None = None,
+        temperature: Temperature | None = None,
         cone: ArtefactUse | None = None,
         nominal_mm: float | None = None,
         limits: TipLimits | None = None,
@@ -104,23 +105,11 @@ class TipQualificationProcedure(TouchProcedure[TipOutcome, TipBegun]):
         """
         chosen = limits or TipLimits()
         return cls._begin(
-            folder,
-            rig,
-            body,
-            store,
-            mounted_records(store, tip),
-            sphere,
-            now,
-            limit_mm=chosen.nominal,
-            who=who,
-            temperature_c=temperature_c,
-            cone=cone,
+            folder, rig, body, store, mounted_records(store, tip), sphere, now,
+            limit_mm=chosen.nominal, who=who, temperature=temperature, cone=cone,
             nominal_mm=2.0 * body.tip_radius if nominal_mm is None else BALL.check(nominal_mm),
-            cameras=cameras,
-            hold_s=hold_s,
-            limits=chosen,
-            valid_days=valid_days,
-        )
+            cameras=cameras, hold_s=hold_s, limits=chosen, valid_days=valid_days,
+        )  # fmt: skip
 
     @property
     def view(self) -> TipView:
@@ -137,7 +126,7 @@ class TipQualificationProcedure(TouchProcedure[TipOutcome, TipBegun]):
             points=begun.limits.points,
             places_needed=begun.limits.places,
             sigma_of=lambda errors: sigma_with_sphere(
-                errors, begun.sphere, begun.temperature_c, rig, calibrated
+                errors, begun.sphere, begun.temperature, rig, calibrated
             ),
             diameter_sigma=begun.limits.diameter_sigma,
             artefact_limit=begun.limits.nominal,
@@ -161,30 +150,23 @@ class TipQualificationProcedure(TouchProcedure[TipOutcome, TipBegun]):
                 raise CalibrationError("tip.incomplete", gate.reason, gate.remedy)
         state, begun = self._state, self._begun
         ball = fit_ball_on(
-            state.sphere_touches, begun.sphere, state.rig, state.body, begun.temperature_c
+            state.sphere_touches, begun.sphere, state.rig, state.body, begun.temperature
         )
         found = articulate(state.cone_touches, state.rig, state.body)
         checks = qualification_checks(ball, found, begun.nominal_mm, begun.limits)
         made = datetime.fromisoformat(self._made_utc)
         record = self._record(
-            TipRecord,
-            schema=TIP_SCHEMA,
+            TipRecord, schema=TIP_SCHEMA,
             valid_until_utc=utc_text(made + timedelta(days=begun.valid_days)),
-            diameter_mm=ball.diameter,
-            diameter_sigma_mm=ball.diameter_sigma,
-            noise_sigma_mm=ball.errors.noise,
-            by_cameras=tuple(ball.errors.by_cameras.tolist()),
-            by_geometry=tuple(ball.errors.by_geometry.tolist()),
-            form_mm=ball.form,
-            points=len(state.on_sphere),
-            point_sigma_mm=ball.point_sigma,
-            articulation_2s_mm=found.spread_2s,
-            articulation_max_mm=found.largest,
-            attitudes=len(state.in_cone),
-            checks=checks,
+            diameter_mm=ball.diameter, diameter_sigma_mm=ball.diameter_sigma,
+            noise_sigma_mm=ball.errors.noise, by_cameras=tuple(ball.errors.by_cameras.tolist()),
+            by_geometry=tuple(ball.errors.by_geometry.tolist()), form_mm=ball.form,
+            points=len(state.on_sphere), point_sigma_mm=ball.point_sigma,
+            articulation_2s_mm=found.spread_2s, articulation_max_mm=found.largest,
+            attitudes=len(state.in_cone), checks=checks,
             passed=all(conforms(check) for check in checks),
             camera_doubts=doubts_by_name(state.rig.device) or msgspec.UNSET,
-        )
+        )  # fmt: skip
         return TipOutcome(
             record=record,
             largest=nearest_to_limit(checks),

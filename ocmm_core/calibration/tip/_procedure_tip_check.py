@@ -17,6 +17,7 @@ from ocmm_core.calibration.guided import (
     SessionFormat,
     SessionLine,
 )
+from ocmm_core.calibration.probe_design import Temperature
 from ocmm_core.calibration.records import (
     CHECK_SCHEMA,
     ArtefactUse,
@@ -77,7 +78,7 @@ class TipCheckProcedure(TouchProcedure[TipCheckOutcome, TipCheckBegun]):
         now: datetime,
         *,
         who: str,
-        temperature_c: float | None = None,
+        temperature: Temperature | None = None,
         cone: ArtefactUse | None = None,
         cameras: CalibrationStore | None = None,
         hold_s: float = 0.0,
@@ -96,22 +97,10 @@ class TipCheckProcedure(TouchProcedure[TipCheckOutcome, TipCheckBegun]):
         records = mounted_records(store, tip)
         qualification = _qualified(records, None)
         return cls._begin(
-            folder,
-            rig,
-            body,
-            store,
-            records,
-            sphere,
-            now,
-            limit_mm=_ARTEFACT_LIMIT_MM,
-            who=who,
-            temperature_c=temperature_c,
-            cone=cone,
-            nominal_mm=qualification.diameter_mm,
-            cameras=cameras,
-            hold_s=hold_s,
-            qualification=record_hash(qualification),
-        )
+            folder, rig, body, store, records, sphere, now, limit_mm=_ARTEFACT_LIMIT_MM, who=who,
+            temperature=temperature, cone=cone, nominal_mm=qualification.diameter_mm,
+            cameras=cameras, hold_s=hold_s, qualification=record_hash(qualification),
+        )  # fmt: skip
 
     @property
     def view(self) -> TipCheckView:
@@ -127,7 +116,7 @@ class TipCheckProcedure(TouchProcedure[TipCheckOutcome, TipCheckBegun]):
             state, begun = self._state, self._begun
             decision = decide_check(
                 state.sphere_touches, state.cone_touches, begun.sphere, self._qualification,
-                state.rig, state.body, begun.temperature_c,
+                state.rig, state.body, begun.temperature,
             )  # fmt: skip
             self._decision = (self._version, decision)
         return self._decision[1]
@@ -143,7 +132,7 @@ class TipCheckProcedure(TouchProcedure[TipCheckOutcome, TipCheckBegun]):
             points=len(places.names),
             places_needed=len(places.names) - 2,
             sigma_of=lambda errors: sigma_of_difference(
-                errors, begun.sphere, begun.temperature_c, qualified, rig, calibrated
+                errors, begun.sphere, begun.temperature, qualified, rig, calibrated
             ),
             diameter_sigma=DIAMETER_SIGMA_MM,
             artefact_limit=_ARTEFACT_LIMIT_MM,

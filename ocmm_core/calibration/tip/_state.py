@@ -112,7 +112,7 @@ class TouchState:
     def reach(self) -> float:
         """Return the expected distance of a ball centre from that of the sphere, mm."""
         begun = self.begun
-        certified, _ = begun.sphere.artefact.at(begun.sphere.diameter, begun.temperature_c)
+        certified, _ = begun.sphere.artefact.at(begun.sphere.diameter, begun.temperature)
         return 0.5 * (certified + begun.nominal_mm)
 
     @property
@@ -158,7 +158,7 @@ class TouchState:
         begun = self.begun
         try:
             return fit_ball_on(
-                self.sphere_touches, begun.sphere, self.rig, self.body, begun.temperature_c
+                self.sphere_touches, begun.sphere, self.rig, self.body, begun.temperature
             )
         except CalibrationError:
             return None

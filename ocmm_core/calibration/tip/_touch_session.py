@@ -33,6 +33,7 @@ from ocmm_core.calibration.guided import (
     touch_of,
     utc_text,
 )
+from ocmm_core.calibration.probe_design import Temperature
 from ocmm_core.calibration.records import (
     ArtefactUse,
     CalibrationStore,
@@ -121,7 +122,7 @@ class TouchProcedure(ProbeProcedure[TouchEvent, Q], Generic[Q, B]):
         *,
         limit_mm: float,
         who: str,
-        temperature_c: float | None,
+        temperature: Temperature | None,
         cone: ArtefactUse | None,
         nominal_mm: float,
         cameras: CalibrationStore | None,
@@ -129,21 +130,12 @@ class TouchProcedure(ProbeProcedure[TouchEvent, Q], Generic[Q, B]):
         **own: object,
     ) -> Self:
         """Start a session with the records in force for the tip."""
-        let_pass(sphere.artefact.judge(sphere.diameter, limit_mm, now, temperature_c), force=False)
+        let_pass(sphere.artefact.judge(sphere.diameter, limit_mm, now, temperature), force=False)
         chain, begun = cls.sessions.begin(
-            folder,
-            rig,
-            now,
-            running=record_hash(records.calibration),
-            who=who,
-            temperature_c=temperature_c,
-            tip=records.calibration.tip,
-            probe_identity=body.identity,
-            sphere=sphere,
-            cone=cone,
-            nominal_mm=nominal_mm,
-            **own,
-        )
+            folder, rig, now, running=record_hash(records.calibration), who=who,
+            temperature=temperature, tip=records.calibration.tip, probe_identity=body.identity,
+            sphere=sphere, cone=cone, nominal_mm=nominal_mm, **own,
+        )  # fmt: skip
         return cls(chain, begun, rig, body, store, records, cameras, hold_s)
 
     @classmethod
@@ -247,20 +239,13 @@ class TouchProcedure(ProbeProcedure[TouchEvent, Q], Generic[Q, B]):
     def _snapshot(self, kind: Callable[..., V], **own: object) -> V:
         """Return the snapshot of a kind: `TouchView` and its own fields."""
         state, begun = self._state, self._begun
-        certified, expanded = begun.sphere.artefact.at(begun.sphere.diameter, begun.temperature_c)
+        certified, expanded = begun.sphere.artefact.at(begun.sphere.diameter, begun.temperature)
         return kind(
-            base=self.base,
-            probe=state.body.name,
-            tip=begun.tip,
-            sphere_name=begun.sphere.artefact.use.name,
-            sphere_diameter_mm=certified,
-            sphere_expanded_mm=expanded,
-            nominal_mm=begun.nominal_mm,
-            sphere=state.sphere,
-            cone=state.cone,
-            countdown=self._sight.countdown(self._step, self._version),
-            **own,
-        )
+            base=self.base, probe=state.body.name, tip=begun.tip,
+            sphere_name=begun.sphere.artefact.use.name, sphere_diameter_mm=certified,
+            sphere_expanded_mm=expanded, nominal_mm=begun.nominal_mm, sphere=state.sphere,
+            cone=state.cone, countdown=self._sight.countdown(self._step, self._version), **own,
+        )  # fmt: skip
 
     def _check(self, outcome: Q) -> None:
         # Another process may have put other records in force.
@@ -276,7 +261,7 @@ class TouchProcedure(ProbeProcedure[TouchEvent, Q], Generic[Q, B]):
             begun.sphere.diameter,
             self._wanted.artefact_limit,
             datetime.fromisoformat(begun.utc),
-            begun.temperature_c,
+            begun.temperature,
         )
         if self._cameras is None:
             return let_pass(known, force=False)
@@ -292,19 +277,14 @@ class TouchProcedure(ProbeProcedure[TouchEvent, Q], Generic[Q, B]):
         taken = self._state.taken
         cone = self._begun.cone
         return kind(
-            probe=self._records.calibration.probe,
-            tip=self.tip,
-            made_utc=self._made_utc,
-            made_by=self._first.who,
-            software=self._first.software,
-            temperature_c=self._first.temperature_c,
-            rig=self.rig.name,
+            probe=self._records.calibration.probe, tip=self.tip, made_utc=self._made_utc,
+            made_by=self._first.who, software=self._first.software,
+            temperature_c=self._first.temperature_c, rig=self.rig.name,
             rig_identity=self.rig.identity,
             data_sha256=hash_of(np.array([from_spots(event.uv) for event in taken])),
             calibration=self._first.running,
-            artefacts=(self.sphere.artefact.use, *((cone,) if cone is not None else ())),
-            **own,
-        )
+            artefacts=(self.sphere.artefact.use, *((cone,) if cone is not None else ())), **own,
+        )  # fmt: skip
 
     # Implementation of `GuidedProcedure`.
 

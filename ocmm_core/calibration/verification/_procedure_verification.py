@@ -41,6 +41,7 @@ from ocmm_core.calibration.guided import (
     to_spots,
     utc_text,
 )
+from ocmm_core.calibration.probe_design import Temperature
 from ocmm_core.calibration.records import CalibrationStore, LengthBar, Sphere, let_pass
 from ocmm_core.calibration.verification._artefacts import judge_independence
 from ocmm_core.calibration.verification._limits import Limits
@@ -109,7 +110,7 @@ class VerificationProcedure(CameraProcedure[VerificationEvent, VerificationOutco
         now: datetime,
         *,
         who: str,
-        temperature_c: float | None = None,
+        temperature: Temperature | None = None,
         spheres: tuple[Sphere, ...] = (),
         two_places: bool = False,
         limits: Limits | None = None,
@@ -135,30 +136,24 @@ class VerificationProcedure(CameraProcedure[VerificationEvent, VerificationOutco
             one
             for nest in bar.nests[1:]
             for one in bar.artefact.judge(
-                nest - bar.nests[0], chosen.of_length(nest - bar.nests[0]), now, temperature_c
+                nest - bar.nests[0], chosen.of_length(nest - bar.nests[0]), now, temperature
             )
         ]
         for sphere in spheres:
             for limit in (chosen.diameter, chosen.form):
-                findings += sphere.artefact.judge(sphere.diameter, limit, now, temperature_c)
+                findings += sphere.artefact.judge(sphere.diameter, limit, now, temperature)
         artefacts: tuple[LengthBar | Sphere, ...] = (bar, *spheres)
         findings += judge_independence([one.artefact.use for one in artefacts], store.active())
         let_pass(findings, force=False)
         # Refuse an unsuitable bar before there is a session.
         plan_lines(rig.volume_world, bar.nests[-1] - bar.nests[0])
         chain, begun = _SESSIONS.begin(
-            folder,
-            rig,
-            now,
-            running=rig.identity,
-            who=who,
-            temperature_c=temperature_c,
-            probe_identity=body.identity,
-            bar=bar,
+            folder, rig, now, running=rig.identity, who=who, temperature=temperature,
+            probe_identity=body.identity, bar=bar,
             spheres=tuple(one for one in spheres for _ in (PLACES if two_places else ("",))),
             places=tuple(place for _ in spheres for place in (PLACES if two_places else ("",))),
             limits=chosen,
-        )
+        )  # fmt: skip
         return cls(chain, begun, rig, body, store)
 
     @classmethod

@@ -219,7 +219,7 @@ class VerificationState:
             self.line_tips(line),
             self.begun.bar,
             self.begun.limits,
-            self.begun.temperature_c,
+            self.begun.temperature,
         )
 
     def has_failed(self, line: int) -> bool:

@@ -98,7 +98,7 @@ def _system(state: VerificationState) -> tuple[Float, Float, int]:
         along = unit(tips[-1] - tips[0])
         across = np.column_stack(perpendicular_pair(along))
         for nest, one in enumerate(taken):
-            place = bar.artefact.at(bar.nests[nest] - bar.nests[0], state.begun.temperature_c)[0]
+            place = bar.artefact.at(bar.nests[nest] - bar.nests[0], state.begun.temperature)[0]
             row = np.zeros((3, n_own + 4))
             row[:, 5 * line : 5 * line + 3] = np.eye(3)
             row[:, 5 * line + 3 : 5 * line + 5] = place * across
@@ -148,7 +148,7 @@ def verdict(state: VerificationState, reused: Sequence[Finding]) -> Verification
     for number, sphere in enumerate(begun.spheres):
         checks += sphere_checks(
             state.sphere_name(number), state.sphere_tips(number), ball, sphere, begun.limits,
-            begun.temperature_c,
+            begun.temperature,
         )  # fmt: skip
     conform = all(begun.limits.passes(check) for check in checks)
     corners, repeats = state.corners(), _repeats(state)
@@ -160,23 +160,16 @@ def verdict(state: VerificationState, reused: Sequence[Finding]) -> Verification
         rule += f"; repeated once: {state.plans[state.repeated[0]].name}"
     everything = _in_order(state)
     return VerificationRecord(
-        schema=VERIFICATION_SCHEMA,
-        calibration=begun.running,
-        made_utc=max(one.event.utc for one in everything),
-        made_by=begun.who,
-        software=begun.software,
-        temperature_c=begun.temperature_c,
-        rule=rule,
-        checks=tuple(checks),
+        schema=VERIFICATION_SCHEMA, calibration=begun.running,
+        made_utc=max(one.event.utc for one in everything), made_by=begun.who,
+        software=begun.software, temperature_c=begun.temperature_c, rule=rule, checks=tuple(checks),
         artefacts=uses_of(state),
         data_sha256=hash_of(np.array([from_spots(one.event.uv) for one in everything])),
-        passed=conform and not any(one.refuses for one in found),
-        superseded=state.superseded,
-        corners=corners,
-        repeats=tuple(_recorded(one) for one in repeats),
+        passed=conform and not any(one.refuses for one in found), superseded=state.superseded,
+        corners=corners, repeats=tuple(_recorded(one) for one in repeats),
         objections=tuple(Objection(code=o.code, what=o.what, remedy=o.remedy) for o in found),
         notes=(*state.planning.notes, *_camera_notes(state)),
-    )
+    )  # fmt: skip
 
 
 def _camera_notes(state: VerificationState) -> tuple[str, ...]:

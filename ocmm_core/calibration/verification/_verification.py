@@ -13,6 +13,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+from ocmm_core.calibration.probe_design import Temperature
 from ocmm_core.calibration.records import Check, Corner, LengthBar, Sphere
 from ocmm_core.calibration.verification._limits import Limits
 from ocmm_core.calibration.verification._line_planning import (
@@ -100,13 +101,13 @@ def judge_nest(plan: PlannedLine, tip_world: Float, taken_world: Points3, bar: L
 
 
 def length_checks(
-    line: str, tips_world: Points3, bar: LengthBar, limits: Limits, temperature_c: float | None
+    line: str, tips_world: Points3, bar: LengthBar, limits: Limits, temperature: Temperature | None
 ) -> tuple[Check, ...]:
     """Return the test lengths of one line; tips (n, 3), mm, in the order of the nests."""
     checks = []
     for nest in range(1, len(bar.nests)):
         nominal = bar.nests[nest] - bar.nests[0]
-        certified, expanded = bar.artefact.at(nominal, temperature_c)
+        certified, expanded = bar.artefact.at(nominal, temperature)
         checks.append(
             Check(
                 name=f"{line}, {nominal:.0f} mm",
@@ -125,7 +126,7 @@ def sphere_checks(
     ball: tuple[float, float],
     sphere: Sphere,
     limits: Limits,
-    temperature_c: float | None,
+    temperature: Temperature | None,
 ) -> tuple[Check, Check]:
     """Return size and form of a sphere, both from one fit of all points (ISO 10360-5).
 
@@ -133,7 +134,7 @@ def sphere_checks(
     uncertainty, mm.
     """
     centre, radius, _ = fit_sphere(tips_world)
-    certified, expanded = sphere.artefact.at(sphere.diameter, temperature_c)
+    certified, expanded = sphere.artefact.at(sphere.diameter, temperature)
     return (
         Check(
             name=f"{name}, size",

@@ -17,6 +17,8 @@ from ocmm_core.cli.terminal import (
     SeedOption,
     SourceOption,
     SpeedOption,
+    TemperatureOption,
+    TemperatureUOption,
     TipOption,
     lead,
     make_console,
@@ -117,9 +119,8 @@ def run(
     calibrations: CalibrationsOption = None,
     probes: ProbesOption = None,
     tip: TipOption = None,
-    temperature: Annotated[
-        float, typer.Option("--temperature", help="Of the room, degrees Celsius.")
-    ] = 20.0,
+    temperature: TemperatureOption = None,
+    temperature_u: TemperatureUOption = "",
     who: Annotated[str, typer.Option("--who", help="Name for the record.")] = "unnamed",
     place: Annotated[str, typer.Option("--place", help="Where the test is made.")] = "",
     humidity: Annotated[str, typer.Option("--humidity", help="Of the air, %.")] = "",
@@ -144,7 +145,7 @@ def run(
     """Run a test, or continue it: points are taken as soon as the ball rests where it should."""
     from ocmm_core.acceptance import RoomAir, save_record
     from ocmm_core.cli.acceptance._report import print_record
-    from ocmm_core.cli.acceptance._run import run_test
+    from ocmm_core.cli.acceptance._run import room_temperature, run_test
     from ocmm_core.composition import open_test_site, tests_folder
 
     console = make_console()
@@ -152,8 +153,9 @@ def run(
         procedure, artefact or [], source, rig, probe, calibrations, probes, tip, seed
     )
     base = tests_folder(folder, site)
+    warm = room_temperature(site, temperature, temperature_u)
     found = run_test(
-        site, base, console, temperature_c=temperature, who=who, place=place, customer=customer,
+        site, base, console, temperature=warm, who=who, place=place, customer=customer,
         air=RoomAir.read(humidity, pressure),
         condition=condition, retest=retest, new=new, speed=speed, record=record, force=force,
     )  # fmt: skip

@@ -4,14 +4,11 @@ from __future__ import annotations
 
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, cast
+from typing import Annotated
 
 import typer
 
 from ocmm_core.cli.terminal import lead, make_console, say, say_word
-
-if TYPE_CHECKING:
-    from ocmm_core.acceptance import ArtefactKind
 
 artefact_app = typer.Typer(
     no_args_is_help=True,
@@ -33,7 +30,10 @@ def add(
     ] = None,
     name: Annotated[str, typer.Option("--id", help="What commands call it.")] = "",
     kind: Annotated[
-        str, typer.Option("--kind", help="sphere, bar, gauge block, part, plate or dumbbell.")
+        str,
+        typer.Option(
+            "--kind", help="sphere, bar, gauge block, part, plate, dumbbell, thermometer."
+        ),
     ] = "",
     title: Annotated[str, typer.Option("--name", help="Of the artefact.")] = "",
     maker: Annotated[str, typer.Option("--maker")] = "",
@@ -48,7 +48,7 @@ def add(
         list[float] | None,
         typer.Option("--size", help="mm at 20 °C; once for each nest of a bar, from 0."),
     ] = None,
-    u: Annotated[float, typer.Option("--U", help="Expanded uncertainty (k = 2), mm.")] = 0.0,
+    u: Annotated[float, typer.Option("--U", help="U (k = 2), mm; K for a thermometer.")] = 0.0,
     u_per_length: Annotated[
         float, typer.Option("--U-per-length", help="Its part that grows with the length.")
     ] = 0.0,
@@ -65,20 +65,27 @@ def add(
     folder: FolderOption = None,
 ) -> None:
     """Add an artefact from a document, or as it is typed."""
-    from ocmm_core.acceptance import ARTEFACT_SCHEMA, ArtefactEntry, ArtefactRegister, load_artefact
+    from ocmm_core.acceptance import (
+        ARTEFACT_KINDS,
+        ARTEFACT_SCHEMA,
+        ArtefactEntry,
+        ArtefactRegister,
+        load_artefact,
+    )
     from ocmm_core.documents import digest
     from ocmm_core.errors import InputError
 
     if file is not None:
         entry = load_artefact(file)
     else:
-        kinds = ("sphere", "bar", "gauge block", "part", "plate", "dumbbell")
-        if kind not in kinds:
+        if kind not in ARTEFACT_KINDS:
             raise InputError(
-                "artefact.kind", f"--kind is {kind!r}.", f"Give one of: {', '.join(kinds)}."
+                "artefact.kind",
+                f"--kind is {kind!r}.",
+                f"Give one of: {', '.join(ARTEFACT_KINDS)}.",
             )
         entry = ArtefactEntry(
-            schema=ARTEFACT_SCHEMA, unit="mm", id=name, kind=cast("ArtefactKind", kind),
+            schema=ARTEFACT_SCHEMA, unit="mm", id=name, kind=kind,
             name=title or name, maker=maker, serial=serial, laboratory=laboratory,
             certificate=certificate,
             certificate_sha256="" if certificate_file is None else digest(certificate_file),
@@ -103,13 +110,9 @@ def list_command(*, folder: FolderOption = None) -> None:
         console.print(say("No artefacts yet. Add one: ocmm artefact add FILE"))
         return
     table = Table(
-        say_word("Id"),
-        say_word("Kind"),
-        say_word("Serial"),
-        say_word("U (k = 2), µm"),
-        say_word("Certificate no."),
-        say_word("Due"),
-    )
+        say_word("Id"), say_word("Kind"), say_word("Serial"), say_word("U (k = 2), µm"),
+        say_word("Certificate no."), say_word("Due"),
+    )  # fmt: skip
     for one in entries.values():
         due = datetime.fromisoformat(one.used().use.due_utc)
         word = due.date().isoformat()

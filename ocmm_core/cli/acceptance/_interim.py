@@ -18,6 +18,8 @@ from ocmm_core.cli.terminal import (
     SeedOption,
     SourceOption,
     SpeedOption,
+    TemperatureOption,
+    TemperatureUOption,
     TipOption,
     make_console,
     say,
@@ -41,9 +43,8 @@ def interim(
     calibrations: CalibrationsOption = None,
     probes: ProbesOption = None,
     tip: TipOption = None,
-    temperature: Annotated[
-        float, typer.Option("--temperature", help="Of the room, degrees Celsius.")
-    ] = 20.0,
+    temperature: TemperatureOption = None,
+    temperature_u: TemperatureUOption = "",
     who: Annotated[str, typer.Option("--who", help="Name for the record.")] = "unnamed",
     seed: SeedOption = DEFAULT_SEED,
     speed: SpeedOption = 0.0,
@@ -59,7 +60,7 @@ def interim(
     """
     from ocmm_core.acceptance import InterimHistory, InterimWord, RoomAir, note_check, save_record
     from ocmm_core.cli.acceptance._report import print_record
-    from ocmm_core.cli.acceptance._run import run_test
+    from ocmm_core.cli.acceptance._run import room_temperature, run_test
     from ocmm_core.composition import open_test_site, tests_folder
 
     console = make_console()
@@ -67,12 +68,13 @@ def interim(
         procedure, artefact or [], source, rig, probe, calibrations, probes, tip, seed
     )
     base = tests_folder(folder, site)
+    warm = room_temperature(site, temperature, temperature_u)
     history = InterimHistory(base)
     if history.doubt:
         console.print(say(history.doubt), style="yellow", highlight=False)
     for attempt in range(2):
         record = run_test(
-            replace(site, seed=seed + attempt), base, console, temperature_c=temperature, who=who,
+            replace(site, seed=seed + attempt), base, console, temperature=warm, who=who,
             place="", customer="", condition="as found", air=RoomAir(), retest=False,
             new=True, speed=speed, record=None, force=force,
         )  # fmt: skip

@@ -18,14 +18,9 @@ def print_linearity(console: Console, found: LinearityReport) -> None:
     study = found.study
     console.print(f"{say_word('Linearity')}: {found.name}", highlight=False, markup=False)
     table = Table(
-        say_word("Part"),
-        say_word("Reference, mm"),
-        "N",
-        say_word("Bias, µm"),
-        say_word("Line, µm"),
-        say_word("± band, µm"),
-        say_word("Zero inside"),
-    )
+        say_word("Part"), say_word("Reference, mm"), "N", say_word("Bias, µm"),
+        say_word("Line, µm"), say_word("± band, µm"), say_word("Zero inside"),
+    )  # fmt: skip
     lines = found.line(study.references)
     for part, value, bias, line, band in zip(
         found.parts, study.references, found.biases, lines, study.bands, strict=True

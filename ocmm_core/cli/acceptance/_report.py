@@ -33,14 +33,9 @@ def print_record(console: Console, record: AcceptanceRecord) -> None:
         highlight=False,
     )
     table = Table(
-        say_word("Quantity"),
-        "N",
-        say_word("Worst, µm"),
-        say_word("U (k = 2), µm"),
-        say_word("MPE, µm"),
-        say_word("At"),
-        say_word("Verdict"),
-    )
+        say_word("Quantity"), "N", say_word("Worst, µm"), say_word("U (k = 2), µm"),
+        say_word("MPE, µm"), say_word("At"), say_word("Verdict"),
+    )  # fmt: skip
     for one in record.quantities:
         value = record.values[one.worst]
         table.add_row(

@@ -21,15 +21,18 @@ from ocmm_core.acceptance import (
     AcceptanceView,
     RoomAir,
     Verdict,
+    read_temperature,
     reserved_spots,
 )
 from ocmm_core.acquisition.frames import AcquisitionState, FrameBlock, read_status
 from ocmm_core.acquisition.recording import FrameRecorder
 from ocmm_core.calibration.guided import STILL_FRAMES, ProbeSpotAverager, handle_axis, to_spots
+from ocmm_core.calibration.probe_design import Temperature
 from ocmm_core.camera import Rig, load_rig
 from ocmm_core.cli.terminal import lead, say, say_word
 from ocmm_core.composition import (
     DEMO_PLAN,
+    VIRTUAL_ROOM,
     AcceptanceSite,
     Feed,
     Origin,
@@ -43,7 +46,7 @@ from ocmm_core.composition import (
     require_scenes,
     scenes_of_acceptance,
 )
-from ocmm_core.errors import CalibrationError, OcmmError
+from ocmm_core.errors import CalibrationError, InputError, OcmmError
 from ocmm_core.geometry import unit
 from ocmm_core.tracking import ProbeBody, solve
 
@@ -71,7 +74,7 @@ class PointCollector:
         rig: Rig,
         body: ProbeBody,
         *,
-        temperature: Callable[[], float],
+        temperature: Callable[[], Temperature],
         told: Callable[[AcceptanceView, str], None],
         stop: Callable[[], bool] = lambda: False,
         keep: Callable[[FrameBlock], None] = lambda block: None,
@@ -139,7 +142,7 @@ def run_test(
     base: Path,
     console: Console,
     *,
-    temperature_c: float,
+    temperature: Temperature,
     who: str,
     place: str,
     customer: str,
@@ -177,7 +180,7 @@ def run_test(
         name = f"{stage.procedure.id}-{now.strftime('%Y%m%dT%H%M%S.%f')}.chain"
         session = AcceptanceSession.begin(
             base / "sessions" / name, stage, site.procedure_sha256, now,
-            temperature_c=temperature_c, who=who, place=place, customer=customer,
+            temperature=temperature, who=who, place=place, customer=customer,
             condition=condition, calibration_artefacts=of_cameras,
             qualification_artefacts=of_tip, reserved=reserved_spots(folders), air=air,
         )  # fmt: skip
@@ -185,7 +188,7 @@ def run_test(
     console.print(f"{lead('Session  ')}{session.path}", highlight=False)
     for note in session.notes:
         console.print(f"{lead('Note     ')}{say(note)}", highlight=False)
-    with _Source(session, site, console, temperature_c, speed, record, force) as source:
+    with _Source(session, site, console, temperature, speed, record, force) as source:
         while True:
             source.collect()
             view = session.view
@@ -200,7 +203,24 @@ def run_test(
                 f"{lead('Retest   ')}{', '.join(say(one.name) for one in positions)}",
                 highlight=False,
             )
-    return session.finish(datetime.now(UTC), temperature_c)
+    return session.finish(datetime.now(UTC), temperature)
+
+
+def room_temperature(site: AcceptanceSite, celsius: float | None, stated: str) -> Temperature:
+    """Return the temperature of the room; a virtual room has 20 degrees unless one is typed.
+
+    Raises InputError if a real room has none, or it lacks the uncertainty of its thermometer.
+    """
+    read = read_temperature(celsius, stated, datetime.now(UTC))
+    if read is not None:
+        return read
+    if origin_of(site.source) is Origin.VIRTUAL:
+        return VIRTUAL_ROOM
+    raise InputError(
+        "acceptance.temperature",
+        "No temperature of the room is given.",
+        "Measure it, and give --temperature and --temperature-u.",
+    )
 
 
 def _unfinished(site: AcceptanceSite, base: Path, console: Console) -> AcceptanceSession | None:
@@ -236,13 +256,13 @@ class _Source:
         session: AcceptanceSession,
         site: AcceptanceSite,
         console: Console,
-        temperature_c: float,
+        temperature: Temperature,
         speed: float,
         record: Path | None,
         force: bool,
     ) -> None:
         self._session, self._site, self._console = session, site, console
-        self._temperature, self._speed = temperature_c, speed
+        self._temperature, self._speed = temperature, speed
         self._record, self._force = record, force
         self._feed: Feed | None = None
         self._recorder: FrameRecorder | None = None

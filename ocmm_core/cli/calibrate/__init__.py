@@ -25,14 +25,10 @@ if TYPE_CHECKING:
     from ocmm_core.cli.calibrate._write_cameras import write_cameras
 else:
     __getattr__ = door(
-        __name__,
-        _calibrate="calibrate_app",
-        _probe="probe_command",
-        _probe_status="mount_tip probe_history probe_status",
-        _run="take_relocation_shots",
-        _tip="check_tip_command tip_command",
-        _write_cameras="write_cameras",
-    )
+        __name__, _calibrate="calibrate_app", _probe="probe_command",
+        _probe_status="mount_tip probe_history probe_status", _run="take_relocation_shots",
+        _tip="check_tip_command tip_command", _write_cameras="write_cameras",
+    )  # fmt: skip
 
 __all__ = [
     "calibrate_app", "check_tip_command", "mount_tip", "probe_command", "probe_history",

@@ -18,7 +18,6 @@ from ocmm_core.cli.calibrate._options import (
     SpotColumnsOption,
     SpotDecimalOption,
     SpotSkipOption,
-    TemperatureOption,
     WhoOption,
 )
 from ocmm_core.cli.calibrate._relocate import relocate
@@ -35,6 +34,8 @@ from ocmm_core.cli.terminal import (
     SourceOption,
     SpeedOption,
     TableUnitOption,
+    TemperatureOption,
+    TemperatureUOption,
     TipOption,
     make_console,
     print_table_account,
@@ -80,6 +81,7 @@ def cameras(
     calibrations: FolderOption = None,
     who: WhoOption = "unnamed",
     temperature: TemperatureOption = None,
+    temperature_u: TemperatureUOption = "",
     decision: DecisionOption = None,
     overrule: OverruleOption = "",
     new: NewOption = False,
@@ -93,6 +95,7 @@ def cameras(
 
     Live, a point is taken as soon as the target rests at a new place, in the order of the list.
     """
+    from ocmm_core.acceptance import read_temperature
     from ocmm_core.calibration.cameras import (
         KnownPointsProcedure,
         load_spots,
@@ -116,17 +119,19 @@ def cameras(
     read = read_reference_points(points, TableOptions(unit, columns, decimal, skip))
     print_table_account(read.account)
     listed = read.points
+    warm = read_temperature(temperature, temperature_u, now())
     procedure = continued(
         site,
         ProcedureKind.KNOWN_POINTS,
         lambda path: KnownPointsProcedure.resume(path, site.design, site.store),
         console,
+        warm,
         new=new,
     )
     if procedure is None:
         procedure = KnownPointsProcedure.begin(
             site.sessions, site.design, site.store, listed, now(),
-            who=who, temperature_c=temperature, evaluation=evaluation,
+            who=who, temperature=warm, evaluation=evaluation,
         )  # fmt: skip
     _require_same_list(procedure, listed)
     if spots is not None:

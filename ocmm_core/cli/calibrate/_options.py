@@ -18,9 +18,6 @@ FolderOption = Annotated[
     typer.Option("--calibrations", help="Calibration folder; default: that of this user."),
 ]
 WhoOption = Annotated[str, typer.Option("--who", help="Name for the record.")]
-TemperatureOption = Annotated[
-    float | None, typer.Option("--temperature", help="Ambient temperature, degrees Celsius.")
-]
 DecisionOption = Annotated[
     bool | None,
     typer.Option(

@@ -25,7 +25,6 @@ from ocmm_core.cli.calibrate._options import (
     SpotColumnsOption,
     SpotDecimalOption,
     SpotSkipOption,
-    TemperatureOption,
     WhoOption,
 )
 from ocmm_core.cli.terminal import (
@@ -35,6 +34,8 @@ from ocmm_core.cli.terminal import (
     SeedOption,
     SourceOption,
     SpeedOption,
+    TemperatureOption,
+    TemperatureUOption,
     lead,
     make_console,
     print_table_account,
@@ -130,6 +131,7 @@ def probe_command(
     probes: ProbeRecordsOption = None,
     who: WhoOption = "unnamed",
     temperature: TemperatureOption = None,
+    temperature_u: TemperatureUOption = "",
     decision: DecisionOption = None,
     overrule: OverruleOption = "",
     new: NewOption = False,
@@ -146,6 +148,7 @@ def probe_command(
     ball out, leave the cone, and sweep in another one: the second sweep must show the same tip. At
     the end the ball rests in the first cone once more: what moved meanwhile shows.
     """
+    from ocmm_core.acceptance import read_temperature
     from ocmm_core.calibration.guided import ProcedureDecision, ProcedureKind
     from ocmm_core.calibration.pivot import load_sweeps
     from ocmm_core.calibration.sweeping import PivotProcedure
@@ -159,17 +162,19 @@ def probe_command(
         rig, probe, source, calibrations, probes, console, uncalibrated=uncalibrated
     )
     site, body, store = place.site, place.body, place.store
+    warm = read_temperature(temperature, temperature_u, now())
     procedure = continued(
         site,
         ProcedureKind.PIVOT,
         lambda path: about_tip(PivotProcedure.resume(path, site.rig, body, store), tip),
         console,
+        warm,
         new=new,
     )
     if procedure is None:
         procedure = PivotProcedure.begin(
             site.sessions, site.rig, body, store, tip, now(),
-            who=who, temperature_c=temperature, tip_unknown=tip_unknown, slack_mm=slack,
+            who=who, temperature=warm, tip_unknown=tip_unknown, slack_mm=slack,
             change_limit_mm=limit, poses_wanted=poses, valid_days=valid_days,
             again=_has_again(source, sweeps, again=again),
         )  # fmt: skip

@@ -23,7 +23,6 @@ from ocmm_core.cli.calibrate._options import (
     SpotColumnsOption,
     SpotDecimalOption,
     SpotSkipOption,
-    TemperatureOption,
     WhoOption,
 )
 from ocmm_core.cli.terminal import (
@@ -38,6 +37,8 @@ from ocmm_core.cli.terminal import (
     SourceOption,
     SpeedOption,
     TableUnitOption,
+    TemperatureOption,
+    TemperatureUOption,
     TipOption,
     make_console,
     print_table_account,
@@ -124,6 +125,7 @@ def relocate(
     calibrations: FolderOption = None,
     who: WhoOption = "unnamed",
     temperature: TemperatureOption = None,
+    temperature_u: TemperatureUOption = "",
     decision: DecisionOption = None,
     overrule: OverruleOption = "",
     new: NewOption = False,
@@ -137,6 +139,7 @@ def relocate(
 
     Two cones that are fixed to the table are visited first and last: what moved meanwhile shows.
     """
+    from ocmm_core.acceptance import read_temperature
     from ocmm_core.calibration.cameras import read_reference_points
     from ocmm_core.calibration.guided import ProcedureKind, load_shots
     from ocmm_core.calibration.records import load_bar
@@ -162,11 +165,13 @@ def relocate(
         read = read_reference_points(control, TableOptions(unit, columns, decimal, skip))
         print_table_account(read.account)
         known = read.points
+    warm = read_temperature(temperature, temperature_u, now())
     procedure = continued(
         site,
         ProcedureKind.RELOCATION,
         lambda path: RelocationProcedure.resume(path, site.rig, body, site.store),
         console,
+        warm,
         new=new,
     )
     recorded: tuple[Shot, ...] = ()
@@ -178,7 +183,7 @@ def relocate(
     if procedure is None:
         procedure = RelocationProcedure.begin(
             site.sessions, site.rig, body, site.store, artefact, now(),
-            who=who, temperature_c=temperature, world=world.value, control=known, lens=lens.value,
+            who=who, temperature=warm, world=world.value, control=known, lens=lens.value,
             geometry=geometry.value, poses_wanted=poses, bars_wanted=placements,
             length_limit_mm=limit, seats=_has_seats(source, recorded, seats=seats),
         )  # fmt: skip

@@ -23,6 +23,7 @@ from ocmm_core.calibration.guided import (
     is_ended,
     sessions,
 )
+from ocmm_core.calibration.probe_design import Temperature
 from ocmm_core.calibration.records import (
     CalibrationStore,
     default_folder,
@@ -80,9 +81,18 @@ def open_site(rig: Path, calibrations: Path | None) -> Site:
 
 
 def continued(
-    site: Site, kind: ProcedureKind, resume: Callable[[Path], P], console: Console, *, new: bool
+    site: Site,
+    kind: ProcedureKind,
+    resume: Callable[[Path], P],
+    console: Console,
+    warm: Temperature | None = None,
+    *,
+    new: bool,
 ) -> P | None:
-    """Return the newest resumable session of a kind; None without one or if ``new`` is set."""
+    """Return the newest resumable session of a kind; None without one or if ``new`` is set.
+
+    ``warm`` is a new reading of the thermometer.
+    """
     for path in () if new else sessions(site.sessions, kind):
         try:
             procedure = resume(path)
@@ -105,6 +115,8 @@ def continued(
             )
             if procedure.base.torn:
                 console.print(say(procedure.base.torn), highlight=False)
+            if warm is not None:
+                procedure.note_temperature(datetime.now(UTC), warm)
             return procedure
     return None
 

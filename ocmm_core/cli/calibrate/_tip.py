@@ -23,7 +23,6 @@ from ocmm_core.cli.calibrate._options import (
     SpotColumnsOption,
     SpotDecimalOption,
     SpotSkipOption,
-    TemperatureOption,
     WhoOption,
 )
 from ocmm_core.cli.terminal import (
@@ -33,6 +32,8 @@ from ocmm_core.cli.terminal import (
     SeedOption,
     SourceOption,
     SpeedOption,
+    TemperatureOption,
+    TemperatureUOption,
     lead,
     make_console,
     print_table_account,
@@ -44,6 +45,7 @@ from ocmm_core.tables import TableOptions
 
 if TYPE_CHECKING:
     from ocmm_core.calibration.guided import Shot
+    from ocmm_core.calibration.probe_design import Temperature
     from ocmm_core.calibration.records import ArtefactUse
     from ocmm_core.calibration.tip import TipCheckProcedure, TipQualificationProcedure
     from ocmm_core.cli.calibrate._probe_site import TerminalProbeSite
@@ -99,6 +101,7 @@ def tip_command(
     probes: ProbeRecordsOption = None,
     who: WhoOption = "unnamed",
     temperature: TemperatureOption = None,
+    temperature_u: TemperatureUOption = "",
     decision: DecisionOption = None,
     new: NewOption = False,
     seed: SeedOption = DEFAULT_SEED,
@@ -112,6 +115,7 @@ def tip_command(
     What is stored says how large the ball is, how sure that is, and for how long it holds. Nothing
     that was touched is left out; a point that does not fit is named.
     """
+    from ocmm_core.acceptance import read_temperature
     from ocmm_core.calibration.records import load_sphere
     from ocmm_core.calibration.tip import TipQualificationProcedure
     from ocmm_core.cli.calibrate._probe_site import open_probe_site
@@ -123,11 +127,12 @@ def tip_command(
         rig, probe, source, calibrations, probes, console, uncalibrated=uncalibrated
     )
     name = _mounted(place, tip, who, console)
-    procedure = _continued(TipQualificationProcedure, place, name, console, new=new)
+    warm = read_temperature(temperature, temperature_u, now())
+    procedure = _continued(TipQualificationProcedure, place, name, console, warm, new=new)
     if procedure is None:
         procedure = TipQualificationProcedure.begin(
             place.site.sessions, place.site.rig, place.body, place.store, name,
-            load_sphere(sphere), now(), who=who, temperature_c=temperature, cone=_cone(cone),
+            load_sphere(sphere), now(), who=who, temperature=warm, cone=_cone(cone),
             nominal_mm=diameter, valid_days=valid_days, cameras=place.site.store,
         )  # fmt: skip
     feed = _Source(source, rig, probe, scene, seed, speed, record, force)
@@ -157,6 +162,7 @@ def check_tip_command(
     probes: ProbeRecordsOption = None,
     who: WhoOption = "unnamed",
     temperature: TemperatureOption = None,
+    temperature_u: TemperatureUOption = "",
     decision: DecisionOption = None,
     new: NewOption = False,
     seed: SeedOption = DEFAULT_SEED,
@@ -170,6 +176,7 @@ def check_tip_command(
     A wrong diameter of 50 um and a wrong length of 0.2 mm are found. Where the points cannot tell,
     the check asks for more; it never passes because it is not sure.
     """
+    from ocmm_core.acceptance import read_temperature
     from ocmm_core.calibration.records import load_sphere
     from ocmm_core.calibration.tip import TipCheckProcedure
     from ocmm_core.cli.calibrate._probe_site import open_probe_site
@@ -181,11 +188,12 @@ def check_tip_command(
         rig, probe, source, calibrations, probes, console, uncalibrated=uncalibrated
     )
     name = _mounted(place, tip, who, console)
-    procedure = _continued(TipCheckProcedure, place, name, console, new=new)
+    warm = read_temperature(temperature, temperature_u, now())
+    procedure = _continued(TipCheckProcedure, place, name, console, warm, new=new)
     if procedure is None:
         procedure = TipCheckProcedure.begin(
             place.site.sessions, place.site.rig, place.body, place.store, name,
-            load_sphere(sphere), now(), who=who, temperature_c=temperature, cone=_cone(cone),
+            load_sphere(sphere), now(), who=who, temperature=warm, cone=_cone(cone),
             cameras=place.site.store,
         )  # fmt: skip
     feed = _Source(source, rig, probe, scene, seed, speed, record, force)
@@ -211,7 +219,13 @@ class _Source:
 
 
 def _continued(
-    kind: type[T], place: TerminalProbeSite, tip: str, console: Console, *, new: bool
+    kind: type[T],
+    place: TerminalProbeSite,
+    tip: str,
+    console: Console,
+    warm: Temperature | None,
+    *,
+    new: bool,
 ) -> T | None:
     """Return the newest resumable session about a tip; None without one."""
     from ocmm_core.cli.calibrate._probe_site import about_tip
@@ -225,6 +239,7 @@ def _continued(
             tip,
         ),
         console,
+        warm,
         new=new,
     )
 

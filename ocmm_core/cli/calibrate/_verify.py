@@ -21,7 +21,6 @@ from ocmm_core.cli.calibrate._options import (
     SpotColumnsOption,
     SpotDecimalOption,
     SpotSkipOption,
-    TemperatureOption,
     WhoOption,
 )
 from ocmm_core.cli.terminal import (
@@ -32,6 +31,8 @@ from ocmm_core.cli.terminal import (
     SeedOption,
     SourceOption,
     SpeedOption,
+    TemperatureOption,
+    TemperatureUOption,
     TipOption,
     make_console,
     print_table_account,
@@ -103,6 +104,7 @@ def verify(
     calibrations: FolderOption = None,
     who: WhoOption = "unnamed",
     temperature: TemperatureOption = None,
+    temperature_u: TemperatureUOption = "",
     decision: DecisionOption = None,
     new: NewOption = False,
     seed: SeedOption = DEFAULT_SEED,
@@ -115,6 +117,7 @@ def verify(
 
     Two cones that are fixed to the table are visited first and last: what moved meanwhile shows.
     """
+    from ocmm_core.acceptance import read_temperature
     from ocmm_core.calibration.guided import ProcedureKind, load_shots
     from ocmm_core.calibration.records import load_bar, load_sphere
     from ocmm_core.calibration.verification import VerificationProcedure
@@ -138,17 +141,19 @@ def verify(
     console, site = make_console(), open_site(rig, calibrations)
     body, artefact = body_in_use_of(source, probe, probes, tip), load_bar(bar)
     spheres = tuple(load_sphere(path) for path in sphere or ())
+    warm = read_temperature(temperature, temperature_u, now())
     procedure = continued(
         site,
         ProcedureKind.VERIFICATION,
         lambda path: VerificationProcedure.resume(path, site.rig, body, site.store),
         console,
+        warm,
         new=new,
     )
     if procedure is None:
         procedure = VerificationProcedure.begin(
             site.sessions, site.rig, body, site.store, artefact, now(),
-            who=who, temperature_c=temperature, spheres=spheres,
+            who=who, temperature=warm, spheres=spheres,
             two_places=two_places,
             limits=Limits(constant, per_length, largest, diameter, rule.value, form),
         )  # fmt: skip

@@ -52,7 +52,9 @@ if TYPE_CHECKING:
         StreamKeyOption,
         StreamOption,
         StreamTokenOption,
+        TemperatureOption,
         TemperatureSigmaOption,
+        TemperatureUOption,
         TipOption,
         UncalibratedOption,
     )
@@ -81,7 +83,8 @@ else:
             "ProbeTemperatureOption ProbesOption ReferenceOption RigOption RoomOption "
             "SeedOption "
             "SourceOption SpeedOption StreamCertOption StreamHostOption StreamKeyOption "
-            "StreamOption StreamTokenOption TemperatureSigmaOption TipOption UncalibratedOption"
+            "StreamOption StreamTokenOption TemperatureOption TemperatureSigmaOption "
+            "TemperatureUOption TipOption UncalibratedOption"
         ),
         _pictures="encoder_for",
         _shown="shown",
@@ -99,8 +102,9 @@ __all__ = [
     "ProbeOption", "ProbeTemperatureOption", "ProbesOption", "ReferenceOption", "RigOption",
     "RoomOption", "SeedOption", "SkipOption", "SourceOption", "SpeedOption", "StreamCertOption",
     "StreamHostOption", "StreamKeyOption", "StreamOption", "StreamTokenOption", "TableUnitOption",
-    "TemperatureSigmaOption", "TipOption", "UncalibratedOption", "bending", "computing",
-    "encoder_for", "heads", "histogram", "label", "language", "lead", "make_console", "nice_limit",
-    "page", "points_in_space", "print_table_account", "progress_line", "say", "say_later",
-    "say_word", "shown", "tip_map", "told", "wide_enough",
+    "TemperatureOption", "TemperatureSigmaOption", "TemperatureUOption", "TipOption",
+    "UncalibratedOption", "bending", "computing", "encoder_for", "heads", "histogram", "label",
+    "language", "lead", "make_console", "nice_limit", "page", "points_in_space",
+    "print_table_account", "progress_line", "say", "say_later", "say_word", "shown", "tip_map",
+    "told", "wide_enough",
 ]  # fmt: skip

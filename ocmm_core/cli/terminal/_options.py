@@ -108,6 +108,16 @@ ProbeTemperatureOption = Annotated[
     float | None, typer.Option("--probe-temperature", help="Of the probe now, °C.")
 ]
 
+TemperatureOption = Annotated[
+    float | None, typer.Option("--temperature", help="Ambient temperature, degrees Celsius.")
+]
+TemperatureUOption = Annotated[
+    str,
+    typer.Option(
+        "--temperature-u",
+        help="Its U (k = 2), K, or the id of the thermometer in the register (ocmm artefact).",
+    ),
+]
 RoomOption = Annotated[
     str, typer.Option("--room", help="Temperature of the room, °C: a number or a range.")
 ]
@@ -118,7 +128,8 @@ PartTemperatureOption = Annotated[
 ]
 
 TemperatureSigmaOption = Annotated[
-    float, typer.Option("--temperature-sigma", help="Standard uncertainty of each temperature, K.")
+    float | None,
+    typer.Option("--temperature-sigma", help="Standard uncertainty of each temperature, K."),
 ]
 
 CompensateProbeOption = Annotated[

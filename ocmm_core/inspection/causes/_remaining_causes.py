@@ -34,6 +34,7 @@ _REMEDIES = {
     "Hand force": "touch with less force, or take more points",
     "Tip radius": "qualify the tip",
     "Saved frame": "measure the datum features in this job",
+    "Thermometer": "use a thermometer with a smaller uncertainty",
     "Part temperature": "measure the part temperature more accurately",
 }
 

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from ocmm_gui.wizards.parts._calculation import ProcessCalculation
     from ocmm_gui.wizards.parts._facts import Facts, figures_area
     from ocmm_gui.wizards.parts._far_banner import Told
-    from ocmm_gui.wizards.parts._forms import TEMPERATURE, WHO, Field
+    from ocmm_gui.wizards.parts._forms import TEMPERATURE, THERMOMETER, WHO, Field
     from ocmm_gui.wizards.parts._gate import gate_words, is_unstored
     from ocmm_gui.wizards.parts._hands_pages import HandsPage, ProbePreparePage
     from ocmm_gui.wizards.parts._live_panel import Score
@@ -57,7 +57,7 @@ else:
         _calculation="ProcessCalculation",
         _facts="Facts figures_area",
         _far_banner="Told",
-        _forms="Field TEMPERATURE WHO",
+        _forms="Field TEMPERATURE THERMOMETER WHO",
         _gate="gate_words is_unstored",
         _hands_pages="HandsPage ProbePreparePage",
         _live_panel="Score",
@@ -71,10 +71,11 @@ else:
     )
 
 __all__ = [
-    "CALIBRATION_ENDS", "TEMPERATURE", "VERDICT_ENDS", "WHO", "BarPlace", "Calculation",
-    "CollectPage", "Contents", "Facts", "Field", "HandsPage", "KnownPointsPage", "LinesPage",
-    "Planned", "PlotTabs", "PreparePage", "ProbePicture", "ProbePreparePage", "ProcessCalculation",
-    "ResultFrame", "Said", "Score", "SeatsPage", "Seen", "ShownProcedure", "StepPage", "Tap",
-    "TemperatureReadings", "Told", "WizardTexts", "bars", "figures_area", "gate_words",
-    "is_unstored", "planned_lines", "planned_points", "practice_title", "volume_coverage",
+    "CALIBRATION_ENDS", "TEMPERATURE", "THERMOMETER", "VERDICT_ENDS", "WHO", "BarPlace",
+    "Calculation", "CollectPage", "Contents", "Facts", "Field", "HandsPage", "KnownPointsPage",
+    "LinesPage", "Planned", "PlotTabs", "PreparePage", "ProbePicture", "ProbePreparePage",
+    "ProcessCalculation", "ResultFrame", "Said", "Score", "SeatsPage", "Seen", "ShownProcedure",
+    "StepPage", "Tap", "TemperatureReadings", "Told", "WizardTexts", "bars", "figures_area",
+    "gate_words", "is_unstored", "planned_lines", "planned_points", "practice_title",
+    "volume_coverage",
 ]  # fmt: skip

@@ -26,3 +26,8 @@ WHO = Field("who", later("Done by"), later("Your name, for the record"))
 TEMPERATURE = Field(
     "temperature", later("Temperature, °C"), later("Of the room; empty if not measured"), ""
 )
+THERMOMETER = Field(
+    "thermometer",
+    later("Thermometer U, K"),
+    later("Its U (k = 2) by its certificate, or its id in the register of artefacts"),
+)

@@ -9,6 +9,7 @@ from typing import Any, Protocol, TypeAlias, TypeVar
 
 from ocmm_core.acquisition.frames import FrameBlock
 from ocmm_core.calibration.guided import Procedure, ProcedureView
+from ocmm_core.calibration.probe_design import Temperature
 
 Watcher: TypeAlias = Callable[[FrameBlock], None]
 Tap: TypeAlias = Callable[[Watcher | None], None]
@@ -42,6 +43,10 @@ class ShownProcedure(Procedure, Protocol):
 
     def record_temperature(self, now: datetime, sensors_c: Sequence[float | None]) -> None:
         """Store sensor temperatures during observations."""
+        ...
+
+    def note_temperature(self, now: datetime, temperature: Temperature) -> None:
+        """Store a new reading of the thermometer in the room."""
         ...
 
 

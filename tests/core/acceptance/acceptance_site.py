@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
@@ -18,11 +18,17 @@ from ocmm_core.acceptance import (
     find_procedure,
     load_procedure,
 )
+from ocmm_core.calibration.probe_design import Temperature
 from ocmm_core.calibration.records import ArtefactUse
 from ocmm_core.geometry import Float
 
+ROOM = Temperature(20.0, 0.3, "")
 BEGIN = datetime(2026, 11, 25, 8, 0, tzinfo=UTC)
 NESTS = (0.0, 60.0, 140.0, 220.0, 310.0, 400.0)
+
+
+def room(celsius: float) -> Temperature:
+    return replace(ROOM, celsius=celsius)
 
 
 def artefact(role: str, *sizes: float, **other: object) -> UsedArtefact:
@@ -70,7 +76,7 @@ def stage_of(name: str, *, seed: int = 1, **changes: object) -> tuple[Stage, str
 
 def begin(path: Path, name: str, *, seed: int = 1, **changes: object) -> AcceptanceSession:
     stage, digest = stage_of(name, seed=seed, **changes)
-    return AcceptanceSession.begin(path, stage, digest, BEGIN, temperature_c=20.0, who="tester")
+    return AcceptanceSession.begin(path, stage, digest, BEGIN, temperature=ROOM, who="tester")
 
 
 @dataclass
@@ -112,7 +118,7 @@ class Machine:
         view = session.view
         self.now += timedelta(seconds=10)
         if view.needs_temperature:
-            session.note_temperature(self.celsius, self.now)
+            session.note_temperature(room(self.celsius), self.now)
         position = view.positions[view.current]
         return session.take(self.see(position, view.next_item), self.now)
 

@@ -18,6 +18,7 @@ from ocmm_core.acceptance import AcceptanceProcedure
 from ocmm_core.acquisition.frames import FrameBlock
 from ocmm_core.composition import AcceptanceBench, Conditions, StationRequest
 from ocmm_core.documents import resource
+from tests.core.acceptance.acceptance_site import ROOM
 from tests.slow_rig import CALM_HZ, slow_rig_in
 
 NAME = "EFFECTIVE-DIAMETER"
@@ -40,9 +41,9 @@ def opened(bench: AcceptanceBench) -> AcceptanceProcedure:
     now = datetime.now(UTC)
     left = bench.unfinished(now)
     if left:
-        return bench.resume(left[0].path, 20.0)
+        return bench.resume(left[0].path, ROOM)
     offer = next(one for one in bench.procedures(now) if one.procedure.id == NAME)
-    used = tuple(one.used for one in bench.offers(offer, now, 20.0)[:1])
+    used = tuple(one.used for one in bench.offers(offer, now, ROOM)[:1])
     return bench.begin(offer, used, Conditions(who="Ann"), now)
 
 

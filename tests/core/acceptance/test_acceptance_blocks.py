@@ -23,6 +23,7 @@ from tests.core.acceptance.acceptance_site import (
     ARTEFACTS,
     BEGIN,
     INSTRUMENT,
+    ROOM,
     Machine,
     artefact,
     begin,
@@ -85,7 +86,7 @@ def test_a_block_is_measured_three_times_beside_the_bar(tmp_path: Path) -> None:
 def test_an_error_of_the_ball_shows_in_the_block_alone(tmp_path: Path) -> None:
     session = run(tmp_path / "s", BlockMachine(ball_error=0.030))
     np.testing.assert_allclose(blocks(session), 0.060, atol=1e-9)
-    record = session.finish(BEGIN.replace(hour=12), 20.0)
+    record = session.finish(BEGIN.replace(hour=12), ROOM)
     assert record.verdict is Verdict.FAIL
     bars = [v for v in record.values if v.quantity == "E" and "space" in v.position]
     assert all(v.verdict is Verdict.PASS for v in bars)
@@ -147,7 +148,7 @@ def test_a_block_that_cannot_show_it_is_refused(
     stage = Stage(stage.procedure, stage.instrument, artefacts, 1)  # type: ignore[arg-type]
     with pytest.raises(CalibrationError) as caught:
         AcceptanceSession.begin(
-            tmp_path / "s", stage, digest, BEGIN, temperature_c=20.0, who="tester"
+            tmp_path / "s", stage, digest, BEGIN, temperature=ROOM, who="tester"
         )
     assert words in caught.value.what
     assert not (tmp_path / "s").exists()
@@ -162,7 +163,7 @@ def test_an_expired_block_is_refused(tmp_path: Path) -> None:
     stage = Stage(stage.procedure, stage.instrument, (ARTEFACTS[0], old), 1)
     with pytest.raises(CalibrationError, match="expired"):
         AcceptanceSession.begin(
-            tmp_path / "s", stage, digest, BEGIN, temperature_c=20.0, who="tester"
+            tmp_path / "s", stage, digest, BEGIN, temperature=ROOM, who="tester"
         )
 
 
@@ -173,7 +174,7 @@ def test_several_blocks_are_told_apart(tmp_path: Path) -> None:
     procedure = msgspec.structs.replace(stage.procedure, test=short_test)
     stage = Stage(procedure, stage.instrument, (*ARTEFACTS, two), 1)
     session = AcceptanceSession.begin(
-        tmp_path / "s", stage, digest, BEGIN, temperature_c=20.0, who="tester"
+        tmp_path / "s", stage, digest, BEGIN, temperature=ROOM, who="tester"
     )
     BlockMachine().run(session)
     found = {v.nominal_mm for v in values_of(session.situation()) if "gauge" in v.position}
@@ -193,7 +194,7 @@ def test_a_set_of_a_block_with_one_value_outside_is_measured_again(tmp_path: Pat
     assert again.role == "gauge block"
     machine.ball_error = 0.0
     machine.run(session)
-    record = session.finish(machine.now, 20.0)
+    record = session.finish(machine.now, ROOM)
     assert record.verdict is Verdict.PASS
     assert sum(v.superseded for v in record.values) == 3
 
@@ -215,7 +216,7 @@ def test_a_short_stylus_is_no_long_one(tmp_path: Path, stylus: float) -> None:
     with pytest.raises(CalibrationError, match="nearest LED"):
         AcceptanceSession.begin(
             tmp_path / "s", Stage(stage.procedure, short, ARTEFACTS, 1), digest, BEGIN,
-            temperature_c=20.0, who="tester",
+            temperature=ROOM, who="tester",
         )  # fmt: skip
 
 
@@ -236,7 +237,7 @@ class Corner(Machine):
 def test_placements_that_would_leave_an_octant_empty_are_taken_anew(tmp_path: Path) -> None:
     stage, digest = stage_of("VOLUMETRIC")
     session = AcceptanceSession.begin(
-        tmp_path / "s", stage, digest, BEGIN, temperature_c=20.0, who="tester"
+        tmp_path / "s", stage, digest, BEGIN, temperature=ROOM, who="tester"
     )
     machine, hints = Corner(octant=(7,)), []
     for _ in range(400):
@@ -252,5 +253,5 @@ def test_placements_that_would_leave_an_octant_empty_are_taken_anew(tmp_path: Pa
             machine.octant = ()
     assert session.view.current < 0
     assert hints
-    record = session.finish(machine.now, 20.0)
+    record = session.finish(machine.now, ROOM)
     assert record.verdict is Verdict.PASS

@@ -30,6 +30,7 @@ from tests.core.acceptance.acceptance_site import (
     ARTEFACTS,
     BEGIN,
     INSTRUMENT,
+    ROOM,
     Machine,
     artefact,
     begin,
@@ -57,7 +58,7 @@ def test_a_test_begins_on_its_first_page_goes_on_at_its_points_and_is_ended_once
 ) -> None:
     bench, now = _bench(tmp_path), datetime.now(UTC)
     offer = next(one for one in bench.procedures(now) if one.procedure.id == "INTERIM")
-    (dumbbell,) = bench.offers(offer, now, 20.0)
+    (dumbbell,) = bench.offers(offer, now, ROOM)
     assert not dumbbell.refusal
     with pytest.raises(InputError, match="No name given"):
         bench.begin(offer, (dumbbell.used,), Conditions(who=" "), now)
@@ -74,7 +75,7 @@ def test_a_test_begins_on_its_first_page_goes_on_at_its_points_and_is_ended_once
         procedure.compute()
     (open_one,) = bench.unfinished(now)
     assert (open_one.who, open_one.done, open_one.wanted) == ("Ann", 0, 10)
-    again = bench.resume(open_one.path, 20.0)
+    again = bench.resume(open_one.path, ROOM)
     again.keep(now, "wrong artefact")
     assert bench.unfinished(now) == ()
     with pytest.raises(CalibrationError, match="finished"):
@@ -86,7 +87,7 @@ def test_a_verdict_that_was_given_but_not_stored_is_offered_again(tmp_path: Path
     session = begin(tmp_path / "sessions" / "x.chain", "EFFECTIVE-DIAMETER")
     machine.run(session)
     assert [one.done for one in open_tests(tmp_path, INSTRUMENT)] == [27]
-    record = session.finish(machine.now, 20.0, "the door was open")
+    record = session.finish(machine.now, ROOM, "the door was open")
     assert "Remark: the door was open" in record.notes
     # The program ended here: the record is not on the disk.
     assert len(open_tests(tmp_path, INSTRUMENT)) == 1
@@ -114,7 +115,7 @@ def test_what_may_not_be_used_is_offered_with_its_sentence(
     bare = Stage(stage.procedure, stage.instrument, (), 1)
     bad = artefact("sphere", **{"sizes": (30.0,), **wrong})
     good, refused = offered_artefacts(
-        bare, [("bad", bad), ("bar", ARTEFACTS[0]), ("good", ARTEFACTS[1])], BEGIN, 20.0
+        bare, [("bad", bad), ("bar", ARTEFACTS[0]), ("good", ARTEFACTS[1])], BEGIN, ROOM
     )
     assert (good.name, good.refusal) == ("good", "")
     assert refused.name == "bad"
@@ -125,7 +126,7 @@ def test_an_expired_artefact_is_refused_by_its_date() -> None:
     stage, _ = stage_of("SPHERE-25")
     bare = Stage(stage.procedure, stage.instrument, (), 1)
     late = BEGIN + timedelta(days=4000)
-    (found,) = offered_artefacts(bare, [("S", ARTEFACTS[1])], late, 20.0)
+    (found,) = offered_artefacts(bare, [("S", ARTEFACTS[1])], late, ROOM)
     assert "2030-01-01" in found.refusal
 
 
@@ -151,11 +152,11 @@ def _check(
     instrument = msgspec.structs.replace(stage.instrument, calibration=calibration)
     stage = Stage(stage.procedure, instrument, stage.artefacts, number)
     session = AcceptanceSession.begin(
-        folder / f"{number}.chain", stage, digest, now, temperature_c=20.0, who="Ann"
+        folder / f"{number}.chain", stage, digest, now, temperature=ROOM, who="Ann"
     )
     machine = Machine(seed=number, sigma=0.0005, scale=scale, now=now)
     machine.run(session)
-    return session.finish(machine.now, 20.0)
+    return session.finish(machine.now, ROOM)
 
 
 @pytest.mark.slow

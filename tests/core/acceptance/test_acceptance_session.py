@@ -16,7 +16,7 @@ from ocmm_core.acceptance import (
     save_record,
 )
 from ocmm_core.errors import OcmmError
-from tests.core.acceptance.acceptance_site import Machine, begin
+from tests.core.acceptance.acceptance_site import ROOM, Machine, begin, room
 
 
 @pytest.mark.parametrize("name", sorted(procedure_files()))
@@ -26,7 +26,7 @@ def test_a_good_machine_passes_every_procedure_and_the_record_gives_the_same_num
     session = begin(tmp_path / "session.chain", name)
     machine = Machine(seed=1, sigma=0.001)
     machine.run(session)
-    record = session.finish(machine.now, 20.2)
+    record = session.finish(machine.now, room(20.2))
     assert record.verdict is Verdict.PASS, record.quantities
     assert record.wording.startswith("modelled on")
     path = save_record(tmp_path, record)
@@ -64,7 +64,7 @@ def test_one_line_that_failed_is_repeated_once_and_both_stay_in_the_record(tmp_p
     again = session.retest(machine.now)
     assert [one.name for one in again] == [f"{bad}, again"]
     machine.run(session)
-    record = session.finish(machine.now, 20.0)
+    record = session.finish(machine.now, ROOM)
     assert record.verdict is Verdict.PASS
     assert len(record.values) == 40
     assert sum(one.superseded for one in record.values) == 5
@@ -83,7 +83,7 @@ def test_a_retest_that_fails_too_fails(tmp_path: Path) -> None:
     machine.run(session)
     with pytest.raises(OcmmError, match="1 of 1 retests"):
         session.retest(machine.now)
-    assert session.finish(machine.now, 20.0).verdict is Verdict.FAIL
+    assert session.finish(machine.now, ROOM).verdict is Verdict.FAIL
 
 
 def test_two_lines_that_failed_are_not_repeated(tmp_path: Path) -> None:
@@ -93,7 +93,7 @@ def test_two_lines_that_failed_are_not_repeated(tmp_path: Path) -> None:
     machine.run(session)
     with pytest.raises(OcmmError, match="2 lines failed"):
         session.retest(machine.now)
-    assert session.finish(machine.now, 20.0).verdict is Verdict.FAIL
+    assert session.finish(machine.now, ROOM).verdict is Verdict.FAIL
 
 
 def test_a_set_of_e0_with_one_value_outside_is_measured_again(tmp_path: Path) -> None:
@@ -108,14 +108,14 @@ def test_a_set_of_e0_with_one_value_outside_is_measured_again(tmp_path: Path) ->
             along = np.array(position.points_world[-1]) - np.array(position.points_world[0])
             tip = tip + 0.075 * along / np.linalg.norm(along)
         if view.needs_temperature:
-            session.note_temperature(20.0, machine.now)
+            session.note_temperature(ROOM, machine.now)
         session.take(tip, machine.now)
         count += 1
     assert session.view.verdict is Verdict.FAIL
     again = session.retest(machine.now)
     assert [len(one.points_world) * one.repeats for one in again] == [6]
     machine.run(session)
-    record = session.finish(machine.now, 20.0)
+    record = session.finish(machine.now, ROOM)
     assert record.verdict is Verdict.PASS
     assert recompute(record) == record
 
@@ -132,7 +132,7 @@ def test_a_temperature_that_drifts_makes_the_test_void_not_failed(tmp_path: Path
     session = begin(tmp_path / "s", "SPHERE-25")
     machine = Machine()
     machine.run(session)
-    record = session.finish(machine.now, 22.5)
+    record = session.finish(machine.now, room(22.5))
     assert record.verdict is Verdict.VOID
     assert "2.5 K within an hour" in record.void_reasons[0]
     assert recompute(record) == record
@@ -143,13 +143,13 @@ def test_the_uncertainty_of_the_artefact_counts_against_who_wants_to_prove(tmp_p
         session = begin(tmp_path / rule, "LENGTH-7x5", rule=rule)
         machine = Machine(scale=1.0 + 0.0599 / 400.0)
         machine.run(session)
-        assert session.finish(machine.now, 20.0).verdict is verdict
+        assert session.finish(machine.now, ROOM).verdict is verdict
 
 
 def test_an_artefact_expands_with_the_temperature(tmp_path: Path) -> None:
     session = begin(tmp_path / "s", "LENGTH-7x5")
     machine = Machine(celsius=20.9)
-    session.note_temperature(20.9, machine.now)
+    session.note_temperature(room(20.9), machine.now)
     machine.run(session)
     longest = max(session.view.values, key=lambda one: one.nominal_mm)
     assert longest.certified_mm > 400.0 + 400.0 * 1e-6 * 0.4
@@ -167,7 +167,7 @@ def test_a_changed_byte_of_a_record_is_noticed(tmp_path: Path) -> None:
     session = begin(tmp_path / "s", "SPAT")
     machine = Machine(sigma=0.001)
     machine.run(session)
-    path = save_record(tmp_path, session.finish(machine.now, 20.0))
+    path = save_record(tmp_path, session.finish(machine.now, ROOM))
     content = path.read_bytes()
     path.write_bytes(content.replace(b'"PASS"', b'"FAIL"', 1))
     with pytest.raises(OcmmError, match="changed"):

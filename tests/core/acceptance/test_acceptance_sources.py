@@ -13,6 +13,7 @@ from ocmm_core.acquisition.recording import ReplaySource
 from ocmm_core.composition import AcceptanceBench, Conditions, StationRequest, open_test_site
 from ocmm_core.documents import resource
 from ocmm_core.errors import CalibrationError, InputError, OcmmError
+from tests.core.acceptance.acceptance_site import ROOM
 from tests.core.conftest import Ocmm
 from tests.core.station.test_unproven_cameras import rig_of
 from tests.host import HANG_S, private_network
@@ -33,7 +34,7 @@ def _bench(folder: Path, source: str, **more: object) -> AcceptanceBench:
 def _begun(bench: AcceptanceBench, name: str) -> AcceptanceProcedure:
     now = datetime.now(UTC)
     offer = next(one for one in bench.procedures(now) if one.procedure.id == name)
-    offers = bench.offers(offer, now, 20.0)
+    offers = bench.offers(offer, now, ROOM)
     return bench.begin(offer, (offers[0].used,), Conditions(who="Ann"), now)
 
 
@@ -67,7 +68,7 @@ def test_a_short_test_runs_over_the_virtual_wire_as_the_window_does(tmp_path: Pa
     bench = _bench(tmp_path, "ethercat:virtual")
     procedure = _begun(bench, "INTERIM")
     assert _measured(bench, procedure) == []
-    record = procedure.session.finish(datetime.now(UTC), 20.0)
+    record = procedure.session.finish(datetime.now(UTC), ROOM)
     assert (record.verdict, len(record.observations)) == (Verdict.PASS, 10)
     assert differences(record, recompute(record)) == []
     # Spots came over the wire: they are those of the cameras, quantised as the cameras send them.
@@ -105,7 +106,7 @@ def test_a_recording_is_measured_in_the_window_and_not_twice(
     offer = next(one for one in bench.procedures(now) if one.procedure.id == "INTERIM")
     procedure = bench.begin(offer, first.artefacts, Conditions(who="Ann"), now)
     assert _measured(bench, procedure) == []
-    record = procedure.session.finish(datetime.now(UTC), 20.0)
+    record = procedure.session.finish(datetime.now(UTC), ROOM)
     assert record.instrument.simulated
     for one, other in zip(record.values, first.values, strict=True):
         # The same touches, averaged over frames that begin elsewhere: within the noise of a point.
@@ -114,11 +115,11 @@ def test_a_recording_is_measured_in_the_window_and_not_twice(
     # Its touches are not offered to a test that goes on.
     later = bench.begin(offer, first.artefacts, Conditions(who="Ann"), datetime.now(UTC))
     with pytest.raises(InputError, match="does not go on"):
-        bench.resume(later.session.path, 20.0)
+        bench.resume(later.session.path, ROOM)
     # And what a recording does not hold is missed in words.
     longer = next(one for one in bench.procedures(now) if one.procedure.id == "EFFECTIVE-DIAMETER")
     sphere = bench.begin(
-        longer, (_bench(tmp_path, "simulated", rig=calm_rig).offers(longer, now, 20.0)[0].used,),
+        longer, (_bench(tmp_path, "simulated", rig=calm_rig).offers(longer, now, ROOM)[0].used,),
         Conditions(who="Ann"), now,
     )  # fmt: skip
     (failed,) = _measured(bench, sphere)

@@ -12,7 +12,15 @@ import pytest
 
 from ocmm_core.acceptance import AcceptanceSession, Stage, UsedArtefact, Verdict, spots_hash
 from ocmm_core.errors import OcmmError
-from tests.core.acceptance.acceptance_site import ARTEFACTS, BEGIN, Machine, begin, stage_of
+from tests.core.acceptance.acceptance_site import (
+    ARTEFACTS,
+    BEGIN,
+    ROOM,
+    Machine,
+    begin,
+    room,
+    stage_of,
+)
 
 Violation = Callable[[Path, np.random.Generator], str]
 _LENGTH = ("LENGTH-7x5", "E0-105")
@@ -27,7 +35,7 @@ def _begin(
     stage = Stage(stage.procedure, instrument, artefacts, 1)
     try:
         AcceptanceSession.begin(
-            path, stage, digest, BEGIN, temperature_c=celsius, who="tester", **given  # type: ignore[arg-type]
+            path, stage, digest, BEGIN, temperature=room(celsius), who="tester", **given  # type: ignore[arg-type]
         )  # fmt: skip
     except OcmmError as error:
         assert not path.exists()  # nothing was begun
@@ -125,7 +133,7 @@ def _moved_line(path: Path, rng: np.random.Generator, move: Callable[..., object
     view = session.view
     position = view.positions[view.current]
     hint = ""
-    session.note_temperature(20.0, machine.now)
+    session.note_temperature(ROOM, machine.now)
     for tip in np.asarray(move(session, position)):
         hint = session.take(tip, machine.now)
     assert session.view.done[view.current] == 0 or not hint
@@ -150,7 +158,7 @@ def duplicate_direction(path: Path, rng: np.random.Generator) -> str:
         machine.step(session)
     first, second = session.view.positions[0], session.view.positions[1]
     one, other = (np.array(each.points_world) for each in (first, second))
-    session.note_temperature(20.0, machine.now)
+    session.note_temperature(ROOM, machine.now)
     along = (one[-1] - one[0]) / np.linalg.norm(one[-1] - one[0])
     # It begins where it was planned, or within 75 mm of it, and lies along the first one.
     steps = np.linalg.norm(other - other[0], axis=1)
@@ -221,7 +229,7 @@ def calibration_spots(path: Path, rng: np.random.Generator) -> str:
     spots = tuple(((float(a), float(b)),) for a, b in rng.uniform(0.0, 1000.0, (3, 2)))
     stage, digest = stage_of("SPAT")
     session = AcceptanceSession.begin(
-        path, stage, digest, BEGIN, temperature_c=20.0, who="tester", reserved=(spots_hash(spots),)
+        path, stage, digest, BEGIN, temperature=ROOM, who="tester", reserved=(spots_hash(spots),)
     )
     with pytest.raises(OcmmError) as error:
         session.take(np.array(session.view.positions[0].points_world[0]), BEGIN, uv=spots)
@@ -308,7 +316,7 @@ def two_lines_failed(path: Path, rng: np.random.Generator) -> str:
     machine.run(session)
     with pytest.raises(OcmmError) as error:
         session.retest(machine.now)
-    assert session.finish(machine.now, 20.0).verdict is Verdict.FAIL
+    assert session.finish(machine.now, ROOM).verdict is Verdict.FAIL
     return error.value.what
 
 
@@ -317,21 +325,23 @@ def finish_early(path: Path, rng: np.random.Generator) -> str:
     for _ in range(int(rng.integers(0, 29))):
         machine.step(session)
     with pytest.raises(OcmmError) as error:
-        session.finish(machine.now, 20.0)
+        session.finish(machine.now, ROOM)
     return error.value.what
 
 
 def after_the_verdict(path: Path, rng: np.random.Generator) -> str:
     session, machine = begin(path, "SPAT"), Machine(sigma=0.001)
     machine.run(session)
-    session.finish(machine.now, 20.0)
+    session.finish(machine.now, ROOM)
     return _refused(session, machine, rng.uniform(-50.0, 50.0, 3))
 
 
 def drift(path: Path, rng: np.random.Generator) -> str:
     session, machine = begin(path, "SPAT"), Machine(sigma=0.001)
     machine.run(session)
-    record = session.finish(machine.now, 20.0 + float(rng.choice([-1, 1]) * rng.uniform(1.1, 5.0)))
+    record = session.finish(
+        machine.now, room(20.0 + float(rng.choice([-1, 1]) * rng.uniform(1.1, 5.0)))
+    )
     assert record.verdict is Verdict.VOID
     return record.void_reasons[0]
 

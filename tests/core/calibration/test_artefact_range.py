@@ -35,27 +35,27 @@ def written(folder: Path, document: Path, line: str) -> Path:
 @pytest.mark.parametrize("celsius", [9.9, 35.1])
 def test_outside_the_rated_range_an_artefact_is_refused(celsius: float) -> None:
     artefact = load_bar(BAR).artefact
-    (found,) = artefact.judge(400.0, math.inf, NOW, celsius)
+    (found,) = artefact.judge(400.0, math.inf, NOW, at(celsius))
     assert found.refuses
     assert found.what == (
         "The certificate of 'virtual bar 400' (serial B-400-1) covers 10 to 35 °C, but the "
         f"ambient temperature is given as {celsius:g} °C."
     )
     with pytest.raises(InputError, match="covers 10 to 35"):
-        artefact.at(400.0, celsius)
+        artefact.at(400.0, at(celsius))
 
 
 @pytest.mark.parametrize("celsius", [None, 10.0, 20.0, 35.0])
 def test_inside_it_is_used(celsius: float | None) -> None:
     artefact = load_sphere(SPHERE).artefact
-    assert artefact.judge(30.0, math.inf, NOW, celsius) == []
-    assert artefact.at(30.0, celsius)[0] > 0.0
+    assert artefact.judge(30.0, math.inf, NOW, at(celsius)) == []
+    assert artefact.at(30.0, at(celsius))[0] > 0.0
 
 
 def test_the_range_of_the_certificate_counts(tmp_path: Path) -> None:
     artefact = load_bar(written(tmp_path, BAR, "temperatures = [18.0, 22.0]")).artefact
-    assert artefact.judge(400.0, math.inf, NOW, 18.0) == []
-    (found,) = artefact.judge(400.0, math.inf, NOW, 25.0)
+    assert artefact.judge(400.0, math.inf, NOW, at(18.0)) == []
+    (found,) = artefact.judge(400.0, math.inf, NOW, at(25.0))
     assert "covers 18 to 22 °C" in found.what
 
 
@@ -75,6 +75,10 @@ def test_lengths_beyond_the_certificate_are_refused(tmp_path: Path) -> None:
     assert load_bar(written(tmp_path, BAR, "certified = [80.0, 400.0]")).nests[-1] == 400.0
 
 
+def at(celsius: float | None) -> Temperature | None:
+    return None if celsius is None else Temperature(celsius, 0.3, "")
+
+
 def begun(celsius: float | None) -> Begun:
     """Return the first line of a session."""
     return Begun(
@@ -90,8 +94,8 @@ def test_every_entry_says_the_same(celsius: float) -> None:
     entries: dict[str, Callable[[], object]] = {
         "surroundings": lambda: require_temperature("surroundings", celsius),
         "surroundings ": lambda: begun(celsius),
-        "surroundings  ": lambda: temperature(str(celsius)),
-        "surroundings   ": lambda: load_bar(BAR).artefact.judge(400.0, 1.0, NOW, celsius),
+        "surroundings  ": lambda: temperature({"temperature": str(celsius)}, NOW),
+        "surroundings   ": lambda: load_bar(BAR).artefact.judge(400.0, 1.0, NOW, at(celsius)),
         "part": lambda: climate_in_use(request["part"], plan, load_probe(probe), None),
         "part ": lambda: check_part(PartTemperature(Temperature(celsius, 0.5, ""))),
         "probe": lambda: climate_in_use(request["probe"], plan, load_probe(probe), None),

@@ -140,3 +140,25 @@ def test_a_camera_nudged_in_a_sweep_is_named_and_a_clean_sweep_is_not() -> None:
     assert refused.value.code == "pivot.camera_moved"
     assert f"'{camera.name}'" in refused.value.what
     assert "frame 400" in refused.value.what
+
+
+@pytest.mark.parametrize("seed", [24, 30])
+def test_second_lie_is_found_behind_bent_led(seed: int) -> None:
+    """The first lie is granted, also as unknown geometry; the bar is then tried again."""
+    scene = honest(seed, POSES)
+    scene.bar = replace(scene.bar, length=scene.length + 0.06)
+    scene.leds[1] += np.array([0.0, 0.0, 0.15])
+    for options in (scene.options, replace(scene.options, geometry="unknown")):
+        error = refusal(scene, options)
+        assert "LED 2 of the probe" in error.what
+        assert "ar 'bar' is" in error.what
+        assert "In addition" in error.what
+
+
+def test_two_bent_leds_are_both_named() -> None:
+    scene = honest(25, POSES)
+    scene.leds[0] += np.array([0.1, 0.0, 0.1])
+    scene.leds[2] += np.array([0.0, 0.12, 0.15])
+    error = refusal(scene)
+    assert "LED 1 " in error.what
+    assert "LED 3 " in error.what

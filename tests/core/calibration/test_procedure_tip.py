@@ -10,6 +10,7 @@ import msgspec
 import numpy as np
 import pytest
 
+from ocmm_core.calibration.probe_design import Temperature
 from ocmm_core.calibration.records import ProbeStore, State
 from ocmm_core.calibration.tip import (
     CHECK_RINGS,
@@ -52,14 +53,14 @@ class Tips:
         bench = self.bench
         return TipQualificationProcedure.begin(
             bench.sessions, bench.rig, bench.body, self.store, TIP, bench.sphere, bench.now(),
-            who="technician", temperature_c=20.5, hold_s=hold_s,
+            who="technician", temperature=Temperature(20.5, 0.3, ""), hold_s=hold_s,
         )  # fmt: skip
 
     def check(self) -> TipCheckProcedure:
         bench = self.bench
         return TipCheckProcedure.begin(
             bench.sessions, bench.rig, bench.body, self.store, TIP, bench.sphere, bench.now(),
-            who="inspector", temperature_c=20.5,
+            who="inspector", temperature=Temperature(20.5, 0.3, ""),
         )  # fmt: skip
 
     def resumed(self, procedure: TipQualificationProcedure) -> TipQualificationProcedure:

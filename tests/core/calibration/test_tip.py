@@ -38,6 +38,7 @@ from ocmm_core.geometry import rotation_from_vector
 from tests.core.calibration.made_records import make_record, make_verification
 from tests.core.calibration.touched_tip import (
     POLE,
+    ROOM,
     Fault,
     TipWorld,
     check_plans,
@@ -169,7 +170,7 @@ def test_what_a_check_shares_with_its_qualification_cancels() -> None:
     record = record_of(ball, WORLD)
 
     def compared(other: TipRecord) -> float:
-        return sigma_of_difference(ball.errors, WORLD.sphere, 20.0, other, WORLD.rig, WORLD.body)
+        return sigma_of_difference(ball.errors, WORLD.sphere, ROOM, other, WORLD.rig, WORLD.body)
 
     # The same touches once more: only their spots differ, and the warmth of the sphere.
     assert compared(record) == pytest.approx(np.sqrt(2.0) * ball.errors.noise, rel=0.02)
@@ -187,7 +188,13 @@ def test_the_sphere_has_the_size_of_its_temperature() -> None:
     rng = np.random.default_rng(15)
     plan = WORLD.on_sphere(QUALIFICATION_RINGS, rng, np.inf)
     at = {
-        degrees: fit_ball_on(plan.touches, WORLD.sphere, WORLD.rig, WORLD.body, degrees)
+        degrees: fit_ball_on(
+            plan.touches,
+            WORLD.sphere,
+            WORLD.rig,
+            WORLD.body,
+            None if degrees is None else replace(ROOM, celsius=degrees),
+        )
         for degrees in (20.0, 30.0, None)
     }
     assert at[20.0].diameter == pytest.approx(6.0, abs=1e-6)
@@ -284,7 +291,7 @@ def test_a_check_that_cannot_tell_never_passes() -> None:
 
     def decided(touches: tuple[RestingTouch, ...], sigma: float) -> tuple[CheckVerdict, str]:
         found = decide_check(
-            touches, held, WORLD.sphere, qualified(6.0, sigma), WORLD.rig, WORLD.body, 20.0
+            touches, held, WORLD.sphere, qualified(6.0, sigma), WORLD.rig, WORLD.body, ROOM
         )
         return found.verdict, found.advice
 
@@ -301,7 +308,7 @@ def test_a_check_that_cannot_tell_never_passes() -> None:
     # What no uncertainty explains fails however few points there are.
     short = WORLD.touched(cone, truth, rng, Fault(length=-1.0))
     found = decide_check(
-        (), short[:3], WORLD.sphere, qualified(6.0, 0.004), WORLD.rig, WORLD.body, 20.0
+        (), short[:3], WORLD.sphere, qualified(6.0, 0.004), WORLD.rig, WORLD.body, ROOM
     )
     assert found.verdict is CheckVerdict.FAILED
     assert "shorter" in found.advice

@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ocmm_core.calibration.guided import RestingTouch, touch_of
+from ocmm_core.calibration.probe_design import Temperature
 from ocmm_core.calibration.records import Sphere, TipRecord, load_sphere
 from ocmm_core.calibration.tip import (
     CHECK_RINGS,
@@ -33,6 +34,7 @@ from tests.core.calibration.made_probe_records import make_probe_record, make_ti
 from tests.core.calibration.swept_probe import disturbed
 
 SIGMA_PX = 0.0105
+ROOM = Temperature(20.0, 0.3, "")
 CENTRE_WORLD, CONE_WORLD = np.array([-40.0, 0.0, -110.0]), np.array([60.0, 20.0, -120.0])
 POLE = np.array([0.0, 0.0, 1.0])
 _HAND_RAD = np.radians(4.0)
@@ -129,8 +131,8 @@ class TipWorld:
         )  # fmt: skip
         assert errors is not None
         if against is None:
-            return sigma_with_sphere(errors, self.sphere, 20.0, self.rig, self.body)
-        return sigma_of_difference(errors, self.sphere, 20.0, against, self.rig, self.body)
+            return sigma_with_sphere(errors, self.sphere, ROOM, self.rig, self.body)
+        return sigma_of_difference(errors, self.sphere, ROOM, against, self.rig, self.body)
 
     def qualified(self, plan: Plan) -> TipRecord:
         """Return a qualification of a plan as it is without any error."""
@@ -171,7 +173,7 @@ class TipWorld:
         )
 
     def ball(self, touches: tuple[RestingTouch, ...]) -> BallFit:
-        return fit_ball_on(touches, self.sphere, self.rig, self.body, 20.0)
+        return fit_ball_on(touches, self.sphere, self.rig, self.body, ROOM)
 
     def check(
         self,
@@ -179,7 +181,7 @@ class TipWorld:
         cone: tuple[RestingTouch, ...],
         qualification: TipRecord,
     ) -> TipCheckDecision:
-        return decide_check(touches, cone, self.sphere, qualification, self.rig, self.body, 20.0)
+        return decide_check(touches, cone, self.sphere, qualification, self.rig, self.body, ROOM)
 
     def _touching(self, directions: Points3, rng: np.random.Generator) -> Plan:
         off = directions + _PLACE_RAD * rng.standard_normal(directions.shape)

@@ -62,7 +62,8 @@ def test_recorded_shots_are_checked(ocmm_here: Ocmm, tmp_path: Path, probes: Pat
     shots += [Shot("cone", "", uv, SIGMA_PX) for uv in world.seen(cone, truth, rng)]
     (tmp_path / "few.csv").write_bytes(write_shots(shots[:10], world.rig))
     (tmp_path / "good.csv").write_bytes(write_shots(shots, world.rig))
-    options = ("--probes", probes, "--temperature", "20", "--accept", "--shots")
+    warm = ("--temperature", "20", "--temperature-u", "0.4")
+    options = ("--probes", probes, *warm, "--accept", "--shots")
     few = ocmm_here("calibrate", "check-tip", *options, "few.csv")
     assert few.returncode == 2
     assert "3 points on the sphere are missing" in few.stderr

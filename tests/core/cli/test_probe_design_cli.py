@@ -65,7 +65,7 @@ def test_both_compensations_are_in_the_job_and_in_the_report(
     done = ocmm_here(
         "measure", "--rig", slow_rig, "--plan", QUICK, "--out", "out", "--probe-design", DESIGN,
         "--probe-temperature", "24", "--compensate-probe", "--part-temperature", "23",
-        "--part-expansion", "11.5", "--compensate-part",
+        "--temperature-sigma", "0.5", "--part-expansion", "11.5", "--compensate-part",
     )  # fmt: skip
     assert done.stderr == ""
     assert "calibrated at 20.0 °C, compensated." in done.stdout
@@ -95,13 +95,15 @@ def test_what_is_not_known_is_not_compensated(ocmm_here: Ocmm, tmp_path: Path) -
     ("request_", "code"),
     [
         (ClimateRequest(compensate_part=True), "temperature.part_unknown"),
-        (ClimateRequest(compensate_part=True, part_c=22.0), "temperature.expansion_unknown"),
-        (ClimateRequest(compensate_probe=True, probe_c=22.0), "temperature.design_unknown"),
+        (ClimateRequest(None, None, 22.0, 0.5, None, False, True), "temperature.expansion_unknown"),
+        (ClimateRequest(None, 22.0, None, 0.5, None, True), "temperature.design_unknown"),
         (ClimateRequest(DESIGN, compensate_probe=True), "temperature.probe_unknown"),
         (ClimateRequest(part_c=220.0), "temperature.range"),
+        (ClimateRequest(part_c=22.0), "temperature.u_missing"),
+        (ClimateRequest(probe_c=22.0), "temperature.u_missing"),
         (ClimateRequest(DESIGN, probe_c=-30.0), "temperature.range"),
         (ClimateRequest(probe_c=-30.0), "temperature.range"),
-        (ClimateRequest(part_c=22.0, part_expansion_ppm=1e4), "temperature.expansion"),
+        (ClimateRequest(sigma_k=0.5, part_c=22.0, part_expansion_ppm=1e4), "temperature.expansion"),
     ],
 )
 def test_every_doubt_has_its_own_refusal(request_: ClimateRequest, code: str) -> None:
@@ -113,7 +115,7 @@ def test_every_doubt_has_its_own_refusal(request_: ClimateRequest, code: str) ->
 
 def test_the_temperature_of_the_calibration_comes_from_its_record() -> None:
     body, plan = load_probe(PROBE), load_plan(QUICK)
-    request = ClimateRequest(DESIGN, probe_c=25.0, compensate_probe=True)
+    request = ClimateRequest(DESIGN, sigma_k=0.5, probe_c=25.0, compensate_probe=True)
     record = make_probe_record(temperature_c=22.0)
     used = climate_in_use(request, plan, body, record)
     assert used.climate.probe.difference_k == pytest.approx(3.0)
@@ -129,7 +131,7 @@ def test_the_material_of_the_plan_is_taken(tmp_path: Path) -> None:
     path = tmp_path / "plan.toml"
     text = QUICK.read_text("utf-8")
     path.write_text(f'{text}\n[material]\nname = "brass"\nexpansion_ppm = 18.5\n', "utf-8")
-    request = ClimateRequest(part_c=22.0, compensate_part=True)
+    request = ClimateRequest(sigma_k=0.5, part_c=22.0, compensate_part=True)
     used = climate_in_use(request, load_plan(path), load_probe(PROBE), None)
     assert used.climate.part.scale == pytest.approx(1.0 - 37e-6, abs=1e-12)
     path.write_text(f'{text}\n[material]\nname = "brass"\nexpansion_ppm = 1850\n', "utf-8")

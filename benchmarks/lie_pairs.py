@@ -1,0 +1,110 @@
+"""Relocations with two lies at once: who is named, and whether lengths beyond U are accepted.
+
+Sessions of `lie_scenes` with two of bar, LED, nudged camera and drifting camera, in turns (two LEDs
+as well), evaluated as they are and with unknown geometry. Right is an answer that names both. Run:
+``python -m benchmarks.lie_pairs --n 300``.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import dataclass, replace
+
+from ocmm_core.blas import use_one_thread
+
+use_one_thread()
+
+import numpy as np  # noqa: E402 - the number of BLAS threads is set before numpy is loaded
+
+from benchmarks.lie_scenes import Scene, bent_led, drifting, honest, nudged, wrong_bar  # noqa: E402 - as above
+from ocmm_core.calibration.guided import length_sigma  # noqa: E402 - as above
+from ocmm_core.calibration.relocation import RelocationOptions, relocate  # noqa: E402 - as above
+from ocmm_core.errors import CalibrationError  # noqa: E402 - as above
+from tests.core.calibration.waved_probe import VOLUME, length_errors, rig  # noqa: E402 - as above
+
+PAIRS = (
+    (wrong_bar, bent_led), (bent_led, bent_led), (nudged, bent_led), (wrong_bar, nudged),
+    (drifting, bent_led), (wrong_bar, drifting),
+)  # fmt: skip
+RIGHT_LIMIT = 0.80
+
+
+@dataclass(frozen=True, slots=True)
+class PairOutcome:
+    """Outcome of one session."""
+
+    did: str
+    answers: tuple[str, ...]
+    """As it is, and with unknown geometry; empty if accepted."""
+    right: bool
+    beyond: tuple[str, ...]
+    """Evaluations that accepted lengths beyond U (k = 2), with error and U, um."""
+
+
+def run(task: tuple[int, int]) -> PairOutcome:
+    """Return the outcome of a seed with so many poses."""
+    seed, poses = task
+    scene = honest(seed, poses)
+    did, wanted = [], []
+    for tell in PAIRS[seed % len(PAIRS)]:
+        wanted.append([word for _, word in tell(scene)])
+        did.append(scene.lie)
+    observed = scene.observed()
+    answers, beyond = [], []
+    for name, options in (
+        ("as it is", scene.options),
+        ("unknown geometry", replace(scene.options, geometry="unknown")),
+    ):
+        answer, error, u = _relocated(scene, observed, options)
+        answers.append(answer)
+        if not answer and error > u:
+            beyond.append(f"{name}: {error:.1f} um, U {u:.1f} um")
+    whole = answers[0].casefold()
+    right = all(any(word.casefold() in whole for word in words) for words in wanted)
+    return PairOutcome(", ".join(did), tuple(answers), right, tuple(beyond))
+
+
+def _relocated(
+    scene: Scene, observed: object, options: RelocationOptions
+) -> tuple[str, float, float]:
+    """Return the refusal, and RMS error and U of lengths, um, if accepted."""
+    try:
+        found = relocate(scene.start, scene.body, observed, options)  # type: ignore[arg-type]
+    except CalibrationError as error:
+        return f"{error.code}: {error.what}", np.nan, np.nan
+    after = found.applied_to(scene.start, "benchmark")
+    errors = length_errors(replace(rig(), cameras=scene.moves(1.0)), after)
+    return "", 1e3 * float(np.sqrt(np.mean(errors**2))), 2e3 * length_sigma(after, VOLUME)
+
+
+def main() -> int:
+    """Print everything; return 1 if a limit is broken."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--n", type=int, default=300, help="sessions (300)")
+    parser.add_argument("--poses", type=int, default=300, help="of the waved probe (300)")
+    parser.add_argument("--seed", type=int, default=1, help="first seed (1)")
+    parser.add_argument("--processes", type=int, default=2)
+    options = parser.parse_args()
+    seeds = range(options.seed, options.seed + options.n)
+    with ProcessPoolExecutor(options.processes) as pool:
+        found = list(pool.map(run, [(seed, options.poses) for seed in seeds]))
+    for seed, one in zip(seeds, found, strict=True):
+        if not one.right or one.beyond:
+            print(f"    seed {seed} {one.did}: {one.answers[0] or 'accepted'}"[:400], *one.beyond)
+    for index, pair in enumerate(PAIRS):
+        mine = [one for seed, one in zip(seeds, found, strict=True) if seed % len(PAIRS) == index]
+        names = " and ".join(tell.__name__ for tell in pair)
+        right, beyond = sum(one.right for one in mine), sum(bool(one.beyond) for one in mine)
+        print(f"{names:28} N {len(mine):4} named {right:4} beyond U {beyond:3}")
+    right = sum(one.right for one in found) / max(len(found), 1)
+    beyond = sum(bool(one.beyond) for one in found)
+    print(f"right pair {right:.1%} (>= {RIGHT_LIMIT:.0%}); accepted beyond U {beyond} (0)")
+    holds = right >= RIGHT_LIMIT and not beyond
+    print("ok" if holds else "BROKEN")
+    return 0 if holds else 1
+
+
+if __name__ == "__main__":
+    sys.exit(main())
