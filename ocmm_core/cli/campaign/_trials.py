@@ -24,7 +24,7 @@ FINDINGS = {
     ),
     "names": (
         "acknowledged points lost", "losses not told", "told after 1 s", "exit code 0",
-        "audit faults", "jobs called damaged",
+        "audit faults", "jobs called damaged", "reports of lost jobs",
     ),
     "writers": (
         "acknowledged items lost", "items twice", "audit faults", "writers that gave up",

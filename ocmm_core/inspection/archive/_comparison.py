@@ -141,12 +141,13 @@ class PartJob:
     """What a comparison takes of a job; little enough to come from another process."""
 
     path: Path
+    name: str
     uuid: str
     serial: str
     created_utc: str
     plan: str
     plan_text: str
-    """`path`, `uuid`, `serial`, `created_utc`, `plan`, `plan_text`: Of the job and its plan."""
+    """`path`, `name`, `uuid`, `serial`, `created_utc`, `plan`, `plan_text`: Of the job and its plan."""
     characteristics: tuple[Characteristic, ...]
     values: tuple[tuple[tuple[float, float] | None, str, Verdict], ...]
     """For each of them value and U (95 %), or None; why it is not counted, or nothing; its verdict.
@@ -202,12 +203,12 @@ def _trend(index: int, item: Characteristic, jobs: Sequence[PartJob]) -> Trend:
             stated = None
             why = f"{SIMULATED}. {NO_REAL_PART} Compare simulated jobs separately."
         if stated is None:
-            left_out.append(f"{job.path.stem}: {why}")
+            left_out.append(f"{job.name}: {why}")
         else:
             counted.append(stated)
         parts.append(
             PartValue(
-                job=job.path.stem,
+                job=job.name,
                 serial=job.serial,
                 created_utc=job.created_utc,
                 value=None if stated is None else stated[0],
