@@ -22,6 +22,8 @@ from ocmm_core.storage._write_ahead_log import read_log
 from tests.core.storage.conftest import sample_point
 from tests.host import HANG_S, private_mounts
 
+# The long form reads 131,070 files.
+pytestmark = pytest.mark.timeout(3600)
 MakePoint = Callable[[int], MeasuredPoint]
 Repeats = Callable[[int, int], int]
 
