@@ -147,7 +147,7 @@ class PartJob:
     created_utc: str
     plan: str
     plan_text: str
-    """`path`, `name`, `uuid`, `serial`, `created_utc`, `plan`, `plan_text`: Of the job and its plan."""
+    """`path` to `plan_text`: Of the job and its plan."""
     characteristics: tuple[Characteristic, ...]
     values: tuple[tuple[tuple[float, float] | None, str, Verdict], ...]
     """For each of them value and U (95 %), or None; why it is not counted, or nothing; its verdict.
