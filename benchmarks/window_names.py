@@ -123,8 +123,8 @@ def main(arguments: list[str] | None = None) -> int:
             tried[kind] += 1
             acknowledged += trial.acknowledged
             found.update(trial.found)
-            if trial.found:
-                print(f"{number}: {trial.found} {trial.note}", flush=True)
+            told = trial.note if trial.found else f"shown after {trial.note or '-'} s"
+            print(f"{number}: {kind}: {dict(trial.found)} {told}", flush=True)
     for kind, count in sorted(tried.items()):
         print(f"{count:5}  {kind}")
     print(f"{given.n} windows, {acknowledged} acknowledged points: {dict(found) or 'no findings'}")

@@ -192,7 +192,8 @@ def lose_name(
         found, note = _judge(lines, os.waitstatus_to_exitcode(status), at_close=at_close)
     shutil.rmtree(out, ignore_errors=True)
     acknowledged = sum(line.startswith("point ") for line in lines)
-    note = f"{kind}: {note} {first.strip()} {lines}" if found else ""
+    told = "".join(line.removeprefix("failed ") for line in lines if line.startswith("failed "))
+    note = f"{kind}: {note} {first.strip()} {lines}" if found else told
     return Trial("names", seed, number, acknowledged, found, note)
 
 

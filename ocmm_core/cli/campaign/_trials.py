@@ -60,7 +60,7 @@ class Trial(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     found: dict[str, int]
     """How often each finding was met; those that were not are left out."""
     note: str = ""
-    """Where something was found: what it was, to look into it."""
+    """Details of a finding; of the lane names without one, the seconds until the loss is shown."""
 
 
 class NotRunError(Exception):

@@ -64,6 +64,19 @@ def test_a_job_is_sent_and_the_status_says_so(place: Place, job: Path, tmp_path:
     assert run("send", tmp_path / "missing.ocmm", *where).exit_code == 1
 
 
+def test_a_folder_that_is_left_out_is_named(place: Place, job: Path, tmp_path: Path) -> None:
+    where = ("--archive", place.address, "--outbox", tmp_path / "outbox")
+    (tmp_path / "jobs").mkdir()
+    (tmp_path / "away").mkdir()
+    job.rename(tmp_path / "jobs" / "job.ocmm")
+    (tmp_path / "jobs" / "linked").symlink_to(tmp_path / "away")
+    sent = run("send", tmp_path / "jobs", *where)
+    assert sent.exit_code == 1, sent.output
+    assert "linked: this folder is a link, which is not searched" in sent.output
+    assert "Jobs     1 of 1 station" in run("status", *where).output
+    assert "linked: this folder is a link" in run("rebuild", tmp_path / "jobs", *where).output
+
+
 def test_what_a_killed_program_left_is_sent(place: Place, job: Path, tmp_path: Path) -> None:
     JobNote(tmp_path / "outbox", job).let_go()
     sent = run("send", "--archive", place.address, "--outbox", tmp_path / "outbox")
