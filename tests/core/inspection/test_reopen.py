@@ -380,7 +380,7 @@ def test_no_report_replaces_another_when_the_job_is_lost_after_reading(
     path, _ = finished
     out = path.parent / "out"
     report = report_of_job(reopen_job(path))
-    write_report(report, out, ["json"])
+    write_report(report, ["json"], out)
     before = content(out)
     if loss == "replaced by a copy":
         copy = Path(shutil.copy(path, path.with_name("copy")))
@@ -390,5 +390,5 @@ def test_no_report_replaces_another_when_the_job_is_lost_after_reading(
     else:
         path.unlink()
     with pytest.raises(StorageError, match="after it was read"):
-        write_report(report, out, ["json", "qif"])
+        write_report(report, ["json", "qif"], out)
     assert content(out) == before
