@@ -2,8 +2,8 @@
 
 In: points, events, documents of a job. Out: one SQLite file per job, and the same read back.
 
-Read `_job_file` (the file and its promises), `_tables` and `_rows` (what stands in it, bit for
-bit), `_job_steps` (points and annulments in order), `_audit` (the hash-linked chain),
+Read `_job_file` (the file and its promises), `_job_reader` (contents), `_tables` and `_rows` (rows,
+bit for bit), `_job_steps` (points and annulments in order), `_audit` (the hash-linked chain),
 `_job_seal` (who signed it), `_job_writer` (until the disk fails), `_job_keeper` (until its name is
 lost: then it is rescued), `_event_text`, `_connection` and `_faults` (faults as sentences),
 `_job_content` with `_write_ahead_log` (the one door for readers), `_guard` and `_checks`
@@ -33,8 +33,9 @@ if TYPE_CHECKING:
         write_held_jobs,
     )
     from ocmm_core.storage._job_content import JobContent, read_job
-    from ocmm_core.storage._job_file import LEFT_OUT, NAMED, JobFile
+    from ocmm_core.storage._job_file import LEFT_OUT, JobFile
     from ocmm_core.storage._job_keeper import RESCUED
+    from ocmm_core.storage._job_reader import NAMED
     from ocmm_core.storage._job_seal import ADOPTED, JobSeal, judge_head
     from ocmm_core.storage._job_steps import JobStep
     from ocmm_core.storage._rows import JobEvent, JobHead, JobReference, make_head
@@ -49,8 +50,9 @@ else:
         _guard="HeldConnection database_content open_in_place",
         _held_jobs="HeldJobs held_jobs_file held_sentences read_held_jobs write_held_jobs",
         _job_content="JobContent read_job",
-        _job_file="LEFT_OUT NAMED JobFile",
+        _job_file="LEFT_OUT JobFile",
         _job_keeper="RESCUED",
+        _job_reader="NAMED",
         _job_seal="ADOPTED JobSeal judge_head",
         _job_steps="JobStep",
         _rows="JobEvent JobHead JobReference make_head",

@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import contextlib
 import sqlite3
-import threading
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from types import MappingProxyType, TracebackType
@@ -21,65 +20,43 @@ from ocmm_core.measuring import MeasuredPoint
 from ocmm_core.named_file import FileIdentity, NameLoss
 from ocmm_core.part_model import PartModel
 from ocmm_core.seals import KeyFolder, StationKey
-from ocmm_core.storage._audit import (
-    AuditedStep,
-    find_faults,
-    insert_audited,
-    read_audit,
-    read_links,
-)
+from ocmm_core.storage._audit import find_faults, insert_audited
 from ocmm_core.storage._connection import connection_in_memory, connection_to, make_file
-from ocmm_core.storage._faults import FAULTS, not_writable, storage_error
-from ocmm_core.storage._guard import GuardedConnection, with_log
+from ocmm_core.storage._faults import FAULTS, not_writable
+from ocmm_core.storage._guard import GuardedConnection
 from ocmm_core.storage._job_content import read_job
 from ocmm_core.storage._job_keeper import JobKeeper
+from ocmm_core.storage._job_reader import JobReader
 from ocmm_core.storage._job_seal import (
     ADOPTED,
-    JobSeal,
-    check_line,
     expect_job,
     insert_seal,
-    read_seal,
     remember_job,
     require_adoptable,
     require_sealed,
 )
-from ocmm_core.storage._job_steps import JobStep, read_steps
 from ocmm_core.storage._job_writer import JobWriter
-from ocmm_core.storage._rows import JobEvent, JobHead, JobReference, row_from_head
+from ocmm_core.storage._rows import JobHead, JobReference, row_from_head
 from ocmm_core.storage._tables import (
-    Observed,
     insert_annulment,
     insert_event,
     insert_part,
     insert_point,
     insert_reference,
-    next_number,
     note_clock,
-    stored_events,
     stored_head,
-    stored_observations,
-    stored_part,
-    stored_points,
-    stored_reference,
-    stored_times,
 )
 
 _LOCK_S = 0.4
 """Longest wait for a step in progress, when the name of the file is lost."""
 LEFT_OUT = "left out"
 """Kind of the event for what was in no complete step when the job was continued."""
-NAMED = "named"
-"""Kind of the event with the name of the job; the first one counts."""
 
 
-class JobFile:
+class JobFile(JobReader):
     """An open job file; make it with `create` or `open`, and close it or use it in ``with``.
 
-    Every method may be called from any thread: one lock guards the connection, so that the thread
-    that takes points and the window that undoes them do not meet. A call waits at most for one
-    commit of another thread (milliseconds; as long as the disk takes).
-
+    Every method may be called from any thread; see `JobReader`.
     """
 
     def __init__(
@@ -91,20 +68,12 @@ class JobFile:
         read_only: bool = False,
         scratch: bool = False,
     ) -> None:
-        self.path = path
-        """Where the file is."""
-        self.head = head
-        """What the job says about itself."""
+        super().__init__(path, db, head)
         self.identity: FileIdentity | None = None
         """The file on the disk, if `read` from one."""
-        self.left_out = db.left_out
-        """What of the file is in no complete step, as a sentence; empty if there is nothing."""
         self._read_only, self._scratch = read_only, scratch
-        self._db: GuardedConnection | None = db
-        self._lock = threading.Lock()
         self._writer = JobWriter(path)
         self._key: StationKey | None = None
-        self._name: str | None = None
         self._closing = False
         self._keeper: JobKeeper | None = None
         if not (read_only or scratch):
@@ -236,34 +205,13 @@ class JobFile:
             made.left_out = left_out
             return made
 
-    def content(self) -> bytes:
-        """Return the bytes of the file with all that is stored, without a log."""
-        with self._reading() as db:
-            return with_log(db.serialize())
-
     def append_point(self, point: MeasuredPoint) -> None:
-        """Store a point; it is on the disk when this returns.
-
-        For tests: nothing in the product asks for it.
-
-        Raises
-        ------
-        StorageError
-            The point cannot be stored; all earlier ones are, and this one may be given again.
-        """
+        """Store a point, for tests; StorageError if only the earlier ones are stored."""
         with self._transaction() as db:
             insert_point(db, self.path, point)
 
     def annul_point(self, number: int, reason: str) -> None:
-        """Take a point out of `points`, and say why; the observation stays in the file.
-
-        For tests: nothing in the product asks for it.
-
-        Raises
-        ------
-        StorageError
-            There is no such point, it is annulled already, or the file cannot be written.
-        """
+        """Annul a point with a reason, for tests; StorageError as `change`."""
         with self._transaction() as db:
             insert_annulment(db, self.path, number, reason)
 
@@ -284,7 +232,8 @@ class JobFile:
         Raises
         ------
         StorageError
-            As `annul_point`, `append_point` and `append_event`; nothing is changed then.
+            A point is missing or annulled already, or the file cannot be written; nothing is
+            changed.
         """
         with self._transaction() as db:
             for number, reason in annul.items():
@@ -293,56 +242,6 @@ class JobFile:
                 insert_point(db, self.path, point)
             for kind, text in events:
                 insert_event(db, kind, text)
-
-    @property
-    def name(self) -> str:
-        """Return the name that the job was given when it was made, whatever its file is called now.
-
-        That of its file for jobs of earlier versions, which did not store it.
-        """
-        if self._name is None:
-            with self._reading() as db:
-                row = db.execute(
-                    "SELECT text FROM event WHERE kind = ? ORDER BY id LIMIT 1", (NAMED,)
-                ).fetchone()
-            self._name = self.path.stem if row is None else str(row[0])
-        return self._name
-
-    def points(self) -> list[MeasuredPoint]:
-        """Return the points that are not annulled, in the order in which they were taken.
-
-        Raises
-        ------
-        StorageError
-            An observation is not the one that was stored; `verify` says more.
-        """
-        with self._reading() as db:
-            return stored_points(db, self.path, annulled=False)
-
-    def observed(self) -> list[Observed]:
-        """Return when each point was observed and stored, also annulled ones, by number.
-
-        Much cheaper than `points`, which look at what was observed.
-
-        Raises
-        ------
-        StorageError
-            A time of one is none.
-        """
-        with self._reading() as db:
-            return stored_observations(db, self.path)
-
-    def annulled(self) -> list[tuple[MeasuredPoint, str]]:
-        """Return the points that are annulled, and why each is; StorageError as `points`."""
-        with self._reading() as db:
-            points = stored_points(db, self.path, annulled=True)
-            reasons = dict(db.execute("SELECT number, reason FROM annulment").fetchall())
-        return [(point, reasons[point.number]) for point in points]
-
-    def steps(self, after: int = 0, most: int = 256) -> list[JobStep]:
-        """Return what became durable after audit row ``after``, oldest first: see `read_steps`."""
-        with self._reading() as db:
-            return read_steps(db, self.path, after, most)
 
     def store_reference(self, reference: JobReference) -> None:
         """Store the reference body of the job and its first place; on the disk when this returns.
@@ -354,17 +253,6 @@ class JobFile:
         """
         with self._transaction() as db:
             insert_reference(db, self.path, reference)
-
-    def reference(self) -> JobReference | None:
-        """Return the reference body that the points are relative to, or None.
-
-        Raises
-        ------
-        StorageError
-            It is not the one that was stored; `verify` says more.
-        """
-        with self._reading() as db:
-            return stored_reference(db, self.path)
 
     def store_part(self, part: PartModel) -> None:
         """Store the nominal part as its CAD model has it; on the disk when this returns.
@@ -378,69 +266,6 @@ class JobFile:
         """
         with self._transaction() as db:
             insert_part(db, self.path, part)
-
-    def part(self) -> PartModel | None:
-        """Return the nominal part, or None; StorageError where it is not as it was stored."""
-        with self._reading() as db:
-            return stored_part(db, self.path)
-
-    def taken_utc(self) -> dict[int, str]:
-        """Return when each point was stored, also annulled ones: ISO 8601 text by number."""
-        with self._reading() as db:
-            return stored_times(db, self.path)
-
-    def events(self) -> list[JobEvent]:
-        """Return what happened, oldest first."""
-        with self._reading() as db:
-            return stored_events(db, self.path)
-
-    def next_number(self) -> int:
-        """Return the number of the next point; numbers of annulled points are not used again."""
-        with self._reading() as db:
-            return next_number(db)
-
-    def verify(self, seal: JobSeal | None = None) -> list[str]:
-        """Return one sentence for every fault of the file against its audit chain and signature.
-
-        Parameters
-        ----------
-        seal
-            Of this job as the computer judged it that asks; None: judged by the keys known here.
-        """
-        with self._reading() as db:
-            return [*find_faults(db), *(seal or self._sealed(db)).doubts]
-
-    def seal(self, keys: KeyFolder | None = None) -> JobSeal:
-        """Return how far the job goes, and who signed it by the keys known here, or by others."""
-        with self._reading() as db:
-            return self._sealed(db, keys)
-
-    def audited(self) -> list[AuditedStep]:
-        """Return everything that was ever stored, oldest first."""
-        with self._reading() as db:
-            return read_audit(db)
-
-    def links(self) -> dict[int, str]:
-        """Return the hash of every row of the audit by its number: what a later copy goes on."""
-        with self._reading() as db:
-            return read_links(db)
-
-    def check_line(self, line: str) -> str:
-        """Return in a sentence what the line of a report proves; errors as `check_line`."""
-        with self._reading() as db:
-            return check_line(db, self.head.job_uuid, line, KeyFolder())
-
-    def note_seen(self, place: Path, seal: JobSeal | None = None) -> None:
-        """Let this station remember how far the job goes, where it lies at ``place``.
-
-        Parameters
-        ----------
-        seal
-            Of this job, where the caller has just asked for it.
-        """
-        seal = seal or self.seal()
-        if not seal.doubts:
-            remember_job(seal.job_uuid, seal.steps, seal.head, place)
 
     def adopt(self, who: str, reason: str) -> None:
         """Take over what this station did not sign; every reader sees who did so, why, and of what.
@@ -462,15 +287,7 @@ class JobFile:
         self.append_event(ADOPTED, text)
 
     def backup(self, path: Path | str) -> None:
-        """Write a complete copy; works also after the disk of the job has failed.
-
-        For tests: nothing in the product asks for it.
-
-        Raises
-        ------
-        StorageError
-            There is such a file already, or it cannot be written.
-        """
+        """Write a complete copy, for tests; StorageError if it exists or cannot be written."""
         path = Path(path)
         if path.exists():
             raise StorageError(
@@ -517,19 +334,6 @@ class JobFile:
     ) -> None:
         """Close the file."""
         self.close()
-
-    @contextlib.contextmanager
-    def _reading(self) -> Iterator[GuardedConnection]:
-        with self._lock:
-            if self._db is None:
-                raise StorageError(
-                    "job.closed", f"{self.path}: the job is closed.", "Open the job again."
-                )
-            self._db.renew()
-            try:
-                yield self._db
-            except FAULTS as error:
-                raise storage_error(self.path, error) from error
 
     @contextlib.contextmanager
     def _transaction(self) -> Iterator[sqlite3.Connection]:
@@ -592,6 +396,3 @@ class JobFile:
             keeper.lose(NameLoss("the disk failed"), disk=True)
         elif loss is not None:
             keeper.lose(loss)
-
-    def _sealed(self, db: sqlite3.Connection, keys: KeyFolder | None = None) -> JobSeal:
-        return read_seal(db, self.path, self.head.job_uuid, keys or KeyFolder())
