@@ -96,7 +96,7 @@ class RecalledJob(
     def label(self) -> str:
         """Return the name of the job, with that of its file if it differs."""
         file = Path(self.path)
-        return f"{self.name} (file {file.name})" if self.name else file.stem
+        return f"{self.name} ({file.name})" if self.name else file.stem
 
     @property
     def outcome(self) -> Outcome:

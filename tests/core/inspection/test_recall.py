@@ -296,6 +296,6 @@ def test_names_what_is_not_searched_and_jobs_whose_file_was_renamed(
     path.rename(jobs / "TWO.OCMM")
     world.verify(passed=False)
     record = recall(KeptPlaces((jobs,), world.calibrations), datetime.now(UTC))
-    assert [one.label for one in record.jobs] == ["one (file TWO.OCMM)"]
-    assert job_line(record.jobs[0]).startswith("one (file TWO.OCMM), part P, serial one")
+    assert [one.label for one in record.jobs] == ["one (TWO.OCMM)"]
+    assert job_line(record.jobs[0]).startswith("one (TWO.OCMM), part P, serial one")
     assert "linked: this folder is a link" in not_judged(record)[0]
