@@ -17,17 +17,9 @@ _LARGEST = 1 << 20
 def guarded_content(path: Path, what: str, *, secret: bool = False) -> bytes | None:
     """Return the content of a file that other users cannot have written; None if missing.
 
-    Parameters
-    ----------
-    what
-        Name of the file in sentences.
-    secret
-        Other users must not read it; a link may lead to it.
+    `what`: Noun for the file in messages. `secret`: Other users must not read it; may be a link.
 
-    Raises
-    ------
-    StorageError
-        It cannot be read, is not a regular file, or other users have more rights than that.
+    Raises StorageError if it cannot be read, is no regular file, or other users have more rights.
     """
     try:
         descriptor = open_guarded(path, follow=secret, most=_LARGEST)
@@ -97,12 +89,9 @@ def _others_write(state: os.stat_result) -> bool:
 
 
 def private_temporary(path: Path, content: bytes) -> Path:
-    """Write a private file next to ``path`` to the disk; return its temporary name.
+    """Flush a private file next to ``path`` to disk; return its temporary name.
 
-    Raises
-    ------
-    StorageError
-        The folder cannot be written.
+    Raises StorageError if the folder cannot be written.
     """
     folder = path.parent
     try:
@@ -125,7 +114,6 @@ def private_temporary(path: Path, content: bytes) -> Path:
 
 
 def unwritable(folder: Path, error: OSError) -> StorageError:
-    """Return the error for a folder of keys that cannot be written."""
     return StorageError(
         "key.unwritable",
         f"{folder}: the key of this station cannot be stored ({error.strerror}).",

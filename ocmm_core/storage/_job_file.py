@@ -1,9 +1,9 @@
-"""The job file: one SQLite file per job, durable point by point, in which nothing is ever changed.
+"""The job file: one SQLite file per job, durable point by point, append-only.
 
 WAL with ``synchronous=FULL``: when `JobFile.append_point` returns, the point is on the disk. An
-undo is a new row that annuls the point; the observation stays. The program that measures holds the
-file alone (``locking_mode=EXCLUSIVE``): another one is told so instead of writing between. Every
-transaction ends with a signature of the station on all that is stored (`_job_seal`).
+undo is a new row that annuls the point; the observation stays. The measuring program holds the file
+exclusively (``locking_mode=EXCLUSIVE``): another one gets an error. Every transaction ends with a
+signature of the station on all stored rows (`_job_seal`).
 """
 
 from __future__ import annotations
@@ -48,15 +48,15 @@ from ocmm_core.storage._tables import (
 )
 
 _LOCK_S = 0.4
-"""Longest wait for a step in progress, when the name of the file is lost."""
+"""s: longest wait for a running step when the name of the file is lost."""
 LEFT_OUT = "left out"
-"""Kind of the event for what was in no complete step when the job was continued."""
+"""Event for content outside complete steps when the job was resumed."""
 
 
 class JobFile(JobReader):
-    """An open job file; make it with `create` or `open`, and close it or use it in ``with``.
+    """An open job file; made by `create` or `open`; close it or use it in ``with``.
 
-    Every method may be called from any thread; see `JobReader`.
+    Thread-safe; see `JobReader`.
     """
 
     def __init__(
@@ -70,7 +70,7 @@ class JobFile(JobReader):
     ) -> None:
         super().__init__(path, db, head)
         self.identity: FileIdentity | None = None
-        """The file on the disk, if `read` from one."""
+        """The file on the disk, if from `read`."""
         self._read_only, self._scratch = read_only, scratch
         self._writer = JobWriter(path)
         self._key: StationKey | None = None
@@ -82,7 +82,7 @@ class JobFile(JobReader):
 
     @property
     def given_up(self) -> StorageError | None:
-        """Return why nothing is stored any more, None while it is; never None again after that."""
+        """Return why nothing is stored any longer, None if it is; never None again after that."""
         return None if self._keeper is None else self._keeper.error
 
     @property
@@ -91,10 +91,10 @@ class JobFile(JobReader):
         return self.path if self._keeper is None else self._keeper.saved_in
 
     def check_name(self) -> StorageError | None:
-        """Return why the job is not on the disk under its name; None while it is.
+        """Return why the job is not on the disk under its name; None if it is.
 
-        If it is not, all acknowledged steps are written to a new file and nothing is stored any
-        more. Cheap: for a timer, and before each report.
+        If it is not, all acknowledged steps are written to a new file and nothing is stored
+        afterwards. Cheap: for a timer, and before each report.
         """
         keeper = self._keeper
         if keeper is None or self._closing:
@@ -105,7 +105,7 @@ class JobFile(JobReader):
             return keeper.error
         if keeper.name_loss() is None and keeper.is_as_noted and not keeper.is_write_protected():
             return None
-        # The program itself may be writing or closing just now; a disk may hang.
+        # The program itself may be writing or closing now; a disk may hang.
         if self._lock.acquire(timeout=_LOCK_S):
             try:
                 if self._db is not None:
@@ -132,8 +132,8 @@ class JobFile(JobReader):
         Raises
         ------
         StorageError
-            There is such a file already, it cannot be written, or this station has no key to sign
-            it with; nothing is left behind then.
+            The file exists already, it cannot be written, or this station has no key to sign it;
+            nothing is left behind then.
         """
         path, key = Path(path), KeyFolder().station_key()
 
@@ -150,7 +150,7 @@ class JobFile(JobReader):
 
     @classmethod
     def open(cls, path: Path | str, *, read_only: bool = False) -> JobFile:
-        """Open a job file to add to it, or by `read` if ``read_only``.
+        """Open a job file for writing, or by `read` if ``read_only``.
 
         Raises
         ------
@@ -170,9 +170,9 @@ class JobFile(JobReader):
 
     @classmethod
     def read(cls, path: Path, *, read_only: bool = False) -> JobFile:
-        """Return the job at ``path`` as it is now, in memory; its file is touched no more.
+        """Return the current job at ``path`` in memory; its file is not touched again.
 
-        What is added is added to this copy alone, unless it is ``read_only``.
+        Additions go to this copy alone, unless it is ``read_only``.
 
         Raises
         ------
@@ -190,15 +190,10 @@ class JobFile(JobReader):
     ) -> JobFile:
         """Open the bytes of a job file without a log; no disk is touched, and nothing is kept.
 
-        Parameters
-        ----------
-        path
-            What it is called.
-
         Raises
         ------
         StorageError
-            They are none of a job file, or damaged.
+            They are no job file, or damaged.
         """
         with connection_in_memory(path, content) as db:
             made = cls(path, db, stored_head(db, path), read_only=read_only, scratch=True)
@@ -211,12 +206,12 @@ class JobFile(JobReader):
             insert_point(db, self.path, point)
 
     def annul_point(self, number: int, reason: str) -> None:
-        """Annul a point with a reason, for tests; StorageError as `change`."""
+        """Annul a point for a reason, for tests; StorageError as `change`."""
         with self._transaction() as db:
             insert_annulment(db, self.path, number, reason)
 
     def append_event(self, kind: str, text: str) -> None:
-        """Store something that happened; it is on the disk when this returns."""
+        """Store an event; it is on the disk when this returns."""
         with self._transaction() as db:
             insert_event(db, kind, text)
 
@@ -227,13 +222,12 @@ class JobFile(JobReader):
         append: Sequence[MeasuredPoint] = (),
         events: Sequence[tuple[str, str]] = (),
     ) -> None:
-        """Annul points, each for its reason, store new ones and what happened: all or nothing.
+        """Annul points, each for its reason, store new ones and events, in one transaction.
 
         Raises
         ------
         StorageError
-            A point is missing or annulled already, or the file cannot be written; nothing is
-            changed.
+            As `annul_point`, `append_point` and `append_event`; nothing is changed then.
         """
         with self._transaction() as db:
             for number, reason in annul.items():
@@ -244,7 +238,7 @@ class JobFile(JobReader):
                 insert_event(db, kind, text)
 
     def store_reference(self, reference: JobReference) -> None:
-        """Store the reference body of the job and its first place; on the disk when this returns.
+        """Store the reference body of the job and its first pose, durably.
 
         Raises
         ------
@@ -255,23 +249,24 @@ class JobFile(JobReader):
             insert_reference(db, self.path, reference)
 
     def store_part(self, part: PartModel) -> None:
-        """Store the nominal part as its CAD model has it; on the disk when this returns.
+        """Store the nominal part of the CAD model, durably.
 
         Raises
         ------
         StorageError
             The job has one already, or the file cannot be written.
         InputError
-            It does not hold together, or is too large.
+            It is inconsistent, or too large.
         """
         with self._transaction() as db:
             insert_part(db, self.path, part)
 
     def adopt(self, who: str, reason: str) -> None:
-        """Take over what this station did not sign; every reader sees who did so, why, and of what.
+        """Adopt unsigned steps by name; every reader sees person, reason and content.
 
-        Only for a job of a version that did not sign, for an older copy if no newer one is left,
-        or for a job that this station signed and has no memory of.
+        Only for a job of a version that did not sign, for an older copy if no newer one is left, or
+        for a
+        job that this station signed and has no memory of.
 
         Raises
         ------
@@ -287,7 +282,13 @@ class JobFile(JobReader):
         self.append_event(ADOPTED, text)
 
     def backup(self, path: Path | str) -> None:
-        """Write a complete copy, for tests; StorageError if it exists or cannot be written."""
+        """Write a complete copy; works also after the disk of the job has failed. For tests only.
+
+        Raises
+        ------
+        StorageError
+            The file exists already, or cannot be written.
+        """
         path = Path(path)
         if path.exists():
             raise StorageError(
@@ -304,7 +305,7 @@ class JobFile(JobReader):
         """Close the file; may be called twice. Afterwards `given_up` is set if it was lost."""
         self.check_name()
         with contextlib.suppress(StorageError):
-            # The name of a closed job can still be asked for.
+            # The name remains available after closing.
             _ = self.name
         keeper = self._keeper
         self._closing = True
@@ -312,7 +313,7 @@ class JobFile(JobReader):
             if self._db is None:
                 return
             if keeper is not None and keeper.error is not None:
-                # A file that was moved gets its last steps from the log, which stays behind.
+                # A moved file gets its last steps from the log, which stays behind.
                 keeper.complete_moved(self._db)
                 self._writer.failed = True
             self._writer.close(self._db)
@@ -323,7 +324,6 @@ class JobFile(JobReader):
                 keeper.close()
 
     def __enter__(self) -> JobFile:
-        """Return the open job file."""
         return self
 
     def __exit__(
@@ -332,7 +332,6 @@ class JobFile(JobReader):
         error: BaseException | None,
         trace: TracebackType | None,
     ) -> None:
-        """Close the file."""
         self.close()
 
     @contextlib.contextmanager
@@ -381,12 +380,9 @@ class JobFile(JobReader):
                 remember_job(self.head.job_uuid, *sealed, self.path)
 
     def _note_loss(self, *, with_log: bool) -> None:
-        """Give the file up if it is not as the program left it; the caller holds the lock.
+        """Give the file up if it was changed by others; the caller holds the lock.
 
-        Parameters
-        ----------
-        with_log
-            The log must be as it was noted; not in the middle of a step.
+        `with_log`: also compare the log with its noted state; not in the middle of a step.
         """
         keeper = self._keeper
         if keeper is None or keeper.error is not None:

@@ -1,4 +1,4 @@
-"""All that is read of an open job file."""
+"""Contents of an open job file."""
 
 from __future__ import annotations
 
@@ -30,22 +30,20 @@ from ocmm_core.storage._tables import (
 )
 
 NAMED = "named"
-"""Kind of the event with the name of the job; the first one counts."""
+"""Event with the name of the job; the first one counts."""
 
 
 class JobReader:
-    """Contents of an open job; for any thread: one lock guards the connection.
+    """Reads an open job file. Thread-safe: one lock guards the connection.
 
     A call waits at most for one commit of another thread (milliseconds; as long as the disk takes).
     """
 
     def __init__(self, path: Path, db: GuardedConnection, head: JobHead) -> None:
         self.path = path
-        """Where the file is."""
         self.head = head
-        """What the job says about itself."""
         self.left_out = db.left_out
-        """What of the file is in no complete step, as a sentence; empty if there is nothing."""
+        """Content outside complete steps, as a sentence; empty if none."""
         self._db: GuardedConnection | None = db
         self._lock = threading.Lock()
         self._name: str | None = None
@@ -57,9 +55,9 @@ class JobReader:
 
     @property
     def name(self) -> str:
-        """Return the name that the job was given when it was made, whatever its file is called now.
+        """Return the original name of the job, regardless of its file's name.
 
-        That of its file for jobs of earlier versions, which did not store it.
+        For jobs of earlier versions, which did not store it, that of the file.
         """
         if self._name is None:
             with self._reading() as db:
@@ -70,111 +68,105 @@ class JobReader:
         return self._name
 
     def points(self) -> list[MeasuredPoint]:
-        """Return the points that are not annulled, in the order in which they were taken.
+        """Return the points that are not annulled, in chronological order.
 
         Raises
         ------
         StorageError
-            An observation is not the one that was stored; `verify` says more.
+            An observation differs from the stored one; see `verify`.
         """
         with self._reading() as db:
             return stored_points(db, self.path, annulled=False)
 
     def observed(self) -> list[Observed]:
-        """Return when each point was observed and stored, also annulled ones, by number.
+        """Return times of observation and storage of each point, also annulled ones, by number.
 
-        Much cheaper than `points`, which look at what was observed.
+        Much cheaper than `points`, which check the observations.
 
         Raises
         ------
         StorageError
-            A time of one is none.
+            A time is invalid.
         """
         with self._reading() as db:
             return stored_observations(db, self.path)
 
     def annulled(self) -> list[tuple[MeasuredPoint, str]]:
-        """Return the points that are annulled, and why each is; StorageError as `points`."""
+        """Return the annulled points with reasons; StorageError as `points`."""
         with self._reading() as db:
             points = stored_points(db, self.path, annulled=True)
             reasons = dict(db.execute("SELECT number, reason FROM annulment").fetchall())
         return [(point, reasons[point.number]) for point in points]
 
     def steps(self, after: int = 0, most: int = 256) -> list[JobStep]:
-        """Return what became durable after audit row ``after``, oldest first: see `read_steps`."""
+        """Return the durable steps after audit row ``after``, oldest first: see `read_steps`."""
         with self._reading() as db:
             return read_steps(db, self.path, after, most)
 
     def reference(self) -> JobReference | None:
-        """Return the reference body that the points are relative to, or None.
+        """Return the reference body of the points, or None.
 
         Raises
         ------
         StorageError
-            It is not the one that was stored; `verify` says more.
+            It differs from the stored one; see `verify`.
         """
         with self._reading() as db:
             return stored_reference(db, self.path)
 
     def part(self) -> PartModel | None:
-        """Return the nominal part, or None; StorageError where it is not as it was stored."""
+        """Return the nominal part, or None; StorageError if it was changed."""
         with self._reading() as db:
             return stored_part(db, self.path)
 
     def taken_utc(self) -> dict[int, str]:
-        """Return when each point was stored, also annulled ones: ISO 8601 text by number."""
+        """Return the storage time of each point, also annulled ones: ISO 8601 text by number."""
         with self._reading() as db:
             return stored_times(db, self.path)
 
     def events(self) -> list[JobEvent]:
-        """Return what happened, oldest first."""
+        """Return the events, oldest first."""
         with self._reading() as db:
             return stored_events(db, self.path)
 
     def next_number(self) -> int:
-        """Return the number of the next point; numbers of annulled points are not used again."""
+        """Return the number of the next point; numbers of annulled points are not reused."""
         with self._reading() as db:
             return next_number(db)
 
     def verify(self, seal: JobSeal | None = None) -> list[str]:
-        """Return one sentence for every fault of the file against its audit chain and signature.
+        """Return the faults of the file against its audit chain and signature, a sentence each.
 
         Parameters
         ----------
         seal
-            Of this job as the computer judged it that asks; None: judged by the keys known here.
+            Judged by the requesting computer; None: by the trusted keys.
         """
         with self._reading() as db:
             return [*find_faults(db), *(seal or self._sealed(db)).doubts]
 
     def seal(self, keys: KeyFolder | None = None) -> JobSeal:
-        """Return how far the job goes, and who signed it by the keys known here, or by others."""
+        """Return the end of the job, and its signer by the trusted keys, or by ``keys``."""
         with self._reading() as db:
             return self._sealed(db, keys)
 
     def audited(self) -> list[AuditedStep]:
-        """Return everything that was ever stored, oldest first."""
+        """Return all stored steps, oldest first."""
         with self._reading() as db:
             return read_audit(db)
 
     def links(self) -> dict[int, str]:
-        """Return the hash of every row of the audit by its number: what a later copy goes on."""
+        """Return the hash of every row of the audit by its number, which a later copy continues."""
         with self._reading() as db:
             return read_links(db)
 
     def check_line(self, line: str) -> str:
-        """Return in a sentence what the line of a report proves; errors as `check_line`."""
+        """Return the evidence of the line of a report, in a sentence; errors as `check_line`."""
         with self._reading() as db:
             return check_line(db, self.head.job_uuid, line, KeyFolder())
 
     def note_seen(self, place: Path, seal: JobSeal | None = None) -> None:
-        """Let this station remember how far the job goes, where it lies at ``place``.
-
-        Parameters
-        ----------
-        seal
-            Of this job, where the caller has just asked for it.
-        """
+        """Store the end of the job at ``place`` in the station's memory."""
         seal = seal or self.seal()
         if not seal.doubts:
             remember_job(seal.job_uuid, seal.steps, seal.head, place)

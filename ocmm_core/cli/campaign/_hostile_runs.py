@@ -1,4 +1,4 @@
-"""Real commands in processes of their own, and what must not come of them."""
+"""Real commands in separate processes, and forbidden outcomes."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ _NOBODY = 65534
 
 @dataclass(frozen=True, slots=True)
 class Answer:
-    """What a command did: exit code, seconds of a processor and of the clock, MB, and its words."""
+    """Result of a command: exit code, CPU and wall time, memory, output."""
 
     code: int
     cpu_s: float
@@ -30,7 +30,7 @@ class Answer:
     words: str
 
     def fault(self, kind: Kind, usual_s: float) -> str:
-        """Return what must not be; empty where all is well. A good file takes ``usual_s``."""
+        """Return the forbidden outcome or "": a good file takes ``usual_s`` of CPU time."""
         if self.code == -signal.SIGKILL or self.cpu_s > 2.0 * usual_s + LONGEST_S:
             return "hang"
         if self.code not in (0, 1, REFUSED) or "Traceback" in self.words:
@@ -44,7 +44,7 @@ class Answer:
 
 
 def run_here(arguments: list[str]) -> None:
-    """Run a command in this process, so that its children have everything loaded."""
+    """Run a command in this process, so that forked children have everything loaded."""
     before, sys.argv = sys.argv, ["ocmm", *arguments]
     try:
         with contextlib.suppress(SystemExit):
@@ -104,7 +104,7 @@ def run_aside(
 
 
 def _become(arguments: list[str], words: Path, user: int | None) -> None:
-    """Be the command, and never come back."""
+    """Become the command; never returns."""
     target = os.open(words, os.O_WRONLY | os.O_CREAT, 0o600)
     os.dup2(target, 1)
     os.dup2(target, 2)
@@ -125,5 +125,5 @@ def _become(arguments: list[str], words: Path, user: int | None) -> None:
 
 
 def _run() -> None:
-    # As a user starts it, and because no room of the commands knows all of them.
+    # As a user starts it; no package of commands knows all of them.
     runpy.run_module("ocmm_core.cli", run_name="__main__")

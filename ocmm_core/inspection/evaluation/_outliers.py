@@ -1,4 +1,4 @@
-"""Which points of a feature are flagged as lying far from what the others show."""
+"""Flags on points of a feature that lie far from the others."""
 
 from __future__ import annotations
 
@@ -9,14 +9,13 @@ from ocmm_core.features.search import unambiguous
 from ocmm_core.features.shapes import Criterion
 
 SMALLEST_MM = 0.02
-"""Nearer than this to the element of the other points nothing is flagged: form does that."""
+"""mm: smaller distances from the element of the other points are form, not flagged."""
 
 
 def outliers(feature: ActualFeature) -> tuple[int, ...]:
-    """Return the numbers of the points that do not belong to what the others show.
+    """Return the numbers of the points contradicted by the others.
 
-    It flags and never removes; see `features.outliers`. A constructed feature has no points of its
-    own, and nothing of it is flagged.
+    Flags and never removes; see `features.outliers`. Constructed features have no points.
     """
     if feature.raw is None or feature.touches is None:
         return ()
