@@ -184,6 +184,47 @@ def shortened(value: object) -> str:
     return _SHORT.repr(value)
 
 
+def find_files(root: Path, suffix: str = "") -> tuple[list[Path], list[InputError]]:
+    """Return the files below a folder by name, and an error for each folder that is left out.
+
+    Left out are folders that cannot be read, and links to folders. A missing folder has no files.
+    """
+    found: list[Path] = []
+    left_out: list[InputError] = []
+
+    def leave_out(folder: str, why: str, remedy: str) -> None:
+        left_out.append(InputError("folder.left_out", f"{folder}: {why}.", remedy))
+
+    def unreadable(error: OSError) -> None:
+        if isinstance(error, FileNotFoundError):
+            return
+        why = f"this folder cannot be read ({error.strerror})"
+        leave_out(error.filename, why, "Have it made readable for this user, then repeat.")
+
+    for place, folders, names in os.walk(root, onerror=unreadable):
+        folders.sort()
+        for path in (os.path.join(place, name) for name in folders):  # noqa: PTH118 - many of them
+            if os.path.islink(path):  # noqa: PTH114 - as above
+                leave_out(path, "this folder is a link, which is not searched", "Give its target.")
+        found += [Path(place, name) for name in sorted(names) if name.lower().endswith(suffix)]
+    return sorted(found), left_out
+
+
+def files_of_folder(folder: Path, suffix: str) -> list[Path]:
+    """Return the files in a folder by name; empty if there is none, InputError if unreadable."""
+    try:
+        names = os.listdir(folder)  # noqa: PTH208 - names, not paths
+    except FileNotFoundError:
+        return []
+    except OSError as error:
+        raise InputError(
+            "folder.unreadable",
+            f"{folder}: this folder cannot be read ({error.strerror}).",
+            "Have it made readable for this user, then repeat.",
+        ) from error
+    return sorted(folder / name for name in names if name.lower().endswith(suffix))
+
+
 def digest(path: Path | str) -> str:
     """Return the SHA-256 of the file at ``path`` as hexadecimal text."""
     return hashlib.sha256(read_bytes(Path(path))).hexdigest()

@@ -47,6 +47,7 @@ if TYPE_CHECKING:
 EXIT_OK, EXIT_FAILED = 0, 2
 _START_PAGE = Choice(Errands.START)
 _HELD = "job.locked"
+_LOST = ("job.lost", "job.disk")
 _SAFE = "All points taken are saved in the job file."
 
 
@@ -125,8 +126,8 @@ def _fatal_messages_end_in_a_sentence() -> Iterator[None]:
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the window and return the exit code.
 
-    That is 0, 2 if it could not be started, or 3 after an unexpected error in it or the
-    measurement.
+        That is 0; 2 if it could not be started or the file of its last job is lost; 3 after an
+    unexpected error in it or the measurement.
     """
     hold_standard_streams()
     parsed = parser().parse_args(arguments)
@@ -168,13 +169,14 @@ def _windows(
         choice = Choice(Errands.LOOK, parsed.job)
     elif parsed.start:
         choice = _START_PAGE
+    closed = EXIT_OK
     while True:
         # Windows use the language of the settings; a change recreates them.
         _use_language(app, store.load().settings)
         if choice.errand is Errands.START:
             chosen = _ask(app, parsed, store, choice, told)
             if chosen is None:
-                return EXIT_OK
+                return closed
             choice, told = chosen, NoticeCentre()
             continue
         try:
@@ -184,7 +186,11 @@ def _windows(
                 raise
             told = NoticeCentre()
             told.error(error)
-            choice = choice.otherwise or _instead(choice, error)
+            if error.code in _LOST:
+                # The Start page states where the points are; its exit code is that of the loss.
+                choice, closed = _START_PAGE, EXIT_FAILED
+            else:
+                choice = choice.otherwise or _instead(choice, error)
             continue
         if code != EXIT_OK or after is None:
             return code
@@ -301,12 +307,14 @@ def _work(
         bridge.close()
         if watch is not None:
             watch.close()
-    failure = built.station.faults.why_failed()
+    failure, lost = built.station.faults.why_failed(), built.station.job.lost
     for ended in (window, bridge, notices):
         ended.deleteLater()
     if isinstance(failure, InternalError):
         sys.stderr.write(f"{failure.what}\n{failure.remedy}\n")
         return EXIT_INTERNAL, None
+    if lost is not None and not after:
+        raise lost
     leaves = choice.errand is not Errands.MEASURE or bool(after)
     kept = _left_behind(path, plan) if leaves else path
     if after == START:

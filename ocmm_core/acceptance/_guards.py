@@ -16,7 +16,7 @@ from ocmm_core.acceptance._situation import Stage
 from ocmm_core.calibration.guided import Spots
 from ocmm_core.calibration.probe_design import Temperature
 from ocmm_core.calibration.records import Artefact, ArtefactUse, Finding, same_serial
-from ocmm_core.documents import read_bytes
+from ocmm_core.documents import files_of_folder, read_bytes
 from ocmm_core.errors import InputError
 from ocmm_core.geometry import Float
 
@@ -238,7 +238,7 @@ def reserved_spots(folders: Sequence[Path]) -> tuple[str, ...]:
     """
     found: dict[str, None] = {}
     for folder in folders:
-        for path in sorted(folder.glob("*")) if folder.is_dir() else []:
+        for path in files_of_folder(folder, ""):
             for line in read_bytes(path).splitlines() if path.is_file() else []:
                 try:
                     _collect(msgspec.json.decode(line), found)

@@ -27,6 +27,7 @@ from ocmm_core.acceptance._session import AcceptanceSession
 from ocmm_core.acceptance._situation import Stage
 from ocmm_core.calibration.probe_design import Temperature
 from ocmm_core.calibration.records import ArtefactUse
+from ocmm_core.documents import files_of_folder
 from ocmm_core.errors import InputError, OcmmError
 from ocmm_core.seals import SealState
 
@@ -131,7 +132,7 @@ def open_tests(folder: Path, instrument: Instrument, most: int = MOST_READ) -> t
     cannot be resumed.
     """
     found = []
-    paths = sorted((folder / SESSIONS).glob("*.chain"), key=_made, reverse=True)
+    paths = sorted(files_of_folder(folder / SESSIONS, ".chain"), key=_made, reverse=True)
     for index, path in enumerate(paths[:most]):
         try:
             session = AcceptanceSession.resume(path)
@@ -185,7 +186,10 @@ def finished_tests(
 ) -> tuple[tuple[FinishedTest, ...], tuple[str, ...]]:
     """Return the records of a folder, newest first, and why others are unreadable."""
     found, unread = [], []
-    paths = sorted((folder / RECORDS).glob("*.json"), key=_made, reverse=True)
+    try:
+        paths = sorted(files_of_folder(folder / RECORDS, ".json"), key=_made, reverse=True)
+    except InputError as error:
+        return (), (error.what,)
     for path in paths[:most]:
         try:
             loaded = load_signed_record(path)

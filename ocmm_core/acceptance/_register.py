@@ -136,11 +136,13 @@ class ArtefactRegister:
         self._chain: ChainFile[_Change] = ChainFile(
             self.path, _Change, signed=Signed.ARTEFACTS, remembered=True
         )
-        if self._own and self._chain.items:
-            self._require_newest(self._chain.links[0], self._chain.items[-1].utc)
+        self._require_newest()
 
-    def _require_newest(self, first: str, utc: str) -> None:
+    def _require_newest(self) -> None:
         """Raise StorageError if this station used another register with later changes."""
+        if not (self._own and self._chain.items):
+            return
+        first, utc = self._chain.links[0], self._chain.items[-1].utc
         seen = recall(_NEWEST)
         if (
             seen is not None
@@ -259,6 +261,7 @@ class ArtefactRegister:
                     raise
                 self._read()
             else:
+                self._require_newest()
                 return
 
 

@@ -22,12 +22,13 @@ from cryptography.hazmat.primitives.asymmetric.ed25519 import Ed25519PrivateKey
 
 from ocmm_core.documents import decode_json
 from ocmm_core.errors import InputError, StorageError
-from ocmm_core.seals._private_file import private_content, private_temporary, unwritable
+from ocmm_core.seals._private_file import guarded_content, private_temporary, unwritable
 from ocmm_core.seals._public import fingerprint_of, public_text
 from ocmm_core.seals._ring import KnownKey, add_to_ring, changing, check_names, in_utc, read_ring
 from ocmm_core.seals._tokens import TokenKey, TokenPlace, make_token_key
 
 THIS_STATION = "this station"
+_KEY = "key of this station"
 _PRIVATE = "station.key"
 _TOKEN = "token.json"  # noqa: S105 - the name of a file
 
@@ -163,7 +164,7 @@ class KeyFolder:
         in_token = self._token_key()
         if in_token is not None:
             return StationKey(in_token.sign, in_token.public_bytes, in_token.place.shown)
-        content = private_content(self.folder / _PRIVATE)
+        content = guarded_content(self.folder / _PRIVATE, _KEY, secret=True)
         if content is None:
             return None
         path = self.folder / _PRIVATE
@@ -180,7 +181,7 @@ class KeyFolder:
         return StationKey(private.sign, public, str(self.folder))
 
     def _token_key(self) -> TokenKey | None:
-        content = private_content(self.folder / _TOKEN)
+        content = guarded_content(self.folder / _TOKEN, _KEY, secret=True)
         if content is None:
             return None
         try:

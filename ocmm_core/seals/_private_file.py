@@ -14,38 +14,38 @@ from ocmm_core.side_files import open_guarded
 _LARGEST = 1 << 20
 
 
-def guarded_content(path: Path, what: str) -> bytes | None:
-    """Return the content of a file that only this user or root can have written; None if missing.
+def guarded_content(path: Path, what: str, *, secret: bool = False) -> bytes | None:
+    """Return the content of a file that other users cannot have written; None if missing.
 
-    `what`: Noun for the file in messages.
+    `what`: Noun for the file in messages. `secret`: Other users must not read it; may be a link.
 
-    Raises StorageError if it cannot be read, is not a regular file, or another user can write it or
-    its folder.
+    Raises StorageError if it cannot be read, is no regular file, or other users have more rights.
     """
-    descriptor = -1
     try:
-        descriptor = HOST.open_as_it_is(path)
-        state = os.fstat(descriptor)
-        if not stat.S_ISREG(state.st_mode) or state.st_size > _LARGEST:
-            raise StorageError(
-                "station.no_file",
-                f"{path}: the {what} is no regular file, or too large.",
-                "Remove it and restore it from a backup.",
-            )
-        _refuse_foreign(path, state, what)
-        refuse_open_folder(path.parent, what)
-        return os.read(descriptor, _LARGEST)
+        descriptor = open_guarded(path, follow=secret, most=_LARGEST)
+        with open(descriptor, "rb") as stream:  # noqa: PTH123 - checked and read by one descriptor
+            state, content = os.fstat(descriptor), stream.read(_LARGEST)
     except OSError as error:
-        if _is_missing(path, error):
+        # A link to nothing is not missing.
+        if isinstance(error, FileNotFoundError) and not path.is_symlink():
             return None
         raise StorageError(
-            "station.unreadable",
+            "key.unreadable" if secret else "station.unreadable",
             f"{path}: the {what} cannot be read ({error.strerror}).",
-            "Restore it from a backup as a regular file of this user, with read permission.",
+            "Start the program as the user of this station."
+            if secret
+            else "Restore it from a backup as a regular file of this user, with read permission.",
         ) from error
-    finally:
-        if descriptor >= 0:
-            os.close(descriptor)
+    if not secret:
+        _refuse_foreign(path, state, what)
+    elif HOST.is_open_to(state, 0o077):
+        raise StorageError(
+            "key.open",
+            f"{path}: other users can read the {what}.",
+            f"Type chmod 600 {path}, then replace the key: ocmm key replace.",
+        )
+    refuse_open_folder(path.parent, what)
+    return content
 
 
 def refuse_open_folder(folder: Path, what: str) -> None:
@@ -86,39 +86,6 @@ def _refuse_foreign(path: Path, state: os.stat_result, what: str) -> None:
 def _others_write(state: os.stat_result) -> bool:
     """Return whether others can write; the primary group of the user does not count as others."""
     return HOST.is_open_to(state, 0o002 if HOST.is_of_group(state) else 0o022)
-
-
-def private_content(path: Path) -> bytes | None:
-    """Return the content of a private file, 4096 bytes at most; None if missing.
-
-    Raises StorageError if it cannot be read, or other users can read it or write its folder.
-    """
-    try:
-        descriptor = open_guarded(path)
-        with open(descriptor, "rb") as stream:  # noqa: PTH123 - checked and read by one descriptor
-            state = os.fstat(descriptor)
-            content = stream.read(4096)
-    except OSError as error:
-        if _is_missing(path, error):
-            return None
-        raise StorageError(
-            "key.unreadable",
-            f"{path}: the key of this station cannot be read ({error.strerror}).",
-            "Start the program as the user of this station.",
-        ) from error
-    if HOST.is_open_to(state, 0o077):
-        raise StorageError(
-            "key.open",
-            f"{path}: other users can read the key of this station.",
-            f"Type chmod 600 {path}, then replace the key: ocmm key replace.",
-        )
-    refuse_open_folder(path.parent, "key of this station")
-    return content
-
-
-def _is_missing(path: Path, error: OSError) -> bool:
-    """Return whether the name does not exist; a dangling link is not missing."""
-    return isinstance(error, FileNotFoundError) and not path.is_symlink()
 
 
 def private_temporary(path: Path, content: bytes) -> Path:

@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import contextlib
 import sqlite3
-import threading
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from types import MappingProxyType, TracebackType
@@ -21,63 +20,43 @@ from ocmm_core.measuring import MeasuredPoint
 from ocmm_core.named_file import FileIdentity, NameLoss
 from ocmm_core.part_model import PartModel
 from ocmm_core.seals import KeyFolder, StationKey
-from ocmm_core.storage._audit import (
-    AuditedStep,
-    find_faults,
-    insert_audited,
-    read_audit,
-    read_links,
-)
+from ocmm_core.storage._audit import find_faults, insert_audited
 from ocmm_core.storage._connection import connection_in_memory, connection_to, make_file
-from ocmm_core.storage._faults import FAULTS, not_writable, storage_error
-from ocmm_core.storage._guard import GuardedConnection, with_log
+from ocmm_core.storage._faults import FAULTS, not_writable
+from ocmm_core.storage._guard import GuardedConnection
 from ocmm_core.storage._job_content import read_job
 from ocmm_core.storage._job_keeper import JobKeeper
+from ocmm_core.storage._job_reader import JobReader
 from ocmm_core.storage._job_seal import (
     ADOPTED,
-    JobSeal,
-    check_line,
     expect_job,
     insert_seal,
-    read_seal,
     remember_job,
     require_adoptable,
     require_sealed,
 )
-from ocmm_core.storage._job_steps import JobStep, read_steps
 from ocmm_core.storage._job_writer import JobWriter
-from ocmm_core.storage._rows import JobEvent, JobHead, JobReference, row_from_head
+from ocmm_core.storage._rows import JobHead, JobReference, row_from_head
 from ocmm_core.storage._tables import (
-    Observed,
     insert_annulment,
     insert_event,
     insert_part,
     insert_point,
     insert_reference,
-    next_number,
     note_clock,
-    stored_events,
     stored_head,
-    stored_observations,
-    stored_part,
-    stored_points,
-    stored_reference,
-    stored_times,
 )
 
 _LOCK_S = 0.4
 """s: longest wait for a running step when the name of the file is lost."""
 LEFT_OUT = "left out"
 """Event for content outside complete steps when the job was resumed."""
-NAMED = "named"
-"""Event with the name of the job; the first one counts."""
 
 
-class JobFile:
+class JobFile(JobReader):
     """An open job file; made by `create` or `open`; close it or use it in ``with``.
 
-    Thread-safe: one lock guards the connection. A call waits at most for one commit of another
-    thread (milliseconds; as long as the disk takes).
+    Thread-safe; see `JobReader`.
     """
 
     def __init__(
@@ -89,18 +68,12 @@ class JobFile:
         read_only: bool = False,
         scratch: bool = False,
     ) -> None:
-        self.path = path
-        self.head = head
+        super().__init__(path, db, head)
         self.identity: FileIdentity | None = None
         """The file on the disk, if from `read`."""
-        self.left_out = db.left_out
-        """Content outside complete steps, as a sentence; empty if none."""
         self._read_only, self._scratch = read_only, scratch
-        self._db: GuardedConnection | None = db
-        self._lock = threading.Lock()
         self._writer = JobWriter(path)
         self._key: StationKey | None = None
-        self._name: str | None = None
         self._closing = False
         self._keeper: JobKeeper | None = None
         if not (read_only or scratch):
@@ -221,30 +194,13 @@ class JobFile:
             made.left_out = left_out
             return made
 
-    def content(self) -> bytes:
-        """Return the bytes of the file with all that is stored, without a log."""
-        with self._reading() as db:
-            return with_log(db.serialize())
-
     def append_point(self, point: MeasuredPoint) -> None:
-        """Store a point; it is on the disk when this returns. For tests only.
-
-        Raises
-        ------
-        StorageError
-            The point cannot be stored; all earlier ones are, and this one may be retried.
-        """
+        """Store a point, for tests; StorageError if only the earlier ones are stored."""
         with self._transaction() as db:
             insert_point(db, self.path, point)
 
     def annul_point(self, number: int, reason: str) -> None:
-        """Annul a point for a reason; the observation stays in the file. For tests only.
-
-        Raises
-        ------
-        StorageError
-            The point is unknown, already annulled, or the file cannot be written.
-        """
+        """Annul a point for a reason, for tests; StorageError as `change`."""
         with self._transaction() as db:
             insert_annulment(db, self.path, number, reason)
 
@@ -275,50 +231,6 @@ class JobFile:
             for kind, text in events:
                 insert_event(db, kind, text)
 
-    @property
-    def name(self) -> str:
-        """Return the original name of the job, regardless of its file's name.
-
-        For jobs of earlier versions, which did not store it, that of the file.
-        """
-        if self._name is None:
-            with self._reading() as db:
-                row = db.execute(
-                    "SELECT text FROM event WHERE kind = ? ORDER BY id LIMIT 1", (NAMED,)
-                ).fetchone()
-            self._name = self.path.stem if row is None else str(row[0])
-        return self._name
-
-    def points(self) -> list[MeasuredPoint]:
-        """Return the points not annulled, in time order; StorageError if altered (`verify`)."""
-        with self._reading() as db:
-            return stored_points(db, self.path, annulled=False)
-
-    def observed(self) -> list[Observed]:
-        """Return times of observation and storage of each point, also annulled ones, by number.
-
-        Much cheaper than `points`, which check the observations.
-
-        Raises
-        ------
-        StorageError
-            A time is invalid.
-        """
-        with self._reading() as db:
-            return stored_observations(db, self.path)
-
-    def annulled(self) -> list[tuple[MeasuredPoint, str]]:
-        """Return the annulled points with reasons; StorageError as `points`."""
-        with self._reading() as db:
-            points = stored_points(db, self.path, annulled=True)
-            reasons = dict(db.execute("SELECT number, reason FROM annulment").fetchall())
-        return [(point, reasons[point.number]) for point in points]
-
-    def steps(self, after: int = 0, most: int = 256) -> list[JobStep]:
-        """Return the durable steps after audit row ``after``, oldest first: see `read_steps`."""
-        with self._reading() as db:
-            return read_steps(db, self.path, after, most)
-
     def store_reference(self, reference: JobReference) -> None:
         """Store the reference body of the job and its first pose, durably.
 
@@ -329,11 +241,6 @@ class JobFile:
         """
         with self._transaction() as db:
             insert_reference(db, self.path, reference)
-
-    def reference(self) -> JobReference | None:
-        """Return the reference body of the points, or None; StorageError if altered (`verify`)."""
-        with self._reading() as db:
-            return stored_reference(db, self.path)
 
     def store_part(self, part: PartModel) -> None:
         """Store the nominal part of the CAD model, durably.
@@ -347,63 +254,6 @@ class JobFile:
         """
         with self._transaction() as db:
             insert_part(db, self.path, part)
-
-    def part(self) -> PartModel | None:
-        """Return the nominal part, or None; StorageError if it was changed."""
-        with self._reading() as db:
-            return stored_part(db, self.path)
-
-    def taken_utc(self) -> dict[int, str]:
-        """Return the storage time of each point, also annulled ones: ISO 8601 text by number."""
-        with self._reading() as db:
-            return stored_times(db, self.path)
-
-    def events(self) -> list[JobEvent]:
-        """Return the events, oldest first."""
-        with self._reading() as db:
-            return stored_events(db, self.path)
-
-    def next_number(self) -> int:
-        """Return the number of the next point; numbers of annulled points are not reused."""
-        with self._reading() as db:
-            return next_number(db)
-
-    def verify(self, seal: JobSeal | None = None) -> list[str]:
-        """Return the faults of the file against its audit chain and signature, a sentence each.
-
-        Parameters
-        ----------
-        seal
-            Judged by the requesting computer; None: by the trusted keys.
-        """
-        with self._reading() as db:
-            return [*find_faults(db), *(seal or self._sealed(db)).doubts]
-
-    def seal(self, keys: KeyFolder | None = None) -> JobSeal:
-        """Return the end of the job, and its signer by the trusted keys, or by ``keys``."""
-        with self._reading() as db:
-            return self._sealed(db, keys)
-
-    def audited(self) -> list[AuditedStep]:
-        """Return all stored steps, oldest first."""
-        with self._reading() as db:
-            return read_audit(db)
-
-    def links(self) -> dict[int, str]:
-        """Return the hash of every row of the audit by its number, which a later copy continues."""
-        with self._reading() as db:
-            return read_links(db)
-
-    def check_line(self, line: str) -> str:
-        """Return the evidence of the line of a report, in a sentence; errors as `check_line`."""
-        with self._reading() as db:
-            return check_line(db, self.head.job_uuid, line, KeyFolder())
-
-    def note_seen(self, place: Path, seal: JobSeal | None = None) -> None:
-        """Store the end of the job at ``place`` in the station's memory."""
-        seal = seal or self.seal()
-        if not seal.doubts:
-            remember_job(seal.job_uuid, seal.steps, seal.head, place)
 
     def adopt(self, who: str, reason: str) -> None:
         """Adopt unsigned steps by name; every reader sees person, reason and content.
@@ -479,19 +329,6 @@ class JobFile:
         self.close()
 
     @contextlib.contextmanager
-    def _reading(self) -> Iterator[GuardedConnection]:
-        with self._lock:
-            if self._db is None:
-                raise StorageError(
-                    "job.closed", f"{self.path}: the job is closed.", "Open the job again."
-                )
-            self._db.renew()
-            try:
-                yield self._db
-            except FAULTS as error:
-                raise storage_error(self.path, error) from error
-
-    @contextlib.contextmanager
     def _transaction(self) -> Iterator[sqlite3.Connection]:
         with self._reading() as db:
             if self._read_only:
@@ -549,6 +386,3 @@ class JobFile:
             keeper.lose(NameLoss("the disk failed"), disk=True)
         elif loss is not None:
             keeper.lose(loss)
-
-    def _sealed(self, db: sqlite3.Connection, keys: KeyFolder | None = None) -> JobSeal:
-        return read_seal(db, self.path, self.head.job_uuid, keys or KeyFolder())

@@ -13,6 +13,7 @@ from pathlib import Path
 
 import numpy as np
 
+from ocmm_core.documents import files_of_folder
 from ocmm_core.errors import InputError, OcmmError
 from ocmm_core.geometry import Float
 from ocmm_core.inspection.archive import SUFFIX, Comparison, Trend, compare_files
@@ -87,7 +88,7 @@ def study_jobs(
     """
     if not folder.is_dir():
         raise InputError("msa.folder", f"{folder}: folder not found.", "Check the name.")
-    paths = sorted(folder.glob(f"*{SUFFIX}"))
+    paths = files_of_folder(folder, SUFFIX)
     return study_of(plan, compare_files(paths, progress, probes, calibrations), level=level)
 
 

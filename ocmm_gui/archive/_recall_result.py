@@ -78,7 +78,7 @@ class RecallTable(DataTable):
         self._lines = [f"{job_line(job)} {rests_on(job)}" for job, _ in rows]
         self.setRowCount(len(rows))
         for at, (job, one) in enumerate(rows):
-            for column, text in enumerate((Path(job.path).stem, *row(one))):
+            for column, text in enumerate((job.label, *row(one))):
                 colour = mark_colour(self._colours, _MARKS[one.outcome]) if column == 4 else None
                 self._write(at, column, text, colour)
         self.resizeColumnsToContents()

@@ -67,7 +67,11 @@ def offers(site: WizardSite, spec: WizardSpec[Any]) -> tuple[Offer, ...]:
     if store is None:
         return ()
     found = []
-    for path in sessions(store / SESSIONS, spec.kind):
+    try:
+        paths = sessions(store / SESSIONS, spec.kind)
+    except OcmmError as error:
+        return (Offer(store / SESSIONS, SESSIONS, said(f"{error.what} {error.remedy}")),)
+    for path in paths:
         try:
             base = resume(site, spec, path).procedure.base
         except OcmmError as error:

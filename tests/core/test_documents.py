@@ -4,14 +4,23 @@ from __future__ import annotations
 
 import contextlib
 import hashlib
-from collections.abc import Callable
+import os
+import tempfile
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from ocmm_core.camera import load_rig
-from ocmm_core.documents import Document, digest, load_document, write_atomic
+from ocmm_core.documents import (
+    Document,
+    digest,
+    files_of_folder,
+    find_files,
+    load_document,
+    write_atomic,
+)
 from ocmm_core.errors import InputError
 from ocmm_core.inspection.plan import load_plan
 from ocmm_core.tracking import load_probe
@@ -499,3 +508,36 @@ def test_any_document_may_be_defined(tmp_path: Path) -> None:
         path, 'schema = "ocmm.sample/3"\nunit = "mm"\ncount = 5.5\n',
         lambda p: load_document(p, Sample, "ocmm.sample/3"),
     ).code == "document.field"  # fmt: skip
+
+
+@pytest.fixture
+def closed_folder() -> Iterator[Path]:
+    """Return a folder with a folder that this process cannot read."""
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        folder.chmod(0o755)
+        for path in (folder / "a" / "one.x", folder / "shut" / "two.x", folder / "Z.X"):
+            path.parent.mkdir(exist_ok=True)
+            path.touch()
+        (folder / "shut").chmod(0)
+        is_root = os.geteuid() == 0
+        try:
+            if is_root:
+                os.seteuid(65534)
+            yield folder
+        finally:
+            if is_root:
+                os.seteuid(0)
+            (folder / "shut").chmod(0o755)
+
+
+def test_folders_that_cannot_be_read_are_errors_and_not_empty(closed_folder: Path) -> None:
+    found, left_out = find_files(closed_folder, ".x")
+    assert [path.name for path in found] == ["Z.X", "one.x"]
+    assert [one.what for one in left_out] == [
+        f"{closed_folder / 'shut'}: this folder cannot be read (Permission denied)."
+    ]
+    with pytest.raises(InputError, match="cannot be read"):
+        files_of_folder(closed_folder / "shut", ".x")
+    assert files_of_folder(closed_folder / "none", ".x") == []
+    assert find_files(closed_folder / "none") == ([], [])

@@ -25,6 +25,36 @@ EXCEPTIONS = {
     "ocmm_core/manual/_manual.py": "the manual of this program",
     "ocmm_gui/help/_what_to_do.py": "texts of this program",
 }
+# Files that list folders without `find_files` or `files_of_folder`: why a folder may be left out.
+LISTS = {
+    "ocmm_core/acceptance/_procedure.py": "procedures of this program",
+    "ocmm_core/acquisition/frames/_ring.py": "rings that were left over",
+    "ocmm_core/archive/outbox/_notes.py": "notes of running programs",
+    "ocmm_core/archive/outbox/_outbox.py": "copies that are not needed",
+    "ocmm_core/cluster/_worker.py": "sources of this program",
+    "ocmm_core/composition/_feeds.py": "folders that this program writes to",
+    "ocmm_core/composition/_model_part.py": "copies that are not needed",
+    "ocmm_core/doctor/_computer.py": "errors are results of a check",
+    "ocmm_core/documents.py": "the functions themselves",
+    "ocmm_core/export/audits/_audit.py": "an unreadable folder is audited as a file",
+    "ocmm_core/failure.py": "old logs",
+    "ocmm_core/fieldbus/described/_device_check.py": "documents of this program",
+    "ocmm_core/fieldbus/wire/_interface.py": "/sys",
+    "ocmm_core/fieldbus/wire/_other_masters.py": "/proc",
+    "ocmm_core/fieldbus/wire/_sockets.py": "/proc",
+    "ocmm_core/host/_posix.py": "/proc",
+    "ocmm_core/inspection/archive/_last_jobs.py": "a list of offers",
+    "ocmm_core/inspection/plan/_cad_model.py": "copies, and models next to a reference",
+    "ocmm_core/inspection/plan/_shelf.py": "a list of offers",
+    "ocmm_core/leftovers.py": "files that were left over",
+    "ocmm_core/manual/_manual.py": "the manual of this program",
+    "ocmm_core/seals/_anchor.py": "the memory; each history is read by its own name",
+    "ocmm_core/seals/_memory.py": "as above",
+    "ocmm_core/support/_parts.py": "a bundle of what can be read",
+    "ocmm_core/features/measured/_verify_files.py": "files next to one that was found",
+    "ocmm_gui/home/_file_browser.py": "errors are shown",
+}
+_LISTERS = ("glob", "rglob", "iterdir", "walk", "scandir", "listdir")
 _CAMPAIGN = "ocmm_core/cli/campaign/"
 """Trials make and read files of their own folders."""
 
@@ -63,6 +93,23 @@ def test_reads_files_through_the_guard_only() -> None:
             found[name] = lines
     assert {name: at for name, at in found.items() if name not in EXCEPTIONS} == {}
     assert set(EXCEPTIONS) <= set(found)
+
+
+def test_lists_folders_without_hiding_unreadable_ones() -> None:
+    found = set()
+    for path in sorted((*ROOT.glob("ocmm_core/**/*.py"), *ROOT.glob("ocmm_gui/**/*.py"))):
+        name = path.relative_to(ROOT).as_posix()
+        calls = [node for node in ast.walk(ast.parse(path.read_text("utf-8"))) if _is_list(node)]
+        if calls and not name.startswith(_CAMPAIGN):
+            found.add(name)
+    assert found == set(LISTS)
+
+
+def _is_list(node: ast.AST) -> bool:
+    """Whether a call lists a folder of files."""
+    if not isinstance(node, ast.Call) or not isinstance(node.func, ast.Attribute):
+        return False
+    return node.func.attr in _LISTERS and ast.unparse(node.func.value) != "ast"
 
 
 def test_finds_reads() -> None:

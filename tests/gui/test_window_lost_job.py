@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import re
 import shutil
+import subprocess
+import sys
 import time
 from collections.abc import Callable
 from pathlib import Path
@@ -15,6 +18,9 @@ from ocmm_core.named_file import rescue_folders
 from ocmm_core.storage import JobFile
 from ocmm_gui.kit import Notice
 from tests.gui.conftest import OpenWindow
+from tests.host import amount
+
+_ROOT = Path(__file__).resolve().parents[2]
 
 LOSSES: dict[str, tuple[Callable[[Path], object], str]] = {
     "file removed": (Path.unlink, "it was removed"),
@@ -62,3 +68,12 @@ def test_a_lost_job_is_failed_and_saved_and_gives_no_report(
     with JobFile.open(saved) as job:
         assert {point.number for point in job.points()} >= set(acknowledged)
         assert job.verify() == []
+
+
+@pytest.mark.slow
+def test_a_window_program_ends_with_a_code_for_the_loss() -> None:
+    """The short form loses one file; how fast it was told is no matter of a test beside others."""
+    command = [sys.executable, "-m", "benchmarks.window_names", "--n", str(amount(1, 300))]
+    done = subprocess.run(command, cwd=_ROOT, capture_output=True, text=True, check=False)
+    found = done.stdout.partition("acknowledged points: ")[2].partition("\n")[0]
+    assert re.fullmatch(r"no findings|\{'told after 1 s': \d+\}", found), done.stdout

@@ -254,3 +254,21 @@ def test_sweeps_that_contradict_each_other_give_no_result(sweeps: Sweeps) -> Non
     assert "second sweep places the tip" in page.sentence.text()
     assert not sweeps.wizard.runner.buttons["accept"].isEnabled()
     assert sweeps.store().tips == ()
+
+
+def test_a_session_whose_file_is_lost_while_idle_is_told_once_and_takes_nothing(
+    sweeps: Sweeps,
+) -> None:
+    sweeps.begun()
+    wizard = sweeps.wizard
+    wizard.go_on(ProcedureKind.PIVOT)
+    session = sweeps.view.base.session
+    session.unlink()
+    wizard.until(lambda: len(wizard.errors) > 0)
+    assert "it was removed" in wizard.errors[0].what
+    wizard.until(lambda: "it was removed" in wizard.seen.view.base.live.hint)
+    assert not wizard.seen.view.base.live.ready
+    wizard.key(Qt.Key.Key_Return)
+    wizard.until(lambda: len(wizard.errors) > 1)
+    assert {one.code for one in wizard.errors} == {wizard.errors[0].code}
+    assert not session.exists()

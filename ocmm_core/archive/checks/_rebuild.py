@@ -12,6 +12,7 @@ from pathlib import Path
 
 from ocmm_core.archive.records import Delivery, Extract, ExtractedJob, Sender, extract_job, snapshot
 from ocmm_core.archive.stores import Archive, stations_by_key
+from ocmm_core.documents import find_files
 from ocmm_core.errors import InputError, OcmmError
 from ocmm_core.inspection.archive import SUFFIX
 
@@ -100,7 +101,10 @@ def rebuild(
 def files_of(folders: Iterable[Path], unread: Callable[[str], None]) -> Iterator[tuple[str, bytes]]:
     """Yield name and bytes of all job files in folders; ``unread`` gets faults."""
     for folder in folders:
-        for path in sorted(folder.rglob(f"*{SUFFIX}")) if folder.is_dir() else [folder]:
+        paths, left_out = find_files(folder, SUFFIX) if folder.is_dir() else ([folder], [])
+        for one in left_out:
+            unread(one.what)
+        for path in paths:
             try:
                 yield path.name, snapshot(path)
             except OcmmError as error:

@@ -15,7 +15,7 @@ from ocmm_core.calibration.guided._procedure import ProcedureDecision, Procedure
 from ocmm_core.calibration.probe_design import UNMEASURED_K, Temperature, require_temperature
 from ocmm_core.camera import Rig
 from ocmm_core.chain_file import ChainFile
-from ocmm_core.documents import decode_json, read_bytes
+from ocmm_core.documents import decode_json, files_of_folder, read_bytes
 from ocmm_core.errors import CalibrationError, InputError
 from ocmm_core.fieldbus.described import AllowedBy, load_device, refuse_unproven
 from ocmm_core.geometry import Float
@@ -242,7 +242,8 @@ def session_path(folder: Path, kind: ProcedureKind, now: datetime) -> Path:
 
 def sessions(folder: Path, kind: ProcedureKind) -> tuple[Path, ...]:
     """Return all session files of a kind, newest first."""
-    return tuple(sorted(folder.glob(f"{kind.value}-*.jsonl"), reverse=True))
+    found = files_of_folder(folder, ".jsonl")
+    return tuple(path for path in reversed(found) if path.name.startswith(f"{kind.value}-"))
 
 
 def is_ended(path: Path) -> bool:

@@ -216,6 +216,7 @@ def status(*, folder: FolderOption = None) -> None:
 
     from ocmm_core.acceptance import AcceptanceSession, FinishedTest, load_signed_record
     from ocmm_core.composition import default_test_folder
+    from ocmm_core.documents import find_files
     from ocmm_core.errors import OcmmError
 
     console, base = make_console(), folder or default_test_folder()
@@ -226,7 +227,12 @@ def status(*, folder: FolderOption = None) -> None:
         say_word("Verdict"),
         say_word("File"),
     )
-    for path in sorted(base.rglob("*.chain")):
+    files, left_out = find_files(base)
+    for fault in left_out:
+        console.print(
+            f"{lead('Left out ')}{say(fault.what)}", style="red", highlight=False, markup=False
+        )
+    for path in (path for path in files if path.suffix == ".chain"):
         try:
             view = AcceptanceSession.resume(path).view
         except OcmmError as error:
@@ -243,7 +249,7 @@ def status(*, folder: FolderOption = None) -> None:
                 say_word("unfinished"),
                 path.name,
             )
-    for path in sorted(base.rglob("records/*.json")):
+    for path in (path for path in files if path.match("records/*.json")):
         try:
             loaded = load_signed_record(path)
         except OcmmError as error:

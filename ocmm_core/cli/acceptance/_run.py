@@ -46,6 +46,7 @@ from ocmm_core.composition import (
     require_scenes,
     scenes_of_acceptance,
 )
+from ocmm_core.documents import files_of_folder
 from ocmm_core.errors import CalibrationError, InputError, OcmmError
 from ocmm_core.geometry import unit
 from ocmm_core.tracking import ProbeBody, solve
@@ -226,8 +227,10 @@ def room_temperature(site: AcceptanceSite, celsius: float | None, stated: str) -
 def _unfinished(site: AcceptanceSite, base: Path, console: Console) -> AcceptanceSession | None:
     """Return the newest unfinished test of a procedure; None without one."""
     folder = base / "sessions"
-    paths = sorted(folder.glob(f"{site.stage.procedure.id}-*.chain"), reverse=True)
-    for path in paths:
+    begin = f"{site.stage.procedure.id}-"
+    for path in reversed(files_of_folder(folder, ".chain")):
+        if not path.name.startswith(begin):
+            continue
         try:
             session = AcceptanceSession.resume(path)
         except OcmmError as error:

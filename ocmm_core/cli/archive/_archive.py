@@ -12,6 +12,7 @@ import typer
 from ocmm_core.cli.archive._app import ArchiveOption, OutboxOption, archive_app, opened, place_of
 from ocmm_core.cli.archive._hand_over import send_now
 from ocmm_core.cli.terminal import lead, make_console, say, say_word, told
+from ocmm_core.documents import find_files
 from ocmm_core.errors import OcmmError
 
 if TYPE_CHECKING:
@@ -84,7 +85,11 @@ def send(
         if retry:
             box.try_aside_again()
         for named in jobs or []:
-            for path in sorted(named.rglob(f"*{SUFFIX}")) if named.is_dir() else [named]:
+            paths, left_out = find_files(named, SUFFIX) if named.is_dir() else ([named], [])
+            for one in left_out:
+                code = 1
+                console.print(told(one), style="yellow", highlight=False, markup=False)
+            for path in paths:
                 try:
                     job = JobFile.read(path)
                     box.put_content(job.content(), path)

@@ -32,6 +32,7 @@ if TYPE_CHECKING:
     from ocmm_core.cli.campaign._hostile_jobs import damaged_kinds, job_kinds
     from ocmm_core.cli.campaign._hostile_runs import REFUSED
     from ocmm_core.cli.campaign._hostile_sides import MAKERS, Make
+    from ocmm_core.cli.campaign._kills import measure_job
     from ocmm_core.cli.campaign._lost_names import lose_name, possible_losses
     from ocmm_core.cli.campaign._reliability import reliability, selftest_app
     from ocmm_core.cli.campaign._stores import other_station
@@ -46,6 +47,7 @@ else:
         _hostile_jobs="damaged_kinds job_kinds",
         _hostile_runs="REFUSED",
         _hostile_sides="MAKERS Make",
+        _kills="measure_job",
         _lost_names="lose_name possible_losses",
         _reliability="reliability selftest_app",
         _stores="other_station",
@@ -53,7 +55,7 @@ else:
 
 __all__ = [
     "MAKERS", "REFUSED", "Kind", "Make", "damaged_kinds", "document_kinds", "forged", "given",
-    "good_files", "hostile_groups", "job_kinds", "leaf_kinds", "lose_name", "other_station",
-    "points_kinds", "possible_losses", "recording_kinds", "reliability", "selftest_app",
-    "serve_clock", "serve_faults", "table_kinds", "usual_of",
+    "good_files", "hostile_groups", "job_kinds", "leaf_kinds", "lose_name", "measure_job",
+    "other_station", "points_kinds", "possible_losses", "recording_kinds", "reliability",
+    "selftest_app", "serve_clock", "serve_faults", "table_kinds", "usual_of",
 ]  # fmt: skip

@@ -16,6 +16,7 @@ from ocmm_core.cli.campaign._hostile_forge import Kind
 LONGEST_S, LONGEST_CLOCK_S, MOST_MB = 5.0, 120.0, 512.0
 REFUSED = 2
 _LONGEST_ANSWER = 4000
+_NOBODY = 65534
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,14 +53,39 @@ def run_here(arguments: list[str]) -> None:
         sys.argv = before
 
 
-def run_aside(arguments: list[str], words: Path, most_s: float = LONGEST_CLOCK_S) -> Answer:
-    """Run a command in a separate process, killed after ``most_s``; output goes to ``words``."""
+def ordinary_user() -> int | None:
+    """Return a user without rights if this is root, and that user can run this program."""
+    if os.getuid() != 0:
+        return None
+    child = os.fork()
+    if child == 0:
+        _give_up_rights(_NOBODY)
+        os._exit(int(not all(os.access(one, os.R_OK) for one in (__file__, contextlib.__file__))))
+    return _NOBODY if os.waitpid(child, 0)[1] == 0 else None
+
+
+def _give_up_rights(user: int) -> None:
+    os.setgroups([])
+    os.setgid(user)
+    os.setuid(user)
+
+
+def run_aside(
+    arguments: list[str], words: Path, most_s: float = LONGEST_CLOCK_S, user: int | None = None
+) -> Answer:
+    """Run a command in a process of its own, killed after ``most_s``; it prints to ``words``.
+
+    Parameters
+    ----------
+    user
+        Who runs it; None for this user.
+    """
     sys.stdout.flush()
     sys.stderr.flush()
     begun = time.perf_counter()
     child = os.fork()
     if child == 0:
-        _become(arguments, words)
+        _become(arguments, words, user)
     while True:
         done, status, used = os.wait4(child, os.WNOHANG)
         if done:
@@ -77,11 +103,13 @@ def run_aside(arguments: list[str], words: Path, most_s: float = LONGEST_CLOCK_S
     )
 
 
-def _become(arguments: list[str], words: Path) -> None:
+def _become(arguments: list[str], words: Path, user: int | None) -> None:
     """Become the command; never returns."""
     target = os.open(words, os.O_WRONLY | os.O_CREAT, 0o600)
     os.dup2(target, 1)
     os.dup2(target, 2)
+    if user is not None:
+        _give_up_rights(user)
     sys.argv = ["ocmm", *arguments]
     code = 0
     try:

@@ -1,7 +1,8 @@
 """Hostile files in place of trusted files and next to them, given to real commands.
 
 Generated from `side_files.SIDE_FILES`, the hostile kinds below, and the commands that read each
-kind of trusted file. A trial is one of all pairs.
+kind of trusted file. A trial is one of all pairs. Root runs the commands as an ordinary user, who
+owns the station and meets unreadable files and those of another user.
 """
 
 from __future__ import annotations
@@ -20,7 +21,7 @@ from pathlib import Path
 from ocmm_core.cli.campaign._hostile import quiet
 from ocmm_core.cli.campaign._hostile_forge import Kind
 from ocmm_core.cli.campaign._hostile_groups import good_files
-from ocmm_core.cli.campaign._hostile_runs import Answer, run_aside, run_here
+from ocmm_core.cli.campaign._hostile_runs import Answer, ordinary_user, run_aside, run_here
 from ocmm_core.cli.campaign._stores import CalibrationSite
 from ocmm_core.cli.campaign._trials import Trial
 from ocmm_core.documents import resource
@@ -36,7 +37,7 @@ _ANOTHER_USER = 4711
 _SECRET, _NEIGHBOUR = "secret.txt", "jobs/NEIGHBOUR.ocmm"
 _XDG = {
     "XDG_DATA_HOME": "data", "XDG_STATE_HOME": "state", "XDG_CONFIG_HOME": "config",
-    "XDG_CACHE_HOME": "cache",
+    "XDG_CACHE_HOME": "cache", "HOME": "home",
 }  # fmt: skip
 
 
@@ -232,10 +233,13 @@ def made_site(folder: Path) -> Path:
     return site
 
 
-def tried(site: Path, pair: SidePair, folder: Path) -> tuple[Answer, str]:
+def tried(site: Path, pair: SidePair, folder: Path, user: int | None) -> tuple[Answer, str]:
     """Give a hostile file to its command; return the result and the forbidden outcome."""
     place = folder / "trial"
     shutil.copytree(site, place, symlinks=True)
+    if user is not None:
+        for one in (place, *place.rglob("*")):
+            os.chown(one, user, user, follow_symlinks=False)
     try:
         hostile = place / pair.path
         secret = place / _SECRET
@@ -245,7 +249,8 @@ def tried(site: Path, pair: SidePair, folder: Path) -> tuple[Answer, str]:
         pair.make(hostile, secret)
         before = _digests(place)
         with _home(place):
-            answer = run_aside(_filled(pair.command, place), folder / "words.txt", _LONGEST_CLOCK_S)
+            words = folder / "words.txt"
+            answer = run_aside(_filled(pair.command, place), words, _LONGEST_CLOCK_S, user)
         fault = answer.fault(Kind(pair.name, lambda good, path: None, harmless=True), 2.0)
         if answer.clock_s > _LONGEST_CLOCK_S:
             fault = "hang"
@@ -266,14 +271,15 @@ def _filled(command: Sequence[str], place: Path) -> list[str]:
 def hostile_sides(seed: int, runs: int, done: frozenset[int]) -> Iterator[Trial]:
     """Yield the result of each pair, in random order; refused files count as acknowledged."""
     with tempfile.TemporaryDirectory(prefix="ocmm-sides-") as name, quiet():
-        folder = Path(name)
+        folder, user = Path(name), ordinary_user()
+        folder.chmod(0o755)
         site = made_site(folder)
         pairs = side_pairs(site)
         random.Random(seed).shuffle(pairs)  # noqa: S311 - an order, no secret
         for number, pair in enumerate(pairs[:runs]):
             if number in done:
                 continue
-            answer, fault = tried(site, pair, folder)
+            answer, fault = tried(site, pair, folder, user)
             refused = int(answer.code == 2 and not fault)
             note = "" if not fault else (
                 f"{pair.name}: exit {answer.code}, {answer.clock_s:.1f} s, "

@@ -6,6 +6,7 @@ import os
 import random
 import signal
 import tempfile
+import threading
 import time
 from collections.abc import Iterator
 from pathlib import Path
@@ -60,6 +61,9 @@ def measure_job(out: Path, pipe: int | None, rate_hz: int = RATE_HZ) -> None:
     station.start()
     station.wait_finished(_PATIENCE_S)
     station.close()
+    # A copy of this program has none of its threads, and the locks that they held for ever.
+    for thread in set(threading.enumerate()) - {threading.current_thread()}:
+        thread.join(_PATIENCE_S)
 
 
 def _kill(out: Path, seed: int, number: int, longest: float) -> Trial:

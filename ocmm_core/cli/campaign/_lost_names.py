@@ -113,10 +113,46 @@ def possible_losses() -> list[str]:
     return [kind for kind in LOSSES if kind not in ("unmounted", FULL) or os.geteuid() == 0]
 
 
-def lose_name(out: Path, seed: int, number: int, kind: str) -> Trial:
+def _measure(jobs: Path, pipe: int, stopping: int) -> None:
+    """Measure a job on the virtual rig until it is to stop, and write what an inspector sees."""
+
+    def say(line: str) -> None:
+        os.write(pipe, f"{line}\n".encode())
+
+    request = StationRequest(plan=QUICK_PLAN, out=jobs, speed=0.0, frame_rate_hz=RATE_HZ)
+    station = build_station(request).station
+    station.events.point_taken.connect(lambda point: say(f"point {point.number}"))
+    station.faults.failed.connect(lambda _error: say("failed"))
+    say("made")
+    try:
+        station.start()
+    except OcmmError:
+        # Lost before the first step.
+        say("failed")
+    # Ends also where the other side has gone.
+    select.select([stopping], [], [], _PATIENCE_S)
+    station.close()
+    lost = station.job.lost
+    if lost is not None:
+        say(f"lost {lost.what}")
+    os._exit(0 if lost is None else 2)
+
+
+def lose_name(
+    out: Path,
+    seed: int,
+    number: int,
+    kind: str,
+    measure: Callable[[Path, int, int], None] = _measure,
+) -> Trial:
     """Lose the name of a running job at a random moment after a random point, and count its points.
 
     A quarter of the jobs are closed at once, before a timer could notice.
+
+    Parameters
+    ----------
+    measure
+        Measures in a folder, writes lines to a pipe and stops when the other pipe is closed.
     """
     rng = random.Random(f"{seed} {number}")  # noqa: S311 - moments, no secret
     jobs = out / "jobs"
@@ -126,7 +162,12 @@ def lose_name(out: Path, seed: int, number: int, kind: str) -> Trial:
         mount = ["mount", "-t", "tmpfs", "-o", size, "none", str(jobs)]
         subprocess.run(mount, check=True, capture_output=True)  # noqa: S603
     stopping, stop = os.pipe()
-    child, pipe = forked(lambda to: _measure(jobs, to, stopping, stop))
+
+    def work(to: int) -> None:
+        os.close(stop)
+        measure(jobs, to, stopping)
+
+    child, pipe = forked(work)
     os.close(stopping)
     with os.fdopen(pipe, "r", encoding="utf-8") as said, os.fdopen(stop, "wb") as stopper:
         lines: list[str] = []
@@ -151,34 +192,9 @@ def lose_name(out: Path, seed: int, number: int, kind: str) -> Trial:
         found, note = _judge(lines, os.waitstatus_to_exitcode(status), at_close=at_close)
     shutil.rmtree(out, ignore_errors=True)
     acknowledged = sum(line.startswith("point ") for line in lines)
-    note = f"{kind}: {note} {first.strip()} {lines}" if found else ""
+    told = "".join(line.removeprefix("failed ") for line in lines if line.startswith("failed "))
+    note = f"{kind}: {note} {first.strip()} {lines}" if found else told
     return Trial("names", seed, number, acknowledged, found, note)
-
-
-def _measure(jobs: Path, pipe: int, stopping: int, stop: int) -> None:
-    """Measure a job on the virtual rig until told to stop, and write the inspector's messages."""
-    os.close(stop)
-
-    def say(line: str) -> None:
-        os.write(pipe, f"{line}\n".encode())
-
-    request = StationRequest(plan=QUICK_PLAN, out=jobs, speed=0.0, frame_rate_hz=RATE_HZ)
-    station = build_station(request).station
-    station.events.point_taken.connect(lambda point: say(f"point {point.number}"))
-    station.faults.failed.connect(lambda _error: say("failed"))
-    say("made")
-    try:
-        station.start()
-    except OcmmError:
-        # Lost before the first step.
-        say("failed")
-    # Also ends if the other side has gone.
-    select.select([stopping], [], [], _PATIENCE_S)
-    station.close()
-    lost = station.job.lost
-    if lost is not None:
-        say(f"lost {lost.what}")
-    os._exit(0 if lost is None else 2)
 
 
 def _judge_full(jobs: Path, lines: list[str]) -> tuple[dict[str, int], str]:
@@ -203,7 +219,7 @@ def _judge_full(jobs: Path, lines: list[str]) -> tuple[dict[str, int], str]:
 
 def _judge(lines: list[str], code: int, *, at_close: bool) -> tuple[dict[str, int], str]:
     """Return the findings, and why a job could not be read."""
-    found: dict[str, int] = {}
+    found = {"reports of lost jobs": lines.count("report")}
     words = [line for line in lines if line.startswith("lost ")]
     if not words:
         return {"losses not told": 1}, ""

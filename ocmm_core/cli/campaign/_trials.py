@@ -24,7 +24,7 @@ FINDINGS = {
     ),
     "names": (
         "acknowledged points lost", "losses not told", "told after 1 s", "exit code 0",
-        "audit faults", "jobs called damaged",
+        "audit faults", "jobs called damaged", "reports of lost jobs",
     ),
     "writers": (
         "acknowledged items lost", "items twice", "audit faults", "writers that gave up",
@@ -59,7 +59,7 @@ class Trial(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     found: dict[str, int]
     """Count of each finding; zeros are omitted."""
     note: str = ""
-    """Details of a finding, for debugging."""
+    """Details of a finding; of the lane names without one, the seconds until the loss is shown."""
 
 
 class NotRunError(Exception):

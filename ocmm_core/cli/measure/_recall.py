@@ -171,7 +171,7 @@ def show_recall(console: Console, record: RecallRecord) -> None:
     for name in heads(*COLUMNS):
         table.add_column(name, overflow="fold")
     for job in worst_first(record.jobs):
-        name = Path(job.path).stem
+        name = job.label
         for one in job.characteristics:
             table.add_row(name, *row(one), style=_STYLES[one.outcome.name])
             name = ""

@@ -12,7 +12,13 @@ import msgspec
 
 from ocmm_core.acceptance import AcceptanceRecord, chain_history
 from ocmm_core.calibration.records import load_signed
-from ocmm_core.documents import LARGEST_DOCUMENT, decode_json, read_bytes, read_text
+from ocmm_core.documents import (
+    LARGEST_DOCUMENT,
+    decode_json,
+    files_of_folder,
+    read_bytes,
+    read_text,
+)
 from ocmm_core.errors import InputError, OcmmError, StorageError
 from ocmm_core.export import ENDING, check_report_seal
 from ocmm_core.export.audits._audited import Audit, AuditedKind, AuditRow
@@ -103,7 +109,7 @@ def _since(file: Path, uuid: str, steps: int, head: str) -> tuple[str, bool]:
 
 
 def _seals_naming(path: Path) -> Iterator[Path]:
-    for seal in sorted(path.parent.glob(f"*{ENDING}"))[:200]:
+    for seal in files_of_folder(path.parent, ENDING)[:200]:
         try:
             if any(
                 one.name == path.name for one in check_report_seal(seal, KeyFolder()).seal.files

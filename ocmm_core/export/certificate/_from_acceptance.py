@@ -9,6 +9,7 @@ from typing import Literal
 
 from ocmm_core.acceptance import AcceptanceRecord, JudgedValue, RoomAir, Verdict, load_signed_record
 from ocmm_core.calibration.records import record_hash
+from ocmm_core.documents import files_of_folder
 from ocmm_core.errors import InputError, OcmmError
 from ocmm_core.export.certificate._content import (
     Certificate,
@@ -178,7 +179,7 @@ def found_before(record: AcceptanceRecord, folder: Path) -> tuple[AcceptanceReco
     adjustment, the state before the later adjustment was not tested.
     """
     before, unread = [], 0
-    for path in sorted(folder.glob("*.json")):
+    for path in files_of_folder(folder, ".json"):
         try:
             one = vouched_record(path)
         except OcmmError:

@@ -24,7 +24,7 @@ from cryptography.exceptions import InvalidSignature, UnsupportedAlgorithm
 from cryptography.hazmat.primitives.serialization import Encoding
 from lxml import etree
 
-from ocmm_core.documents import read_bytes, write_atomic
+from ocmm_core.documents import files_of_folder, read_bytes, write_atomic
 from ocmm_core.errors import InputError
 from ocmm_core.seals import DocumentKey, KeyFolder, SealState, SealWord, station_of
 
@@ -95,7 +95,7 @@ def trusted_signers(keys: KeyFolder) -> TrustedSigners:
     StorageError
         The key ring cannot be read.
     """
-    files = sorted((keys.folder / _FOLDER).glob("*.pem"))
+    files = files_of_folder(keys.folder / _FOLDER, ".pem")
     return TrustedSigners(tuple(_loaded(path) for path in files), keys.believed())
 
 

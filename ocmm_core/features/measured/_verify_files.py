@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ocmm_core.documents import LARGEST_DOCUMENT
+from ocmm_core.documents import LARGEST_DOCUMENT, find_files
 from ocmm_core.errors import InputError
 from ocmm_core.features.shapes import Shape
 from ocmm_core.geometry import Float
@@ -44,11 +44,14 @@ _NUMBERS = {
 def pairs_below(root: Path) -> list[Path]:
     """Return the point files of all pairs below the folder ``root``, by name and number.
 
-    Raises InputError if there is no such folder, or no pair in it.
+    Raises InputError if there is no such folder, a part of it cannot be read, or it has no pair.
     """
     if not root.is_dir():
         raise InputError("verify.no_folder", f"{root}: is not a folder.", "Give an existing one.")
-    files = [file for file in root.rglob("*") if file.is_file()]
+    paths, left_out = find_files(root)
+    if left_out:
+        raise left_out[0]
+    files = [file for file in paths if file.is_file()]
     results = {_stem(file) for file in files if file.suffix.lower() == RESULT_ENDING}
     found = [file for file in files if file.suffix.lower() == POINTS_ENDING]
     own = {_stem(file) for file in found}

@@ -7,6 +7,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
+from ocmm_core.documents import files_of_folder
 from ocmm_core.errors import InputError, OcmmError
 from ocmm_core.inspection.archive._stored_documents import about
 from ocmm_core.inspection.session import NOT_GIVEN, header_of
@@ -39,7 +40,12 @@ def parts_of_batch(
     prevent measuring.
     """
     found, batch = [], normal_name(batch)
-    for path in sorted(folder.glob(f"*{SUFFIX}")):
+    paths: list[Path] = []
+    try:
+        paths = files_of_folder(folder, SUFFIX)
+    except OcmmError as fault:
+        passed_over(fault)
+    for path in paths:
         try:
             seen = read_summary(path)
             header = header_of(seen.head, seen.events)

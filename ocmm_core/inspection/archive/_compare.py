@@ -8,6 +8,7 @@ from functools import partial
 from pathlib import Path
 
 from ocmm_core.cluster import HERE, Site, run_tasks
+from ocmm_core.documents import files_of_folder
 from ocmm_core.errors import InputError, OcmmError
 from ocmm_core.inspection.archive._batch import SUFFIX
 from ocmm_core.inspection.archive._comparison import (
@@ -39,11 +40,11 @@ def compare_folder(
     Raises
     ------
     InputError
-        There is no such folder, or it has fewer than two jobs of one plan.
+        There is no such folder, it cannot be read, or it has fewer than two jobs of one plan.
     """
     if not folder.is_dir():
         raise InputError("compare.folder", f"{folder}: folder not found.", "Check the name.")
-    return compare_files(sorted(folder.glob(f"*{SUFFIX}")), progress, probes, calibrations)
+    return compare_files(files_of_folder(folder, SUFFIX), progress, probes, calibrations)
 
 
 def compare_files(
@@ -110,7 +111,7 @@ def compare_files(
     trends = trends_of(same)
     return Comparison(
         plan=same[0].plan,
-        jobs=tuple(job.path.stem for job in same),
+        jobs=tuple(job.name for job in same),
         words=tuple(job.words for job in same),
         trends=trends,
         unread=tuple(unread),
@@ -184,6 +185,7 @@ def _part_job(job: ReopenedJob) -> PartJob:
         values.append((counted, why, result.verdict))
     return PartJob(
         path=job.path,
+        name=job.view.job,
         uuid=job.head.job_uuid,
         serial=job.head.serial,
         created_utc=job.head.created_utc,
@@ -192,7 +194,7 @@ def _part_job(job: ReopenedJob) -> PartJob:
         characteristics=tuple(job.plan.characteristics),
         values=tuple(values),
         simulated=job.view.simulated,
-        words="; ".join((*job_states(job.view), part_line(job.view))),
+        words="; ".join((*job_states(job.view), part_line(job.view), *job.renamed)),
         file=job.identity,
     )
 

@@ -124,6 +124,7 @@ class PartJob:
     """Data of a job for a comparison; small enough to come from another process."""
 
     path: Path
+    name: str
     uuid: str
     serial: str
     created_utc: str
@@ -183,12 +184,12 @@ def _trend(index: int, item: Characteristic, jobs: Sequence[PartJob]) -> Trend:
             stated = None
             why = f"{SIMULATED}. {NO_REAL_PART} Compare simulated jobs separately."
         if stated is None:
-            left_out.append(f"{job.path.stem}: {why}")
+            left_out.append(f"{job.name}: {why}")
         else:
             counted.append(stated)
         parts.append(
             PartValue(
-                job=job.path.stem,
+                job=job.name,
                 serial=job.serial,
                 created_utc=job.created_utc,
                 value=None if stated is None else stated[0],

@@ -10,6 +10,7 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Collection, Sequence
 from enum import StrEnum
+from pathlib import Path
 
 import msgspec
 import numpy as np
@@ -81,6 +82,14 @@ class RecalledJob(
     simulated: bool = False
     """From a virtual rig: no real part was measured. Not written if false, so that recalls of
     earlier versions, which lack it, keep their hash."""
+    name: str = ""
+    """Name of the job in its file; empty if the file has that name, and in earlier versions."""
+
+    @property
+    def label(self) -> str:
+        """Return the name of the job, with that of its file if it differs."""
+        file = Path(self.path)
+        return f"{self.name} ({file.name})" if self.name else file.stem
 
     @property
     def outcome(self) -> Outcome:

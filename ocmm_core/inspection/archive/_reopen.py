@@ -114,13 +114,15 @@ class ReopenedJob:
         """Return remarks that are no findings against the job, in sentences."""
         kinds = (ADOPTED, CLOCK, LEFT_OUT, RESCUED)
         told = (event.text for event in self.events if event.kind in kinds)
-        return (*told, *filter(None, (self._renamed, self.left_out, self.cameras.absent)))
+        return (*told, *self.renamed, *filter(None, (self.left_out, self.cameras.absent)))
 
     @property
-    def _renamed(self) -> str:
+    def renamed(self) -> tuple[str, ...]:
+        """Return a sentence if the file does not have the name of the job."""
         if self.path.stem == self.view.job:
-            return ""
-        return f"The file was renamed to {self.path.name}: the job was measured as {self.view.job}."
+            return ()
+        name = self.view.job
+        return (f"The file was renamed to {self.path.name}: the job was measured as {name}.",)
 
 
 def reopen_job(

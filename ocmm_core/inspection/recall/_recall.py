@@ -17,6 +17,7 @@ import msgspec
 from ocmm_core import __version__
 from ocmm_core.calibration.records import CalibrationStore, load_named, save, store_folder
 from ocmm_core.cluster import HERE, Site, run_tasks
+from ocmm_core.documents import find_files
 from ocmm_core.errors import InputError, OcmmError
 from ocmm_core.inspection.archive import (
     SCHEMA,
@@ -72,7 +73,7 @@ def recall(
     InputError
         There is no such folder or file, or no job in it.
     """
-    paths = _paths(places.jobs)
+    paths, left_out = _paths(places.jobs)
     touched, unread = _touched(paths, places, now, tell)
 
     def told(done: int) -> None:
@@ -90,15 +91,19 @@ def recall(
         folders=tuple(str(path) for path in places.jobs),
         looked_at=len(paths),
         jobs=jobs,
-        unread=tuple(sorted((*unread, *failed))),
+        unread=tuple(sorted((*left_out, *unread, *failed))),
     )
 
 
-def _paths(jobs: Sequence[Path]) -> list[Path]:
+def _paths(jobs: Sequence[Path]) -> tuple[list[Path], list[str]]:
+    """Return the job files, and sentences about folders that are left out."""
     found: dict[Path, None] = {}
+    left_out: list[str] = []
     for place in jobs:
         if place.is_dir():
-            found |= dict.fromkeys(sorted(place.rglob(f"*{SUFFIX}")))
+            files, errors = find_files(place, SUFFIX)
+            found |= dict.fromkeys(files)
+            left_out += [f"{error.what} {error.remedy}" for error in errors]
         elif place.is_file():
             found[place] = None
         else:
@@ -110,10 +115,10 @@ def _paths(jobs: Sequence[Path]) -> list[Path]:
     if not found:
         raise InputError(
             "recall.no_jobs",
-            f"No job in {', '.join(str(place) for place in jobs)}.",
+            " ".join((f"No job in {', '.join(str(place) for place in jobs)}.", *left_out)),
             "Give the folder that contains the jobs.",
         )
-    return list(found)
+    return list(found), left_out
 
 
 def _touched(
@@ -207,6 +212,7 @@ def _as_record(
     return RecalledJob(
         path=str(job.path),
         sha256=job.sha256,
+        name="" if job.name == job.path.stem else job.name,
         job_uuid=job.head.job_uuid,
         part=job.head.part,
         serial=job.head.serial,

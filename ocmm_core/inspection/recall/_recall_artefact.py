@@ -12,6 +12,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 
 from ocmm_core.calibration.records import CalibrationStore, EventKind, record_hash, rests_on
+from ocmm_core.documents import files_of_folder
 from ocmm_core.errors import InputError
 
 
@@ -48,8 +49,8 @@ def artefact_wrong(
     OcmmError
         A history or a record cannot be read, or written.
     """
-    chains = sorted(calibrations.glob("*/events.jsonl"))
-    stores = [CalibrationStore(chain.parent) for chain in chains]
+    folders = [folder for folder in files_of_folder(calibrations, "") if folder.is_dir()]
+    stores = [CalibrationStore(one) for one in folders if files_of_folder(one, "events.jsonl")]
     # All are read before the first write.
     found = [(store, *_resting_on(store, serial, since)) for store in stores]
     if not any(records or checks for _, records, checks in found):

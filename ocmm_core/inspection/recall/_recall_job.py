@@ -68,6 +68,8 @@ class JobFindings:
     path: Path
     sha256: str
     """`path`, `sha256`: The file, and the hash of its content."""
+    name: str
+    """Name of the job in the file."""
     head: JobHead
     rig: str
     calibration: str
@@ -141,6 +143,7 @@ def findings_of(doubted: DoubtedJob, file: bytes) -> JobFindings:
     return JobFindings(
         path=path,
         sha256=hashlib.sha256(file).hexdigest(),
+        name=job.view.job,
         head=job.head,
         rig=job.rig.name,
         calibration=job.head.rig_identity,

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from pathlib import Path
 
 from ocmm_core.inspection.archive import (
     Outcome,
@@ -66,7 +65,7 @@ def decided(record: RecallRecord) -> str:
 def job_line(job: RecalledJob) -> str:
     serial = f", serial {job.serial}" if job.serial not in ("", "-") else ""
     origin = f"{SIMULATED}, " if job.simulated else ""
-    about = f"{origin}{Path(job.path).name}, part {job.part}{serial}"
+    about = f"{origin}{job.label}, part {job.part}{serial}"
     return f"{about}: {job.outcome.value}. {job.judgement}"
 
 

@@ -1,7 +1,7 @@
 from __future__ import annotations
 
 import subprocess
-from datetime import UTC, datetime
+from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
 import msgspec
@@ -105,3 +105,20 @@ def test_the_register_from_the_command_line(ocmm_here: Ocmm, tmp_path: Path) -> 
     assert wrong.returncode == 2
     assert run("remove", "block-20").returncode == 0
     assert "No artefacts" in run("list").stdout
+
+
+def test_an_older_register_of_another_history_is_refused(tmp_path: Path) -> None:
+    """Reading alone makes a register the newest; an older one never counts again."""
+    register = ArtefactRegister()
+    register.add(_entry(), "me", _NOW)
+    aside = register.path.rename(tmp_path / "aside")
+    later = ArtefactRegister()
+    later.add(_entry(id="b"), "me", _NOW + timedelta(days=1))
+    newest = register.path.read_bytes()
+    aside.replace(register.path)
+    with pytest.raises(OcmmError, match="older than the one that this station used last"):
+        ArtefactRegister()
+    # A register in a folder that was given, e.g. a copy for reading, is not compared.
+    assert ArtefactRegister(register.path.parent).entries
+    register.path.write_bytes(newest)
+    assert list(ArtefactRegister().entries) == ["b"]

@@ -10,6 +10,7 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner, Result
 
+from ocmm_core.archive.checks import files_of
 from ocmm_core.archive.outbox import JobNote
 from ocmm_core.archive.stores import open_archive
 from ocmm_core.cli import app
@@ -62,6 +63,21 @@ def test_a_job_is_sent_and_the_status_says_so(place: Place, job: Path, tmp_path:
     assert "Waiting  0, set aside 0" in told.output
     assert ("TLS      no" in told.output) is (place.store == "postgresql")
     assert run("send", tmp_path / "missing.ocmm", *where).exit_code == 1
+
+
+def test_a_folder_that_is_left_out_is_named(place: Place, job: Path, tmp_path: Path) -> None:
+    where = ("--archive", place.address, "--outbox", tmp_path / "outbox")
+    (tmp_path / "jobs").mkdir()
+    (tmp_path / "away").mkdir()
+    job.rename(tmp_path / "jobs" / "job.ocmm")
+    (tmp_path / "jobs" / "linked").symlink_to(tmp_path / "away")
+    sent = run("send", tmp_path / "jobs", *where)
+    assert sent.exit_code == 1, sent.output
+    assert "linked: this folder is a link, which is not searched" in " ".join(sent.output.split())
+    assert "Jobs     1 of 1 station" in run("status", *where).output
+    unread: list[str] = []
+    assert len(list(files_of([tmp_path / "jobs"], unread.append))) == 1
+    assert "linked: this folder is a link" in unread[0]
 
 
 def test_what_a_killed_program_left_is_sent(place: Place, job: Path, tmp_path: Path) -> None:

@@ -28,6 +28,7 @@ from ocmm_core.inspection.recall import (
 )
 from ocmm_core.measuring import MeasuredPoint
 from ocmm_core.seals import Signed
+from ocmm_core.storage import NAMED, JobFile
 from ocmm_core.tolerances.decisions import Verdict
 from tests.core.inspection.conftest import Bench
 from tests.core.inspection.recorded_jobs import BAR, Cameras
@@ -120,11 +121,11 @@ def test_a_simulated_job_says_so_and_older_recalls_keep_their_hash() -> None:
         rig="rig", calibration="2", in_doubt=(1,), why=("Pushed.",), later="", judgement="So.",
         characteristics=(), released=(), points_sha256="3",
     )  # fmt: skip
-    assert job_line(job) == "A-1.ocmm, part P: CANNOT BE KNOWN. So."
+    assert job_line(job) == "A-1, part P: CANNOT BE KNOWN. So."
     # A record of an earlier version, read and written again, must come out byte for byte.
     assert b"simulated" not in canonical(job)
     simulated = msgspec.structs.replace(job, simulated=True, serial="7")
-    assert job_line(simulated) == "SIMULATED, A-1.ocmm, part P, serial 7: CANNOT BE KNOWN. So."
+    assert job_line(simulated) == "SIMULATED, A-1, part P, serial 7: CANNOT BE KNOWN. So."
     assert msgspec.json.decode(canonical(simulated), type=RecalledJob) == simulated
 
 
@@ -280,3 +281,21 @@ def test_a_job_that_was_altered_is_told_by_its_own_name_in_doubt_or_not(
     for record in (well, doubted):
         assert [one.partition(" (")[0] for one in record.unread] == [told]
         assert "point 3 was changed" in record.unread[0]
+
+
+def test_names_what_is_not_searched_and_jobs_whose_file_was_renamed(
+    world: World, tmp_path: Path
+) -> None:
+    jobs, elsewhere = tmp_path / "jobs", tmp_path / "elsewhere"
+    elsewhere.mkdir()
+    (jobs / "linked").symlink_to(elsewhere)
+    path = jobs / "one.ocmm"
+    world.measure(path, TruePart())
+    with JobFile.open(path) as job:
+        job.append_event(NAMED, "one")
+    path.rename(jobs / "TWO.OCMM")
+    world.verify(passed=False)
+    record = recall(KeptPlaces((jobs,), world.calibrations), datetime.now(UTC))
+    assert [one.label for one in record.jobs] == ["one (TWO.OCMM)"]
+    assert job_line(record.jobs[0]).startswith("one (TWO.OCMM), part P, serial one")
+    assert "linked: this folder is a link" in not_judged(record)[0]

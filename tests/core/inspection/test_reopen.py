@@ -371,3 +371,24 @@ def test_a_preview_writes_nothing_and_a_wrong_format_is_named(
     assert isinstance(wrong.exception, InputError)
     assert "'doc'" in str(wrong.exception)
     assert content(path.parent) == before
+
+
+@pytest.mark.parametrize("loss", ["removed", "replaced by a copy", "moved"])
+def test_no_report_replaces_another_when_the_job_is_lost_after_reading(
+    finished: tuple[Path, JobView], loss: str
+) -> None:
+    path, _ = finished
+    out = path.parent / "out"
+    report = report_of_job(reopen_job(path))
+    write_report(report, ["json"], out)
+    before = content(out)
+    if loss == "replaced by a copy":
+        copy = Path(shutil.copy(path, path.with_name("copy")))
+        copy.replace(path)
+    elif loss == "moved":
+        path.rename(path.with_name("moved.ocmm"))
+    else:
+        path.unlink()
+    with pytest.raises(StorageError, match="after it was read"):
+        write_report(report, ["json", "qif"], out)
+    assert content(out) == before

@@ -1,0 +1,188 @@
+"""Contents of an open job file."""
+
+from __future__ import annotations
+
+import contextlib
+import sqlite3
+import threading
+from collections.abc import Iterator
+from pathlib import Path
+
+from ocmm_core.errors import StorageError
+from ocmm_core.measuring import MeasuredPoint
+from ocmm_core.part_model import PartModel
+from ocmm_core.seals import KeyFolder
+from ocmm_core.storage._audit import AuditedStep, find_faults, read_audit, read_links
+from ocmm_core.storage._faults import FAULTS, storage_error
+from ocmm_core.storage._guard import GuardedConnection, with_log
+from ocmm_core.storage._job_seal import JobSeal, check_line, read_seal, remember_job
+from ocmm_core.storage._job_steps import JobStep, read_steps
+from ocmm_core.storage._rows import JobEvent, JobHead, JobReference
+from ocmm_core.storage._tables import (
+    Observed,
+    next_number,
+    stored_events,
+    stored_observations,
+    stored_part,
+    stored_points,
+    stored_reference,
+    stored_times,
+)
+
+NAMED = "named"
+"""Event with the name of the job; the first one counts."""
+
+
+class JobReader:
+    """Reads an open job file. Thread-safe: one lock guards the connection.
+
+    A call waits at most for one commit of another thread (milliseconds; as long as the disk takes).
+    """
+
+    def __init__(self, path: Path, db: GuardedConnection, head: JobHead) -> None:
+        self.path = path
+        self.head = head
+        self.left_out = db.left_out
+        """Content outside complete steps, as a sentence; empty if none."""
+        self._db: GuardedConnection | None = db
+        self._lock = threading.Lock()
+        self._name: str | None = None
+
+    def content(self) -> bytes:
+        """Return the bytes of the file with all that is stored, without a log."""
+        with self._reading() as db:
+            return with_log(db.serialize())
+
+    @property
+    def name(self) -> str:
+        """Return the original name of the job, regardless of its file's name.
+
+        For jobs of earlier versions, which did not store it, that of the file.
+        """
+        if self._name is None:
+            with self._reading() as db:
+                row = db.execute(
+                    "SELECT text FROM event WHERE kind = ? ORDER BY id LIMIT 1", (NAMED,)
+                ).fetchone()
+            self._name = self.path.stem if row is None else str(row[0])
+        return self._name
+
+    def points(self) -> list[MeasuredPoint]:
+        """Return the points that are not annulled, in chronological order.
+
+        Raises
+        ------
+        StorageError
+            An observation differs from the stored one; see `verify`.
+        """
+        with self._reading() as db:
+            return stored_points(db, self.path, annulled=False)
+
+    def observed(self) -> list[Observed]:
+        """Return times of observation and storage of each point, also annulled ones, by number.
+
+        Much cheaper than `points`, which check the observations.
+
+        Raises
+        ------
+        StorageError
+            A time is invalid.
+        """
+        with self._reading() as db:
+            return stored_observations(db, self.path)
+
+    def annulled(self) -> list[tuple[MeasuredPoint, str]]:
+        """Return the annulled points with reasons; StorageError as `points`."""
+        with self._reading() as db:
+            points = stored_points(db, self.path, annulled=True)
+            reasons = dict(db.execute("SELECT number, reason FROM annulment").fetchall())
+        return [(point, reasons[point.number]) for point in points]
+
+    def steps(self, after: int = 0, most: int = 256) -> list[JobStep]:
+        """Return the durable steps after audit row ``after``, oldest first: see `read_steps`."""
+        with self._reading() as db:
+            return read_steps(db, self.path, after, most)
+
+    def reference(self) -> JobReference | None:
+        """Return the reference body of the points, or None.
+
+        Raises
+        ------
+        StorageError
+            It differs from the stored one; see `verify`.
+        """
+        with self._reading() as db:
+            return stored_reference(db, self.path)
+
+    def part(self) -> PartModel | None:
+        """Return the nominal part, or None; StorageError if it was changed."""
+        with self._reading() as db:
+            return stored_part(db, self.path)
+
+    def taken_utc(self) -> dict[int, str]:
+        """Return the storage time of each point, also annulled ones: ISO 8601 text by number."""
+        with self._reading() as db:
+            return stored_times(db, self.path)
+
+    def events(self) -> list[JobEvent]:
+        """Return the events, oldest first."""
+        with self._reading() as db:
+            return stored_events(db, self.path)
+
+    def next_number(self) -> int:
+        """Return the number of the next point; numbers of annulled points are not reused."""
+        with self._reading() as db:
+            return next_number(db)
+
+    def verify(self, seal: JobSeal | None = None) -> list[str]:
+        """Return the faults of the file against its audit chain and signature, a sentence each.
+
+        Parameters
+        ----------
+        seal
+            Judged by the requesting computer; None: by the trusted keys.
+        """
+        with self._reading() as db:
+            return [*find_faults(db), *(seal or self._sealed(db)).doubts]
+
+    def seal(self, keys: KeyFolder | None = None) -> JobSeal:
+        """Return the end of the job, and its signer by the trusted keys, or by ``keys``."""
+        with self._reading() as db:
+            return self._sealed(db, keys)
+
+    def audited(self) -> list[AuditedStep]:
+        """Return all stored steps, oldest first."""
+        with self._reading() as db:
+            return read_audit(db)
+
+    def links(self) -> dict[int, str]:
+        """Return the hash of every row of the audit by its number, which a later copy continues."""
+        with self._reading() as db:
+            return read_links(db)
+
+    def check_line(self, line: str) -> str:
+        """Return the evidence of the line of a report, in a sentence; errors as `check_line`."""
+        with self._reading() as db:
+            return check_line(db, self.head.job_uuid, line, KeyFolder())
+
+    def note_seen(self, place: Path, seal: JobSeal | None = None) -> None:
+        """Store the end of the job at ``place`` in the station's memory."""
+        seal = seal or self.seal()
+        if not seal.doubts:
+            remember_job(seal.job_uuid, seal.steps, seal.head, place)
+
+    @contextlib.contextmanager
+    def _reading(self) -> Iterator[GuardedConnection]:
+        with self._lock:
+            if self._db is None:
+                raise StorageError(
+                    "job.closed", f"{self.path}: the job is closed.", "Open the job again."
+                )
+            self._db.renew()
+            try:
+                yield self._db
+            except FAULTS as error:
+                raise storage_error(self.path, error) from error
+
+    def _sealed(self, db: sqlite3.Connection, keys: KeyFolder | None = None) -> JobSeal:
+        return read_seal(db, self.path, self.head.job_uuid, keys or KeyFolder())
