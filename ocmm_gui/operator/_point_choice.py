@@ -47,9 +47,12 @@ class PointChoice(QObject):
             self.choose((*feature.outliers, numbers[-1])[0])
 
     def delete(self) -> None:
-        """Ask for the reason of the deletion."""
+        """Ask for the reason of the deletion; points that command the fit are their own reason."""
+        feature = self._feature()
         if self._chosen:
             self.panel.ask(self._chosen)
+        elif feature is not None and feature.commanding is not None:
+            self._bridge.choice.remove_commanding(feature.name)
         else:
             self._notices.inform(tr("Select a point first: press . or , or click its bar."))
 

@@ -10,6 +10,7 @@ from typing import Literal
 import numpy as np
 
 from ocmm_core.acquisition.frames import AcquisitionStatus
+from ocmm_core.features.measured import CommandingPoints
 from ocmm_core.features.shapes import Fit, NominalFeature, Shape
 from ocmm_core.geometry import Float, Int, RigidTransform
 from ocmm_core.measuring import MeasuredPoint, Refusal
@@ -183,6 +184,9 @@ class FeatureView:
     outliers: tuple[int, ...] = ()
     """Numbers of points that lie far from the element that the others show: flagged, and counting
     until somebody deletes them."""
+    commanding: CommandingPoints | None = None
+    """Points without which the others agree far better: nothing that rests on the feature is proven
+    until they are deleted."""
     deleted: tuple[DeletedPoint, ...] = ()
     """Points that were taken out and can be put back, oldest first."""
     coverage: Coverage | None = None

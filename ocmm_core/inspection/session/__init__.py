@@ -4,11 +4,11 @@ In: touches with what was tracked, decisions of the inspector, records in force.
 Out: a job file, point by point, and views of the job; refusals with reason and remedy.
 
 Read `_session`: the job and its parts. A touch goes through `_intake` (did the ball rest),
-`_assignment` with `_any_order` (which feature), `_acceptance` with `_side_choice` (may it become a
-point). What the inspector decides: `_steps`, `_point_steps`, kept by `_step_log` and `_undo`
-(undo, also after a restart). `_ledger` is what all parts share; `_conditions`,
-`_placed_part`, `_reference_use` and `_header` are smaller parts; `_job_points`
-and `_job_view` are what others see.
+`_assignment` with `_any_order` (which feature) and `_facing` (was it that face), `_acceptance` with
+`_side_choice` (may it become a point). What the inspector decides: `_steps`, `_point_steps`, kept
+by `_step_log` and `_undo` (undo, also after a restart). `_ledger` is what all parts share;
+`_conditions`, `_placed_part`, `_reference_use` and `_header` are smaller parts; `_job_points` and
+`_job_view` are what others see.
 It must not know threads or clocks: one lock guards it, and `station` calls it.
 """
 
