@@ -11,16 +11,17 @@ import contextlib
 import gc
 import os
 import sys
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from PySide6.QtCore import QtMsgType, qInstallMessageHandler
 from PySide6.QtWidgets import QApplication
 
 from ocmm_core.composition import DEFAULT_SOURCE, DEMO_PLAN
 from ocmm_core.errors import InputError, InternalError, OcmmError
-from ocmm_core.failure import EXIT_INTERNAL, REOPEN, contained, hold_standard_streams
+from ocmm_core.failure import EXIT_INTERNAL, REOPEN, contained, hold_standard_streams, write_last
 from ocmm_core.settings import LoadedSettings, Origin, RecentPlaces, Settings, SettingsStore
 from ocmm_gui._hand_over import HandOverSender, watch_jobs
 from ocmm_gui._showing import end_after, end_on_signals, let_go, save_pictures, show, splash
@@ -88,20 +89,45 @@ def make_application(zoom_percent: int = 100) -> QApplication:
     screens = ("DISPLAY", "WAYLAND_DISPLAY", "QT_QPA_PLATFORM")
     if sys.platform == "linux" and not any(os.environ.get(name) for name in screens):
         # Qt would end the program with a message about its plugins.
-        raise InputError(
-            "window.no_display",
-            "No display available for the window.",
-            "Start OCMM on a desktop, or measure without a window: ocmm demo --headless.",
-        )
+        raise _no_display()
     # Threads that track and simulate give way to the window after 1 ms instead of 5: the p99 of
     # its latency falls from 40 to 25 ms on two cores, at no loss of frames (benchmarks/window.py).
     sys.setswitchinterval(0.001)
     zoom_before_start(zoom_percent)
-    app = QApplication(["ocmm"])
+    with _fatal_messages_end_in_a_sentence():
+        app = QApplication(["ocmm"])
     app.setApplicationName("OCMM")
     app.setStyle("Fusion")
     app.setFont(text_font(14))
     return app
+
+
+def _no_display() -> InputError:
+    return InputError(
+        "window.no_display",
+        "No display available for the window.",
+        "Start OCMM on a desktop, or measure without a window: ocmm demo --headless.",
+    )
+
+
+@contextlib.contextmanager
+def _fatal_messages_end_in_a_sentence() -> Iterator[None]:
+    """Exit with 2 where Qt would abort: the display does not answer, or a library is missing."""
+    messages: list[str] = []
+
+    def keep(kind: QtMsgType, _context: object, text: str) -> None:
+        messages.append(text)
+        if kind == QtMsgType.QtFatalMsg:
+            error = _no_display()
+            write_last("\n".join((error.what, error.remedy, "", *messages, "")))
+            os._exit(EXIT_FAILED)
+
+    before = qInstallMessageHandler(keep)
+    try:
+        yield
+    finally:
+        qInstallMessageHandler(before)
+    sys.stderr.write("".join(f"{text}\n" for text in messages))
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

@@ -6,10 +6,13 @@ Record raw frames, say how fast this machine is, and compile what it computes mo
 from __future__ import annotations
 
 import os
+from collections import UserDict
+from collections.abc import Callable
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 import typer
+from typer.core import TyperGroup
 
 from ocmm_core import __version__
 from ocmm_core.cli._measuring import demo, measure
@@ -147,10 +150,107 @@ def compile_command(
     )
 
 
+def window(context: typer.Context) -> None:
+    """Open the window and measure at once, with the options that `ocmm window --help` lists.
+
+    What no option says is taken from the settings (`ocmm settings show`); an option wins.
+    """
+    open_window(*context.args)
+
+
+calibrate_app.command()(write_cameras)
+calibrate_app.command(name="probe")(probe_command)
+calibrate_app.command(name="tip")(tip_command)
+calibrate_app.command(name="check-tip")(check_tip_command)
+archive_app.command(name="recall")(recall_archived)
+for command in (mount_tip, probe_status, probe_history):
+    calibrate_app.command()(command)
+
+_COMMANDS: dict[str, typer.Typer | Callable[..., None]] = {
+    "align": align_command,
+    "align-plan": align_plan_command,
+    "compare": compare_command,
+    "environment": environment_command,
+    "uncertainty": uncertainty_command,
+    "report": report_command,
+    "recall": recall_command,
+    "fit": fit_command,
+    "verify-fits": verify_fits_command,
+    "window": window,
+    "demo": demo,
+    "measure": measure,
+    "record": record,
+    "bench": bench,
+    "compile": compile_command,
+    "rig": rig_app,
+    "bus": bus_app,
+    "camera": camera_app,
+    "calibrate": calibrate_app,
+    "study": study_app,
+    "selftest": selftest_app,
+    "probe": probe_app,
+    "plan": plan_app,
+    "archive": archive_app,
+    "audit": audit_app,
+    "key": key_app,
+    "certificate": certificate_app,
+    "station": station_app,
+    "settings": settings_app,
+    "support": support_app,
+    "acceptance": acceptance_app,
+    "artefact": artefact_app,
+    "msa": msa_app,
+}
+_SETTINGS: dict[str, dict[str, Any]] = {
+    "window": {
+        "add_help_option": False,
+        "context_settings": {"allow_extra_args": True, "ignore_unknown_options": True},
+    },
+    "compile": {"hidden": True},
+}
+
+
+class _Commands(UserDict[str, Any]):
+    """Commands by name, each built when it is looked up: building all takes 0.3 s."""
+
+    def __getitem__(self, name: str) -> Any:
+        if self.data[name] is None:
+            self.data[name] = _build(name)
+        return self.data[name]
+
+
+def _build(name: str) -> Any:
+    parent = typer.Typer(add_completion=False)
+    found = _COMMANDS[name]
+    if isinstance(found, typer.Typer):
+        parent.add_typer(found, name=name)
+    else:
+        parent.command(name=name, **_SETTINGS.get(name, {}))(found)
+    built = typer.main.get_command(parent)
+    return getattr(built, "commands", {}).get(name, built)
+
+
+_BUILT = _Commands(dict.fromkeys(_COMMANDS))
+
+
+class _Root(TyperGroup):
+    """The command ``ocmm``; builds only the command that is called."""
+
+    def __init__(self, **options: Any) -> None:
+        super().__init__(**options)
+        self.commands = _BUILT
+
+    def list_commands(self, ctx: Any) -> list[str]:
+        """Return the names without building their commands."""
+        del ctx
+        return list(self.commands)
+
+
 Language = Literal["en", "de"]
 """Of `ocmm_core.wording.LANGUAGES`."""
 app = typer.Typer(
     name="ocmm",
+    cls=_Root,
     invoke_without_command=True,
     pretty_exceptions_enable=False,
     help="Measure parts with an optical coordinate measuring machine.\n\nCameras track the LEDs "
@@ -162,40 +262,6 @@ app = typer.Typer(
     epilog="To try it: ocmm demo. The rig, probe, part and plan documents in the resources "
     "folder are templates for your own.",
 )
-app.command(name="align")(align_command)
-app.command(name="align-plan")(align_plan_command)
-app.command(name="compare")(compare_command)
-app.command(name="environment")(environment_command)
-app.command(name="uncertainty")(uncertainty_command)
-app.command(name="report")(report_command)
-app.command(name="recall")(recall_command)
-app.command(name="fit")(fit_command)
-app.command(name="verify-fits")(verify_fits_command)
-app.add_typer(rig_app, name="rig")
-app.add_typer(bus_app, name="bus")
-app.add_typer(camera_app, name="camera")
-app.add_typer(calibrate_app, name="calibrate")
-app.add_typer(study_app, name="study")
-app.add_typer(selftest_app, name="selftest")
-app.add_typer(probe_app, name="probe")
-app.add_typer(plan_app, name="plan")
-app.add_typer(archive_app, name="archive")
-app.add_typer(audit_app, name="audit")
-app.add_typer(key_app, name="key")
-app.add_typer(certificate_app, name="certificate")
-app.add_typer(station_app, name="station")
-app.add_typer(settings_app, name="settings")
-app.add_typer(support_app, name="support")
-app.add_typer(acceptance_app, name="acceptance")
-app.add_typer(artefact_app, name="artefact")
-app.add_typer(msa_app, name="msa")
-calibrate_app.command()(write_cameras)
-calibrate_app.command(name="probe")(probe_command)
-calibrate_app.command(name="tip")(tip_command)
-calibrate_app.command(name="check-tip")(check_tip_command)
-archive_app.command(name="recall")(recall_archived)
-for command in (mount_tip, probe_status, probe_history):
-    calibrate_app.command()(command)
 
 
 def _version(wanted: bool) -> None:
@@ -226,22 +292,3 @@ def _options(
     if has_display():
         open_window("--start")
     typer.echo(context.get_help())
-
-
-@app.command(
-    add_help_option=False,
-    context_settings={"allow_extra_args": True, "ignore_unknown_options": True},
-)
-def window(context: typer.Context) -> None:
-    """Open the window and measure at once, with the options that `ocmm window --help` lists.
-
-    What no option says is taken from the settings (`ocmm settings show`); an option wins.
-    """
-    open_window(*context.args)
-
-
-app.command()(demo)
-app.command()(measure)
-app.command()(record)
-app.command()(bench)
-app.command(name="compile", hidden=True)(compile_command)

@@ -1,24 +1,66 @@
-"""The window in the place of this process."""
+"""Replace this process by the window, where a display answers."""
 
 from __future__ import annotations
 
 import os
+import re
+import socket
 import sys
+from contextlib import suppress
+from pathlib import Path
+
+from ocmm_core.cli.terminal import say
+
+_ANSWER_S = 1.0
+_FIRST_PORT = 6000
+"""Port of display 0 of a computer."""
 
 
 def open_window(*arguments: str) -> None:
-    """Become the window.
-
-    In the place of this process: whoever ends or kills it ends or kills the window, and nobody
-    waits in between.
-    """
+    """Replace this process by the window, which signals then reach directly."""
     command = [sys.executable, "-m", "ocmm_gui", *arguments]
     sys.stdout.flush()
     os.execv(command[0], command)  # noqa: S606 - our own interpreter and module
 
 
 def has_display() -> bool:
-    """Return whether a window can be shown; asked of the environment, without loading Qt."""
-    if sys.platform != "linux":
+    """Return whether a display answers, without loading Qt; write which one does not."""
+    if sys.platform != "linux" or os.environ.get("QT_QPA_PLATFORM"):
         return True
-    return any(os.environ.get(name) for name in ("DISPLAY", "WAYLAND_DISPLAY", "QT_QPA_PLATFORM"))
+    wayland, x11 = os.environ.get("WAYLAND_DISPLAY", ""), os.environ.get("DISPLAY", "")
+    if (wayland and _wayland_answers(wayland)) or (x11 and _x11_answers(x11)):
+        return True
+    for name, value in (("WAYLAND_DISPLAY", wayland), ("DISPLAY", x11)):
+        if value:
+            text = say(f"{name} is {value!r}, but no display answers there.")
+            sys.stderr.write(f"ocmm: {text}\n")
+    return False
+
+
+def _wayland_answers(name: str) -> bool:
+    return _connects(str(Path(os.environ.get("XDG_RUNTIME_DIR", "/run"), name)))
+
+
+def _x11_answers(name: str) -> bool:
+    """Return whether an X server listens, by its forms ``:0``, ``unix:0`` and ``host:10.0``."""
+    found = re.fullmatch(r"(.*):(\d{1,5})(?:\.\d+)?", name)
+    if found is None:
+        return False
+    host, number = found[1].removeprefix("tcp/"), int(found[2])
+    if host in {"", "unix"}:
+        path = f"/tmp/.X11-unix/X{number}"  # noqa: S108 - the place of the X Window System
+        return _connects(path) or _connects(f"\0{path}")
+    with (
+        suppress(OSError, OverflowError),
+        socket.create_connection((host.strip("[]"), _FIRST_PORT + number), _ANSWER_S),
+    ):
+        return True
+    return False
+
+
+def _connects(path: str) -> bool:
+    with suppress(OSError), socket.socket(socket.AF_UNIX) as client:
+        client.settimeout(_ANSWER_S)
+        client.connect(path)
+        return True
+    return False

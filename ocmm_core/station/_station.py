@@ -156,7 +156,7 @@ class MeasuringStation:
         """
         # psygnal looks at all modules when a listener fails first: here it costs nobody a frame, in
         # the reconstruction thread of a busy computer 0.3 s.
-        inspect.stack()
+        inspect.getmodule(inspect.currentframe())
         try:
             if self.stream is not None:
                 self.stream.start()

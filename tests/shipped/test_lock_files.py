@@ -85,14 +85,13 @@ def test_an_extra_and_the_development_set_agree(lock: Path) -> None:
 
 
 def test_the_extra_is_installed_with_hashes_wherever_it_is_named() -> None:
-    (install,) = re.findall(
-        r"^install_step\(\) \{$.*?^\}$", (ROOT / "run").read_text("utf-8"), re.M | re.S
-    )
-    assert re.search(rf"--require-hashes[^|;]*-r {STEP.name}", install)
-    (shop,) = re.findall(
-        r"^install_shop\(\) \{$.*?^\}$", (ROOT / "run").read_text("utf-8"), re.M | re.S
-    )
-    assert re.search(rf"--require-hashes[^|;]*-r {SHOP.name}", shop)
+    text = (ROOT / "run").read_text("utf-8")
+    for name, lock in (("install_step", STEP), ("install_shop", SHOP)):
+        (install,) = re.findall(rf"^{name}\(\) \{{$.*?^\}}$", text, re.M | re.S)
+        assert f"    install_locked {lock.name}\n" in install
+    (locked,) = re.findall(r"^install_locked\(\) \{$.*?^\}$", text, re.M | re.S)
+    # By uv, and where it cannot by pip.
+    assert len(re.findall(r'--require-hashes -r "\$1"', locked)) == 2
     for place in ("README.md", "docs/shop.md"):
         assert "./run setup --shop" in (ROOT / place).read_text(encoding="utf-8"), place
     # The window says that the README has it: it names no command.
