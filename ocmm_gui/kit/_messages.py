@@ -216,7 +216,7 @@ def outlier_words(feature: FeatureView, chosen: int) -> str:
 def _commanding(found: CommandingPoints) -> str:
     """Return the question about points that command the fit, with its key."""
     named = ", ".join(map(str, found.numbers))
-    if found.fold >= 2.0:
+    if found.rms is not None:
         text = tr("Without point {numbers} rms falls {fold}-fold to {rms}. Remove it? Press Del.")
         fold = localised(f"{found.fold:.0f}")
     else:

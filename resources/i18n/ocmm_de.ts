@@ -2522,7 +2522,7 @@ Startet: {source}</translation>
     </message>
     <message>
         <source>Without point {numbers} rms falls {fold}-fold to {rms}. Remove it? Press Del.</source>
-        <translation>Ohne Punkt {numbers} fällt die RMS auf 1/{fold}: {rms}. Entfernen? Entf drücken.</translation>
+        <translation>Ohne Punkt {numbers} fällt die RMS um den Faktor {fold} auf {rms}. Entfernen? Entf drücken.</translation>
     </message>
     <message>
         <source>Without point {numbers} the others fit with rms {rms}. Remove it? Press Del.</source>

@@ -125,7 +125,7 @@ def fit_command(
         why = "" if odd is None else f" {odd.words}"
         raise FitError(error.code, f"{file}: {error.what}{why}", error.remedy) from error
     odd = commanding_rows(shape, points, free=free)
-    found = None if odd else fit_uncertainty(fit, points)
+    found = fit_uncertainty(fit, points)
     if json:
         typer.echo(fit_json(file, held.account, fit, points, criterion.value, found, odd))
         return
@@ -146,7 +146,7 @@ def fit_command(
             style="yellow",
             highlight=False,
         )
-    elif fit.criterion is Criterion.LEAST_SQUARES:
+    if fit.criterion is Criterion.LEAST_SQUARES:
         _print_outliers(console, fit, points)
     _print_rival(console, fit)
     if fit.rival is None and shape.spec.often_ambiguous and len(points) <= MINIMUM_POINTS[shape]:
@@ -202,8 +202,7 @@ def _print_uncertainty(console: Console, rows: Sequence[FitRow]) -> None:
     if not stated:
         console.print(
             say(
-                "No uncertainty: it needs least squares, more points than the element requires, "
-                "and no point that commands the fit."
+                "No uncertainty: it needs least squares with more points than the element requires."
             ),
             style="dim",
         )

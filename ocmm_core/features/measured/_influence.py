@@ -27,6 +27,9 @@ from ocmm_core.measuring import MeasuredPoint
 FALSE_ALARM = 1e-5
 """Probability that a good set is questioned; tested again after each touch of each feature."""
 
+LEAST_FOLD = 3.0
+"""A point commands a fit if the rms falls so many times without it; else it is an outlier."""
+
 GROSS_MM = 10.0
 """Two points side by side support each other (a dent, a burr), unless they are so far off."""
 
@@ -58,10 +61,10 @@ class CommandingPoints:
 
     @property
     def fold(self) -> float:
-        """Return the ratio of the rms with and without them, at most 1,000,000; 1 if unknown."""
+        """Return the ratio of the rms with and without them to two digits; 1 if unknown."""
         if self.rms is None:
             return 1.0
-        return min(self.rms / max(self.rms_without, 1e-12), 1e6)
+        return float(f"{min(self.rms / max(self.rms_without, 1e-12), 1e6):.2g}")
 
     @property
     def words(self) -> str:
@@ -71,8 +74,6 @@ class CommandingPoints:
         rms, less = self.rms or 0.0, f"{self.rms_without:.4f}"
         if self.rms is None:
             return f"Without point {names} ({off} mm off) the others fit with an rms of {less} mm."
-        if self.fold < 2.0:
-            return f"Without point {names} ({off} mm off) the rms falls to {less} mm."
         return (
             f"Without point {names} ({off} mm off) the rms falls {self.fold:.0f}-fold, from "
             f"{rms:.4f} to {less} mm."
@@ -140,12 +141,10 @@ def commanding_points(
             return None
     if found is None or min(np.abs(found.off)) <= smallest:
         return None
-    return CommandingPoints(
-        tuple(numbers[row] for row in found.rows),
-        found.off,
-        rms,
-        float(np.sqrt(found.squares / (n - len(found.rows)))),
-    )
+    less = float(np.sqrt(found.squares / (n - len(found.rows))))
+    if rms is not None and rms < LEAST_FOLD * less:
+        return None
+    return CommandingPoints(tuple(numbers[row] for row in found.rows), found.off, rms, less)
 
 
 def commanding_touches(
