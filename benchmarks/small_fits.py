@@ -1,6 +1,6 @@
 """Fits of as many points as are touched by hand, beside scipy's least_squares from the truth.
 
-Ours start cold, look for every other element that the points allow (decision 27) and give the
+Ours start cold, look for every other element that the points allow (decision 17) and give the
 derivatives by every point; scipy starts at the truth, which ours do not know, and gives the
 element. Points are spread at random over the whole surface, which no two of so few need be.
 

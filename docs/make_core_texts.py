@@ -3,7 +3,7 @@
 ``python -m docs.make_core_texts`` reads the sources and writes ``resources/i18n/core.json``: every
 sentence that the core can say to a person, with names in braces for what is filled in, and the
 codes of the errors that say it. It renews ``core_de.json``, empty where a sentence is new, and
-lists what is to be done there (decision 92).
+lists what is to be done there (decision 47).
 """
 
 from __future__ import annotations

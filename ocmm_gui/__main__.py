@@ -9,9 +9,9 @@ from ocmm_core.acquisition.bus_process import hold_nothing
 from ocmm_core.blas import use_one_thread
 
 if __name__ == "__main__":
-    # A frozen program would start itself again and again without this.
+    # A frozen program would otherwise start itself recursively.
     multiprocessing.freeze_support()
-    # There is one thread yet: rights are held by thread.
+    # Before any other thread exists: capabilities are per thread.
     hold_nothing()
     use_one_thread()
 

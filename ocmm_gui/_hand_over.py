@@ -1,4 +1,4 @@
-"""What the window does for the archive: a process that hands over, and jobs that are put in."""
+"""Archive upload from the window: the delivering process, and queueing of jobs."""
 
 from __future__ import annotations
 
@@ -20,12 +20,9 @@ _SENDER_MS = 5000
 
 
 class HandOverSender:
-    """Starts the process that hands jobs over to the archive, when all else stands, and ends it.
+    """Start the delivering process once the window is shown, and end it.
 
-    Parameters
-    ----------
-    store
-        Where the archive is; read when the process starts.
+    `store`: place of the archive; read when the process starts.
     """
 
     def __init__(self, store: SettingsStore) -> None:
@@ -35,7 +32,7 @@ class HandOverSender:
         QTimer.singleShot(_SENDER_MS, self._start)
 
     def close(self) -> None:
-        """End it; it does not start any more."""
+        """End the process, and never restart it."""
         self._ended = True
         if self._process is not None:
             self._process.close()
@@ -43,11 +40,11 @@ class HandOverSender:
     def _start(self) -> None:
         if self._ended:
             return
-        # Loaded only now: the first page is on the screen before numerical libraries are.
+        # Loaded late: the first page is shown before numerical libraries are loaded.
         from ocmm_core.archive.outbox import HandOverProcess
         from ocmm_core.station.archiving import archive_place
 
-        # What is wrong with the address stands on the Start page and in the settings.
+        # The start page and the settings show faults of the address.
         with contextlib.suppress(OcmmError):
             place = archive_place(settings=self._store.load().settings)
             if place is not None:
@@ -56,11 +53,11 @@ class HandOverSender:
 
 
 def watch_jobs(built: BuiltStation, loaded: LoadedSettings, choice: Choice) -> ArchiveWatch | None:
-    """Return what puts the jobs of a station into the outbox; None where nothing is archived."""
+    """Return the watch that queues the jobs of a station; None if nothing is archived."""
     from ocmm_core.station.archiving import ArchiveWatch, archive_place
 
     if choice.errand is Errands.DEMO:
-        # It shows how it is done; nothing of it is kept but its file.
+        # Demonstrations keep only their file.
         return None
     try:
         place = archive_place(settings=loaded.settings)

@@ -1,4 +1,4 @@
-"""How windows come to the screen, and leave it."""
+"""Show and close windows."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ _QUIT_EVERY_MS = 20
 
 
 def show(window: QMainWindow, size: tuple[int, int] | None) -> None:
-    """Show a window in a size; None: as large as the screen."""
+    """Show a window in a size; None: maximised."""
     if size is None:
         window.showMaximized()
     else:
@@ -27,13 +27,13 @@ def show(window: QMainWindow, size: tuple[int, int] | None) -> None:
 
 
 def end_after(seconds: float, end: Callable[[], object]) -> None:
-    """Call ``end`` after so many seconds; zero never does."""
+    """Call ``end`` after a time; zero never does."""
     if seconds > 0.0:
         QTimer.singleShot(round(1000.0 * seconds), end)
 
 
 def save_pictures(window: QWidget, paths: Sequence[Path]) -> bool:
-    """Save what the window showed last, and say whether every file could be written."""
+    """Save the window's last picture; return whether every file could be written."""
     saved = True
     for path in paths:
         if not window.grab().save(str(path)):
@@ -43,10 +43,10 @@ def save_pictures(window: QWidget, paths: Sequence[Path]) -> bool:
 
 
 def let_go() -> None:
-    """Free what a closed window and its station held; call it where nobody refers to them.
+    """Free the memory of a closed window and its station; call it without references to them.
 
-    Between two windows no event loop runs that would delete them, and what stood when the window
-    came to the screen was taken out of the search for garbage.
+    Between two windows no event loop runs that would delete them, and objects created before the
+    window was shown are frozen for the garbage collector.
     """
     QCoreApplication.sendPostedEvents(None, QEvent.Type.DeferredDelete)
     gc.unfreeze()
@@ -54,7 +54,7 @@ def let_go() -> None:
 
 
 def splash(app: QApplication, source: str, theme: str) -> QLabel:
-    """Show that the window is starting, and from which source; whoever asked closes it."""
+    """Show that the window is starting, and with which source; the caller closes it."""
     label = PlainLabel(tr("OCMM\n\nStarting: {source}").format(source=source))
     label.setAlignment(Qt.AlignmentFlag.AlignCenter)
     label.setWindowTitle("OCMM")
@@ -67,7 +67,6 @@ def splash(app: QApplication, source: str, theme: str) -> QLabel:
 
 
 def end_on_signals(app: QApplication) -> None:
-    """End the event loop on SIGINT and SIGTERM."""
     # Repeated: before the loop of a window runs, and while events are handled during the start,
     # quitting has no effect.
     ending = QTimer(app)
@@ -77,6 +76,6 @@ def end_on_signals(app: QApplication) -> None:
     def end(number: int, frame: FrameType | None) -> None:
         ending.start()
 
-    # The timer of the live values gives Python the turns in which signals are handled.
+    # The timer of the live values lets Python handle signals.
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, end)

@@ -1,6 +1,6 @@
-"""The composition root of the window: arguments and settings in, a running window out.
+"""Composition root of the window: arguments and settings in, a running window out.
 
-Windows follow each other in one process: the Start page, a job, the Start page or the job again
+Windows follow each other in one process: the start page, a job, the start page or the job again
 with other settings. Each job has a station of its own, which its window closes.
 """
 
@@ -52,36 +52,28 @@ _SAFE = "All points taken are saved in the job file."
 
 @dataclass(frozen=True, slots=True)
 class WindowOptions:
-    """How the window is opened and how it ends."""
+    """Options of the window's start and end."""
 
     theme: str = DEFAULT_THEME
-    """Name of the theme."""
     far: bool = False
-    """Begin with the far view."""
+    """Start with the far view."""
     size: tuple[int, int] | None = None
     """Width and height, px; None opens it maximised."""
     export: Path | None = None
     """Folder of the report; None asks in the window."""
     quit_after_s: float = 0.0
-    """Close after so many seconds; zero stays open."""
+    """Close after this time; zero stays open."""
     screenshots: tuple[Path, ...] = ()
-    """Files that get a picture of the window just before it closes."""
+    """Files for a picture of the window just before it closes."""
     sound: bool = True
-    """Play sounds."""
 
 
 def make_application(zoom_percent: int = 100) -> QApplication:
-    """Return the application, dressed alike on every system.
+    """Return the application, styled alike on every system.
 
-    Parameters
-    ----------
-    zoom_percent
-        Used where Qt cannot change it later.
+    `zoom_percent`: Used if Qt cannot change it later.
 
-    Raises
-    ------
-    InputError
-        There is no screen to show a window on.
+    Raises InputError if there is no screen to show a window on.
     """
     existing = QApplication.instance()
     if isinstance(existing, QApplication):
@@ -90,8 +82,8 @@ def make_application(zoom_percent: int = 100) -> QApplication:
     if sys.platform == "linux" and not any(os.environ.get(name) for name in screens):
         # Qt would end the program with a message about its plugins.
         raise _no_display()
-    # Threads that track and simulate give way to the window after 1 ms instead of 5: the p99 of
-    # its latency falls from 40 to 25 ms on two cores, at no loss of frames (benchmarks/window.py).
+    # Tracking and simulating threads yield to the window after 1 ms instead of 5: the p99 of its
+    # latency falls from 40 to 25 ms on two cores, without a loss of frames (benchmarks/window.py).
     sys.setswitchinterval(0.001)
     zoom_before_start(zoom_percent)
     with _fatal_messages_end_in_a_sentence():
@@ -133,8 +125,8 @@ def _fatal_messages_end_in_a_sentence() -> Iterator[None]:
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the window and return the exit code.
 
-    That is 0, 2 if it could not be started, or 3 if something that nobody foresaw ended it or the
-    measuring in it.
+    That is 0, 2 if it could not be started, or 3 after an unexpected error in it or the
+    measurement.
     """
     hold_standard_streams()
     parsed = parser().parse_args(arguments)
@@ -147,13 +139,13 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def run(parsed: argparse.Namespace) -> int:
-    """Show one window after the other, and return when the last one has closed.
+    """Show windows in sequence, and return when the last one has closed.
 
     Raises
     ------
     OcmmError
-        The station of the command line cannot be built. What was chosen on the Start page and
-        cannot be opened is told there instead.
+        The station of the command line cannot be built. Choices of the start page that cannot be
+        opened are reported there instead.
     """
     store = SettingsStore.of_this_user(given(parsed))
     app = make_application(store.load().settings.window_zoom)
@@ -172,12 +164,12 @@ def _windows(
 ) -> int:
     choice = Choice(Errands.MEASURE)
     if parsed.job is not None:
-        # A double click on a job asks to see it: no robot measures behind the page.
+        # A double click on a job opens it read-only: no robot measures behind the page.
         choice = Choice(Errands.LOOK, parsed.job)
     elif parsed.start:
         choice = _START_PAGE
     while True:
-        # Windows are made in the language of the settings; a change of it makes them anew.
+        # Windows use the language of the settings; a change recreates them.
         _use_language(app, store.load().settings)
         if choice.errand is Errands.START:
             chosen = _ask(app, parsed, store, choice, told)
@@ -201,7 +193,7 @@ def _windows(
 
 
 def _instead(choice: Choice, error: OcmmError) -> Choice:
-    """Return what is done where an errand is not possible: a job of others can be looked at."""
+    """Return the fallback of an impossible errand: a job in use can be viewed."""
     if choice.errand is Errands.CONTINUE and choice.path is not None and error.code == _HELD:
         return Choice(Errands.LOOK, choice.path)
     return _START_PAGE
@@ -220,7 +212,7 @@ def _ask(
     choice: Choice,
     told: NoticeCentre,
 ) -> Choice | None:
-    """Show the Start page, and return what was chosen; None where it was closed."""
+    """Show the start page, and return the choice; None if it was closed."""
     notices = NoticeCentre()
     window = StartWindow(store, notices)
     for notice in told.kept():
@@ -245,12 +237,12 @@ def _work(
     choice: Choice,
     told: NoticeCentre,
 ) -> tuple[int, Choice | None]:
-    """Do an errand, and return the exit code with what is wanted next; None: nothing more."""
-    # What is loaded here stays: looking through it for garbage takes a seventh of the start.
+    """Do an errand, and return the exit code with the next choice, or None."""
+    # Everything loaded here stays: garbage collection would take a seventh of the start.
     gc.disable()
     loaded = store.load()
     options = _window_options(parsed, loaded)
-    # Numerical libraries take a second to load: something is on the screen before that.
+    # Numerical libraries take a second to load: show something before that.
     starting = splash(app, loaded.settings.instrument_source, options.theme)
     try:
         from ocmm_core.composition import AcceptanceBench, build_station
@@ -299,7 +291,7 @@ def _work(
             window.closed.connect(app.quit)
             end_after(options.quit_after_s, window.close)
             app.exec()
-            # The job that is measured last: it may be another one by now.
+            # The current job may differ from the first by now.
             path, plan = built.station.job.path, built.station.job.plan_file
             after = window.after
             if not save_pictures(window, options.screenshots):
@@ -321,13 +313,13 @@ def _work(
         return code, _START_PAGE
     if after == REOPEN:
         by_plan = Choice(Errands.NEW, plan)
-        # Points of other cameras or another probe stay what they are: the next job is a new one.
+        # Points of other cameras or another probe stay unchanged: the next job is a new one.
         return code, by_plan if kept is None else Choice(Errands.CONTINUE, kept, by_plan)
     return code, None
 
 
 def _left_behind(path: Path, plan: Path | None) -> Path | None:
-    """Remember where somebody worked; remove a job without points and return None for it."""
+    """Remember the last job; remove a job without points and return None for it."""
     from ocmm_core.station import drop_job_without_points
 
     recent = RecentPlaces()
@@ -347,7 +339,7 @@ def _begin(
     loaded: LoadedSettings,
     choice: Choice,
 ) -> None:
-    """Open the page of an errand; frames are taken from the moment that somebody measures."""
+    """Open the page of an errand; frames are recorded once measuring starts."""
     started = False
 
     def start() -> None:
@@ -358,7 +350,7 @@ def _begin(
 
     errand, path = choice.errand, choice.path
     if errand in (Errands.NEW, Errands.LOOK, Errands.PLANS):
-        # Until then nobody touches anything: a robot hand must not measure behind the page.
+        # Before that nothing is touched: a robot hand must not measure behind the page.
         bridge.jobs.job_begun.connect(start)
         window.sheets.left.connect(start)
     if errand is Errands.NEW:
@@ -373,7 +365,7 @@ def _begin(
     else:
         source = loaded.settings.instrument_source
         if errand is Errands.MEASURE and parsed.serial is None and source != DEFAULT_SOURCE:
-            # Who measures which part comes before the first point.
+            # Operator and part are entered before the first point.
             window.sheets.open_job()
         start()
 
@@ -383,7 +375,7 @@ def _request(parsed: argparse.Namespace, loaded: LoadedSettings, choice: Choice)
 
     settings = loaded.settings
     if choice.errand is Errands.DEMO:
-        # As shipped, whatever the station has: its records say nothing about a virtual rig.
+        # As shipped, regardless of the station: its records do not apply to a virtual rig.
         return StationRequest(plan=DEMO_PLAN, out=settings.job_folder, speed=1.0, stay=True)
     plan = parsed.plan
     if choice.errand is Errands.NEW and choice.path is not None:

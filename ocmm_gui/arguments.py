@@ -1,4 +1,4 @@
-"""Arguments of the window: those that win over the settings, and those of this start alone."""
+"""Arguments of the window: overrides of settings, and options of this start."""
 
 from __future__ import annotations
 
@@ -36,16 +36,16 @@ _GIVEN = {
     "far": "window.far",
     "sound": "window.sounds",
 }
-"""Which setting an argument wins over, by the name that it is parsed to."""
+"""Overridden setting by name of the parsed argument."""
 
 
 def given(parsed: argparse.Namespace) -> dict[str, Value]:
-    """Return the settings that the command line gives, by key."""
+    """Return the settings given on the command line, by key."""
     return {key: getattr(parsed, name) for name, key in _GIVEN.items() if hasattr(parsed, name)}
 
 
 def parser() -> argparse.ArgumentParser:
-    """Return what reads the arguments."""
+    """Return the parser of the arguments."""
     made = argparse.ArgumentParser(
         prog="ocmm window",
         description="The OCMM window: measure a part to a plan, with real or virtual cameras. What "
@@ -88,7 +88,7 @@ def parser() -> argparse.ArgumentParser:
 
 def _add_settings(group: argparse._ArgumentGroup) -> None:
     def add(name: str, text: str, **more: object) -> None:
-        # Absent where it is not given, so that the setting holds.
+        # Absent if not given, so that the setting holds.
         group.add_argument(name, default=argparse.SUPPRESS, help=text, **more)  # type: ignore[arg-type] # passed on as it is
 
     add("--source", "source of frames, see 'ocmm measure --help'")
@@ -132,7 +132,7 @@ def _path(text: str) -> Path:
 
 
 def _picture(text: str) -> Path:
-    """Return where a picture goes; a job file behind the option is none and is not written over."""
+    """Return the path of a picture; a job file after the option is refused, not overwritten."""
     if not text.lower().endswith(".png"):
         raise argparse.ArgumentTypeError(f"{text!r} is no picture; give a name ending in .png")
     return Path(text)

@@ -2,12 +2,12 @@
 
 In: arguments. Out: files, tables on the terminal, and an exit code.
 
-Read `_app` (which commands there are), `_measuring` with `_parts` and `_window` (those of
-no room), and `_entry` (every fault becomes a sentence and an exit code). The commands stand in
-`measure` (jobs, plans, reports, recall), `calibrate` (cameras, probes and tips), `bus` (cameras on
-the wire) and `study` (fits, speeds, simulations); `terminal` is what they share. `calibrate` and
-`study` do not know each other, nor do `bus` and `measure`.
-Nobody imports it: the window starts from `composition`, as the commands do.
+Read `_app` (the commands), `_measuring` with `_parts` and `_window` (commands without a package),
+and `_entry` (turns every fault into a sentence and an exit code). Packages: `measure` (jobs, plans,
+reports, recall), `calibrate` (cameras, probes and tips), `bus` (cameras on the wire), `study`
+(fits, speeds, simulations); `terminal` is shared. `calibrate` and `study` are independent, and so
+are `bus` and `measure`.
+Nothing imports it: the window starts from `composition`, as the commands do.
 """
 
 from __future__ import annotations

@@ -1,7 +1,4 @@
-"""The commands of ``ocmm`` and their options.
-
-Record raw frames, say how fast this machine is, and compile what it computes most.
-"""
+"""Commands of ``ocmm`` and their options, with record, bench and compile."""
 
 from __future__ import annotations
 
@@ -247,7 +244,6 @@ class _Root(TyperGroup):
 
 
 Language = Literal["en", "de"]
-"""Of `ocmm_core.wording.LANGUAGES`."""
 app = typer.Typer(
     name="ocmm",
     cls=_Root,
@@ -285,7 +281,7 @@ def _options(
     ] = None,
 ) -> None:
     if language is not None:
-        # A window or a report that the command starts speaks it, too.
+        # Child windows and reports use it also.
         os.environ["OCMM_LANGUAGE"] = language
     if context.invoked_subcommand is not None:
         return

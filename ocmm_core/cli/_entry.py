@@ -1,4 +1,4 @@
-"""Where ``ocmm`` begins and ends: every fault becomes a sentence and an exit code."""
+"""Entry of ``ocmm``: every fault becomes a sentence and an exit code."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ from ocmm_core.host import HOST
 
 COULD_NOT_MEASURE = 2
 NOBODY_READS = 141
-"""128 and SIGPIPE, as of any program whose reader has left: ``ocmm --help | head -1``."""
+"""128 + SIGPIPE, as of other programs whose reader has gone: ``ocmm --help | head -1``."""
 
 _FULL = (errno.ENOSPC, errno.EDQUOT, errno.EIO, errno.EFBIG, errno.EBADF)
 
@@ -36,7 +36,7 @@ _MEASURING = ("measure", "demo")
 
 
 def main() -> None:
-    """Run the command line; every fault, also an unexpected one, is a sentence and its remedy."""
+    """Run the command line; every fault becomes a sentence and its remedy."""
     hold_standard_streams()
     try:
         _main()
@@ -57,8 +57,8 @@ def _main() -> None:
                 sys.exit(EXIT_INTERNAL)
             cause = end.__context__
             if end.code == 1 and isinstance(cause, Exception) and _is_crash(cause):
-                # typer calls the end of a pipe or of a file "aborted", with the code of a part
-                # that does not conform.
+                # typer reports the end of a pipe or file as "aborted", with the code of a
+                # nonconforming part.
                 _give_up(cause.__cause__ or cause, piped=piped)
             raise
         except KeyboardInterrupt:
@@ -77,27 +77,26 @@ def _main() -> None:
 def _run() -> None:
     hold_nothing()
     use_one_thread()
-    # typer and the rooms behind it take a while to load; a worker process that imports this
-    # package by chance should not pay for them.
+    # typer and the packages behind it load slowly; a worker that imports this package by chance
+    # must not pay for them.
     from ocmm_core.cli._app import app
 
     app()
 
 
 def _is_crash(error: Exception) -> bool:
-    """Return whether typer ended because of an exception, not because the command said so."""
+    """Return whether typer ended because of an exception, not by the command's own exit."""
     return type(error).__name__ != "Exit"
 
 
 def _give_up(error: BaseException, *, piped: bool) -> NoReturn:
     if isinstance(error, BrokenPipeError) and piped and _is_unread():
-        # Nothing failed. What is left in the buffer would be complained about at the very end.
+        # Nothing failed; suppress the complaint about the unwritten buffer at exit.
         silence(sys.stdout)
         sys.exit(NOBODY_READS)
     if isinstance(error, OSError) and error.errno in _FULL and error.filename is None:
         fault = _fault_of(sys.stdout, b"\n") or _fault_of(sys.stderr, b"\n")
         if fault is not None:
-            # The output failed, not the program.
             _tell(_unwritten(fault))
             sys.exit(COULD_NOT_MEASURE)
     job = _measures()
@@ -107,7 +106,7 @@ def _give_up(error: BaseException, *, piped: bool) -> NoReturn:
 
 
 def _written(code: int) -> int:
-    """Return the exit code after all that was printed is written, or could not be."""
+    """Return the exit code after flushing the output, or that of a failed flush."""
     fault = _fault_of(sys.stdout)
     if fault is not None:
         silence(sys.stdout)
@@ -139,13 +138,12 @@ def _fault_of(stream: TextIO, probe: bytes = b"") -> OSError | None:
     except OSError as error:
         return error
     except ValueError:
-        # It was closed.
+        # Closed.
         return None
     return None
 
 
 def _measures() -> bool:
-    """Return whether this command records points."""
     words = iter(sys.argv[1:])
     for word in words:
         if word == "--language":
@@ -156,7 +154,7 @@ def _measures() -> bool:
 
 
 def _is_piped() -> bool:
-    """Return whether what is printed goes to another program."""
+    """Return whether stdout is a pipe."""
     try:
         return stat.S_ISFIFO(os.fstat(sys.stdout.fileno()).st_mode)
     except (OSError, ValueError):
@@ -164,9 +162,9 @@ def _is_piped() -> bool:
 
 
 def _is_unread() -> bool:
-    """Return whether the program that what is printed went to has left.
+    """Return whether the reader of stdout has gone.
 
-    rich puts the null device in the place of a pipe whose reader has left.
+    rich replaces a pipe without reader with the null device.
     """
     if not _is_piped():
         return True
@@ -174,7 +172,7 @@ def _is_unread() -> bool:
 
 
 def _tell(error: OcmmError) -> None:
-    # Where nobody reads it any more, the code still says it.
+    # The exit code remains even if nothing reads the text.
     from ocmm_core.cli.terminal import shown
 
     lines = (shown(" ".join(text.split("\n"))) for text in _in_language(error))
@@ -183,7 +181,7 @@ def _tell(error: OcmmError) -> None:
 
 
 def _in_language(error: OcmmError) -> tuple[str, str]:
-    """Return the error as whoever reads the terminal wants it; English whatever is wrong there."""
+    """Return the error in the terminal's language; English if translation fails."""
     try:
         from ocmm_core.cli.terminal import language
         from ocmm_core.wording import in_language

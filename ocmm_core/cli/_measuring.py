@@ -57,16 +57,12 @@ from ocmm_core.surroundings import TypedRoom
 
 
 class ThemeName(StrEnum):
-    """Colours of the window."""
-
     DARK = "dark"
     LIGHT = "light"
     CONTRAST = "contrast"
 
 
 class Order(StrEnum):
-    """Order of probing."""
-
     PLAN = "plan"
     ANY = "any"
 

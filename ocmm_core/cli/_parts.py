@@ -1,4 +1,4 @@
-"""One part after the other: measured, printed, reported, and then handed over to the archive."""
+"""Measure parts one by one: measure, print, report, then upload to the archive."""
 
 from __future__ import annotations
 
@@ -24,12 +24,10 @@ def measure_parts(
     formats: tuple[str, ...] = (),
     archived: ArchivePlace | None = None,
 ) -> None:
-    """Measure one part after the other, and end with the exit code of the worst.
+    """Measure parts one by one, and exit with the worst code.
 
-    Raises
-    ------
-    OcmmError
-        A part could not be measured, or what was wanted besides is not there.
+    Raises OcmmError if a part could not be measured, or a secondary output (recording, report)
+    failed.
     """
     from ocmm_core.cli.archive import MeasuredJobs
     from ocmm_core.cli.measure import (
@@ -46,14 +44,14 @@ def measure_parts(
     from ocmm_core.export.template import load_paper, template_in_use
     from ocmm_core.inspection.archive import next_serial
 
-    # Before a job is begun: a name that is none, or a template that cannot be used.
+    # Check names and templates before a job is started.
     formats = chosen_formats(formats or [DEFAULT_FORMAT])
     load_paper(template_in_use())
     console = make_console()
     code = 0
     beside: list[OcmmError] = []
     if parts > 1:
-        # Better before the first part than after it.
+        # Fail before the first part.
         next_serial(request.serial)
     jobs = MeasuredJobs(archived, console)
     try:
@@ -62,7 +60,7 @@ def measure_parts(
                 request = replace(request, serial=next_serial(request.serial))
                 origin = origin_of(request.source)
                 if origin is not Origin.VIRTUAL:
-                    # The virtual rig puts a new part in place by itself; nothing else does.
+                    # Only the virtual rig changes parts automatically.
                     replayed = origin is Origin.RECORDING
                     await_part(console, part + 1, parts, request.serial, replayed=replayed)
             built = build_station(request)
@@ -85,9 +83,9 @@ def measure_parts(
             code = max(code, exit_code(view))
             beside += [fault.error for fault in built.station.faults.beside]
     finally:
-        # After everything else: nothing that is measured waits for an archive.
+        # Last: measurements never wait for an archive.
         jobs.hand_over()
     if beside:
-        # The parts are measured; what was wanted besides, e.g. a recording, is not there.
+        # The parts are measured; a secondary output, e.g. a recording, failed.
         raise beside[0]
     raise typer.Exit(code)

@@ -1,13 +1,12 @@
-"""The same work on many things, here or on as many computers as there are (Dask).
+"""Parallel tasks, here or on remote computers (Dask).
 
-In: a function of a module, the things it is about, bytes that it needs. Out: what came of each
-thing, in their order, the same digits however many workers there are.
+In: a function of a module, its inputs, bytes that it needs. Out: the result of each input, in
+order, bit-identical for any number of workers.
 
-Read `_site` (where the work is done, and what may not be), `_tasks` (the one function, and which
-way it takes), `_over_dask` (a scheduler and its workers), `_open_tasks` (what is given out; lost
-workers are made up for), `_contents` (bytes that go there), `_worker` (what runs there), `no_page`
-(a preload: no HTTP server), `_sentences`. It must not know what is computed; a seed belongs to the
-task, never to a worker.
+Read `_site` (where to compute, and restrictions), `_tasks` (the one function, and its routes),
+`_over_dask` (a scheduler and its workers), `_open_tasks` (open tasks; replaces lost workers),
+`_contents` (bytes sent to workers), `_worker` (runs on a worker), `no_page` (a preload: no HTTP
+server), `_sentences`. It must not know what is computed; seeds belong to tasks, never to workers.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""What the open tasks need of bytes, and which of it is kept on the workers."""
+"""Bytes needed by the open tasks, and their cache on the workers."""
 
 from __future__ import annotations
 
@@ -12,16 +12,16 @@ from distributed import Client, Future
 from ocmm_core.cluster._worker import held
 
 _IDLE = 8
-"""Contents that are kept on the workers although no open task needs them."""
+"""Contents kept on the workers although no open task needs them."""
 _SMALL = 1024
-"""Fewer bytes go with every task."""
+"""Smaller contents are sent with every task."""
 _SEEN = 4096
-"""Contents that are recognised when they come a second time."""
+"""Number of remembered hashes."""
 
 
 @dataclass(slots=True)
 class Contents:
-    """The contents of the tasks of one call, by their SHA-256."""
+    """Contents of the tasks of one call, by their SHA-256."""
 
     kept: dict[str, Future] = field(default_factory=dict)
     seen: dict[str, None] = field(default_factory=dict)
@@ -30,7 +30,7 @@ class Contents:
     def hand(
         self, client: Client, contents: Sequence[bytes]
     ) -> tuple[tuple[str, ...], list[bytes | Future]]:
-        """Return the hashes of what a thing needs, and what its task gets for each of it."""
+        """Return the hashes of a thing's contents, and what its task gets for each."""
         hashes = tuple(hashlib.sha256(one).hexdigest() for one in contents)
         return hashes, [
             self._handed(client, sha256, content)
@@ -38,10 +38,10 @@ class Contents:
         ]
 
     def _handed(self, client: Client, sha256: str, content: bytes) -> bytes | Future:
-        """Return what a task gets for a content.
+        """Return the argument of a task for a content.
 
-        That is the bytes themselves the first time, as no second task may ever need them: to keep
-        them on a worker is a task of its own, which costs the scheduler as much as the work does.
+        The bytes themselves the first time: keeping them on a worker is a task of its own, which
+        costs the scheduler as much as the work, and no second task may need them.
         """
         self.users[sha256] += 1
         if sha256 not in self.kept:
@@ -54,7 +54,7 @@ class Contents:
         return self.kept[sha256]
 
     def give_back(self, hashes: Sequence[str]) -> None:
-        """Note that a task is done; what no task needs is soon not kept any more."""
+        """Note that a task is done; contents that no task needs are soon dropped."""
         for sha256 in hashes:
             self.users[sha256] -= 1
             if self.users[sha256] <= 0 and sha256 not in self.kept:
@@ -64,9 +64,9 @@ class Contents:
             del self.kept[sha256], self.users[sha256]
 
     def forget_failed(self, hashes: Sequence[str]) -> None:
-        """Keep nothing of what no worker could keep: it goes with the next task that needs it.
+        """Drop contents that no worker could keep, to be sent with the next task.
 
-        Kept, it would fail each task that needs it from then on.
+        Kept, they would fail every later task that needs them.
         """
         for sha256 in hashes:
             future = self.kept.get(sha256)
@@ -75,7 +75,6 @@ class Contents:
                 self.seen.pop(sha256, None)
 
     def clear(self) -> None:
-        """Keep nothing any more."""
         self.kept.clear()
         self.seen.clear()
         self.users.clear()

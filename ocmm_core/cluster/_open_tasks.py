@@ -1,11 +1,8 @@
-"""The tasks that are open: which are given out, which are done, which go out again.
+"""Open tasks: submitted, done, and resubmitted.
 
-The computer that asks keeps what every open task needs, and never has more than a few tasks a
-worker open: neither the scheduler nor this one holds all jobs at once. A lost worker is Dask's
-matter, which does its tasks again; a lost scheduler is ours: the open tasks are given to it anew
-when it is back.
-
-What a scheduler is asked beside its tasks.
+The client keeps the inputs of every open task, and opens only a few tasks per worker: neither the
+scheduler nor the client holds all jobs at once. Dask repeats the tasks of a lost worker; after a
+loss of the scheduler, the client resubmits the open tasks.
 """
 
 from __future__ import annotations
@@ -36,9 +33,9 @@ from ocmm_core.failure import contained
 
 
 def check_all(client: Client, ours: Computer) -> None:
-    """Raise InputError where the scheduler or a worker could give other digits.
+    """Raise InputError if scheduler or workers could give other digits.
 
-    The scheduler computes nothing: its processor may be any.
+    The scheduler computes nothing: its processor does not matter.
     """
     scheduler = _of_scheduler(client)
     if scheduler != ours.versions:
@@ -49,9 +46,9 @@ def check_all(client: Client, ours: Computer) -> None:
 
 
 def refusal(who: str, theirs: object, ours: Computer) -> InputError:
-    """Return why a worker that is not like this computer could give other digits."""
+    """Return why a worker unlike this computer could give other digits."""
     if not isinstance(theirs, Computer):
-        # One that knows no such thing is of another version.
+        # A worker without that class has another version.
         return other_version(who, _named(theirs), ours.versions)
     if theirs.versions != ours.versions:
         return other_version(who, theirs.versions, ours.versions)
@@ -65,7 +62,7 @@ def _named(found: object) -> str:
 
 
 def _of_scheduler(client: Client) -> object:
-    # It unpacks what it hands on, so it needs the same packages.
+    # The scheduler unpacks messages, so it needs the same packages.
     try:
         return client.run_on_scheduler(versions)
     except Exception as error:
@@ -73,7 +70,7 @@ def _of_scheduler(client: Client) -> object:
 
 
 def has_workers(client: Client) -> bool:
-    """Return whether a worker is there; False also where nobody says so."""
+    """Return whether there is a worker; False also without an answer."""
     with contextlib.suppress(Exception):
         return bool(client.nthreads())
     return False
@@ -81,24 +78,24 @@ def has_workers(client: Client) -> bool:
 
 _CONNECT_S = 15.0
 _BACK_S = 120.0
-"""How long a scheduler may be gone, and how long one may be without workers."""
+"""s: tolerated absence of a scheduler, and of all its workers."""
 _LOOK_S = 1.0
 _AHEAD = 2
-"""Open tasks a worker thread: one is done while the next arrives."""
+"""Open tasks per worker thread: one is done while the next arrives."""
 _LOSSES = 3
-"""So often the scheduler may be lost between two answers."""
+"""Tolerated losses of the scheduler between two answers."""
 _BUNDLE_S, _LARGEST = 0.4, 8
-"""Things that take less go to a worker together, up to so many: the scheduler and this computer
-have as much to do for a task that takes a millisecond as for one that takes a minute."""
+"""Shorter things are bundled, up to this number: a task of a millisecond costs scheduler and client
+as much as one of a minute."""
 _BUNDLE_BYTES = 32_000_000
-"""What needs more goes by itself: short things may be followed by a job of gigabytes."""
+"""Larger things are not bundled: short ones may be followed by a job of gigabytes."""
 _OPEN_BYTES = 1_000_000_000
-"""So much may be on its way with open tasks: this computer and the scheduler hold all of it."""
+"""Limit of bytes in open tasks, all held by client and scheduler."""
 
 
 @dataclass(slots=True)
 class _Open:
-    """A task that was given out, about one thing or some, and the bytes that went with it."""
+    """A submitted task with its things and bytes."""
 
     places: tuple[int, ...]
     future: Future
@@ -107,11 +104,10 @@ class _Open:
 
 
 def end_client(client: Client, timeout_s: float) -> None:
-    """Close a client, also one that has lost its scheduler while it connected anew.
+    """Close a client, also one that lost its scheduler while reconnecting.
 
-    Dask's own way to close waits for what listens to the scheduler and raises what that failed with
-    (a `ValueError` was seen), before anything is closed: the thread of the client would stay, and
-    its end would raise that once more.
+    Dask's own close waits for the listener and raises its error (a `ValueError` was seen) before
+    closing anything: the client's thread would remain, and raise again at exit.
     """
     with contextlib.suppress(Exception):
         client.close(timeout=timeout_s)
@@ -123,10 +119,10 @@ def end_client(client: Client, timeout_s: float) -> None:
 
 @dataclass(slots=True)
 class Tasks:
-    """The tasks of one call."""
+    """Tasks of one call."""
 
     connect: Callable[[float], Client]
-    """Makes a client within so many seconds."""
+    """Returns a client within a time limit, s."""
     address: str
     work: Callable[..., Any]
     things: Sequence[Any]
@@ -136,21 +132,20 @@ class Tasks:
     open: dict[str, _Open] = field(default_factory=dict)
     kept: Contents = field(default_factory=Contents)
     begun: int = 0
-    """So many have been given out at least once."""
+    """Number of things submitted at least once."""
     alone: deque[int] = field(default_factory=deque)
-    """Places that are given out one by one, before those that have not been: of a task about
-    several that failed as a whole, and of those that were open when the scheduler went."""
+    """Indices to be submitted one by one, before new ones: of a bundle that failed as a whole, and
+    of tasks open when the scheduler was lost."""
     suspects: deque[int] = field(default_factory=deque)
-    """Places that are given out while nothing else is open: a worker that ended took with it also
-    what only waited there."""
+    """Indices to be submitted while nothing else is open: a worker that ended took innocent waiting
+    tasks with it."""
     asked_alone: set[int] = field(default_factory=set)
-    """Those of them that were: what ends a worker then ends it by itself."""
+    """Those that were: if a worker ends then, they are the cause."""
     thing_s: float = math.inf
-    """How long one thing takes."""
     done: queue.SimpleQueue[str] = field(default_factory=queue.SimpleQueue)
 
     def run(self) -> Iterator[Any]:
-        """Give the answers in the order of the things."""
+        """Yield the answers in the order of the things."""
         found: dict[int, Any] = {}
         given = losses = done = taken = 0
         ours = this_computer()
@@ -214,16 +209,13 @@ class Tasks:
             raise no_workers(self.address, _BACK_S) from error
 
     def _room(self, client: Client) -> int:
-        """Return how many tasks may be open: workers come and go."""
+        """Return the number of tasks that may be open, by the current workers."""
         with contextlib.suppress(Exception):
             return max(_AHEAD * int(sum(client.nthreads().values())), _AHEAD)
         return _AHEAD
 
     def _following(self, room: int) -> Sequence[int]:
-        """Return what may be given out next, none where it has to wait.
-
-        Fewer go together towards the end, for all workers.
-        """
+        """Return the next indices to submit, empty to wait; smaller bundles towards the end."""
         is_alone = any(one.places[0] in self.asked_alone for one in self.open.values())
         is_full = sum(one.size for one in self.open.values()) > _OPEN_BYTES
         if len(self.open) >= room or is_alone or is_full or (self.suspects and self.open):
@@ -240,7 +232,7 @@ class Tasks:
         return range(self.begun, self.begun + max(together, 1))
 
     def _give(self, client: Client, places: Sequence[int], ours: Computer) -> dict[int, OcmmError]:
-        """Give a task out about the first of some things; return why some of it cannot be."""
+        """Submit a task for the first of some things; return those that cannot be."""
         failed: dict[int, OcmmError] = {}
         asked: list[Asked] = []
         handed: list[bytes | Future] = []
@@ -273,7 +265,7 @@ class Tasks:
         return failed
 
     def _next(self, client: Client) -> str | None:
-        """Return the key of a task that is done; None where the scheduler was lost."""
+        """Return the key of a finished task; None if the scheduler was lost."""
         since = time.monotonic()
         while True:
             with contextlib.suppress(queue.Empty):
@@ -291,7 +283,7 @@ class Tasks:
                 since = time.monotonic() - 5.0
 
     def _take(self, key: str) -> dict[int, Any] | Refused | None:
-        """Return the answers of a task by their places; None where it has to be asked again."""
+        """Return the answers of a task by index; None to repeat it."""
         one = self.open[key]
         answers: dict[int, Any] = {}
         try:
@@ -302,18 +294,18 @@ class Tasks:
             self.thing_s = done.seconds / len(one.places)
         except KilledWorker:
             if len(one.places) > 1 or one.places[0] not in self.asked_alone:
-                # Which of those that were there it was is not known until each is tried alone.
+                # The cause among the bundled things is found by trying each alone.
                 self.suspects.extend(one.places)
             else:
                 answers = {place: died(self._name(place)) for place in one.places}
         except Exception as error:
             if one.future.status in ("cancelled", "lost", "pending"):
-                # Done, but its worker went before the answer came; Dask does it again, or the
-                # scheduler is gone, which the next look tells.
+                # Finished, but its worker was lost before the answer came; Dask repeats it, or the
+                # scheduler is gone, which the next poll detects.
                 one.future.add_done_callback(lambda _: self.done.put(key))
                 return None
             if len(one.places) > 1:
-                # An answer of one of them cannot be sent, say: no fault of the others.
+                # E.g. one of the answers cannot be sent, which is no fault of the others.
                 self.alone.extend(one.places)
             else:
                 answers = {place: contained(error, self._name(place)) for place in one.places}
@@ -326,9 +318,9 @@ class Tasks:
         return self.named(self.things[place])
 
     def _again(self, client: Client, ours: Computer) -> Client:
-        """Return a new client with all open tasks given out anew."""
+        """Return a new client with all open tasks resubmitted."""
         end_client(client, 2.0)
-        # What could be read before is read again; where it cannot be any more, that is the answer.
+        # Contents are read again; a failure to do so becomes the answer.
         self.alone.extend(sorted(place for one in self.open.values() for place in one.places))
         self.asked_alone.clear()
         self.open.clear()

@@ -1,7 +1,4 @@
-"""Tasks on the workers of a Dask scheduler.
-
-How a scheduler is reached, of the shop or of this computer; `_open_tasks` keeps the books.
-"""
+"""Connection to a Dask scheduler, of the shop or of this computer; see `_open_tasks`."""
 
 from __future__ import annotations
 
@@ -26,10 +23,10 @@ T = TypeVar("T")
 R = TypeVar("R")
 
 _CONFIG = {
-    # A job of some megabytes is no mistake.
+    # Jobs of some megabytes are normal.
     "distributed.admin.large-graph-warning-threshold": "1GB",
     "distributed.comm.timeouts.connect": "15s",
-    # No HTTP server of Dask, no memory on the disk: spilled results would be pickles in files.
+    # No HTTP server of Dask, no spilling to disk, which would write pickles.
     "distributed.scheduler.preload": ["ocmm_core.cluster.no_page"],
     "distributed.worker.preload": ["ocmm_core.cluster.no_page"],
     "distributed.worker.memory.target": False,
@@ -48,7 +45,7 @@ def over_scheduler(
     contents: Callable[[T], Sequence[bytes]],
     told: Callable[[int], None],
 ) -> Iterator[R | OcmmError]:
-    """Give what came of each thing, done by the workers of a scheduler; see `run_tasks`."""
+    """Yield the result of each thing, computed by a scheduler's workers; see `run_tasks`."""
     security = None
     if site.scheduler.startswith("tls:"):
         security = Security(
@@ -71,10 +68,9 @@ def over_local(
     contents: Callable[[T], Sequence[bytes]],
     told: Callable[[int], None],
 ) -> Iterator[R | OcmmError]:
-    """Give what came of each thing, done by processes of Dask on this computer.
+    """Yield the result of each thing, computed by Dask processes on this computer.
 
-    They speak TLS with keys of their own: another user of this computer must not run programs as
-    this one.
+    They use TLS with separate keys, so that other users of this computer cannot run code.
     """
     use_one_thread()
     with (
@@ -107,7 +103,7 @@ def _client(address: str, security: Security | None, seconds: float) -> Client:
 
 @contextlib.contextmanager
 def _quiet() -> Iterator[None]:
-    """Keep off the terminal what Dask logs of lost workers: an answer or an error counts."""
+    """Hide Dask's log of lost workers: only an answer or an error counts."""
     loggers = [logging.getLogger(name) for name in ("distributed", "tornado")]
     before = [one.level for one in loggers]
     for one in loggers:

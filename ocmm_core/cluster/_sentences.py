@@ -1,4 +1,4 @@
-"""What is said of a scheduler and its workers, and what to do."""
+"""Errors about a scheduler and its workers, with remedies."""
 
 from __future__ import annotations
 
@@ -9,7 +9,6 @@ from ocmm_core.errors import InputError, InternalError, OcmmError, StorageError
 
 
 def no_dask() -> InputError:
-    """Return that what works over several computers is not installed."""
     return InputError(
         "cluster.dask",
         "Dask is not installed, so a scheduler cannot be used.",
@@ -18,7 +17,6 @@ def no_dask() -> InputError:
 
 
 def bad_address(text: str, why: str) -> InputError:
-    """Return that the address of a scheduler cannot be used."""
     return InputError(
         "cluster.address",
         f"The address of the scheduler '{text[:200]}' {why}.",
@@ -27,7 +25,6 @@ def bad_address(text: str, why: str) -> InputError:
 
 
 def not_protected(text: str) -> InputError:
-    """Return that a scheduler without TLS is reached over a network."""
     return InputError(
         "cluster.unencrypted",
         f"{text}: without TLS anybody in that network can run programs on the workers.",
@@ -37,7 +34,6 @@ def not_protected(text: str) -> InputError:
 
 
 def no_certificates(missing: str) -> InputError:
-    """Return that a file of the TLS is missing."""
     return InputError(
         "cluster.certificates",
         f"TLS to the scheduler needs {missing}.",
@@ -46,7 +42,6 @@ def no_certificates(missing: str) -> InputError:
 
 
 def not_reached(address: str, why: str) -> StorageError:
-    """Return that a scheduler does not answer."""
     return StorageError(
         "cluster.unreachable",
         f"The scheduler {address} cannot be reached ({why}).",
@@ -55,7 +50,6 @@ def not_reached(address: str, why: str) -> StorageError:
 
 
 def scheduler_lost(address: str) -> StorageError:
-    """Return that a scheduler ended again and again."""
     return StorageError(
         "cluster.lost",
         f"The scheduler {address} was lost several times before one more task was done.",
@@ -64,7 +58,6 @@ def scheduler_lost(address: str) -> StorageError:
 
 
 def no_workers(address: str, seconds: float) -> StorageError:
-    """Return that nobody works for a scheduler."""
     return StorageError(
         "cluster.no_workers",
         f"The scheduler {address} had no worker for {seconds:.0f} s.",
@@ -73,7 +66,6 @@ def no_workers(address: str, seconds: float) -> StorageError:
 
 
 def other_version(who: str, theirs: str, ours: str) -> InputError:
-    """Return that a worker or the scheduler runs another program."""
     return InputError(
         "cluster.version",
         f"{who} has {theirs}; this computer has {ours}. Their digits could differ.",
@@ -85,13 +77,10 @@ def other_processor(
     who: str, theirs: str, ours: str, there: Mapping[str, str] | None,
     here: Mapping[str, str] | None,
 ) -> InputError:  # fmt: skip
-    """Return that a worker has a processor of another kind.
+    """Return the error of a worker with another kind of processor.
 
-    Parameters
-    ----------
-    there, here
-        Environment in which the worker, or this computer, computes as the other does; None where
-        it cannot.
+    `there`, `here`: environment in which the worker, or this computer, computes as the other; None
+    if impossible.
     """
     if there:
         remedy = f"Start that worker with {_assigned(there)}"
@@ -112,7 +101,6 @@ def _assigned(environment: Mapping[str, str]) -> str:
 
 
 def altered(sha256: str) -> StorageError:
-    """Return that bytes did not arrive as they were sent."""
     return StorageError(
         "cluster.content",
         f"Content {sha256[:12]} arrived altered at a worker.",
@@ -121,7 +109,7 @@ def altered(sha256: str) -> StorageError:
 
 
 def died(name: str) -> OcmmError:
-    """Return that every worker that tried a task ended."""
+    """Return the error that every worker that tried a task ended."""
     return InternalError(
         "cluster.died",
         f"{name} ended every worker that tried it; their memory may be too small.",

@@ -1,4 +1,4 @@
-"""Where work is done: in this process, in others of this computer, or by a scheduler's workers."""
+"""Site of a computation: this process, local processes, or a scheduler's workers."""
 
 from __future__ import annotations
 
@@ -14,26 +14,24 @@ from ocmm_core.cluster._sentences import bad_address, no_certificates, no_dask, 
 
 @dataclass(frozen=True, slots=True)
 class Site:
-    """Where work is done."""
-
     scheduler: str = ""
     """``tls://HOST:PORT`` or ``tcp://HOST:PORT`` of a Dask scheduler; empty: this computer."""
     workers: int | None = None
-    """Processes of this computer; None for one a core where it pays. Unused with a scheduler."""
+    """Local processes; None for one per core if it pays. Unused with a scheduler."""
     ca: Path | None = None
     cert: Path | None = None
     key: Path | None = None
-    """`ca`, `cert`, `key`: PEM files for ``tls``: who signed all certificates, the one of this
-    computer, its key."""
+    """`ca`, `cert`, `key`: PEM files for ``tls``: certificate authority, certificate and key of
+    this computer."""
     unencrypted: bool = False
-    """A scheduler without TLS may be in a network."""
+    """Allow a networked scheduler without TLS."""
     dask: bool = False
-    """Processes of this computer may be those of Dask where it is installed and pays; else they are
-    our own, which start sooner and leave a task undone whose process ended. A script that sets it
-    guards its main module, as for `multiprocessing`."""
+    """Local processes may be Dask's if installed and worthwhile; else they are our own, which start
+    sooner and do not retry the task of a process that ended. Scripts that set it guard their main
+    module, as for `multiprocessing`."""
 
     def check(self) -> None:
-        """Raise InputError where work cannot or must not be done there."""
+        """Raise InputError if the site cannot or must not be used."""
         if not self.scheduler:
             return
         try:

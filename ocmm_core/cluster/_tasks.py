@@ -1,4 +1,4 @@
-"""One function for many tasks, and which way it takes."""
+"""One function for many tasks on any site."""
 
 from __future__ import annotations
 
@@ -16,12 +16,11 @@ T = TypeVar("T")
 R = TypeVar("R")
 
 _PAYS = 64
-"""Tasks from which Dask is started on this computer: it takes three seconds on two cores to start,
-and a task of a tenth of a second each then gives back as much."""
+"""Number of tasks from which local Dask pays: it takes three seconds to start on two cores, which
+tasks of a tenth of a second then save."""
 
 
 def nothing(thing: object) -> Sequence[bytes]:
-    """Return that a thing needs no bytes."""
     return ()
 
 
@@ -34,28 +33,23 @@ def run_tasks(
     contents: Callable[[T], Sequence[bytes]] = nothing,
     told: Callable[[int], None] = lambda done: None,
 ) -> Iterator[R | OcmmError]:
-    """Give what came of each thing, in their order, whichever is done first.
+    """Yield the result of each thing in order; identical on every site.
 
-    What comes out does not depend on the site. Whoever closes this generator, or leaves it by an
-    exception, gives up what is not done.
+    Closing the generator, or leaving it by an exception, cancels the rest.
 
     Parameters
     ----------
     work
-        ``work(thing, *contents)``; a function of a module, or a `functools.partial` of one. What it
-        raises is the answer for that thing, and the others go on. It may be done twice, where a
-        worker was lost. Random numbers come from a seed in the thing.
+        ``work(thing, *contents)``; a function of a module, or a `functools.partial` of one. Its
+        exception is the answer for that thing. It may run twice if a worker was lost. Random
+        numbers come from a seed in the thing.
     things
-        Small; can be sent to another process, as the answers can.
+        Small and picklable, like the answers.
     named
-        What the work on a thing is called, as the beginning of a sentence: "The reading of a.ocmm".
-    site
-        Where.
+        Name of the work on a thing, as the beginning of a sentence: "The reading of a.ocmm".
     contents
-        The bytes that a thing needs, called when it is its turn; a function of a module or a
-        partial of one. A worker gets equal bytes once and looks at their SHA-256.
-    told
-        How many are done.
+        Returns the bytes that a thing needs, called when submitted; a function of a module or a
+        partial of one. Workers receive equal bytes once and verify their SHA-256.
 
     Raises
     ------
@@ -83,7 +77,7 @@ def run_tasks(
 
         yield from over_local(processes, work, things, named, contents, told)
         return
-    # Read where they are needed: what is on this disk need not go through a pipe.
+    # Read by the process that needs them, not sent through a pipe.
     here = work if contents is nothing else partial(_with_contents, work, contents)
     yield from side_by_side(here, things, processes, named, told)
 

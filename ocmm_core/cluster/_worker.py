@@ -1,10 +1,8 @@
-"""What runs on a worker; both ends must be of the same version, and compute alike.
+"""Code on a worker, and checks that both ends have the same version and arithmetic.
 
-With which instructions a computer computes: what decides about the last bit besides versions.
-
-Loops of numba are compiled for one of two kinds of processors (`ocmm_core.instructions`); numpy and
-OpenBLAS choose by the processor that is there, each for itself. A sum that is taken in wider
-registers is taken in another order.
+In addition to versions, instruction sets decide the last bit: loops of numba are compiled for one
+of two kinds of processors (`ocmm_core.instructions`); numpy and OpenBLAS each choose by the actual
+processor, and wider registers change the order of sums.
 """
 
 from __future__ import annotations
@@ -31,22 +29,21 @@ _CORES = (
     ("numpy.libs", "scipy_openblas_get_corename64_"),
     ("scipy.libs", "scipy_openblas_get_corename"),
 )
-"""Folder beside the package, and what its OpenBLAS is asked; of a distribution there is none."""
+"""Folder next to the package, and query function of its OpenBLAS; distributions have none."""
 
 
 @dataclass(frozen=True, slots=True)
 class Arithmetic:
-    """What three libraries use of a processor."""
+    """Processor features used by three libraries."""
 
     loops: str
-    """For which kind loops are compiled, as LLVM calls it."""
+    """Target of compiled loops, as named by LLVM."""
     numpy: tuple[str, ...]
-    """Groups of instructions beyond those that numpy always uses."""
+    """Instruction groups beyond numpy's baseline."""
     blas: tuple[str, ...]
-    """For which processor each OpenBLAS works; as many as could be asked."""
+    """Target of each OpenBLAS that could be queried."""
 
     def __str__(self) -> str:
-        """Return it in words."""
         groups = " ".join(self.numpy) or "no more than it must"
         return f"loops for {self.loops}, numpy with {groups}, OpenBLAS for {self._core}"
 
@@ -55,9 +52,9 @@ class Arithmetic:
         return " and ".join(dict.fromkeys(self.blas)) or "an unknown processor"
 
     def environment_of(self, other: Arithmetic) -> Mapping[str, str] | None:
-        """Return the environment in which this computer computes as another one does.
+        """Return the environment in which this computer computes as another one.
 
-        None where it cannot: it lacks instructions that the other one uses.
+        None if it lacks instructions that the other one uses.
         """
         has_all = set(other.numpy) <= set(self.numpy) and len(set(other.blas)) == 1
         if not has_all or (other.loops != self.loops and self.loops != instructions.AVX2):
@@ -75,7 +72,6 @@ class Arithmetic:
 
 @functools.cache
 def arithmetic() -> Arithmetic:
-    """Return with which instructions this process computes."""
     import numpy as np
 
     groups = np.show_config(mode="dicts")["SIMD Extensions"].get("found", ())
@@ -87,7 +83,7 @@ def arithmetic() -> Arithmetic:
 
 
 def _core(folder: Path, name: str) -> str:
-    """Return for which processor the OpenBLAS in a folder works; empty where nobody can say."""
+    """Return the target of the OpenBLAS in a folder; empty if unknown."""
     for path in sorted(folder.glob("*openblas*")):
         try:
             ask = getattr(ctypes.CDLL(str(path)), name)
@@ -103,7 +99,7 @@ R = TypeVar("R")
 
 @dataclass(frozen=True, slots=True)
 class Computer:
-    """Program and processor of a computer: together they decide its digits."""
+    """Program and processor of a computer, which determine its digits."""
 
     versions: str
     """Of OCMM, Python and the packages that compute, with the hash of the program files."""
@@ -112,14 +108,14 @@ class Computer:
 
 @dataclass(frozen=True, slots=True)
 class Refused:
-    """A worker that did not begin: what it has."""
+    """A worker that refused to start, with its properties."""
 
     computer: Computer
 
 
 @dataclass(frozen=True, slots=True)
 class Asked:
-    """A thing, what the work on it is called, and the SHA-256 of each content that it needs."""
+    """A thing, the name of its work, and the SHA-256 of each of its contents."""
 
     thing: object
     name: str
@@ -128,7 +124,7 @@ class Asked:
 
 @dataclass(frozen=True, slots=True)
 class Done:
-    """The answers for some things, in their order, and how long they took together."""
+    """The answers for some things, in order, and their total time."""
 
     answers: tuple[object, ...]
     seconds: float
@@ -136,15 +132,14 @@ class Done:
 
 @functools.cache
 def build() -> str:
-    """Return the SHA-256 of all program files of the core: a changed line changes it.
+    """Return the SHA-256 of all program files of the core.
 
-    The files are the same in a checkout and in a wheel. A version number is not enough: digits
-    follow from the code.
+    Identical in a checkout and in a wheel. A version number is not enough: digits follow from code.
     """
     root = Path(ocmm_core.__file__).parent
     digest = hashlib.sha256()
     for path in sorted(root.rglob("*.py"), key=lambda one: one.relative_to(root).as_posix()):
-        # A line that Windows ends otherwise is the same program.
+        # Line endings of Windows are equivalent.
         content = path.read_bytes().replace(b"\r\n", b"\n")
         name = path.relative_to(root).as_posix()
         digest.update(f"{name} {hashlib.sha256(content).hexdigest()}\n".encode())
@@ -165,14 +160,13 @@ def versions() -> str:
 
 
 def this_computer() -> Computer:
-    """Return what decides about digits here."""
     return Computer(versions(), arithmetic())
 
 
 def held(content: bytes) -> bytes:
-    """Return what it is given: a task that keeps bytes on a worker.
+    """Return its argument: a task that keeps bytes on a worker.
 
-    Dask makes a lost result again from its task, so these bytes survive any worker.
+    Dask recomputes a lost result from its task, so these bytes survive any worker.
     """
     return content
 
@@ -180,12 +174,9 @@ def held(content: bytes) -> bytes:
 def do(
     ours: Computer, work: Callable[..., R], asked: Sequence[Asked], *contents: bytes
 ) -> Done | Refused:
-    """Do the work on some things; errors are answers, as in `processes.side_by_side`.
+    """Compute some things; errors are answers, as in `processes.side_by_side`.
 
-    Parameters
-    ----------
-    contents
-        Of one thing after the other, as many as each has hashes.
+    `contents`: of one thing after the other, as many as each has hashes.
     """
     if this_computer() != ours:
         return Refused(this_computer())
@@ -204,7 +195,7 @@ def answer(
     hashes: Sequence[str],
     contents: Sequence[bytes],
 ) -> R | OcmmError:
-    """Return what came of one thing, after a look at the bytes that it rests on."""
+    """Return the result of one thing, after verifying its contents."""
     try:
         for sha256, content in zip(hashes, contents, strict=True):
             if hashlib.sha256(content).hexdigest() != sha256:

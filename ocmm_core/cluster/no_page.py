@@ -1,7 +1,7 @@
 """Keep the HTTP server of Dask closed: ``dask scheduler --preload ocmm_core.cluster.no_page``.
 
-Dask opens one in every scheduler and worker, in the clear and on a port of its own, also with TLS
-and without a dashboard. It starts after the preloads, and no option turns it off.
+Dask opens an unencrypted one on a separate port in every scheduler and worker, even with TLS and
+without a dashboard. It starts after the preloads, and no option disables it.
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ from distributed.node import ServerNode
 
 
 def _closed(self: ServerNode, *_given: object, **_named: object) -> None:
-    """Open nothing, in the place of ``ServerNode.start_http_server``."""
+    """Replace ``ServerNode.start_http_server``: open nothing."""
 
 
 ServerNode.start_http_server = _closed

@@ -2,7 +2,7 @@
 
 He faces the cameras at the part, with his hand behind the LEDs and his body out of the light; the
 screen is beside the cameras. Left and right, towards and away are his; the picture of the probe is
-his view and says so (decision 93).
+his view and says so (decision 74).
 """
 
 from __future__ import annotations

@@ -1,14 +1,14 @@
 """Results as files for other programs.
 
-In: a job as it is evaluated. Out: files of a report, read back and compared before they count.
+In: an evaluated job. Out: files of a report, verified by reading back.
 
-Read `_registry` first: all formats, and the one way to write them. `template` says whose paper it
-is, `report` holds the data of a report and its text, JSON, workbook and PolyWorks files; `qif`
-holds QIF 3.0, `aqdef` Q-DAS. `_report_seal` signs what is written, `_completeness` asks before a
-report of an unfinished job is made, `_files` writes several files as one, `_batch_table` the
-statistics of a batch. `certificate` makes certificates of the machine. `audits` verifies
-every kind of file that this program writes.
-It must not know a station or a screen. The PDF is drawn in `ocmm_gui.reports`.
+Read `_registry` first: all formats, and the one function that writes them. `template` has the
+letterhead, `report` the data of a report and its text, JSON, workbook and PolyWorks files; `qif`
+QIF 3.0, `aqdef` Q-DAS. `_report_seal` signs the files, `_completeness` guards reports of unfinished
+jobs, `_files` writes several files atomically, `_batch_table` the statistics of a batch.
+`certificate` makes certificates of the machine. `audits` verifies every kind of file that this
+program writes.
+It must not know a station or a screen. `ocmm_gui.reports` draws the PDF.
 """
 
 from __future__ import annotations

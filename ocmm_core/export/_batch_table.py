@@ -1,4 +1,4 @@
-"""Statistics of a batch as a table for other programs: every value, with its chart and indices."""
+"""Statistics of a batch as a table: every value, with its chart and indices."""
 
 from __future__ import annotations
 
@@ -15,15 +15,15 @@ BATCH_COLUMNS = (
     "UpperLimit", "Signals", "Centre", "ControlLow", "ControlHigh", "Count", "Mean", "Cp", "Cpk",
     "CpkLow", "CpkHigh", "Pp", "Ppk", "Simulated",
 )  # fmt: skip
-"""A row a value; what is about the whole characteristic stands in each of its rows."""
+"""One row per value; data of the whole characteristic are repeated in each of its rows."""
 
 
 def batch_table(comparison: Comparison) -> bytes:
-    """Return a CSV file (comma, decimal point, UTF-8 with its mark) of a comparison.
+    """Return a CSV file (comma, decimal point, UTF-8 with BOM) of a comparison.
 
-    StorageError if a job is no longer on the disk under its name.
-    Numbers have all their digits; a value that is not counted is empty, and so is an index that
-    there is none of. Text that a spreadsheet would compute begins with a quote.
+    Numbers have all their digits; values that are not counted and missing indices are empty. Text
+    that a spreadsheet would compute gets a quote. Raises StorageError if a job is no longer on the
+    disk under its name.
     """
     comparison.require_names()
     stream = io.StringIO(newline="")

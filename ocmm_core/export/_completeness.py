@@ -1,4 +1,4 @@
-"""A report of a job that is not complete is made only for somebody who asks for just that."""
+"""Guard of reports: incomplete jobs need an explicit request."""
 
 from __future__ import annotations
 
@@ -12,9 +12,9 @@ _MOST_NAMED = 6
 
 
 def missing_of(view: JobView) -> tuple[str, ...]:
-    """Return the names of what a complete job would have; empty where it is complete.
+    """Return the missing items of a job; empty if complete.
 
-    Features first, then the characteristics that lack a value though their features are done.
+    Features first, then characteristics that lack a value although their features are done.
     """
     part = view.part_verdict
     left = set(part.missing_features)
@@ -23,14 +23,14 @@ def missing_of(view: JobView) -> tuple[str, ...]:
 
 
 def missing_words(missing: Sequence[str]) -> str:
-    """Return names in one line, the first ones where they are many."""
+    """Return names in one line, truncated."""
     more = len(missing) - _MOST_NAMED
     named = ", ".join(missing[:_MOST_NAMED])
     return f"{named} and {more} more" if more > 0 else named
 
 
 def require_complete(jobs: Sequence[ReportData]) -> None:
-    """Raise MeasuringError, code ``export.incomplete``, where a job is not complete."""
+    """Raise MeasuringError, code ``export.incomplete``, if a job is not complete."""
     for data in jobs:
         missing = missing_of(data.view)
         if missing:

@@ -1,4 +1,4 @@
-"""Several files written as one: all of them or none."""
+"""Write several files, all or none."""
 
 from __future__ import annotations
 
@@ -17,22 +17,22 @@ from ocmm_core.side_files import LARGEST_JOB, read_guarded
 def write_together(
     contents: Mapping[Path, bytes], check: Callable[[Mapping[Path, bytes]], None] | None = None
 ) -> None:
-    """Write files of one folder, which is made where it is missing.
+    """Write files of one folder, created if missing.
 
-    Everything is first written and synced under temporary names. Should a rename fail after
-    another one went well, the files that were replaced already get back what they held. What a
-    killed program left under such a name is cleared here and at the next start (`leftovers`).
+    Everything is first written and synced under temporary names. If a rename fails after others
+    succeeded, the replaced files are restored. Temporary files of a killed program are removed here
+    and at the next start (`leftovers`).
 
     Parameters
     ----------
     check
-        Gets what was read back before any file is replaced; when it raises, nothing is.
+        Receives the read-back content before any file is replaced; may raise.
 
     Raises
     ------
     StorageError
-        Something cannot be written; the folder then holds the files that it held before, or the
-        error names those that could not be put back.
+        Something cannot be written; the folder then holds its former files, or the error names
+        those that could not be restored.
     """
     staged: dict[Path, Path] = {}
     replaced: list[tuple[Path, bytes | None]] = []
@@ -65,14 +65,14 @@ def write_together(
 
 
 def _put_back(path: Path, before: bytes | None) -> bool:
-    """Let a file hold again what it held, or be gone; say whether it does."""
+    """Restore or remove a file; return whether that succeeded."""
     try:
         if before is None:
             path.unlink()
             return True
         write_atomic(path, before)
     except OSError:
-        # A disk that renames nothing any more may still write.
+        # A disk that fails to rename may still write.
         if before is None:
             return False
         try:

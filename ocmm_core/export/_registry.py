@@ -1,4 +1,4 @@
-"""All formats of a report, and the one way to write them: read back and compared, then kept."""
+"""All formats of a report, and the function that writes them, verified by reading back."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ from ocmm_core.export.report import (
 EXPORTERS: dict[str, Exporter] = {
     item.name: item for item in (POLYWORKS, QIF, AQDEF, XLSX, JSON, AS9102)
 }
-"""What this room writes, by the name on the command line."""
+"""Formats of this package, by name on the command line."""
 
 PDF = ReportFormat(
     name="pdf",
@@ -38,27 +38,26 @@ PDF = ReportFormat(
     suffixes=("_report.pdf",),
     profile="",
 )
-"""Pages with pictures: they need Qt, which the core does not know. The window draws them."""
+"""Pages with pictures: they need Qt, so the window draws them."""
 
 FORMATS: dict[str, ReportFormat] = {**EXPORTERS, PDF.name: PDF}
-"""All formats of a report, by the name on the command line."""
+"""All formats of a report, by name on the command line."""
 
 DEFAULT_FORMAT = POLYWORKS.name
-"""What is written where nobody names a format."""
 
 ALL = "all"
-"""Stands for all of them on the command line."""
+"""All formats, on the command line."""
 
 _MOST_TOLD = 3
 
 
 def chosen_formats(names: Sequence[str]) -> tuple[str, ...]:
-    """Return names of `FORMATS`, each once; `ALL` stands for all of them.
+    """Return distinct names of `FORMATS`; `ALL` is expanded.
 
     Raises
     ------
     InputError
-        There is no such format.
+        Unknown format.
     """
     found: list[str] = []
     for name in names:
@@ -77,35 +76,34 @@ def write_report(
     incomplete: bool = False,
     beside: Mapping[str, bytes] | None = None,
 ) -> tuple[Path, ...]:
-    """Write reports, all files of them or none, and return their paths without that of their seal.
+    """Write reports, all files or none, and return their paths without that of their seal.
 
     Every file is read back and compared with the job before any older one is replaced.
 
     Parameters
     ----------
     data
-        One job, or several: formats for statistics take them as several values of one file.
+        One job, or several: formats for statistics write them as several values of one file.
     formats
         Names of `EXPORTERS`.
     folder
-        Made where it is missing. Files of the same name are replaced.
+        Created if missing. Files of the same name are replaced.
     profile
-        Of the text files; None is the one for PolyWorks.
+        Of the text files; None is that of PolyWorks.
     incomplete
-        Somebody asked for the report although a job may not be complete.
+        Also write the report of an incomplete job.
     beside
-        Files by name that were made and checked elsewhere, such as the PDF: written together with
-        the others.
+        Additional checked files by name, such as the PDF, written in the same transaction.
 
     Raises
     ------
     InputError
-        There is no such format, or nothing to report.
+        Unknown format, or nothing to report.
     MeasuringError
         A job is not complete, and ``incomplete`` was not given.
     StorageError
-        A name or a number cannot go into the files, two jobs have the same name, the folder cannot
-        be written, or what was read back is not what was measured. Nothing is written then.
+        A name or a number does not fit the files, two jobs have the same name, the folder cannot
+        be written, or files read back differ. Nothing is written then.
     """
     folder, profile = Path(folder), profile or polyworks_profile()
     contents: dict[Path, bytes] = {}
@@ -114,7 +112,7 @@ def write_report(
         require_complete([data] if isinstance(data, ReportData) else data)
     for exporter, jobs in () if beside and not formats else _parts(data, formats):
         for name, content in exporter.contents(jobs, profile).items():
-            # Not every system tells large from small letters in names of files.
+            # Some file systems are case-insensitive.
             if name.lower() in taken:
                 raise StorageError(
                     "export.twice",
@@ -125,7 +123,7 @@ def write_report(
             contents[folder / name] = content
     contents |= {folder / name: content for name, content in (beside or {}).items()}
     reported = [data] if isinstance(data, ReportData) else list(data)
-    # Files that are made alone have a seal of their own: it must not replace that of the others.
+    # Separately made files have a seal of their own, which must not replace that of the others.
     stem = reported[0].stem if formats else next(iter(beside or {}), reported[0].stem)
     seal_name, seal = seal_of(stem, contents, reported)
     sealed = {**contents, folder / seal_name: seal}
@@ -147,7 +145,7 @@ def write_report(
 def preview(
     data: ReportData | Sequence[ReportData], name: str, profile: Profile | None = None
 ) -> tuple[Table, ...]:
-    """Return what the files of a format will hold, as tables; errors as `write_report`."""
+    """Return the contents of a format as tables; errors as `write_report`."""
     profile = profile or polyworks_profile()
     return tuple(
         table
@@ -179,7 +177,7 @@ def _shown(cell: Cell) -> str:
 def _parts(
     data: ReportData | Sequence[ReportData], formats: Sequence[str]
 ) -> Iterator[tuple[Exporter, Sequence[ReportData]]]:
-    """Yield every format with the jobs that it takes at a time."""
+    """Yield every format with the jobs of each call."""
     jobs = [data] if isinstance(data, ReportData) else list(data)
     if not jobs or not formats:
         raise InputError("export.nothing", "Nothing to report.", "Name a job and a format.")

@@ -1,8 +1,7 @@
-"""The seal of a report: which job it was made from, the hashes of its files, and who says so.
+"""Seal of a report: its job, the hashes of its files, and the signer.
 
-A file beside the report, ``NAME.seal.json``, signed by the station that wrote it. Whoever gets the
-report with it can tell whether a file of it was changed, and in the job file, to which step it
-went.
+A file next to the report, ``NAME.seal.json``, signed by the writing station. Recipients can verify
+the files, and the step of the job file that was reported.
 """
 
 from __future__ import annotations
@@ -24,7 +23,7 @@ ENDING = ".seal.json"
 
 
 class SealedJob(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """A job of the report; ``steps`` and ``head`` say how far it went (`storage.JobSeal`)."""
+    """A job of the report; ``steps`` and ``head`` identify its end (`storage.JobSeal`)."""
 
     name: str
     uuid: str
@@ -33,42 +32,35 @@ class SealedJob(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields
 
 
 class SealedFile(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """A file of the report."""
-
     name: str
     sha256: str
 
 
 class ReportSeal(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """The content of the file."""
+    """Content of the file."""
 
     schema: str
-    """`SCHEMA`."""
     jobs: tuple[SealedJob, ...]
     files: tuple[SealedFile, ...]
-    """`jobs`, `files`: What was reported, and as what."""
     signature: Signature | None = None
 
 
 @dataclass(frozen=True, slots=True)
 class ReportSealFound:
-    """What was found of a seal and its files."""
+    """A seal with the state of its files."""
 
     seal: ReportSeal
     state: SealState
     faults: tuple[str, ...]
-    """A sentence for every file that is missing or not as it was."""
+    """Missing and changed files, a sentence each."""
 
 
 def seal_of(
     name: str, contents: Mapping[Path, bytes], jobs: Sequence[ReportData]
 ) -> tuple[str, bytes]:
-    """Return name and content of the seal of files that are about to be written.
+    """Return name and content of the seal of files to be written.
 
-    Raises
-    ------
-    StorageError
-        The key of this station cannot be used.
+    Raises StorageError if the key of this station cannot be used.
     """
     seal = ReportSeal(
         schema=SCHEMA,
@@ -91,14 +83,14 @@ def seal_of(
 
 
 def check_report_seal(path: Path, keys: KeyFolder) -> ReportSealFound:
-    """Return what is to be said of a seal at ``path``, and of the files beside it.
+    """Return the state of a seal at ``path``, and of the files next to it.
 
     Raises
     ------
     InputError
         It is no seal of a report, or cannot be read.
     StorageError
-        The ring of known keys cannot be read.
+        The key ring cannot be read.
     """
     try:
         seal = msgspec.json.decode(read_bytes(path), type=ReportSeal)
@@ -109,7 +101,7 @@ def check_report_seal(path: Path, keys: KeyFolder) -> ReportSealFound:
     state = judge_signature(keys, Signed.REPORT, _content(seal), seal.signature)
     faults = []
     for one in seal.files:
-        # A name leads nowhere else: only files beside the seal are looked at.
+        # Names with folders are refused: only files next to the seal are checked.
         if Path(one.name).name != one.name:
             faults.append(f"{one.name!r} is no name of a file.")
             continue

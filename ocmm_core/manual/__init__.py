@@ -1,11 +1,11 @@
-"""The manual: the documents of `docs`, in sections that can be linked to and searched.
+"""The manual: the documents of `docs`, in sections that can be linked and searched.
 
-In: a folder of Markdown documents, and a language. Out: chapters in the order in which somebody
-needs them, sections by their anchors, and what a search finds, best first.
+In: a folder of Markdown documents, and a language. Out: chapters in reading order, sections by
+their anchors, and search hits, best first.
 
-Read `_document` first (a document in sections, and the names of these), then `_manual` (all of them
-together, and where a link leads) and `_search` (words to sections).
-It shows nothing; the window does.
+Read `_document` first (documents, sections and anchors), then `_manual` (all documents, links) and
+`_search` (ranking).
+The window shows it.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""A document of the manual: its sections, with the names by which links find them."""
+"""A document of the manual: its sections and their anchors."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ _RULE = re.compile(r"[-:| ]+")
 
 
 class Part(Enum):
-    """Whom a document is for, in the order in which the manual shows them."""
+    """Readers of a document, in the order of the manual."""
 
     INSPECTOR = 1
     METROLOGIST = 2
@@ -28,58 +28,52 @@ class Part(Enum):
 
 
 ENGLISH = "en"
-"""The language of every document; others may be there beside it."""
+"""Language of every original; translations are optional."""
 
 
 @dataclass(frozen=True, slots=True)
 class ManualSection:
-    """A heading and what stands below it, up to the next heading."""
+    """A heading and the text up to the next heading."""
 
     anchor: str
-    """The part of a link behind ``#``; that of the first section of a document is its title's. A
-    translated section has that of the English one, so that links hold in every language."""
+    """Link target after ``#``; for the first section, that of its title. Translated sections have
+    the anchors of the English ones, so that links hold in every language."""
     level: int
     """1 for the title of the document."""
     title: str
     text: str
-    """What is below it as plain words, for a search; one line a paragraph or row of a table."""
+    """Plain words for the search; one line per paragraph or table row."""
 
 
 @dataclass(frozen=True, slots=True)
 class Chapter:
-    """A document."""
-
     name: str
     """Path below the folder of the manual, such as ``inspecting.md``."""
     part: Part
-    """Whom it is for."""
     markdown: str
     sections: tuple[ManualSection, ...]
-    """In their order; the first one has the title."""
+    """In order; the first one has the title."""
     language: str = ENGLISH
     folder: str = ""
-    """Below the folder of the manual, where links in the markdown begin: ``de/`` of a German one.
-    """
+    """Base of its links below the folder of the manual: ``de/`` for a German document."""
     is_behind: bool = False
     """The English document was changed after it was translated."""
 
     @property
     def title(self) -> str:
-        """Return its title."""
         return self.sections[0].title
 
     def section(self, anchor: str) -> ManualSection | None:
-        """Return a section by its anchor; None where there is none."""
         return next((one for one in self.sections if one.anchor == anchor), None)
 
     def anchors_by_heading(self) -> dict[str, str]:
-        """Return the anchors of the sections by those that the headings themselves would make."""
+        """Return the anchors by those that the translated headings themselves would have."""
         made = anchors_of(one.title for one in self.sections)
         return dict(zip(made, (one.anchor for one in self.sections), strict=True))
 
 
 def chapter_of(name: str, part: Part, text: str) -> Chapter:
-    """Return a document in sections; text before the first heading belongs to a section of it."""
+    """Return a document in sections; text before the first heading gets its own section."""
     markdown = _COMMENT.sub("", text.replace("\r\n", "\n"))
     heads: list[tuple[int, str]] = []
     bodies: list[list[str]] = []
@@ -87,7 +81,7 @@ def chapter_of(name: str, part: Part, text: str) -> Chapter:
     for line in markdown.split("\n"):
         mark = _FENCE.match(line)
         if mark is not None and (not fence or mark[1].startswith(fence)):
-            # What a fence encloses begins no section, whatever it looks like.
+            # Fenced text contains no headings.
             fence = "" if fence else mark[1]
             continue
         head = None if fence else _HEADING.fullmatch(line)
@@ -111,21 +105,19 @@ def chapter_of(name: str, part: Part, text: str) -> Chapter:
 
 
 def translated(english: Chapter, original: str, language: str, text: str) -> Chapter | None:
-    """Return a document in another language, with the anchors of the English one.
+    """Return a translated document with the anchors of the English one.
 
     Parameters
     ----------
-    english
-        The document as it is in English.
-    language
-        That of the translation.
+    original
+        English Markdown text.
     text
-        The file of the translation; its first line holds `mark_of` the English text.
+        Translated Markdown text; its first line holds `mark_of` the English text.
 
     Returns
     -------
     Chapter | None
-        None where the headings are not those of the English document: links would lead elsewhere.
+        None if the heading levels differ: links would be wrong.
     """
     found = chapter_of(english.name, english.part, text)
     if [one.level for one in found.sections] != [one.level for one in english.sections]:
@@ -144,14 +136,14 @@ def translated(english: Chapter, original: str, language: str, text: str) -> Cha
 
 
 def mark_of(text: str) -> str:
-    """Return what the first line of a translation holds of the English text: its hash, in short."""
+    """Return the short hash of the English text for the first line of a translation."""
     return hashlib.sha256(text.replace("\r\n", "\n").encode()).hexdigest()[:16]
 
 
 def anchors_of(titles: Iterable[str]) -> tuple[str, ...]:
-    """Return the anchors of the headings of one document, as GitHub and its like make them.
+    """Return the anchors of the headings of one document, as GitHub makes them.
 
-    Small letters, blanks as hyphens, no other signs; the second of the same name ends with ``-1``.
+    Lower case, blanks as hyphens, no other signs; repeated names end with ``-1``, ``-2``.
     """
     seen: dict[str, int] = {}
     anchors = []
@@ -164,12 +156,12 @@ def anchors_of(titles: Iterable[str]) -> tuple[str, ...]:
 
 
 def plain_words(markdown: str) -> str:
-    """Return a line without the marks of its type: code, links, bold letters."""
+    """Return a line without Markdown marks: code, links, bold."""
     return _LINK.sub(r"\1", markdown).replace("`", "").replace("**", "").replace("\\|", "|").strip()
 
 
 def _joined(lines: Iterable[str]) -> str:
-    """Return the lines of a section as paragraphs and rows, one a line."""
+    """Return the lines of a section joined, one line per paragraph or table row."""
     told: list[str] = []
     ended = True
     for line in lines:

@@ -1,4 +1,4 @@
-"""All documents of the manual, in their order, and where a link leads."""
+"""All documents of the manual in order, and targets of links."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ _CHAPTERS = {
     ),
     Part.STATION: ("archive", "shop", "wire", "live_stream", "seals", "doctor", "cluster"),
 }  # fmt: skip
-"""By name, in their order. Every other document is for developers, and those of decisions apart."""
+"""By name, in order. All other documents are for developers; decisions are separate."""
 
 _FIRST_OF_DEVELOPERS = ("architecture", "walk_of_a_touch", "camera_objects", "python")
 _DECISIONS = "decisions/"
@@ -34,32 +34,22 @@ _LARGEST = 4 << 20
 
 @dataclass(frozen=True, slots=True)
 class Place:
-    """A section of a document; the top of it where ``anchor`` is empty."""
+    """A section of a document; its top if ``anchor`` is empty."""
 
     document: str
     anchor: str = ""
 
     @classmethod
     def of(cls, reference: str) -> Place:
-        """Return the place of ``document.md#section``."""
         document, _, anchor = reference.partition("#")
         return cls(document, anchor)
 
     def __str__(self) -> str:
-        """Return it as a link has it."""
         return f"{self.document}#{self.anchor}" if self.anchor else self.document
 
 
 class Manual:
-    """The documents of a folder.
-
-    Parameters
-    ----------
-    folder
-        Where their pictures are, too.
-    chapters
-        In the order in which they are shown.
-    """
+    """Documents of a folder."""
 
     def __init__(self, folder: Path, chapters: tuple[Chapter, ...]) -> None:
         self.folder = folder
@@ -67,18 +57,18 @@ class Manual:
         self._by_name = {chapter.name: chapter for chapter in chapters}
 
     def chapter(self, name: str) -> Chapter | None:
-        """Return a document by its name; None where there is none."""
+        """Return a document by its name; None if missing."""
         return self._by_name.get(name)
 
     def section(self, place: Place) -> ManualSection | None:
-        """Return the section of a place; None where there is none."""
+        """Return the section of a place; None if missing."""
         chapter = self.chapter(place.document)
         if chapter is None:
             return None
         return chapter.section(place.anchor) if place.anchor else chapter.sections[0]
 
     def resolve(self, base: str, link: str) -> Place | None:
-        """Return where a link in document ``base`` leads; None where it leads out of the manual."""
+        """Return the target of a link in document ``base``; None if outside the manual."""
         if ":" in link.partition("#")[0]:
             return None
         path, _, anchor = link.partition("#")
@@ -86,11 +76,11 @@ class Manual:
         place = Place(document, unquote(anchor))
         if self.section(place) is not None:
             return place
-        # A section that was renamed: its document is better than nothing.
+        # The section was renamed: link to its document.
         return Place(document) if document in self._by_name else None
 
     def picture(self, base: str, link: str) -> Path | None:
-        """Return the file of a picture in document ``base``; None for one outside the folder."""
+        """Return the file of a picture in document ``base``; None if outside the folder."""
         path = self._below(base, link)
         if ":" in link or path.startswith(("../", "/")):
             return None
@@ -98,17 +88,16 @@ class Manual:
         return found if found.is_file() else None
 
     def _below(self, base: str, link: str) -> str:
-        """Return where a link in a document leads, below the folder, whatever the language is."""
+        """Return the target of a link below the folder, for any language."""
         chapter = self._by_name.get(base)
         folder = "" if chapter is None else chapter.folder
         path = posixpath.join(folder, posixpath.dirname(base), unquote(link))
         return posixpath.normpath(path).removeprefix(folder)
 
     def search(self, text: str, most: int = 40) -> tuple[ManualHit, ...]:
-        """Return the sections that have the words, best first.
+        """Return the sections that contain all words, or else most of them, best first.
 
-        Words may be begun only; all of them have to be there. Where no section has all of them,
-        those with most of them are found.
+        Prefixes of words match.
         """
         return self._index.found(text, most)
 
@@ -118,25 +107,20 @@ class Manual:
 
 
 def manual_folder() -> Path:
-    """Return where the documents are: shipped with a package, or those of a checkout."""
+    """Return the folder of the documents: of the package, or of the checkout."""
     shipped = resource("manual")
     return shipped if shipped.is_dir() else resource().parent / "docs"
 
 
 def load_manual(folder: Path | None = None, language: str = ENGLISH) -> Manual:
-    """Read all documents.
+    """Read all documents; InputError if there are none.
 
     Parameters
     ----------
     folder
-        None for those that belong to this program.
+        None: that of this program.
     language
-        Documents are in it where there is a translation, otherwise in English.
-
-    Raises
-    ------
-    InputError
-        There is none.
+        Documents without a translation are in English.
     """
     folder = manual_folder() if folder is None else folder
     chapters = tuple(_chapter(folder, part, path, language) for part, path in _documents(folder))

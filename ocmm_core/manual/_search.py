@@ -1,7 +1,7 @@
-"""From words to sections: which have them, how well they fit, and where the words stand.
+"""Search: matching sections, their rank, and positions of the words.
 
-The rank is that of BM25 (Robertson and Zaragoza, 2009, eq. 3.15) over sections, with words of a
-heading counted as several of the text: a rare word weighs more, and a second one of the same less.
+The rank is BM25 (Robertson and Zaragoza, 2009, eq. 3.15) over sections, a word of a heading
+counting as several of the text.
 """
 
 from __future__ import annotations
@@ -16,17 +16,17 @@ from ocmm_core.manual._document import ENGLISH, Chapter, ManualSection, Part
 
 _WORD = re.compile(r"[^\W_]+(?:[.'-][^\W_]+)*")
 _MOST_WORDS = 12
-"""Of a question; what somebody pastes is longer."""
+"""Of a query; pasted text is longer."""
 
 _SATURATION, _LENGTH_SHARE = 1.2, 0.5
 _IN_TITLE, _IN_CHAPTER = 6.0, 2.0
-"""As how many words of the text one of a heading, and of the title of the document, counts."""
+"""Weight of a word of a heading, and of the document title, in words of the text."""
 
 _WEIGHTS = {
     Part.INSPECTOR: 1.6, Part.METROLOGIST: 1.2, Part.STATION: 1.0, Part.DEVELOPER: 0.8,
     Part.DECISIONS: 0.5,
 }  # fmt: skip
-"""Who searches at the machine is most often the inspector."""
+"""Most searches at the machine are by inspectors."""
 
 _EXCERPT = 150
 _PART_OF_WORD = 4
@@ -34,31 +34,28 @@ _PART_OF_WORD = 4
 
 @dataclass(frozen=True, slots=True)
 class ManualHit:
-    """A section that fits."""
+    """A matching section."""
 
     document: str
     anchor: str
-    """`document`, `anchor`: Where it is."""
     chapter: str
     title: str
     """`chapter`, `title`: Headings of the document and of the section."""
     excerpt: str
-    """The words around the place that fits best; empty for a section of headings alone."""
+    """Text around the best match; empty for a section of headings alone."""
     marked: tuple[tuple[int, int], ...]
-    """Where in it the words stand: begin and end, in its signs."""
+    """Start and end of each match in the excerpt, characters."""
     score: float
     """Higher is better."""
 
 
 def search_words(text: str) -> tuple[str, ...]:
-    """Return the words of a question, small, each once."""
+    """Return the distinct words of a query, case-folded."""
     found = dict.fromkeys(word.casefold() for word in _WORD.findall(text))
     return tuple(found)[:_MOST_WORDS]
 
 
 class Index:
-    """The words of all sections."""
-
     def __init__(self, chapters: Sequence[Chapter]) -> None:
         self._entries: list[tuple[Chapter, ManualSection, Counter[str], float]] = []
         for chapter in chapters:
@@ -76,7 +73,6 @@ class Index:
         self._mean = max(sum(lengths) / max(len(lengths), 1), 1.0)
 
     def found(self, text: str, most: int) -> tuple[ManualHit, ...]:
-        """Return what fits, best first."""
         wanted = search_words(text)
         if not wanted:
             return ()
@@ -103,7 +99,7 @@ class Index:
                     score,
                 )
             )  # fmt: skip
-        # Of equal ones, that which is read first comes first.
+        # Equal ranks stay in reading order.
         return tuple(sorted(hits, key=lambda hit: -hit.score)[:most])
 
 
@@ -112,21 +108,21 @@ def _words(text: str) -> list[str]:
 
 
 def word_fits(word: str, wanted: str, *, joins: bool) -> bool:
-    """Return whether a word begins with the wanted one or, in German, holds it.
+    """Return whether a word starts with the wanted one or, in German, contains it.
 
-    ``Unsicherheit`` is sought by who means ``Messunsicherheit``, too. What is shorter than
-    `_PART_OF_WORD` stands in too many words by chance.
+    So "Unsicherheit" also finds "Messunsicherheit". Words shorter than `_PART_OF_WORD` would match
+    too many words by chance.
     """
     return word.startswith(wanted) or (joins and len(wanted) >= _PART_OF_WORD and wanted in word)
 
 
 def _joins(chapter: Chapter) -> bool:
-    """Return whether the language of a document puts words together."""
+    """Return whether the language of a document has compound words."""
     return chapter.language != ENGLISH
 
 
 def _count(words: Counter[str], wanted: str, *, joins: bool) -> float:
-    """Return how often a section has a word; what only begins with it counts half."""
+    """Return the count of a word in a section; prefix matches count half."""
     exact = float(words.get(wanted, 0))
     return exact + 0.5 * sum(
         n for word, n in words.items() if word != wanted and word_fits(word, wanted, joins=joins)
@@ -145,10 +141,10 @@ def _rarity(sections: int, holders: int) -> float:
 def _excerpt(
     text: str, wanted: Sequence[str], *, joins: bool
 ) -> tuple[str, tuple[tuple[int, int], ...]]:
-    """Return the line with most of the words, cut around the first of them, and where they are."""
+    """Return the line with most matches, cut around the first, and their positions."""
     lines = text.split("\n")
     found = [_places(line, wanted, joins=joins) for line in lines]
-    # The more different words, the better, then those side by side; of equal lines, the first.
+    # Most distinct words first, then adjacent ones; ties: first line.
     phrase = " ".join(wanted)
     best = max(
         range(len(lines)),

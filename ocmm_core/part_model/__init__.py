@@ -1,13 +1,13 @@
-"""The nominal part as its CAD model has it: trimmed faces, mesh, edges, and how near they are.
+"""Nominal part of its CAD model: trimmed faces, mesh, edges, and the distance of points from them.
 
-In: a `PartModel` as the reader of STEP files makes it, or its bytes. Out: bytes, a file, and the
-same model from these, without the library that read it, or one sentence that says what is wrong;
-and the nearest places of its faces to points.
+In: a `PartModel` from the reader of STEP files, or its bytes. Out: its bytes or file, the model
+read back without a CAD library, an error sentence for an invalid one, and the nearest points of its
+faces.
 
-Read `_part_model` (what there is of a part), `_checked_model` (whether it holds together) and
-`_model_file` (as bytes); `_spline` computes with one surface, `_trimming` with
-its outline, `_patches` bounds how near it can be, `_nearest` finds the nearest place of trimmed
-faces. `_nominal_face` is a face as a plan holds it, `_spread` places on it to touch.
+Read `_part_model` (the parts of a model), `_checked_model` (consistency) and `_model_file` (as
+bytes); `_spline` computes with one surface, `_trimming` with its outline, `_patches` bounds its
+distance, `_nearest` finds the nearest point of trimmed faces. `_nominal_face` is a face as a plan
+holds it, `_spread` places touch points on it.
 It must not know plans, features or pictures.
 """
 

@@ -1,4 +1,4 @@
-"""Whether a model holds together: nothing that draws or measures it asks again."""
+"""Check the consistency of a model, on which drawing and measuring rely."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from ocmm_core.part_model._part_model import ModelFace, PartModel, SplineSurface
 MOST_TRIANGLES = 400_000
 MOST_FACES = 50_000
 _MOST_DEGREE = 25
-"""As many as the kernels of CAD systems have."""
+"""Limit of the kernels of CAD systems."""
 FARTHEST_MM = 1e6
 """Largest coordinate of a part."""
 _LONGEST_NAME = 255
@@ -28,7 +28,7 @@ _OUTSIDE = 1e-3
 
 
 def check_model(model: PartModel, where: str) -> None:
-    """Raise InputError, which names ``where``, unless a model is what `PartModel` says."""
+    """Raise InputError, which names ``where``, for an inconsistent model."""
     why = _why_not(model)
     if why:
         raise InputError(
@@ -134,7 +134,7 @@ def _why_no_spline(spline: SplineSurface) -> str:
 
 
 def _are_knots(knots: Float, degree: int) -> bool:
-    """Return whether knots rise, are clamped at both ends and nowhere tear the surface apart."""
+    """Return whether knots rise, are clamped at both ends and keep the surface continuous."""
     if not np.isfinite(knots).all() or not (np.abs(knots) <= 1e15).all():
         return False
     length = knots[-1] - knots[0]
@@ -142,7 +142,7 @@ def _are_knots(knots: Float, degree: int) -> bool:
         return False
     if (knots[: degree + 1] != knots[0]).any() or (knots[-degree - 1 :] != knots[-1]).any():
         return False
-    # A knot inside has at most as many repetitions as the degree.
+    # An inner knot is repeated at most ``degree`` times.
     inner = knots[1:-1]
     return len(inner) <= degree or bool((inner[degree:] > inner[:-degree]).all())
 

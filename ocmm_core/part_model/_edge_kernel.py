@@ -1,4 +1,4 @@
-"""Compiled: the nearest of many stretches of edges to many points."""
+"""Compiled: nearest of many edge segments to many points."""
 
 from __future__ import annotations
 
@@ -12,8 +12,7 @@ from ocmm_core.geometry import Float
 def nearest_stretch(points: Float, edges: Float, distances: Float, places: Float) -> None:
     """Fill in distances (m,) and nearest places (m, 3), mm, of points (m, 3) to edges (k, 2, 3).
 
-    The foot on a stretch is at the share of the projection, held between its ends. Its square is
-    the smaller one or the first of equal ones, whatever the processor.
+    Of equal squares the first counts, so the result does not depend on the processor.
     """
     for i in range(len(points)):
         least, best, at = np.inf, 0, 0.0

@@ -1,9 +1,9 @@
-"""The foot of a point on a surface, by Newton's method from a start near it.
+"""Foot of a point on a surface, by Newton's method from a start near it.
 
-At a foot the arm of the point is square to both tangents. Newton's step is that of half the square
-of the distance; where its matrix is not positive definite (beyond a centre of curvature) the
-products of the tangents take its place, steps that do not come nearer are shortened, and a side of
-the surface holds what would leave it.
+At a foot the vector to the point is perpendicular to both tangents. Newton's step is that of half
+the squared distance; where its matrix is not positive definite (beyond a centre of curvature) the
+products of the tangents replace it. Steps that do not reduce the distance are shortened, and a side
+of the surface limits the parameters.
 """
 
 from __future__ import annotations
@@ -17,10 +17,9 @@ _STEPS = 60
 
 
 _SETTLED = 1e-9
-"""Step of a foot, as part of the size of the surface, after which it stays.
+"""Step, as part of the size of the surface, below which a foot is converged.
 
-What is left of Newton's step is its square, and a distance answers to the square of that.
-"""
+The remaining error is the square of Newton's step, and that of the distance the square of that."""
 
 
 Bool = np.ndarray[tuple[int], np.dtype[np.bool_]]
@@ -41,7 +40,7 @@ def feet_from(surface: BezierSurface, points: Points3, start: Float) -> tuple[Fl
             break
         own = parameters[moving]
         step = _step(now, points[moving], own, damping[moving], surface)
-        # No step leaves a quarter of the range: where tangents are short, Newton would jump.
+        # No step exceeds a quarter of the range: where tangents are short, Newton would jump.
         longest = np.max(np.abs(step) / (0.25 * span), axis=1)
         step = step / np.maximum(longest, 1.0)[:, None]
         ahead = _within(surface, own + step)
@@ -91,7 +90,7 @@ def _step(
     a, b, c = np.where(trusted, a, uu), np.where(trusted, b, uv), np.where(trusted, c, vv)
     tiny = 1e-300 + 1e-14 * (a + c)
     a, c = a * (1.0 + damping) + tiny, c * (1.0 + damping) + tiny
-    # What a side of the surface holds moves along it only.
+    # A parameter limited by a side of the surface moves along that side only.
     for axis in range(2):
         if surface.closed[axis]:
             continue

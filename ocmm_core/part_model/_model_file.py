@@ -1,8 +1,7 @@
-"""A part as bytes: a head of JSON and the arrays behind it, with their hash; nothing else is in it.
+"""A part as bytes: a JSON head and the arrays behind it, with their hash.
 
-Layout, all numbers with the lowest byte first: the mark, the version, the length of the head
-(uint32 each), SHA-256 of all that follows (32 bytes), the head, and the arrays without gaps in the
-order of `_body`. Whatever reads it gets a model that holds together, or one sentence.
+Layout, little-endian: the mark, the version, the length of the head (uint32 each), SHA-256 of all
+that follows (32 bytes), the head, and the arrays without gaps in the order of `_body`.
 """
 
 from __future__ import annotations
@@ -24,7 +23,7 @@ from ocmm_core.part_model._part_model import ModelFace, PartModel, SplineSurface
 
 MODEL_ENDING = ".ocmm-part"
 LARGEST_MODEL = 32_000_000
-"""Bytes; as much as a value of a job file may have."""
+"""Bytes; the maximum of a value of a job file."""
 _MARK = b"OCMMPART"
 _VERSION = 1
 _FRONT = struct.Struct("<8sII32s")
@@ -70,7 +69,7 @@ def model_to_bytes(model: PartModel) -> bytes:
     Raises
     ------
     InputError
-        It does not hold together, or has more than `LARGEST_MODEL` bytes.
+        The model is inconsistent or has more than `LARGEST_MODEL` bytes.
     """
     check_model(model, model.source_name)
     head = msgspec.json.encode(_head(model))
@@ -93,12 +92,12 @@ def model_from_bytes(content: bytes, where: str) -> PartModel:
     Parameters
     ----------
     where
-        What sentences call it: a file, or a job.
+        Name of the file or job in error sentences.
 
     Raises
     ------
     InputError
-        It is no such model, of another version, damaged, or does not hold together.
+        The content is not a model, of another version, damaged, or inconsistent.
     """
     if len(content) > LARGEST_MODEL:
         raise _damaged(where, f"it has more than {LARGEST_MODEL / 1e6:.0f} MB")
@@ -126,12 +125,12 @@ def model_from_bytes(content: bytes, where: str) -> PartModel:
 
 
 def write_model_file(path: Path, model: PartModel) -> None:
-    """Write a model to a file that is there whole or not at all.
+    """Write a model to a file atomically.
 
     Raises
     ------
     InputError
-        The model does not hold together or is too large.
+        The model is inconsistent or too large.
     OSError
         The folder cannot be written.
     """
@@ -139,7 +138,7 @@ def write_model_file(path: Path, model: PartModel) -> None:
 
 
 def read_model_file(path: Path) -> PartModel:
-    """Return the model of a file that `write_model_file` wrote; raises as `model_from_bytes`."""
+    """Return the model of a file of `write_model_file`; raises as `model_from_bytes`."""
     return model_from_bytes(read_bytes(path, LARGEST_MODEL), str(path))
 
 
@@ -176,7 +175,7 @@ def _face_head(face: ModelFace) -> _FaceHead:
 
 
 def _body(model: PartModel) -> list[tuple[NDArray[Any], str]]:
-    """Return the arrays in their order, each with its kind of number."""
+    """Return the arrays in their order, each with its number type."""
     arrays: list[tuple[NDArray[Any], str]] = [
         (model.vertices, "<f8"),
         (model.normals, "<f4"),
@@ -195,16 +194,16 @@ def _body(model: PartModel) -> list[tuple[NDArray[Any], str]]:
 
 
 class _Arrays:
-    """The arrays behind the head, taken one after another."""
+    """Reader of the arrays behind the head."""
 
     def __init__(self, body: memoryview, where: str) -> None:
         self._body, self._where, self._at = body, where, 0
 
     def take(self, kind: str, *shape: int) -> NDArray[Any]:
-        """Return the next array; InputError where the rest is shorter than it."""
+        """Return the next array; InputError if the rest is too short."""
         if any(not 0 <= length <= _MOST_ITEMS for length in shape):
             raise _damaged(self._where, "it says a length that cannot be")
-        # In Python's numbers: a product of lengths from a file has no bound.
+        # Python integers: a product of lengths from a file has no bound.
         count = 1
         for length in shape:
             count *= length
@@ -216,7 +215,7 @@ class _Arrays:
         return array.astype(np.int32 if kind == "<i4" else np.float64)
 
     def at_end(self) -> None:
-        """Raise InputError where something is left."""
+        """Raise InputError where bytes are left."""
         if self._at != len(self._body):
             raise _damaged(self._where, "it goes on after its end")
 
@@ -272,7 +271,7 @@ def _face(head: _FaceHead, arrays: _Arrays) -> ModelFace:
 
 
 def _unit(normals: Float) -> Float:
-    """Return normals with the length that rounding took from them; any other is kept."""
+    """Return normals with the length lost by rounding restored; others are kept."""
     with np.errstate(over="ignore", invalid="ignore"):
         lengths = np.linalg.norm(normals, axis=1)
         near = np.abs(lengths - 1.0) < 1e-3

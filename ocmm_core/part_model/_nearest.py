@@ -1,9 +1,9 @@
-"""The nearest point of trimmed faces, exactly, and when it is none to measure with.
+"""Exact nearest point of trimmed faces, and why it may not be usable for measuring.
 
-Boxes around flat pieces of the surface say how near each piece can be (`_patches`). From the most
-promising one Newton's method goes to a foot (`_foot`); every piece whose box is not farther than
-that foot and a rival's margin is tried, too, so that a nearer place of another face, or of the
-other side of a fold, is not missed. What is left out is farther by proof.
+Boxes around flat pieces of the surface bound the distance of each piece (`_patches`). From the
+nearest one Newton's method goes to a foot (`_foot`); every piece whose box is not farther than that
+foot plus a margin is also tried, so that a nearer place of another face, or of the other side of a
+fold, is not missed. All other pieces are farther by proof.
 """
 
 from __future__ import annotations
@@ -22,20 +22,20 @@ from ocmm_core.part_model._spline import BezierSurface, bezier_surface, curvatur
 from ocmm_core.part_model._trimming import Trimming, trimming_of
 
 RIVAL_MM = 0.1
-"""A second foot that is not farther than the first by more leaves open which one was touched."""
+"""Margin within which a second foot makes the touched place ambiguous."""
 EDGE_MM = 0.05
-"""A foot nearer to an edge than this is on it: outlines are no more exact."""
+"""Uncertainty of outlines: a foot nearer to an edge is on it."""
 STRETCH = 0.1
-"""Least part of a shift along the surface that arrives at the foot, seen from the point."""
+"""Minimum stretch of a usable foot, see `Feet.stretches`."""
 
 _SAME = 1e-4
-"""mm: feet that are nearer to each other are one."""
+"""mm: feet nearer to each other count as one."""
 _CHUNK = 512
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SearchedFace:
-    """A face made ready for the search: its surface, outline and pieces inside the outline."""
+    """Face prepared for the search: its surface, outline and the pieces inside the outline."""
 
     number: int
     outward: bool
@@ -46,10 +46,10 @@ class SearchedFace:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Feet:
-    """The nearest places of faces to n points."""
+    """Nearest places of faces to n points."""
 
     faces: Int
-    """(n,): places in the faces that were searched; -1 where only an edge is near."""
+    """(n,): indices of the searched faces; -1 where only an edge is near."""
     parameters: Float
     """(n, 2): of the foot on the surface of its face."""
     feet: Points3
@@ -57,23 +57,24 @@ class Feet:
     normals: Points3
     """(n, 3), unit: out of the material; on an edge towards the point."""
     distances: Float
-    """(n,), mm: positive outside the material. Of the trimmed face, also where the foot is on an
-    edge; the sign there is that of the face beside it."""
+    """(n,), mm: positive outside the material; on an edge the sign is that of the face beside it.
+    """
     curvatures: Float
-    """(n, 2), 1/mm: positive where the material bends away (a shaft)."""
+    """(n, 2), 1/mm: positive if the material bends away (a shaft)."""
     edge_gaps: Float
     """(n,), mm: from the foot to the nearest edge."""
     rivals: Float
-    """(n,), mm: how much farther the next foot is; infinite without one within `RIVAL_MM`."""
+    """(n,), mm: extra distance of the next foot; infinite without one within `RIVAL_MM`."""
     on_edge: Bool
-    """(n,): the nearest place is on an edge, or not told from one."""
+    """(n,): the nearest place is on an edge, or not distinguishable from one."""
     stretches: Float
-    """(n,): one plus distance times curvature, the least: a foot shifts by the shift of its point
-    over this. Zero in a centre of curvature."""
+    """(n,): minimum of 1 + distance times curvature; 0 in a centre of curvature.
+
+    A shift of the point shifts its foot by that shift divided by this."""
 
     @property
     def doubts(self) -> tuple[str, ...]:
-        """Return why a distance is none to measure with, for each point; empty where it is."""
+        """Return for each point why its distance is not usable; empty if it is."""
         return tuple(
             "the nearest place is on an edge of the face"
             if edge
@@ -87,12 +88,12 @@ class Feet:
 
 
 def searched_face(face: ModelFace) -> SearchedFace:
-    """Return a face made ready for `nearest_feet`.
+    """Return a face prepared for `nearest_feet`.
 
     Raises
     ------
     InputError
-        The model holds no surface of it, or one that is no spline.
+        The model holds no surface of the face, or not a spline.
     """
     if face.spline is None:
         raise InputError(
@@ -117,13 +118,11 @@ def nearest_feet(points: Points3, faces: Sequence[SearchedFace]) -> Feet:
     ----------
     points
         (n, 3), mm, frame of the model.
-    faces
-        At least one.
 
     Raises
     ------
     InputError
-        A point is not finite, or there is no face.
+        A point is not finite, or ``faces`` is empty.
     """
     points = np.asarray(points, dtype=np.float64).reshape(-1, 3)
     if not faces or not np.all(np.isfinite(points)):
@@ -141,10 +140,10 @@ def nearest_feet(points: Points3, faces: Sequence[SearchedFace]) -> Feet:
 
 
 def followed_feet(points: Points3, faces: Sequence[SearchedFace], before: Feet) -> Feet:
-    """Return the feet of points that moved a little, from their feet before.
+    """Return the feet of points that moved a little, from their previous feet.
 
-    For the steps of a search: it looks at no other face and asks nothing of edges and rivals, and
-    its result is to be checked by `nearest_feet`. What had no foot inside is searched for again.
+    For the steps of an iteration: it considers no other face, edge or second foot, and the result
+    is to be checked by `nearest_feet`. Points without a foot inside are searched again.
     """
     lost = np.flatnonzero(before.faces < 0)
     found = {name: getattr(before, name).copy() for name in Feet.__dataclass_fields__}
@@ -165,7 +164,7 @@ def followed_feet(points: Points3, faces: Sequence[SearchedFace], before: Feet) 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Found:
-    """Feet that were found: k rows of point, face, parameters, place and distance."""
+    """k rows of point, face, parameters, place and distance."""
 
     points: Int
     faces: Int
@@ -182,7 +181,7 @@ class _Found:
 def _nearest(points: Points3, faces: Sequence[SearchedFace]) -> Feet:
     n = len(points)
     edge, edge_place, edge_face = _edges_near(points, faces)
-    # First of each face its nearest piece, which gives a distance that others must come below.
+    # The nearest piece of each face gives an upper bound of the distance for the others.
     least = [_bounds(points, face) for face in faces]
     found = [
         _first(points, i, face, bounds)
@@ -269,7 +268,7 @@ def _rivals(found: _Found, firsts: Int, use: Bool, n: int) -> Float:
 
 
 def _beside_edge(point: Float, face: SearchedFace, foot: Float) -> tuple[Float, float]:
-    """Return a direction from an edge to a point, out of the material, and on which side it is."""
+    """Return the direction from an edge to a point, out of the material, and its side."""
     start = _place_near(face, foot)
     normal = normals_at(face.surface, start[None])[0] * (1.0 if face.outward else -1.0)
     arm = point - foot
@@ -303,12 +302,12 @@ def _edges_near(points: Points3, faces: Sequence[SearchedFace]) -> tuple[Float, 
 
 
 def _bounds(points: Points3, face: SearchedFace) -> Float:
-    """Return how near the ball about every patch can be, (n, k), mm."""
+    """Return lower bounds of the distance of the ball about every patch, (n, k), mm."""
     middles = face.patches.middles
     centre = middles.mean(axis=0) if len(middles) else np.zeros(3)
     a, b = points - centre, middles - centre
     squares = np.sum(a * a, axis=1)[:, None] - 2.0 * a @ b.T + np.sum(b * b, axis=1)
-    # What the difference of great squares loses is less than this.
+    # Upper bound of the cancellation error of large squares.
     lost = 1e-6 * (1.0 + np.sqrt(np.abs(squares).max(initial=0.0)))
     bounds: Float = np.sqrt(np.maximum(squares, 0.0)) - face.patches.radii - lost
     return bounds
@@ -351,7 +350,7 @@ def _to_feet(points: Points3, number: int, face: SearchedFace, rows: Int, patche
 
 
 def _nudged(surface: BezierSurface, parameters: Float) -> Float:
-    """Return parameters (m, 2) with those on a side of the surface moved inwards a trifle.
+    """Return parameters (m, 2) with those on a side of the surface moved inwards slightly.
 
     Rays count a side of the outline that runs along the surface's own to one side of it only.
     """

@@ -1,8 +1,7 @@
-"""A face of the model as a plan holds it: exact, and readable without the model and its library.
+"""Face of the model as a plan holds it: exact, and readable without the model and a CAD library.
 
-A profile refers to a surface. The plan holds that surface itself, and so does every job that is
-measured by it: neither a file that was changed since nor a library that is not installed alters
-what a result says.
+The plan, and every job measured by it, holds the surface of a profile itself, so results do not
+depend on a later change of the model file or on an installed library.
 """
 
 from __future__ import annotations
@@ -19,26 +18,25 @@ from ocmm_core.part_model._nearest import SearchedFace, searched_face
 from ocmm_core.part_model._part_model import ModelFace, SplineSurface
 
 MOST_NUMBERS = 200_000
-"""Numbers of a face in a plan: some 3 MB of text."""
+"""Maximum numbers of a face in a plan: some 3 MB of text."""
 MOST_DEGREE = 25
-"""The highest degree that models are written with."""
+"""Highest degree in written models."""
 
 
 class NominalFace(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """One trimmed face; lengths in mm, frame of the nominals."""
 
     number: int
-    """Of the face in the model, from 1."""
+    """Number of the face in the model, from 1."""
     degree_u: int
     degree_v: int
     knots_u: tuple[float, ...]
     knots_v: tuple[float, ...]
-    """`degree_u`, `degree_v`, `knots_u`, `knots_v`: Of the rational B-spline; knots with
-    repetitions."""
+    """Of the rational B-spline; knots with repetitions."""
     poles: tuple[float, ...]
-    """x, y, z and weight of one pole after the other, those along v first."""
+    """x, y, z and weight of each pole, those along v first."""
     loops: tuple[tuple[float, ...], ...] = ()
-    """Outline and holes, each u, v of one corner after the other; empty: the whole surface."""
+    """Outline and holes, each u, v of its corners; empty: the whole surface."""
     outward: bool = True
     """The normal du x dv leaves the material."""
 
@@ -49,7 +47,7 @@ def nominal_face(face: ModelFace) -> NominalFace:
     Raises
     ------
     InputError
-        The model holds no surface of it, or it is too large for a plan.
+        The model holds no surface of the face, or it is too large for a plan.
     """
     if face.spline is None:
         raise InputError(
@@ -80,7 +78,7 @@ def nominal_face(face: ModelFace) -> NominalFace:
 
 
 def face_fault(face: NominalFace) -> str | None:
-    """Return what is wrong with a face, or None."""
+    """Return the error of a face, or None."""
     count = len(face.poles) + len(face.knots_u) + len(face.knots_v)
     count += sum(len(loop) for loop in face.loops)
     if count > MOST_NUMBERS:
@@ -103,18 +101,17 @@ def face_fault(face: NominalFace) -> str | None:
 
 @lru_cache(maxsize=64)
 def searched(face: NominalFace) -> SearchedFace:
-    """Return a face made ready for `nearest_feet`; kept, as a job asks for it at every touch.
+    """Return a face prepared for `nearest_feet`; cached, as a job needs it at every touch.
 
     Raises
     ------
     InputError
-        It is no rational B-spline.
+        The face is not a rational B-spline.
     """
     return searched_face(model_face(face))
 
 
 def model_face(face: NominalFace) -> ModelFace:
-    """Return a face of a plan as the model has it."""
     nu, nv = len(face.knots_u) - face.degree_u - 1, len(face.knots_v) - face.degree_v - 1
     poles = np.array(face.poles, dtype=np.float64).reshape(nu, nv, 4)
     spline = SplineSurface(

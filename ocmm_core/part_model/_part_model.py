@@ -1,4 +1,4 @@
-"""The nominal part as a CAD model has it: trimmed faces, their mesh and their edges."""
+"""Nominal part of a CAD model: trimmed faces, their mesh and their edges."""
 
 from __future__ import annotations
 
@@ -11,14 +11,14 @@ from numpy.typing import NDArray
 from ocmm_core.geometry import Float, RigidTransform
 
 Triangles: TypeAlias = NDArray[np.int32]
-"""Array (n, 3): rows of vertices, counter-clockwise seen from outside the material."""
+"""Array (n, 3): vertex indices, counter-clockwise seen from outside the material."""
 
 NO_COLOUR = ""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SplineSurface:
-    """A surface as a tensor product of rational B-splines."""
+    """Surface as a tensor product of rational B-splines."""
 
     poles: Float
     """(nu, nv, 3), mm, model frame."""
@@ -26,46 +26,41 @@ class SplineSurface:
     """(nu, nv)."""
     knots_u: Float
     knots_v: Float
-    """`knots_u`, `knots_v`: With repetitions, (nu + degree_u + 1,) and (nv + degree_v + 1,);
-    clamped at both ends, a periodic surface is unrolled."""
+    """With repetitions, (nu + degree_u + 1,) and (nv + degree_v + 1,); clamped at both ends, a
+    periodic surface is unrolled."""
     degree_u: int
     degree_v: int
-    """`degree_u`, `degree_v`: Of the polynomials."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ModelFace:
-    """One face of the model."""
+    """Face of the model."""
 
     number: int
-    """From 1, in the order of the file: how sentences name it."""
+    """From 1, in the order of the file; used in messages."""
     kind: str
-    """Plane, Cylinder, Cone, Sphere, Torus, BSplineSurface and so on: the word of the kernel that
-    read it."""
+    """Word of the CAD kernel: Plane, Cylinder, Cone, Sphere, Torus, BSplineSurface and so on."""
     name: str = ""
     layer: str = ""
     colour: str = NO_COLOUR
-    """`name`, `layer`, `colour`: As the model has them; empty where it says nothing. ``colour`` is
-    ``#rrggbb``."""
+    """From the model; empty if unknown. ``colour`` is ``#rrggbb``."""
     spline: SplineSurface | None = None
-    """The surface, for any kind, exactly; the normal du x dv leaves the material where ``outward``
-    is true. None where the file held no surface."""
+    """Exact surface of any kind; du x dv leaves the material if ``outward``. None without one."""
     outward: bool = True
     loops: tuple[Float, ...] = ()
     """Trimming outline and holes, each (n, 2), closed polygons in the parameters (u, v) of
-    ``spline``; material lies where a ray crosses them an odd time."""
+    ``spline``; material lies where a ray crosses them an odd number of times."""
     feature: str = ""
-    """Name that the import gave to the feature which this face belongs to; empty for none."""
+    """Name of the imported feature of this face; empty for none."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PartModel:
-    """The nominal part in the frame of its model; lengths in mm whatever the file's unit was."""
+    """Nominal part in the frame of its model; lengths in mm for any unit of the file."""
 
     source_name: str
     source_sha256: str
-    """`source_name`, `source_sha256`: File that it was read from, without its folder, and the hash
-    of its bytes, 64 hex digits."""
+    """Name of the source file without its folder, and the hash of its bytes, 64 hex digits."""
     vertices: Float
     """(n, 3), mm."""
     normals: Float
@@ -73,33 +68,32 @@ class PartModel:
     triangles: Triangles
     """(m, 3), see `Triangles`."""
     triangle_faces: NDArray[np.int32]
-    """(m,): the place in ``faces`` of the face that a triangle belongs to."""
+    """(m,): index in ``faces`` of the face of a triangle."""
     faces: tuple[ModelFace, ...]
     """In the order of the file."""
     edge_points: Float
     """(k, 3), mm: lines along the edges of all faces, one after another."""
     edge_starts: NDArray[np.int32]
-    """(e + 1,): where each line begins in ``edge_points``, and at last their number."""
+    """(e + 1,): start of each line in ``edge_points``, and at last their number."""
     edge_faces: NDArray[np.int32]
-    """(e, 2): the places in ``faces`` on both sides of an edge; -1 where there is none."""
+    """(e, 2): indices in ``faces`` of both sides of an edge; -1 if missing."""
     deflection_mm: float
-    """No triangle and no stretch of an edge is further from its face than this."""
+    """Maximum distance of triangles and edge segments from their face."""
 
     @property
     def box(self) -> Float:
-        """Return the least and the greatest coordinates, (2, 3), mm."""
+        """Return the minimum and the maximum coordinates, (2, 3), mm."""
         corners: Float = np.stack([self.vertices.min(axis=0), self.vertices.max(axis=0)])
         return corners
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PlacedPart:
-    """The nominal part where it is thought to be."""
+    """Nominal part at its assumed position."""
 
     model: PartModel
     """In its own frame, which is that of the nominals of the plan."""
     T_world_from_model: RigidTransform
-    """Where it is."""
     is_rough: bool
-    """Nothing that was measured tells where the part is, or not all that the alignment of the plan
-    needs: whatever shows the part says so."""
+    """The position is not measured, or not completely as the alignment of the plan needs it;
+    displays must say so."""

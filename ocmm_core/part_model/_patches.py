@@ -1,6 +1,6 @@
-"""Boxes around the pieces of a surface: how near it can be at all.
+"""Boxes around the pieces of a surface, as lower bounds of its distance.
 
-The hull of the poles of a Bezier patch with positive weights holds the patch. Patches are halved
+The hull of the poles of a Bezier patch with positive weights contains the patch. Patches are halved
 (de Casteljau) until they are flat, and each gets a box along its own middle; no point of the patch
 is nearer than its box.
 """
@@ -17,9 +17,9 @@ from ocmm_core.part_model._spline import BezierSurface
 _FLAT = 0.03
 """Height of a box, as part of its longer side, at which its patch is flat enough."""
 _SMALL = 0.02
-"""mm: a patch so small is not halved further."""
+"""mm: smaller patches are not halved further."""
 _MOST = 20_000
-"""Patches of a face."""
+"""Maximum patches of a face."""
 _ROUNDS = 24
 
 
@@ -29,9 +29,9 @@ class Patches:
 
     low: Float
     high: Float
-    """`low`, `high`: (k, 2): ranges of their parameters."""
+    """(k, 2): ranges of their parameters."""
     middles: Float
-    """(k, 3), mm: of their boxes."""
+    """(k, 3), mm: centres of the boxes."""
     axes: Float
     """(k, 3, 3): rows are the directions of the box."""
     halves: Float
@@ -39,22 +39,18 @@ class Patches:
 
     @property
     def radii(self) -> Float:
-        """Return radii (k,), mm, of balls about the middles that hold the boxes."""
+        """Return radii (k,), mm, of balls about the middles that contain the boxes."""
         radii: Float = np.linalg.norm(self.halves, axis=1)
         return radii
 
     def kept(self, chosen: Float | Int) -> Patches:
-        """Return some of them."""
         return Patches(
             self.low[chosen], self.high[chosen], self.middles[chosen], self.axes[chosen],
             self.halves[chosen],
         )  # fmt: skip
 
     def at_least(self, points: Float, patches: Int) -> Float:
-        """Return how near, mm, a patch can be to a point: (m,) of points (m, 3) and patches (m,).
-
-        No point of the patch is nearer.
-        """
+        """Return lower bounds (m,), mm, of the distance of points (m, 3) from patches (m,)."""
         arms = points - self.middles[patches]
         along = np.abs(np.einsum("mij,mj->mi", self.axes[patches], arms))
         outside = np.maximum(along - self.halves[patches], 0.0)
@@ -63,7 +59,7 @@ class Patches:
 
 
 def patches_of(surface: BezierSurface) -> Patches:
-    """Return the flat pieces of a surface, all of it."""
+    """Return the flat pieces of a whole surface."""
     a, b = surface.poles.shape[:2]
     poles = surface.poles.reshape(a * b, *surface.poles.shape[2:])
     low_u, low_v = np.meshgrid(surface.breaks_u[:-1], surface.breaks_v[:-1], indexing="ij")
@@ -98,7 +94,7 @@ def _boxes(poles: Float, low: Float, high: Float) -> Patches:
     first = _direction(along_u, along_v)
     normal = np.cross(first, along_v)
     lengths = np.linalg.norm(normal, axis=1)
-    # Any box that holds the hull is right; this one is small where the patch is flat.
+    # Any box that contains the hull is valid; this one is small where the patch is flat.
     spare = _perpendicular(first)
     flat = lengths <= 1e-9 * np.maximum(np.linalg.norm(along_v, axis=1), 1e-12)
     normal = np.where(flat[:, None], spare, normal / np.maximum(lengths, 1e-300)[:, None])
@@ -106,7 +102,7 @@ def _boxes(poles: Float, low: Float, high: Float) -> Patches:
     seen = np.einsum("kij,knj->kni", axes, hull)
     least, most = seen.min(axis=1), seen.max(axis=1)
     middles = np.einsum("kij,ki->kj", axes, 0.5 * (least + most))
-    # What rounding leaves of a hull does not stand outside of its box.
+    # Margin for rounding errors of the hull.
     halves = 0.5 * (most - least) + 1e-9
     return Patches(low, high, middles, axes, halves)
 
@@ -135,7 +131,7 @@ def _halved(poles: Float, low: Float, high: Float) -> tuple[Float, Float, Float]
     long_v = np.linalg.norm(np.diff(places, axis=2), axis=-1).sum(axis=2).max(axis=1)
     bent_u = _bend(places, 1)
     bent_v = _bend(places, 2)
-    # What is straight in one direction is halved in the other, unless it is far too long there.
+    # A patch that is straight in one direction is halved in the other, unless it is far too long.
     by_u = 4.0 * bent_u + 0.01 * long_u >= 4.0 * bent_v + 0.01 * long_v
     found = []
     for chosen, axis in ((by_u, 0), (~by_u, 1)):
@@ -151,7 +147,7 @@ def _halved(poles: Float, low: Float, high: Float) -> tuple[Float, Float, Float]
 
 
 def _bend(places: Float, axis: int) -> Float:
-    """Return how far poles stand off a straight line along an axis at most, (k,), about."""
+    """Return the approximate maximum distance of poles from a straight line along an axis, (k,)."""
     if places.shape[axis] < 3:
         return np.zeros(len(places))
     second = np.linalg.norm(np.diff(places, n=2, axis=axis), axis=-1)

@@ -2,8 +2,8 @@
 
 A knot span of a tensor product is one Bezier patch. Its poles are the values of the blossom of the
 spline (L. Ramshaw, Blossoming: a connect-the-dots approach to splines, 1987) at the ends of the
-span: pole j of degree p is f(a, ..., a, b, ..., b) with b j times. Of a patch everything follows
-from Bernstein polynomials, and the hull of its poles holds it, which is what bounds rest on.
+span: pole j of degree p is f(a, ..., a, b, ..., b) with b j times. Patches are evaluated by
+Bernstein polynomials, and the hull of their poles contains them, on which bounds rely.
 """
 
 from __future__ import annotations
@@ -21,38 +21,36 @@ from ocmm_core.part_model._part_model import SplineSurface
 _FLAT = 1e-12
 """Length of a tangent, as part of the size of the surface, below which it has no direction."""
 _INWARDS = 1e-6
-"""Part of the range of a parameter by which a pole of the surface is left to find its normal."""
+"""Part of the range of a parameter by which a degenerate pole is left to find its normal."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class BezierSurface:
-    """A surface by its knot spans."""
+    """Surface as its knot spans."""
 
     poles: Float
     """(a, b, p + 1, q + 1, 4) of a by b spans: weight times place, mm, and the weight."""
     breaks_u: Float
     breaks_v: Float
-    """`breaks_u`, `breaks_v`: (a + 1,) and (b + 1,), rising: where the spans meet."""
+    """(a + 1,) and (b + 1,), rising: limits of the spans."""
     closed_u: bool
     closed_v: bool
-    """`closed_u`, `closed_v`: Its opposite sides are the same line: a parameter goes on there from
-    the beginning."""
+    """Opposite sides are the same line: the parameter continues from the beginning."""
     size: float
     """mm: diagonal of the box of its poles."""
 
     @property
     def low(self) -> Float:
-        """Return the least parameters (2,)."""
+        """Return the minimum parameters (2,)."""
         return np.array([self.breaks_u[0], self.breaks_v[0]])
 
     @property
     def high(self) -> Float:
-        """Return the greatest parameters (2,)."""
+        """Return the maximum parameters (2,)."""
         return np.array([self.breaks_u[-1], self.breaks_v[-1]])
 
     @property
     def closed(self) -> tuple[bool, bool]:
-        """Return in which parameters it is closed."""
         return self.closed_u, self.closed_v
 
 
@@ -69,13 +67,10 @@ class Derivatives:
 
 
 def bezier_surface(spline: SplineSurface) -> BezierSurface:
-    """Return a spline by its knot spans.
+    """Return a spline as its knot spans.
 
-    Raises
-    ------
-    InputError
-        Numbers of poles, knots and degrees do not belong together, knots fall, or a weight is not
-        positive.
+    Raises InputError if the numbers of poles, knots and degrees do not match, knots fall, or a
+    weight is not positive.
     """
     _check(spline)
     weighted = np.concatenate(
@@ -144,12 +139,9 @@ def normals_at(surface: BezierSurface, parameters: Float) -> Float:
 
 
 def curvatures_at(surface: BezierSurface, parameters: Float, normals: Float) -> Float:
-    """Return the principal curvatures (m, 2), 1/mm, positive where the surface bends away.
+    """Return the principal curvatures (m, 2), 1/mm, positive if the surface bends away.
 
-    Parameters
-    ----------
-    normals
-        (m, 3), unit, to the side that they are seen from: a ball seen from outside has 1 / radius.
+    `normals` (m, 3), unit, point to the viewer: a ball seen from outside has 1 / radius.
     """
     found = derivatives_at(surface, parameters)
     e, f, g = (
@@ -193,10 +185,7 @@ def _check(spline: SplineSurface) -> None:
 
 
 def _spans(knots: Float, degree: int) -> tuple[Float, Float, Int]:
-    """Return breaks (k + 1,), from poles of the spline to those of each span, and its first pole.
-
-    The second is (k, p + 1, p + 1).
-    """
+    """Return breaks (k + 1,), pole matrices (k, p + 1, p + 1) and the first pole of each span."""
     # Knots before and after the range belong to surfaces that are not clamped at their ends.
     rising = np.flatnonzero(np.diff(knots) > 0.0)
     spans = rising[(rising >= degree) & (rising < len(knots) - degree - 1)]
@@ -209,7 +198,7 @@ def _spans(knots: Float, degree: int) -> tuple[Float, Float, Int]:
 def _summed(poles: Float, by_u: Float, by_v: Float) -> Float:
     """Return poles (m, p + 1, q + 1, 4) by polynomials (m, a, p + 1), (m, b, q + 1): (m, a, b, 4).
 
-    As products of matrices: they take half the time of one sum over all indices.
+    Matrix products take half the time of one sum over all indices.
     """
     m, p, q, _ = poles.shape
     rows = (by_u @ poles.reshape(m, p, 4 * q)).reshape(m, by_u.shape[1], q, 4)
@@ -218,10 +207,7 @@ def _summed(poles: Float, by_u: Float, by_v: Float) -> Float:
 
 
 def _bernstein(breaks: Float, degree: int, parameters: Float, orders: int = 2) -> tuple[Int, Float]:
-    """Return the span of each parameter, and polynomials with their derivatives (m, 3, p + 1).
-
-    With fewer orders of derivatives they are (m, orders + 1, p + 1).
-    """
+    """Return the span of each parameter, and derivatives of polynomials (m, orders + 1, p + 1)."""
     spans = np.clip(np.searchsorted(breaks, parameters, side="right") - 1, 0, len(breaks) - 2)
     width = breaks[spans + 1] - breaks[spans]
     share = (parameters - breaks[spans]) / width

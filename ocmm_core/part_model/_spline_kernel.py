@@ -1,4 +1,4 @@
-"""Compiled: from the poles of a spline to those of its knot spans."""
+"""Compiled: convert the poles of a spline to those of its knot spans."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ from ocmm_core.geometry import Float, Int
 
 @compiled()
 def to_bezier(knots: Float, degree: int, spans: Int, found: Float) -> None:
-    """Fill in ``found`` (k, p + 1, p + 1): pole of each span by the p + 1 poles that it has.
+    """Fill in ``found`` (k, p + 1, p + 1): weights of the p + 1 spline poles for each span pole.
 
-    ``spans`` (k,): the knot where each begins. Pole j is the blossom f(a, ..., a, b, ..., b) with
-    the end b of the span j times: de Boor's scheme with an argument of its own in each step, the
-    first j of them b. Row j of ``values`` is what it has in place of a pole, as weights of the
-    poles; after p steps the last row is the answer.
+    ``spans`` (k,) is the first knot of each. Pole j is the blossom f(a, ..., a, b, ..., b) with the
+    end b of the span j times: de Boor's scheme with a separate argument in each step, the first j
+    of them b. Row j of ``values`` is a pole as weights of the poles; after p steps the last row is
+    the result.
     """
     values = np.empty((degree + 1, degree + 1))
     for s in range(len(spans)):

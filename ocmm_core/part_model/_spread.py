@@ -1,4 +1,4 @@
-"""Places on a trimmed face for a ball: far from its edges, where it fits, far from each other."""
+"""Touch points on a trimmed face: far from its edges and each other, where the ball fits."""
 
 from __future__ import annotations
 
@@ -21,12 +21,12 @@ def spread_places(
 ) -> tuple[Float, Float]:
     """Return places (k, 3), mm, on a face and its outward normals; k is at most ``count``.
 
-    Each is as far as can be from those before it, the first one from the edges.
+    Each is as far as possible from the previous ones, the first one from the edges.
 
     Parameters
     ----------
     clear_mm
-        Least distance from every edge.
+        Minimum distance from every edge.
     ball_radius
         mm: a ball there touches this place alone.
     """
@@ -43,7 +43,7 @@ def spread_places(
     places, normals, gaps = places[fits], normals[fits], gaps[fits]
     chosen: list[int] = []
     order = _order(places, gaps)
-    # Which place comes next does not depend on those that are refused: many are asked at once.
+    # The order does not depend on refused places: many are evaluated at once.
     while len(chosen) < count and (asked := list(islice(order, count))):
         feet = nearest_feet(places[asked] + ball_radius * normals[asked], [face])
         for row, doubt, distance in zip(asked, feet.doubts, feet.distances, strict=True):
@@ -54,7 +54,7 @@ def spread_places(
 
 
 def _order(places: Float, gaps: Float) -> Iterator[int]:
-    """Return all places, each as far as can be from edges and from those before it."""
+    """Yield all places, each as far as possible from edges and from the previous ones."""
     apart = np.minimum(gaps, 1e6)
     while len(places) and float(apart.max()) > 0.0:
         best = int(np.argmax(apart))

@@ -1,4 +1,4 @@
-"""The outline of a trimmed face: what lies inside it, and how far its edges are."""
+"""Outline of a trimmed face: inside test and distance of its edges."""
 
 from __future__ import annotations
 
@@ -14,24 +14,22 @@ _SEAM = 1e-7
 """Part of the range of a parameter within which a line lies on the side of the surface."""
 _CHUNK = 2_000_000
 _CHORD_MM = 0.002
-"""A stretch of an edge is halved until its chord is no farther from it than this, about."""
+"""Approximate maximum distance of a chord from its edge; longer ones are halved."""
 _LONG = 0.1
-"""Part of the size of the surface from which on a stretch is halved at least `_AT_LEAST` times."""
+"""Part of the size of the surface above which a segment is halved at least `_AT_LEAST` times."""
 _AT_LEAST = 3
 _HALVINGS = 10
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Trimming:
-    """The outline of a face."""
-
     sides: Float
-    """(k, 2, 2): the sides of all loops in the parameters of the surface."""
+    """(k, 2, 2): sides of all loops in the parameters of the surface."""
     edges: Float
-    """(e, 2, 3), mm: the same as stretches in space, without seams and poles of the surface."""
+    """(e, 2, 3), mm: the sides as segments in space, without seams and poles of the surface."""
 
     def holds(self, parameters: Float) -> np.ndarray[tuple[int], np.dtype[np.bool_]]:
-        """Return which parameters (m, 2) lie inside: a ray crosses the sides an odd time."""
+        """Return which parameters (m, 2) lie inside, by the parity of crossings of a ray."""
         inside = np.zeros(len(parameters), dtype=bool)
         (u0, v0), (u1, v1) = self.sides[:, 0].T, self.sides[:, 1].T
         slope = (u1 - u0) / np.where(v1 != v0, v1 - v0, np.inf)
@@ -87,7 +85,7 @@ def _edges(surface: BezierSurface, sides: Float) -> Float:
             continue
         along = sides[..., axis]
         for end in (surface.low[axis], surface.high[axis]):
-            # The surface goes on beyond its seam.
+            # The surface continues beyond its seam.
             real &= ~np.all(np.abs(along - end) <= _SEAM * span[axis], axis=1)
     starts, ends = sides[real, 0], sides[real, 1]
     found = []

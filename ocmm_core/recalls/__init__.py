@@ -1,11 +1,10 @@
-"""A later finding over all archived jobs, wherever they were measured.
+"""Recalls: later findings applied to all archived jobs of all stations.
 
-In: an archive, the histories of the stations' calibrations, a finding. Out: a recall of all jobs
-that it touches; marks in the archive, by which statistics leave jobs out and
-stations hold them back.
+In: an archive, the histories of the stations' calibrations, a finding. Out: a recall of all
+affected jobs; marks in the archive that exclude jobs from statistics and hold them at stations.
 
-Read `_over_archive` (which jobs are touched, and what becomes of them), `_deciding` (the marks).
-It must not know a running station: that learns by the marks (`archive.learn_marks`).
+Read `_over_archive` (affected jobs and their outcome), `_deciding` (the marks).
+It must not know a running station: stations learn by the marks (`archive.learn_marks`).
 """
 
 from __future__ import annotations

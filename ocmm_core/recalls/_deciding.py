@@ -1,4 +1,4 @@
-"""A recall that somebody decides: its document and its marks in the archive, all or nothing."""
+"""Decided recalls: the document and its marks in the archive, in one transaction."""
 
 from __future__ import annotations
 
@@ -17,15 +17,15 @@ from ocmm_core.inspection.recall import headline
 def decide_archived(
     archive: Archive, record: RecallRecord, who: str, now: datetime
 ) -> tuple[RecallRecord, int]:
-    """Store a recall with its marks; return it with who decided, and its number in the archive.
+    """Store a recall with its marks; return it signed, and its number in the archive.
 
-    Jobs whose verdicts and values all hold are let go, others are held back. Stations learn of it
-    with their next hand-over.
+    Jobs whose verdicts and values all hold are released, others are held. Stations learn of it with
+    their next upload.
 
     Raises
     ------
     InputError
-        Nobody is named, or another recall was stored since this one was computed.
+        No name, or another recall was stored since this one was computed.
     StorageError
         It cannot be stored, or this login may not.
     """
@@ -35,7 +35,7 @@ def decide_archived(
             "No name given for the decision.",
             "Give the name of the person who decides.",
         )
-    # By the clock of the archive alone: one that is ahead would hold up every recall after it.
+    # Compare by the archive's clock: a fast local clock would block every later recall.
     made = datetime.fromisoformat(record.made_utc) + (archive.now() - datetime.now(UTC))
     for one in archive.findings():
         if one.kind == "recall" and time_of(archive.place, one.received_utc) > made:
@@ -54,7 +54,7 @@ def decide_archived(
 
 
 def marks_of(record: RecallRecord, who: str, utc: str) -> tuple[MarkRow, ...]:
-    """Return the mark of each job of a recall; the latest of a job counts."""
+    """Return the mark of each job of a recall; the latest mark of a job counts."""
     return tuple(
         MarkRow(
             job_uuid=job.job_uuid, kind="recall", holds=not _let_go(job),
@@ -65,5 +65,5 @@ def marks_of(record: RecallRecord, who: str, utc: str) -> tuple[MarkRow, ...]:
 
 
 def _let_go(job: RecalledJob) -> bool:
-    """Return whether a job may be shown as it is: verdicts hold, and values too."""
+    """Return whether a job is released: verdicts hold, and values also."""
     return job.outcome is Outcome.HOLDS and all(one.released for one in job.characteristics)

@@ -1,9 +1,9 @@
-"""Which archived jobs a finding touches, and what becomes of them.
+"""Archived jobs affected by a finding, and their outcome.
 
-A calibration in doubt is known by its history; the histories of several stations are folders beside
-each other, and the one that knows the calibration of a job answers for it. An artefact or a tip is
-found by what the archive knows each job has used. Where a job is touched and its history is not
-here, nobody can compute it anew: CANNOT BE KNOWN.
+A suspect calibration is found in its history; histories of several stations are sibling folders,
+and the one that has the calibration of a job decides. Artefacts and tips are found in the archive's
+records of use. If a job is affected and its history is missing here, its outcome is CANNOT BE
+KNOWN.
 """
 
 from __future__ import annotations
@@ -52,25 +52,19 @@ _USED_LATE = (
 
 @dataclass(frozen=True, slots=True)
 class ShopPlaces:
-    """Where the shop keeps what a recall needs.
-
-    Attributes
-    ----------
-    address, password
-        Of the archive, as for `open_archive`.
-    """
+    """Places of archive and histories of the shop."""
 
     address: str
     calibrations: tuple[Path, ...]
-    """Folders with the histories of stations, rig by rig in each."""
+    """Folders with the histories of stations, one folder per rig in each."""
     probes: Path | None = None
-    """Probe by probe; None is the folder of this user."""
+    """One folder per probe; None is the folder of this user."""
     password: Path | None = None
 
 
 @dataclass(frozen=True, slots=True)
 class ArchiveFinding:
-    """Something that jobs have used and that was wrong."""
+    """Faulty equipment that jobs used."""
 
     kind: str
     """``artefact``, ``tip``, ``calibration`` or another kind of the archive's ``used``."""
@@ -80,15 +74,12 @@ class ArchiveFinding:
 
     @property
     def sentence(self) -> str:
-        """Return it in words."""
         since = self.since.date().isoformat()
         return f"{self.kind.capitalize()} {self.identity} was found to be wrong since {since}."
 
 
 @dataclass(frozen=True, slots=True)
 class _Archived:
-    """A row of `_JOBS`."""
-
     job_id: int
     job_uuid: str
     sha256: str
@@ -103,7 +94,7 @@ class _Archived:
 
     @property
     def path(self) -> Path:
-        """Return what it is called: no file of this computer."""
+        """Return a display path; no such file exists on this computer."""
         words = [one for one in (self.part, self.serial, self.job_uuid[:8]) if one]
         name = " ".join(words).replace("/", "-").replace("\\", "-")
         return Path(self.station.replace("/", "-")) / f"{name}{SUFFIX}"
@@ -116,14 +107,14 @@ def recall_archive(
     site: Site = HERE,
     finding: ArchiveFinding | None = None,
 ) -> RecallRecord:
-    """Return what becomes of all archived jobs that are in doubt; nothing is changed by it.
+    """Return the outcome of all suspect archived jobs; changes nothing.
 
     Parameters
     ----------
     site
-        Where jobs are computed. Workers get their bytes; they never ask the archive.
+        Where jobs are computed. Workers receive bytes and never access the archive.
     finding
-        What was found besides the histories; None: these alone.
+        A finding in addition to the histories; None: histories alone.
 
     Raises
     ------
@@ -169,8 +160,8 @@ def recall_archive(
             share = _LOOKING + (1.0 - _LOOKING) * done / max(len(touched), 1)
             tell(f"Recalculated {done} of {len(touched)} jobs", share)
 
-        # Processes of this computer open the archive themselves; for workers elsewhere it is
-        # read here, by the connection that is open.
+        # Local processes open the archive themselves; for remote workers it is read here over the
+        # open connection.
         contents = partial(_content_of, places, hashes)
         if site.scheduler:
             contents = partial(_from_open, archive, hashes)
@@ -210,13 +201,13 @@ def _users(archive: Archive, finding: ArchiveFinding | None) -> frozenset[int]:
     late = archive.ask(
         _USED_LATE, {"kind": finding.kind, "identity": finding.identity, "since": since}
     )
-    # A station's clock that was behind makes a job look older than what was found.
+    # A slow station clock makes a job look older than the finding.
     behind = (row[0] for row in late.rows if _was_behind(archive.place, row[1], row[2]))
     return frozenset(int(str(one)) for one in (*(row[0] for row in table.rows), *behind))
 
 
 def _was_behind(place: str, sent_utc: Cell, received_utc: Cell) -> bool:
-    """Return whether the clock of a station was behind that of the archive at a delivery."""
+    """Return whether a station's clock was behind the archive's at a delivery."""
     behind = time_of(place, received_utc) - time_of(place, sent_utc)
     return behind.total_seconds() > CLOCK_TELL_S
 
@@ -224,11 +215,11 @@ def _was_behind(place: str, sent_utc: Cell, received_utc: Cell) -> bool:
 def _touched(
     archive: Archive, row: _Archived, doubtings: list[Doubting]
 ) -> DoubtedJob | str | None:
-    """Return a job in doubt, `_ELSEWHERE` where its history is not here, None where all is well."""
+    """Return a suspect job, `_ELSEWHERE` if its history is missing here, None if unaffected."""
     if row.fault:
         raise InputError("recall.altered", row.fault, "Look at the file at its station.")
     if not row.calibration:
-        # Measured by a document: no history can put it in doubt.
+        # Measured by a document: no history can make it suspect.
         return None
     for doubting in doubtings:
         if doubting.knows(row.rig, row.calibration):
@@ -246,7 +237,7 @@ def _from_open(archive: Archive, hashes: dict[Path, str], job: DoubtedJob) -> tu
 
 
 def _unknown(row: _Archived, record: JobRecord, finding: ArchiveFinding) -> RecalledJob:
-    """Return a job that used what was wrong, and that nobody can compute without it."""
+    """Return an affected job that cannot be recalculated."""
     return RecalledJob(
         path=str(row.path),
         sha256=row.sha256,

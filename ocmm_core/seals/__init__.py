@@ -1,7 +1,7 @@
-"""Signatures and completeness: the key of this station, trusted keys, and remembered chains.
+"""Signatures and completeness: key of this station, trusted keys, and remembered chains.
 
-In: the head of a chain, or the hashes of files. Out: a signature, its state and signer, and how far
-a chain went when this station last saw it.
+In: the head of a chain, or the hashes of files. Out: a signature, its state and signer, and the
+last recorded end of a chain.
 
 Read `_key` (the key of the station, in a file or in one of `_tokens`, and the `_ring` of trusted
 keys), `_public` (verification), `_signature` (kinds of signed content, and states), `_release` (a

@@ -1,7 +1,7 @@
 """Signed list of the ends in the memory, kept outside this computer (an archive, another disk).
 
-A second computer that trusts the station learns from it how far its histories went, and the
-station itself recognizes that its own memory was set back.
+A second computer that trusts the station learns the ends of its histories from it, and the station
+detects that its own memory was set back.
 """
 
 from __future__ import annotations
@@ -22,15 +22,15 @@ from ocmm_core.side_files import SIDE_FILES, Trusted, read_guarded
 _MOST_MEMORY = SIDE_FILES[Trusted.MEMORY][0].most
 
 JOB = "job "
-"""First characters of the names of jobs in the memory."""
+"""Prefix of the names of jobs in the memory."""
 _MOST, _MOST_JOBS = 1000, 200
-"""Ends in a list: a station has some for each rig and probe, and a new one for each job."""
+"""Maximum ends in a list of histories (some for each rig and probe) and of jobs."""
 
 
 class _Heads(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
     heads: tuple[KnownEnd, ...] = ()
     jobs: tuple[KnownEnd, ...] = ()
-    """`heads`, `jobs`: A list has the ends of histories, or of jobs."""
+    """A list has either the ends of histories, or those of jobs."""
 
 
 class _SignedHeads(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
@@ -39,12 +39,12 @@ class _SignedHeads(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 def signed_heads(keys: KeyFolder, kept: Sequence[str] = ()) -> str:
-    """Return the signed ends of all histories in the memory; empty if there is nothing to keep.
+    """Return the signed ends of all histories in the memory; empty if there is nothing new.
 
     Parameters
     ----------
     kept
-        Lists that are kept already; one of this station with the same ends is not made again.
+        Existing lists; one of this station with the same ends is not made again.
 
     Raises
     ------
@@ -87,19 +87,17 @@ def _own_lists(keys: KeyFolder, kept: Sequence[str]) -> Iterator[_Heads]:
 
 
 def learn_heads(text: str, place: str, keys: KeyFolder) -> int:
-    """Add ends that go further than those known here to the memory; return how many there were.
+    """Add ends beyond those in the memory; return their number.
 
     Parameters
     ----------
     text
         From `signed_heads` of this or a trusted station.
-    place
-        Where it was found, for messages.
 
     Raises
     ------
     StorageError
-        It is not such a list, or no trusted station signed it.
+        The text is not a list of ends, or not signed by a trusted station.
     """
     try:
         found = msgspec.json.decode(text, type=_SignedHeads)
@@ -112,7 +110,7 @@ def learn_heads(text: str, place: str, keys: KeyFolder) -> int:
     learned = 0
     for seen in (*found.content.heads, *found.content.jobs):
         job = seen.name.startswith(JOB)
-        # What this station knows of its own jobs is not for others to say.
+        # Other stations may not change the ends of this station's own jobs.
         foreign = job and state.station != THIS_STATION
         with contextlib.suppress(StorageError, ValueError):
             learned += _learn(msgspec.structs.replace(seen, place=place), foreign=foreign)
@@ -136,7 +134,7 @@ def _is_later(seen: KnownEnd, known: KnownEnd) -> bool:
 
 
 def _known_ends() -> list[KnownEnd]:
-    """Return all ends in the memory, the latest first, without times and places."""
+    """Return all ends in the memory, latest first, without times and places."""
     found: list[tuple[float, KnownEnd]] = []
     for path in memory_folder().glob("*.json"):
         with contextlib.suppress(OSError, ValueError, OcmmError, RecursionError):

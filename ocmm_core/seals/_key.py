@@ -1,8 +1,8 @@
-"""The key of this station, and the keys whose signatures it believes.
+"""Key of this station, and the keys whose signatures it trusts.
 
-The private key is one file that only the station's user can read, or lies in a token that never
-gives it away. A key that is replaced goes to the ring of known keys, so that what it signed still
-verifies. Whoever reads files of another station adds the public key of that station to the ring.
+The private key is a file readable only by the user of the station, or lies in a token. A replaced
+key goes to the ring of trusted keys, so that its signatures still verify. To read files of another
+station, its public key is added to the ring.
 """
 
 from __future__ import annotations
@@ -34,66 +34,62 @@ _TOKEN = "token.json"  # noqa: S105 - the name of a file
 
 @dataclass(frozen=True, slots=True)
 class StationKey:
-    """The private key of this station."""
+    """Private key of this station."""
 
     _sign: Callable[[bytes], bytes]
     public: bytes
-    """The public key: 32 bytes of Ed25519, or 33 of ECDSA on P-256."""
+    """32 bytes of Ed25519, or 33 of ECDSA on P-256."""
     kept_in: str
-    """Where it is, for people."""
+    """Location of the private key, for messages."""
 
     @property
     def fingerprint(self) -> str:
-        """Return its name."""
         return fingerprint_of(self.public)
 
     def sign(self, content: bytes) -> bytes:
-        """Return the signature, 64 bytes; StorageError where a token does not answer."""
+        """Return the signature, 64 bytes; StorageError if a token does not answer."""
         return self._sign(content)
 
 
 class KeyFolder:
-    """Where the key of this station and the ring of known keys are; read anew at every question.
+    """Folder with the key of this station and the ring of trusted keys; read anew at each call.
 
-    Parameters
-    ----------
-    folder
-        None is that of this user.
+    `folder` None is the folder of this user.
     """
 
     def __init__(self, folder: Path | None = None) -> None:
         self.folder = platformdirs.user_data_path("ocmm") / "keys" if folder is None else folder
 
     def station_key(self) -> StationKey:
-        """Return the key of this station; the first time it is made.
+        """Return the key of this station; made at the first call.
 
         Raises
         ------
         StorageError
-            It cannot be read or made, is damaged, or others can read it.
+            The key cannot be read or made, is damaged, or others can read it.
         """
         found = self._stored_key()
         return self._make() if found is None else found
 
     def own_public(self) -> bytes | None:
-        """Return the public key of this station; None where it has none that can be used."""
+        """Return the public key of this station; None without a usable one."""
         with contextlib.suppress(StorageError):
             found = self._stored_key()
             return None if found is None else found.public
         return None
 
     def known(self) -> tuple[KnownKey, ...]:
-        """Return the ring of known keys, without the one in force.
+        """Return the ring of trusted keys, without the one in force.
 
         Raises
         ------
         StorageError
-            It is damaged or cannot be read.
+            The ring is damaged or cannot be read.
         """
         return read_ring(self.folder)
 
     def believed(self) -> dict[str, str]:
-        """Return for each public key that is believed, as Base64, what its station is called."""
+        """Return the station name of each trusted public key (Base64)."""
         names = {key.public: key.name for key in self.known()}
         own = self.own_public()
         if own is not None:
@@ -101,7 +97,7 @@ class KeyFolder:
         return names
 
     def trust(self, public: bytes, name: str, who: str, reason: str, now: datetime) -> KnownKey:
-        """Believe the key of another station from now on.
+        """Trust the key of another station from now on.
 
         Raises
         ------
@@ -126,19 +122,16 @@ class KeyFolder:
     def replace(
         self, who: str, reason: str, now: datetime, token: TokenPlace | None = None
     ) -> StationKey:
-        """Make a new key for this station; what the old one signed still verifies.
+        """Make a new key for this station; signatures of the old one still verify.
 
-        The old key goes to the ring first: at no moment is there a key in force whose forerunner
-        nobody knows.
+        The old key goes to the ring first, so that at no moment a key is in force whose predecessor
+        is
+        unknown.
 
         Parameters
         ----------
-        who, reason
-            Who replaces it, and why.
-        now
-            The moment, with its time zone.
         token
-            Where the new key is made; None makes it in a file.
+            Token that makes the new key; None makes it in a file.
 
         Raises
         ------
@@ -162,12 +155,12 @@ class KeyFolder:
         return self.station_key()
 
     def token_place(self) -> TokenPlace | None:
-        """Return the token that the key of this station is in; None where it is in a file.
+        """Return the token of the key of this station; None for a key in a file.
 
         Raises
         ------
         StorageError
-            What is known of the token is damaged, cannot be read, or others can read it.
+            The token record is damaged, cannot be read, or others can read it.
         """
         found = self._token_key()
         return None if found is None else found.place
@@ -219,11 +212,12 @@ class KeyFolder:
         return self._station_key(private)
 
     def _put(self, name: str, content: bytes, *, instead_of: str) -> None:
-        """Put a key into force in the place of the one before, wherever that is kept."""
+        """Put a key into force in place of the previous one, in a file or a token."""
         temporary = private_temporary(self.folder / name, content)
         try:
             temporary.replace(self.folder / name)
-            # A token is in force before a file. Cut here, the key before stays so: it is known.
+            # A token takes precedence over a file. If interrupted here, the previous key stays in
+            # force.
             (self.folder / instead_of).unlink(missing_ok=True)
         except OSError as error:
             raise unwritable(self.folder, error) from error
@@ -232,17 +226,13 @@ class KeyFolder:
 
 
 class KeptKeys(KeyFolder):
-    """The keys that are believed, as they are when they are asked for the first time.
-
-    For one look at many files.
-    """
+    """Trusted keys cached at the first request, to read many files."""
 
     def __init__(self, folder: Path | None = None) -> None:
         super().__init__(folder)
         self._kept: dict[str, str] | None = None
 
     def believed(self) -> dict[str, str]:
-        """Return what `KeyFolder.believed` said first."""
         if self._kept is None:
             self._kept = super().believed()
         return self._kept

@@ -1,8 +1,8 @@
-"""Memory of the station: how far each chain went, and the latest time seen.
+"""Memory of the station: last recorded end of each chain, and the latest time seen.
 
 A chain that was cut at its end, or replaced by an older copy, carries a good signature. The memory
-of this user on this computer holds the last known end of each chain, keyed by the identity of the
-thing (job, history, cameras, probe), never by a path. A copy is recognized wherever it lies.
+of this user on this computer holds the last end of each chain, keyed by the identity of the
+thing (job, history, cameras, probe), never by a path. A copy is recognized in any folder.
 
 Everything that this station signs is in its memory before it is signed. So a missing memory is
 recognized by the signature, except for files from before a `start_memory` by name.
@@ -36,17 +36,17 @@ _HISTORY = "history "
 
 
 class KnownEnd(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """The last known end of a chain."""
+    """Last recorded end of a chain."""
 
     name: str
-    """Identity of the chain or of the thing it is about."""
+    """Identity of the chain or of its thing."""
     count: int
     link: str
-    """`count`, `link`: Number of lines, and hash of the last one; 0 before the first is written."""
+    """Number of lines, and hash of the last one; 0 before the first is written."""
     utc: str = ""
     """Latest time at which the chain was checked, ISO 8601 text; empty if unknown."""
     place: str = ""
-    """Last known path, for messages."""
+    """Last path, for messages."""
     first: str = ""
     """Hash of the first line; only for things with a history."""
     moment: str = ""
@@ -57,7 +57,7 @@ class KnownEnd(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=
     """Path of the history that replaced this one; only from memories of version 0.1."""
 
     def holds_in(self, links: Sequence[str]) -> bool:
-        """Return whether a chain still has the line that was its last one."""
+        """Return whether a chain still contains its last recorded line."""
         return not self.count or (len(links) >= self.count and links[self.count - 1] == self.link)
 
 
@@ -73,7 +73,7 @@ class _SignedStart(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 def recall(name: str) -> KnownEnd | None:
-    """Return the last known end of a chain; None if the station has never seen it.
+    """Return the last recorded end of a chain; None if the station has never seen it.
 
     Raises
     ------
@@ -108,7 +108,7 @@ def remember(seen: KnownEnd, *, sync: bool = True) -> None:
 
 
 def expect(name: str, place: Path) -> None:
-    """Open the memory of a chain that is about to get its first line."""
+    """Create the memory of a chain that is about to get its first line."""
     with contextlib.suppress(StorageError):
         if recall(name) is None:
             remember(KnownEnd(name=name, count=0, link="", place=str(place)))
@@ -127,7 +127,6 @@ def station_clock() -> str:
 
 
 def set_station_clock(utc: str) -> None:
-    """Store the latest time at which this station checked any history."""
     remember(KnownEnd(name=_CLOCK, count=0, link="", utc=utc))
 
 
@@ -136,8 +135,6 @@ def memory_loss(name: str, last_utc: str, keys: KeyFolder) -> StorageError | Non
 
     Parameters
     ----------
-    name
-        Of the chain; `recall` returns None for it.
     last_utc
         Time of its last line, ISO 8601 text; empty if unknown.
     """
@@ -154,7 +151,7 @@ def memory_loss(name: str, last_utc: str, keys: KeyFolder) -> StorageError | Non
 
 
 def memory_start(keys: KeyFolder) -> str:
-    """Return who accepted that files are not in the memory, as a sentence; empty if nobody did."""
+    """Return who accepted that files are not in the memory, as a sentence; empty without one."""
     start = _read_start(keys)
     return (
         ""
@@ -198,7 +195,6 @@ def start_memory(keys: KeyFolder, who: str, reason: str, now: datetime) -> str:
 
 
 def memory_folder() -> Path:
-    """Return the folder of the memory."""
     return platformdirs.user_state_path("ocmm") / "histories"
 
 
@@ -268,8 +264,8 @@ def _write(path: Path, content: bytes, *, sync: bool) -> None:
 def _migrate(folder: Path) -> None:
     """Convert a memory of version 0.1, which was keyed by path, once.
 
-    It kept for each folder the end of the history in it, and the same for each history. A history
-    whose folder holds another one by now was replaced.
+    It kept the end of the history for each folder and for each history. A history whose folder
+    holds another one now was replaced.
     """
     clock = folder / _file_name(_CLOCK)
     if clock.exists() or not folder.is_dir():

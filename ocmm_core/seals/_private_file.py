@@ -17,15 +17,10 @@ _LARGEST = 1 << 20
 def guarded_content(path: Path, what: str) -> bytes | None:
     """Return the content of a file that only this user or root can have written; None if missing.
 
-    Parameters
-    ----------
-    what
-        What it is, for sentences.
+    `what`: Noun for the file in messages.
 
-    Raises
-    ------
-    StorageError
-        It cannot be read, is no regular file, or another user can write it or its folder.
+    Raises StorageError if it cannot be read, is not a regular file, or another user can write it or
+    its folder.
     """
     descriptor = -1
     try:
@@ -96,10 +91,7 @@ def _others_write(state: os.stat_result) -> bool:
 def private_content(path: Path) -> bytes | None:
     """Return the content of a private file, 4096 bytes at most; None if missing.
 
-    Raises
-    ------
-    StorageError
-        It cannot be read, or other users can read it or write its folder.
+    Raises StorageError if it cannot be read, or other users can read it or write its folder.
     """
     try:
         descriptor = open_guarded(path)
@@ -125,17 +117,14 @@ def private_content(path: Path) -> bytes | None:
 
 
 def _is_missing(path: Path, error: OSError) -> bool:
-    """Return whether nothing has the name; a link to nothing is not missing."""
+    """Return whether the name does not exist; a dangling link is not missing."""
     return isinstance(error, FileNotFoundError) and not path.is_symlink()
 
 
 def private_temporary(path: Path, content: bytes) -> Path:
-    """Write a private file next to ``path`` to the disk; return its temporary name.
+    """Flush a private file next to ``path`` to disk; return its temporary name.
 
-    Raises
-    ------
-    StorageError
-        The folder cannot be written.
+    Raises StorageError if the folder cannot be written.
     """
     folder = path.parent
     try:
@@ -158,7 +147,6 @@ def private_temporary(path: Path, content: bytes) -> Path:
 
 
 def unwritable(folder: Path, error: OSError) -> StorageError:
-    """Return the error for a folder of keys that cannot be written."""
     return StorageError(
         "key.unwritable",
         f"{folder}: the key of this station cannot be stored ({error.strerror}).",

@@ -1,8 +1,8 @@
-"""Public keys: how they are written, what they are called, and what they verify.
+"""Public keys: text form, fingerprint and verification.
 
-Ed25519 (RFC 8032) where this program or a token that knows it made the key; ECDSA on P-256 with
-SHA-256 (FIPS 186-5) where a token, e.g. a TPM, knows nothing else. The length tells them apart:
-32 bytes, or the 33 of a compressed point (SEC 1, 2.3.3). A signature has 64 bytes with both.
+Ed25519 (RFC 8032) for keys of this program or a capable token; ECDSA on P-256 with SHA-256
+(FIPS 186-5) for other tokens, e.g. a TPM. The length distinguishes them: 32 bytes, or the 33 of a
+compressed point (SEC 1, 2.3.3). A signature has 64 bytes with both.
 """
 
 from __future__ import annotations
@@ -23,12 +23,12 @@ _P256_ORDER = 0xFFFFFFFF00000000FFFFFFFFFFFFFFFFBCE6FAADA7179E84F3B9CAC2FC632551
 
 
 def fingerprint_of(public: bytes) -> str:
-    """Return the name of a public key: 32 hexadecimal signs of its SHA-256."""
+    """Return the first 32 hexadecimal digits of the SHA-256 of a public key."""
     return hashlib.sha256(public).hexdigest()[:32]
 
 
 def shown_key(fingerprint: str) -> str:
-    """Return a fingerprint as people compare it: the first 16 signs in groups of four."""
+    """Return a fingerprint as displayed: the first 16 digits in groups of four."""
     return "-".join(fingerprint[at : at + 4] for at in range(0, 16, 4))
 
 
@@ -38,7 +38,7 @@ def public_text(public: bytes) -> str:
 
 
 def public_from_text(text: str) -> bytes:
-    """Return a public key from its Base64; InputError where it is none."""
+    """Return a public key from its Base64; InputError if invalid."""
     try:
         public = base64.b64decode(text, validate=True)
         if public_text(public) != text:
@@ -54,15 +54,15 @@ def public_from_text(text: str) -> bytes:
 
 
 def compressed_p256(point: bytes) -> bytes:
-    """Return the 33 bytes of a point on P-256; ValueError where it is none."""
+    """Return the 33 bytes of a point on P-256; ValueError if invalid."""
     return _compressed(EllipticCurvePublicKey.from_encoded_point(SECP256R1(), point))
 
 
 def low_s(signature: bytes) -> bytes:
-    """Return an ECDSA signature as it is written down: with the lower of its two values of s.
+    """Return an ECDSA signature with the lower of its two values of s.
 
-    (r, s) and (r, n - s) verify alike; one of them is as good as a changed file that nobody
-    notices, so only one counts.
+    (r, s) and (r, n - s) both verify; only one is accepted, as the other would be an unnoticed
+    change of a file.
     """
     s = int.from_bytes(signature[32:], "big")
     return signature[:32] + min(s, _P256_ORDER - s).to_bytes(32, "big")

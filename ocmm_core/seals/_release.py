@@ -22,7 +22,7 @@ _LARGEST, _LONGEST = 20_000, 200
 
 
 class Release(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """The signed statement; ``signature`` is on all other fields."""
+    """Signed statement; ``signature`` covers all other fields."""
 
     schema: str = "ocmm.release/1"
     kind: Signed
@@ -36,13 +36,11 @@ class Release(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=T
 
 @dataclass(frozen=True, slots=True)
 class ReleaseState:
-    """The state of a release."""
+    """State of a release."""
 
     signer: SealState
     release: Release | None = None
-    """None without a release."""
     changed: bool = False
-    """The file was changed after its release."""
 
     @property
     def released(self) -> bool:
@@ -68,7 +66,6 @@ NO_RELEASE = ReleaseState(SealState(SealWord.NOT_SIGNED))
 
 
 def release_path(path: Path) -> Path:
-    """Return the path of the release of a file."""
     return path.with_name(path.name + RELEASE_ENDING)
 
 

@@ -1,4 +1,4 @@
-"""The ring: trusted keys in addition to the one in force."""
+"""Ring of trusted keys in addition to the one in force."""
 
 from __future__ import annotations
 
@@ -27,27 +27,25 @@ _PATIENCE_S = 5.0
 
 
 class KnownKey(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """A trusted key."""
+    """Trusted key."""
 
     public: str
     """Base64 of its bytes."""
     name: str
     since_utc: str
-    """When it was added here."""
     until_utc: str = ""
-    """When it was replaced by another one of this station; empty for that of another station."""
+    """Time at which this station replaced it; empty for the key of another station."""
     who: str
     reason: str
-    """`who`, `reason`: Who added it, and why."""
+    """Person who added it, and the reason."""
 
     @property
     def public_bytes(self) -> bytes:
-        """Return the key itself; InputError where it is none."""
+        """Return the key itself; InputError if invalid."""
         return public_from_text(self.public)
 
     @property
     def fingerprint(self) -> str:
-        """Return its name."""
         return fingerprint_of(self.public_bytes)
 
 
@@ -57,12 +55,9 @@ class _Ring(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tru
 
 
 def read_ring(folder: Path) -> tuple[KnownKey, ...]:
-    """Return the known keys of a folder.
+    """Return the trusted keys of a folder.
 
-    Raises
-    ------
-    StorageError
-        The ring is damaged, cannot be read, or other users can write it.
+    Raises StorageError if the ring is damaged, cannot be read, or other users can write it.
     """
     path = folder / _RING
     content = guarded_content(path, "list of known keys")
@@ -82,14 +77,10 @@ def read_ring(folder: Path) -> tuple[KnownKey, ...]:
 
 
 def add_to_ring(folder: Path, added: KnownKey) -> None:
-    """Put a key on the ring, in the place of what it said of the same key before.
+    """Add a key to the ring, replacing the entry of the same key.
 
-    To be called with the folder held by `changing`.
-
-    Raises
-    ------
-    StorageError
-        The ring cannot be read or written.
+    To be called with the folder locked by `changing`. Raises StorageError if the ring cannot be
+    read or written.
     """
     keys = [key for key in read_ring(folder) if key.public != added.public] + [added]
     _write(folder, keys)
@@ -97,12 +88,9 @@ def add_to_ring(folder: Path, added: KnownKey) -> None:
 
 @contextlib.contextmanager
 def changing(folder: Path) -> Iterator[None]:
-    """Hold the folder of keys against other programs that would change it at the same time.
+    """Lock the folder of keys against changes by other programs.
 
-    Raises
-    ------
-    StorageError
-        Another program holds it for seconds, or it cannot be written.
+    Raises StorageError if another program holds it too long, or it cannot be written.
     """
     path = folder / _LOCK
     end = time.monotonic() + _PATIENCE_S
@@ -129,7 +117,7 @@ def changing(folder: Path) -> Iterator[None]:
 
 
 def check_names(name: str, who: str) -> None:
-    """Raise InputError where the name of a station or a person is missing or too long."""
+    """Raise InputError if the name of a station or a person is missing or too long."""
     for what, text in (("name of the station", name), ("name of who decides", who)):
         if not 0 < len(text.strip()) <= _NAME_LENGTH:
             raise InputError(
@@ -140,7 +128,7 @@ def check_names(name: str, who: str) -> None:
 
 
 def in_utc(now: datetime) -> str:
-    """Return a moment as the ring writes it."""
+    """Return a time in the format of the ring."""
     return now.astimezone(UTC).isoformat(timespec="seconds")
 
 

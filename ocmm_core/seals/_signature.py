@@ -30,42 +30,40 @@ class Signed(StrEnum):
     REPORT = "report"
     CERTIFICATE = "certificate"
     STATION = "station"
-    """That a key is its own, to an archive."""
+    """Proof to an archive that a key is its own."""
     DELIVERY = "delivery"
-    """A job under its number of an outbox."""
+    """Job under its number in an outbox."""
     ACCEPTANCE = "acceptance"
-    """The record of an acceptance test."""
+    """Record of an acceptance test."""
     TEST = "acceptance session"
-    """The steps of an acceptance test, a line each."""
+    """Steps of an acceptance test, a line each."""
     INTERIM = "interim checks"
     STUDY = "study"
-    """Of a calibrated part (MSA)."""
+    """Study of a calibrated part (MSA)."""
     ARTEFACTS = "artefacts"
-    """The register."""
+    """Register of artefacts."""
     RECALL = "recall"
     PLAN = "plan"
     TEMPLATE = "template"
     DOCUMENT = "document"
-    """Any other one: of an artefact, a procedure, a rig."""
+    """Any other document: of an artefact, a procedure, a rig."""
     SETTINGS = "settings"
     MEMORY = "memory"
-    """The start of the memory of the station."""
+    """Start of the memory of the station."""
 
 
 NOT_SIGNED = "Not signed: written before signatures, or the signature was removed."
 
 
 class Signature(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """A signature, and the key to verify it."""
-
     key: str
-    """The public key, Base64."""
+    """Public key, Base64."""
     value: str
-    """The 64 bytes of the signature, Base64."""
+    """64 bytes of the signature, Base64."""
 
 
 class SealWord(StrEnum):
-    """The state of a signature, in a word."""
+    """State of a signature, in a word."""
 
     SEALED = "SEALED"
     """Signed with a trusted key, and unchanged since."""
@@ -78,13 +76,13 @@ class SealWord(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class SealState:
-    """The state of a signature."""
+    """State of a signature."""
 
     word: SealWord
     station: str = ""
     """Name of the signer in the ring of keys; empty if unknown."""
     fingerprint: str = ""
-    """Of the key; empty without a signature."""
+    """Fingerprint of the key; empty without a signature."""
 
     @property
     def fault(self) -> str:
@@ -98,7 +96,6 @@ class SealState:
 
     @property
     def shown(self) -> str:
-        """Return the key as people compare it."""
         return shown_key(self.fingerprint)
 
     @property
@@ -108,7 +105,6 @@ class SealState:
 
     @property
     def signer(self) -> str:
-        """Return the signer, for people."""
         who = self.station or "unknown station"
         return f"{who} (key {shown_key(self.fingerprint)})" if self.fingerprint else "nobody"
 
@@ -126,7 +122,7 @@ def judge_signature(
     Raises
     ------
     StorageError
-        The ring of known keys cannot be read.
+        The ring of trusted keys cannot be read.
     """
     if signature is None:
         return SealState(SealWord.NOT_SIGNED)
@@ -136,7 +132,7 @@ def judge_signature(
     except (InputError, ValueError):
         return SealState(SealWord.FORGED)
     fingerprint = fingerprint_of(public)
-    # Base64 has several spellings of the same bytes: any other one would be an unnoticed change.
+    # Base64 has several spellings of the same bytes: another one would be an unnoticed change.
     if public_text(value) != signature.value or not verifies(
         public, _message(what, content), value
     ):

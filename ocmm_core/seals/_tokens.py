@@ -1,8 +1,8 @@
-"""A key that never leaves its token: a security key, a module or a TPM, through PKCS #11.
+"""Key in a token: a security key, a module or a TPM, through PKCS #11.
 
-The token makes the key and signs with it; nobody copies it, not even the user of the station. What
-the station keeps is where it is, its public key and the PIN. Ed25519 where the token knows it, else
-ECDSA on P-256; see PKCS #11 3.1, 6.3.12 (EDDSA) and 6.3.9 (ECDSA of a hash).
+The token makes the key and signs with it; the private key cannot be copied. The station keeps the
+token's location, the public key and the PIN. Ed25519 if the token supports it, else ECDSA on
+P-256; see PKCS #11 3.1, 6.3.12 (EDDSA) and 6.3.9 (ECDSA of a hash).
 """
 
 from __future__ import annotations
@@ -41,47 +41,42 @@ _IN_WORDS: Final = {
 
 
 class TokenPlace(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """Where a token is, and what opens it."""
+    """Location and PIN of a token."""
 
     module: str
-    """The PKCS #11 library of its maker: the path of a .so or .dll."""
+    """PKCS #11 library of its manufacturer: the path of a .so or .dll."""
     label: str
     pin: str
-    """Of its user. It lies beside the other keys of the station: with it one signs as long as one
-    has the token, and takes no key away."""
+    """User PIN, kept beside the other keys of the station: it allows signing only with the token.
+    """
 
     @property
     def shown(self) -> str:
-        """Return its name for people."""
         return f"token {self.label} ({self.module})"
 
     def __repr__(self) -> str:
-        """Return its name: the PIN gets into no log."""
+        """Omit the PIN, which must not get into logs."""
         return self.shown
 
 
 class TokenKey(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """A key in a token: what the station keeps of it."""
+    """Record of a key in a token."""
 
     schema: str = _SCHEMA
     place: TokenPlace
     key_id: str
-    """Of the key in it, in hexadecimal signs."""
+    """Identifier of the key in the token, hexadecimal."""
     public: str
-    """The public key, Base64."""
 
     @property
     def public_bytes(self) -> bytes:
-        """Return the public key; InputError where it is none."""
+        """Return the public key; InputError if invalid."""
         return public_from_text(self.public)
 
     def sign(self, content: bytes) -> bytes:
         """Return the signature of a content, 64 bytes.
 
-        Raises
-        ------
-        StorageError
-            The token is not there, does not open, or has no such key.
+        Raises StorageError if the token is not there, does not open, or has no such key.
         """
         import pkcs11
 
@@ -94,12 +89,10 @@ class TokenKey(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=
 
 
 def make_token_key(place: TokenPlace) -> TokenKey:
-    """Make a key in a token, which never gives it away, and return what the station keeps of it.
+    """Make a key in a token and return its record.
 
-    Raises
-    ------
-    StorageError
-        The token is not there, does not open, or makes no key of a kind that OCMM verifies.
+    Raises StorageError if the token is not there, does not open, or makes no key of a kind that
+    OCMM verifies.
     """
     import pkcs11
     from pkcs11 import Attribute, KeyType, Mechanism
@@ -145,10 +138,10 @@ def _signed(private: Key, content: bytes) -> bytes:
 
 
 class _Tokens:
-    """The tokens of this process.
+    """Tokens of this process.
 
-    A process is logged in to a token as a whole, whatever thread asked, so one asks at a time. And
-    a token counts wrong PINs until it closes for good: one that it refused is not tried again.
+    A process is logged in to a token as a whole, whatever the thread, so calls are serialized. A
+    token counts wrong PINs until it locks: a refused PIN is not tried again.
     """
 
     def __init__(self) -> None:
@@ -158,7 +151,7 @@ class _Tokens:
 
     @contextlib.contextmanager
     def opened(self, place: TokenPlace, *, write: bool) -> Iterator[Session]:
-        """Give a session with a token; all its errors as StorageError with a sentence."""
+        """Open a session with a token; all its errors become a StorageError."""
         try:
             import pkcs11
         except ImportError as error:
@@ -180,10 +173,10 @@ class _Tokens:
                 raise _wrong_pin(place) from error
             except StorageError:
                 raise
-            # What a module cannot do ends in many kinds of these.
+            # An unsupported operation of a module raises any of these.
             except (RuntimeError, OSError, ValueError, TypeError) as error:
                 name = type(error).__name__
-                # A token that was taken out is found again only by a module that begins anew.
+                # A token that was removed is found again only by a reinitialized module.
                 self._libraries.pop((place.module, os.getpid()), None)
                 raise _refused(place, _IN_WORDS.get(name) or str(error) or name) from error
 
@@ -193,7 +186,7 @@ class _Tokens:
         name = (module, os.getpid())
         if name not in self._libraries:
             library = pkcs11.lib(module)
-            # After a fork a module must be told anew (PKCS #11 3.1, 5.4); before one it is no harm.
+            # After a fork a module must be reinitialized (PKCS #11 3.1, 5.4); harmless otherwise.
             library.reinitialize()
             self._libraries[name] = library
         return self._libraries[name]

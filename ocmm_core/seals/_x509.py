@@ -34,7 +34,7 @@ _UNTIL = datetime(9999, 12, 31, 23, 59, 59, tzinfo=UTC)
 
 @dataclass(frozen=True, slots=True)
 class DocumentKey:
-    """A key for one document, with its certificate and that of the station."""
+    """Key for one document, with its certificate and that of the station."""
 
     private: ec.EllipticCurvePrivateKey
     chain: tuple[x509.Certificate, x509.Certificate]
@@ -46,7 +46,7 @@ def document_key(key: StationKey, what: str) -> DocumentKey:
     Parameters
     ----------
     what
-        Name of the document; as much of it as has room is in the certificate.
+        Name of the document, truncated to fit into the certificate.
 
     Raises
     ------
@@ -120,8 +120,8 @@ def _name(text: str) -> x509.Name:
 def _issued(builder: x509.CertificateBuilder, key: StationKey) -> x509.Certificate:
     """Return a certificate signed by a station, whose key may be in a token.
 
-    The builder signs with a private key only, so it signs with a passing one of the same kind, and
-    the signature is replaced. The signed part does not depend on the key that signs it.
+    The builder signs with a private key only, so it signs with a temporary one of the same kind,
+    and the signature is replaced. The signed part does not depend on the key that signs it.
     """
     if len(key.public) == 32:
         passing = builder.sign(Ed25519PrivateKey.generate(), None)

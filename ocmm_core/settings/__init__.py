@@ -1,16 +1,15 @@
-"""Settings of a station and of its users, and the places that were used last.
+"""Settings of a station and of its users, and recently used places.
 
-In: settings documents (`ocmm.settings/1`, TOML), one of the station and one of the user.
-Out: a complete set of settings, where each comes from, and sentences about what was not used.
+In: settings documents (`ocmm.settings/1`, TOML) of the station and of the user.
+Out: a complete set of settings, the origin of each, and notes about ignored entries.
 
-Read `_specs` (the table of all settings), `_values` (one value, from a file or typed), `_file` (a
-document: read so that nothing keeps the program from starting, changed so that two programs lose
-nothing), `_settings` (both documents and the command line together), `_recent` (places used last),
-`_toml` (how a document is written).
+Read `_specs` (table of all settings), `_values` (one value, from a file or typed), `_file` (a
+document: tolerant reading, changes under a lock), `_settings` (documents and command line
+together), `_recent` (recent places), `_toml` (writing).
 `_settings_seal` signs the settings that change a verdict.
-The window and `ocmm settings` read it. Commands that measure read one rule alone: released plans
-only (decision 74). It must not know
-a screen, nor load a numerical library: the window asks it before anything else.
+The window and `ocmm settings` use it. Commands that measure read one rule alone: released plans
+only (decision 74). It must not know a screen nor load a numerical library: the window reads it
+first at start.
 """
 
 from __future__ import annotations

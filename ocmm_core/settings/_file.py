@@ -1,9 +1,8 @@
-"""One settings document: read so that nothing keeps a program from starting, and changed safely.
+"""One settings document: tolerant reading, safe changes.
 
-A document that cannot be used is passed over with a sentence and left as it is. The first change
-sets a damaged or foreign one aside under another name; one of a later version of the program is
-never written to. Single values that cannot be used are passed over one by one, and unknown ones are
-kept: a newer program may have written them.
+Unusable documents are ignored with a note and kept. The first change renames a damaged or foreign
+one; documents of later versions are never written. Unusable values are ignored one by one, and
+unknown ones are kept: a newer program may have written them.
 """
 
 from __future__ import annotations
@@ -39,9 +38,9 @@ if TYPE_CHECKING:
 SETTINGS_SCHEMA = "ocmm.settings/1"
 _FAMILY = "ocmm.settings/"
 MEASURED = ("temperature.part_c", "temperature.probe_c")
-"""What is true for some hours only."""
+"""Values that expire after some hours."""
 STAMP_END = "_utc"
-"""Of the name beside each of them: when it was typed."""
+"""Suffix of the entry with the time when the value was typed."""
 _STAMPS = tuple(key + STAMP_END for key in MEASURED)
 _WAIT_S = 5.0
 _MOST_ASIDE = 100
@@ -51,7 +50,7 @@ _NO_RIGHTS = "Give this user the right to write there, or change the settings of
 
 @dataclass(frozen=True, slots=True)
 class Note:
-    """What was not used, and what was done about it: two sentences."""
+    """An ignored entry and its consequence or remedy, a sentence each."""
 
     what: str
     remedy: str
@@ -59,14 +58,13 @@ class Note:
 
 @dataclass(frozen=True, slots=True)
 class Contents:
-    """What a document says."""
+    """Contents of a document."""
 
     values: Mapping[str, Value] = field(default_factory=dict)
-    """By key; only what can be used."""
+    """Usable values by key."""
     entries: Mapping[str, Any] = field(default_factory=dict)
-    """Everything that stands in it, also what is not known."""
+    """All entries, also unknown ones."""
     notes: tuple[Note, ...] = ()
-    """What was passed over."""
     state: str = "good"
     """``good``, ``missing``, ``unusable`` (damaged or foreign) or ``future``."""
     stamps: Mapping[str, str] = field(default_factory=dict)
@@ -74,13 +72,13 @@ class Contents:
 
 
 class SettingsFile:
-    """The document at a path, which need not be there."""
+    """Settings document at a path; the file may be missing."""
 
     def __init__(self, path: Path) -> None:
         self.path = path
 
     def read(self) -> Contents:
-        """Return what can be used of the document; nothing is raised, everything is told."""
+        """Return the usable contents; never raises, problems are in the notes."""
         try:
             if not os.path.lexists(self.path):
                 return Contents(state="missing")
@@ -110,19 +108,17 @@ class SettingsFile:
         stamp: str = "",
         keep_defaults: frozenset[str] = frozenset(),
     ) -> tuple[Note, ...]:
-        """Set values; one that is None, or the default, is taken out. Return what else was done.
+        """Set values and return side effects; None or the default removes a value.
 
-        The document is read anew under a lock and written as a whole: what another program changed
-        meanwhile stays.
+        The document is reread under a lock and written as a whole: concurrent changes of other
+        programs survive.
 
         Parameters
         ----------
-        changes
-            By key.
         stamp
-            The time now, ISO 8601; kept beside a temperature that is set.
+            Current time, ISO 8601; stored next to a temperature that is set.
         keep_defaults
-            Keys that are written also where they are the default: another document would win.
+            Keys to write even if they have the default: another document would win.
 
         Raises
         ------
@@ -279,7 +275,7 @@ class SettingsFile:
 
 @contextlib.contextmanager
 def _held(folder: Path) -> Iterator[None]:
-    """Let one program at a time change what is in a folder."""
+    """Lock a folder against other programs."""
     descriptor = HOST.open_to_lock(folder)
     try:
         until = time.monotonic() + _WAIT_S
@@ -296,7 +292,7 @@ def _held(folder: Path) -> Iterator[None]:
                     ) from None
                 time.sleep(0.02)
             except OSError:
-                # A file system without locks: the change is still written as a whole.
+                # File system without locks: the change is still written as a whole.
                 break
         yield
     finally:

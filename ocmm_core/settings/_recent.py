@@ -1,4 +1,4 @@
-"""Plans, jobs and folders that were used last; a list that may be lost without harm."""
+"""Recently used plans, jobs and folders; losing the list does no harm."""
 
 from __future__ import annotations
 
@@ -23,12 +23,12 @@ class _Places(msgspec.Struct, frozen=True):
 
 
 class RecentPlaces:
-    """The list, newest first. It is never in the way: what cannot be read is an empty list.
+    """Recent places, newest first; an unreadable file counts as an empty list.
 
     Parameters
     ----------
     path
-        None: where the system keeps the state of this user's programs.
+        None: the system's state folder of this user.
     """
 
     def __init__(self, path: Path | None = None) -> None:
@@ -39,24 +39,23 @@ class RecentPlaces:
         self._path = path
 
     def plans(self) -> tuple[Path, ...]:
-        """Return plans that were measured or edited; files that are gone are left out."""
+        """Return plans that were measured or edited and still exist."""
         return _there(self._read().plans)
 
     def jobs(self) -> tuple[Path, ...]:
-        """Return jobs that were measured or opened; files that are gone are left out."""
+        """Return jobs that were measured or opened and still exist."""
         return _there(self._read().jobs)
 
     def folders(self) -> tuple[Path, ...]:
-        """Return folders in which something was opened; those that are gone are left out."""
+        """Return folders in which something was opened and that still exist."""
         return _there(self._read().folders)
 
     def note_plan(self, path: Path) -> None:
-        """Put a plan first; one that is shipped is no place of the user's."""
+        """Put a plan first, unless it is shipped with the program."""
         if not is_shipped(path):
             self._note(plans=path, folders=path.parent)
 
     def note_job(self, path: Path) -> None:
-        """Put a job first."""
         self._note(jobs=path, folders=path.parent)
 
     def _note(self, **new: Path) -> None:
@@ -69,7 +68,7 @@ class RecentPlaces:
             for kind, path in new.items()
         }
         content = msgspec.json.encode(msgspec.structs.replace(now, **lists))
-        # Two programs may each put a place first: one of them is lost, and nobody misses it.
+        # Two programs at once: one entry is lost, which is harmless.
         with contextlib.suppress(OSError):
             self._path.parent.mkdir(parents=True, exist_ok=True)
             write_atomic(self._path, content)
@@ -83,7 +82,7 @@ class RecentPlaces:
 
 
 def is_shipped(path: Path) -> bool:
-    """Return whether a file or folder is part of the program, where nobody saves anything."""
+    """Return whether a path is part of the (read-only) program."""
     with contextlib.suppress(OSError, RuntimeError):
         return path.expanduser().resolve().is_relative_to(resource().resolve())
     return False
@@ -92,7 +91,7 @@ def is_shipped(path: Path) -> bool:
 def _there(names: list[str]) -> tuple[Path, ...]:
     found = []
     for name in names[:_MOST]:
-        # A name with a null in it, or one on a disk that is gone.
+        # Names with a null character, or on a disk that is gone.
         with contextlib.suppress(OSError, ValueError):
             if Path(name).exists():
                 found.append(Path(name))

@@ -1,4 +1,4 @@
-"""The settings that hold: those shipped, of the station, of the user, and of the command line."""
+"""Effective settings: defaults, station, user and command line."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ from ocmm_core.settings._values import checked
 
 _NAME = "settings.toml"
 _AHEAD = timedelta(minutes=5)
-"""Two clocks may differ by so much before a time counts as one of the future."""
+"""Tolerated clock difference before a time counts as in the future."""
 
 
 class Origin(Enum):
-    """Where a value comes from; a later one wins."""
+    """Origin of a value; later ones win."""
 
     DEFAULT = "default"
     STATION = "station"
@@ -29,7 +29,7 @@ class Origin(Enum):
 
 @dataclass(frozen=True, slots=True)
 class Settings:
-    """All settings, each with the type of its entry in `SETTINGS`."""
+    """All settings, typed as their entries in `SETTINGS`."""
 
     instrument_source: str
     instrument_rig: Path
@@ -92,37 +92,35 @@ class Settings:
 
 @dataclass(frozen=True, slots=True)
 class LoadedSettings:
-    """Settings with where they come from."""
+    """Effective settings with their origins."""
 
     settings: Settings
-    """What holds."""
     values: Mapping[str, Value]
     origins: Mapping[str, Origin]
-    """`values`, `origins`: The same by key, and the origin of each."""
+    """`values`, `origins`: Value and origin by key."""
     notes: tuple[Note, ...] = ()
-    """What was passed over in the documents."""
+    """Ignored entries of the documents."""
     too_old: tuple[str, ...] = ()
-    """Temperatures that were typed too long ago; they are not in ``settings``."""
+    """Temperatures typed too long ago; absent from ``settings``."""
 
     def differs(self, key: str) -> bool:
-        """Return whether a setting is another than the one shipped."""
+        """Return whether a setting differs from the shipped default."""
         return self.values[key] != spec_of(key).default
 
 
 @dataclass(frozen=True, slots=True)
 class SettingsStore:
-    """Both documents."""
+    """Settings documents of the station and of the user."""
 
     station: SettingsFile
     user: SettingsFile
-    """`station`, `user`: The document for everybody at this computer, and that of this user, which
-    wins."""
+    """`station`, `user`: For all users of this computer, and for this user, which wins."""
     given: Mapping[str, Value] = field(default_factory=dict)
-    """What the command line says, by key; it wins over both and is never written."""
+    """Command-line values by key; they win over both and are never written."""
 
     @classmethod
     def of_this_user(cls, given: Mapping[str, Value] | None = None) -> SettingsStore:
-        """Return the documents where the system keeps such files."""
+        """Return the documents in the system's folders."""
         import platformdirs
 
         return cls(
@@ -132,7 +130,7 @@ class SettingsStore:
         )
 
     def load(self, now: datetime | None = None) -> LoadedSettings:
-        """Return what holds; nothing is raised, what cannot be used is in the notes."""
+        """Return the effective settings; never raises, unusable entries are in the notes."""
         values: dict[str, Value] = {spec.key: spec.default for spec in SETTINGS}
         origins = dict.fromkeys(values, Origin.DEFAULT)
         notes: list[Note] = []
@@ -170,15 +168,15 @@ class SettingsStore:
         return LoadedSettings(settings, values, origins, tuple(notes), too_old)
 
     def change(self, changes: Mapping[str, Value], scope: Scope | None = None) -> tuple[Note, ...]:
-        """Set values in the document of the station or of the user; return what else was done.
+        """Set values in the documents; return side effects as notes.
 
         Parameters
         ----------
         changes
-            None, or the default, takes a setting out.
+            None, or the default, removes a setting.
         scope
-            None: where each setting belongs. A station document that this user cannot write is
-            left; the user's own gets the change, which then holds for this user alone.
+            None: the default scope of each setting. If this user cannot write the station document,
+            the user's own gets the change.
 
         Raises
         ------
@@ -206,7 +204,7 @@ class SettingsStore:
                 checked(spec_of(key), value)
         file = self.station if scope is Scope.STATION else self.user
         if scope is Scope.USER:
-            # The station may have set it, too: a default must then stand in the user's document.
+            # The station may have set it also: the user's document must then contain the default.
             return self._stamped(file, changes, below=self.station)
         if forced:
             return self._stamped(file, changes)
@@ -215,11 +213,11 @@ class SettingsStore:
         except OcmmError as error:
             held = _set_in(file, changes)
             if any(value is None and key in held for key, value in changes.items()):
-                # No document says that something is not set: that of the station would still hold.
+                # Documents cannot express "not set": the station's value would remain in effect.
                 raise
             told = self._stamped(self.user, changes, below=file)
             return (Note(f"{error.what} The change holds for this user.", error.remedy), *told)
-        # What the user had set for himself would hide what is now set for everybody.
+        # The user's own value would hide the new station value.
         hidden = [key for key in changes if key in self.user.read().values]
         if hidden:
             notes += self.user.change(dict.fromkeys(hidden))
@@ -236,25 +234,22 @@ class SettingsStore:
 
 
 def released_plans_only() -> bool:
-    """Return whether the station, or this user, measures released plans only.
-
-    Commands ask this as well as the window; one document that says so is enough.
-    """
+    """Return whether the station or this user measures released plans only."""
     store = SettingsStore.of_this_user()
     files = (store.station, store.user)
     return any(file.read().values.get("job.released_only") is True for file in files)
 
 
 def _set_in(file: SettingsFile, keys: Iterable[str]) -> frozenset[str]:
-    """Return which of these a document sets: its value would come back if the default were left."""
+    """Return the keys that a document sets: with the default omitted, its value would win."""
     found = file.read().values
     return frozenset(key for key in keys if key in found)
 
 
 def temperatures_hold(stamp: str, valid_h: float, now: datetime) -> bool:
-    """Return whether temperatures that were typed at a time can still be used.
+    """Return whether typed temperatures are still valid.
 
-    Without a time, or with one that is yet to come, nobody knows how old they are.
+    Missing, naive or future stamps are not.
     """
     try:
         typed = datetime.fromisoformat(stamp)

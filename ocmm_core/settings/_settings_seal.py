@@ -1,8 +1,8 @@
-"""Signature on the settings that change a verdict, in table ``[seal]`` of a settings document.
+"""Signature of the settings that change a verdict, in table ``[seal]`` of a settings document.
 
-A change by the program signs them again. Edits by other means leave the old seal, which then does
-not fit, until a person confirms the settings by name. Signatures are loaded late, because the
-window reads settings before it loads anything large.
+The program signs again after its own changes. Edits by other means invalidate the seal until a
+person confirms the settings by name. Signatures are imported late, because the window reads
+settings before it loads anything large.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ _VERDICT = (
 
 
 class SettingsSeal(msgspec.Struct, frozen=True, kw_only=True):
-    """The table; ``who`` confirmed the settings, or is empty if the program changed them."""
+    """The table; ``who`` confirmed the settings, empty if the program changed them."""
 
     who: str = ""
     utc: str = ""
@@ -36,7 +36,6 @@ class SettingsSeal(msgspec.Struct, frozen=True, kw_only=True):
 
 
 def changes_verdict(key: str) -> bool:
-    """Return whether a setting can change a verdict."""
     return key.startswith(_VERDICT)
 
 
@@ -50,14 +49,14 @@ def sealed_table(entries: Mapping[str, Any], who: str = "") -> dict[str, str]:
 
 
 def note_sealed(path: Path) -> None:
-    """Let the station remember that this document has a seal."""
+    """Make the station remember that this document has a seal."""
     from ocmm_core.seals import KnownEnd, remember
 
     remember(KnownEnd(name=f"settings {path}", count=1, link=""), sync=False)
 
 
 def was_sealed(path: Path, entries: Mapping[str, Any]) -> bool:
-    """Return whether this document, whose settings change verdicts, lost its seal."""
+    """Return whether this document has settings that change verdicts and lost its seal."""
     if SEAL in entries or not verdict_entries(entries):
         return False
     from ocmm_core.seals import recall
@@ -69,7 +68,7 @@ def was_sealed(path: Path, entries: Mapping[str, Any]) -> bool:
 
 
 def signer_of(entries: Mapping[str, Any]) -> SealState:
-    """Return the state of the signature; StorageError if the ring of keys cannot be read."""
+    """Return the state of the signature; StorageError if the key ring cannot be read."""
     from ocmm_core.seals import KeyFolder, Signature, Signed, judge_signature
 
     seal = SettingsSeal()

@@ -1,4 +1,4 @@
-"""The table of all settings: one entry each, and nothing else knows which there are."""
+"""Table of all settings; the only place that lists them."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ from ocmm_core.documents import resource
 from ocmm_core.errors import InputError
 
 Value = str | float | bool | int | Path | tuple[str, ...] | dict[str, tuple[str, ...]] | None
-"""What a setting can be; None where nothing is set."""
+"""Value of a setting; None if unset."""
 
 
 class Kind(Enum):
-    """What may be typed."""
+    """Types of input."""
 
     TEXT = "text"
     CHOICE = "choice"
@@ -28,14 +28,14 @@ class Kind(Enum):
 
 
 class Scope(Enum):
-    """Whose document a setting is written to unless somebody says otherwise."""
+    """Document that a setting is written to by default."""
 
     STATION = "station"
     USER = "user"
 
 
 class Applies(Enum):
-    """When a change is felt."""
+    """When a change takes effect."""
 
     NOW = "at once"
     REOPEN = "when the job is opened again"
@@ -43,44 +43,37 @@ class Applies(Enum):
 
 @dataclass(frozen=True, slots=True)
 class SettingSpec:
-    """One setting."""
-
     key: str
-    """Section and name, parted by a full stop."""
+    """``section.name``."""
     kind: Kind
-    """What may be typed."""
     default: Value
-    """Where nobody set it."""
     scope: Scope
     applies: Applies
-    """`scope`, `applies`: Whose it is, and when a change is felt."""
     label: str
     tip: str
-    """`label`, `tip`: Of its field, in English."""
+    """`label`, `tip`: Texts of its input field, in English."""
     choices: tuple[str, ...] = ()
-    """Of a `Kind.CHOICE`; of a text, what may be proposed."""
+    """For `Kind.CHOICE`; suggestions for texts."""
     least: float = 0.0
     most: float = 0.0
-    """`least`, `most`: Limits of a number, in its ``unit``."""
+    """`least`, `most`: Limits of a number, in ``unit``."""
     unit: str = ""
     schema: str = ""
-    """Of the document that a file must be."""
+    """Schema of the document in a file."""
     option: str = ""
-    """The option of the command line that wins over it."""
+    """Command-line option that overrides it."""
 
     @property
     def section(self) -> str:
-        """Return the section of the document."""
         return self.key.partition(".")[0]
 
     @property
     def name(self) -> str:
-        """Return the name within its section."""
         return self.key.partition(".")[2]
 
 
 def later(sentence: str) -> str:
-    """Return a sentence as it is, marked for translation; the window translates what it shows."""
+    """Mark a sentence for translation; the window translates what it shows."""
     return sentence
 
 
@@ -93,7 +86,7 @@ SECTIONS = {
     "archive": later("Archive"),
     "window": later("Window"),
 }
-"""Sections in the order in which they are shown, with their titles."""
+"""Sections in the order shown, with their titles."""
 
 _S, _U, _NOW, _LATER = Scope.STATION, Scope.USER, Applies.NOW, Applies.REOPEN
 
@@ -359,13 +352,12 @@ SETTINGS: tuple[SettingSpec, ...] = (
         later("Keys that differ from those shipped"),
     ),
 )  # fmt: skip
-"""All settings, by section."""
 
 _BY_KEY = {spec.key: spec for spec in SETTINGS}
 
 
 def spec_of(key: str) -> SettingSpec:
-    """Return the entry of a setting; InputError where there is none."""
+    """Return the entry of a setting; InputError if unknown."""
     try:
         return _BY_KEY[key]
     except KeyError:

@@ -1,4 +1,4 @@
-"""How a document is written: TOML of what `tomllib` read or a program made."""
+"""TOML text of documents that `tomllib` read or the program made."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ _BARE = re.compile(r"[A-Za-z0-9_-]+")
 
 
 def toml_text(data: Mapping[str, Any]) -> str:
-    """Return a document with these entries; tables come last, deeper ones on one line.
+    """Return the TOML text of a document; tables last, nested tables inline.
 
     Raises
     ------
     TypeError
-        A value is none that TOML knows.
+        A value has a type that TOML lacks.
     """
     lines = [
         f"{_key(key)} = {_value(value)}"
@@ -56,5 +56,5 @@ def _value(value: Any) -> str:
 
 
 def _string(text: str) -> str:
-    # A string of JSON is a basic string of TOML, but for the one control character it leaves.
+    # A JSON string is a TOML basic string, except for the control character DEL.
     return json.dumps(text, ensure_ascii=False).replace("\x7f", "\\u007F")

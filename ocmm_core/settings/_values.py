@@ -1,4 +1,4 @@
-"""One value of a setting: as it stands in a document, and as it is typed."""
+"""Values of settings, as stored and as typed."""
 
 from __future__ import annotations
 
@@ -21,19 +21,14 @@ _SEPARATOR = ";"
 _YES, _NO = ("yes", "true", "on", "1"), ("no", "false", "off", "0")
 _SOURCE = re.compile(r"simulated|ethercat:\S+|replay:.+")
 _PASSWORD = re.compile(r"://[^/@]*:[^/@]*@|[?&](password|passfile)=", re.IGNORECASE)
-"""In an address: others can read the settings."""
+"""Password in an address: others can read the settings."""
 _PICTURE_STARTS = (b"\x89PNG\r\n\x1a\n", b"\xff\xd8\xff")
 
 
 def checked(spec: SettingSpec, value: object) -> Value:
-    """Return the value of a document.
+    """Return the checked value of a document; InputError if it does not fit the setting.
 
-    Files and folders are not looked at: a disk that is not there must not cost a setting.
-
-    Raises
-    ------
-    InputError
-        It cannot be the value of this setting.
+    Files and folders are not checked: an absent disk must not lose a setting.
     """
     if spec.kind is Kind.SWITCH:
         if isinstance(value, bool):
@@ -68,23 +63,23 @@ def checked(spec: SettingSpec, value: object) -> Value:
     if spec.key == "instrument.source" and not _SOURCE.fullmatch(text):
         raise _wrong(spec, value, f"must be {spec.tip}")
     if spec.key == "archive.address" and _PASSWORD.search(text):
-        # The sentence must not show it either.
+        # The message must not contain the password either.
         raise _wrong(spec, text.rpartition("@")[2].partition("?")[0], "must hold no password")
     return text
 
 
 def value_of_text(spec: SettingSpec, text: str, *, look: bool = True) -> Value:
-    """Return what somebody typed; an empty text is the default.
+    """Return the value of a typed text; an empty text is the default.
 
     Parameters
     ----------
     look
-        Also look at files: whether they are there, and documents of the right kind.
+        Also check that files exist and documents have the right schema.
 
     Raises
     ------
     InputError
-        It cannot be the value of this setting.
+        It does not fit the setting.
     """
     text = text.strip()
     if not text:
@@ -111,9 +106,9 @@ def value_of_text(spec: SettingSpec, text: str, *, look: bool = True) -> Value:
 
 
 def look_at(spec: SettingSpec, path: Path) -> None:
-    """Raise InputError where a file or folder is not what the setting needs.
+    """Raise InputError if a file or folder does not fit the setting.
 
-    A folder that is written to may be missing: it is made.
+    Output folders may be missing: they are made.
     """
     if spec.kind is Kind.FOLDER:
         if path.exists() and not path.is_dir():
@@ -132,7 +127,7 @@ def look_at(spec: SettingSpec, path: Path) -> None:
 
 
 def text_of(value: Value) -> str:
-    """Return a value as it is typed; `value_of_text` reads it again."""
+    """Return a value as it is typed; inverse of `value_of_text`."""
     if value is None:
         return ""
     if isinstance(value, bool):
@@ -147,7 +142,7 @@ def text_of(value: Value) -> str:
 
 
 def plain(value: Value) -> Any:
-    """Return a value as a document holds it."""
+    """Return a value as stored in a document."""
     if isinstance(value, Path):
         return str(value)
     if isinstance(value, tuple):

@@ -3,13 +3,13 @@
 In: a source, rig, probe, plan and records in force, and commands of the inspector.
 Out: live snapshots, views of the job, the job file, and the live stream for other programs.
 
-Read `_station` first: it joins the services, starts and stops them. These are ``job`` (`_job`:
-what an inspector does), ``jobs`` (`_job_change`: the next part, another plan), ``looks`` (live
-values, bus), ``instruments`` (calibration and probe), ``maintenance``, ``reports``, ``events``
-(signals) and ``faults`` (a defect stays until a new start). `_frame_loop` is the thread from ring
-to touches, `_touches` the step after it, `_live` what the machine sees now. The watches:
-`_calibration_watch`, `_drift_watch`, `_probe_watch`, `_bus_watch`. `stream` is
-the room for other programs. Numbers come from the rooms below. It must not know a screen.
+Read `_station` first: it joins, starts and stops the services. These are ``job`` (`_job`: actions
+of an inspector), ``jobs`` (`_job_change`: the next part, another plan), ``looks`` (live values,
+bus), ``instruments`` (calibration and probe), ``maintenance``, ``reports``, ``events`` (signals)
+and ``faults`` (permanent until restart). `_frame_loop` is the thread from ring to touches,
+`_touches` the step after it, `_live` the current state of the machine. The watches:
+`_calibration_watch`, `_drift_watch`, `_probe_watch`, `_bus_watch`. Package `stream` serves other
+programs. Numbers come from lower packages. It must not know a screen.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""The bus as the station sees it: the report of the process on the wire, and its last minutes."""
+"""The station's view of the bus: the report of the bus process, and its last minutes."""
 
 from __future__ import annotations
 
@@ -20,10 +20,10 @@ NO_REPORT = "No report from the bus yet."
 NO_REPORT_REMEDY = "Wait until the bus process has started."
 
 _LOOK_S = 0.1
-"""A report is decoded no more often than this."""
+"""Minimum interval between decoded reports."""
 
 SILENCE_S = 0.1
-"""Frames that stay away longer than this are missed."""
+"""A longer absence of frames is a fault."""
 
 TREND_S = 300.0
 _TREND_EVERY_S = 0.5
@@ -31,33 +31,31 @@ _TREND_EVERY_S = 0.5
 
 @dataclass(frozen=True, slots=True)
 class BusSample:
-    """The clocks at one moment."""
+    """Clocks at one moment."""
 
     time_s: float
-    """When, on the clock of `time.monotonic`."""
+    """On the clock of `time.monotonic`."""
     phase_ns: int
     drift_ppm: float
     """`phase_ns`, `drift_ppm`: As in `BusReport`."""
     offsets_ns: tuple[int | None, ...]
-    """Clock offset of each camera, in the order of the rig; None where not known."""
+    """Clock offset of each camera, in the order of the rig; None if unknown."""
 
 
 @dataclass(frozen=True, slots=True)
 class BusView:
-    """What is known about the bus."""
-
     report: BusReport | None
     """The last report; None before the first."""
     age_s: float
-    """How long ago it came, s; a bus process that lives sends one every 50 ms."""
+    """Its age, s; a live bus process sends one every 50 ms."""
     ended: str
-    """Why nothing more will come; empty while the acquisition runs."""
+    """Why no more will come; empty while the acquisition runs."""
     trend: tuple[BusSample, ...]
-    """The clocks of the last minutes, oldest first."""
+    """Clocks of the last minutes, oldest first."""
 
 
 class BusWatch:
-    """Read what the process on the wire says about itself, without disturbing it."""
+    """Read the reports of the bus process without disturbing it."""
 
     def __init__(self, ring: FrameRing) -> None:
         self._ring = ring
@@ -68,7 +66,7 @@ class BusWatch:
         self._trend: deque[BusSample] = deque(maxlen=round(TREND_S / _TREND_EVERY_S))
 
     def report(self) -> BusReport | None:
-        """Return the last report, at most 0.1 s behind the process; None before the first."""
+        """Return the last report, at most 0.1 s old; None before the first."""
         now = time.monotonic()
         if self._closed or now - self._looked_at < _LOOK_S:
             return self._report
@@ -89,17 +87,17 @@ class BusWatch:
         return report
 
     def view(self, ended: str) -> BusView:
-        """Return what is known, with the reason why no more will come, or an empty text."""
+        """Return the current state, with the reason why no more will come, or an empty text."""
         report = self.report()
         return BusView(report, time.monotonic() - self._came_at, ended, tuple(self._trend))
 
     def silence_s(self) -> float | None:
-        """Return for how long no frames have come, s; None where that is not known yet."""
+        """Return the time since the last frames, s; None if unknown."""
         last_ns = 0 if self._closed else self._ring.word(RingHeaderField.LAST_FRAMES_NS)
         return (time.monotonic_ns() - last_ns) * 1e-9 if last_ns else None
 
     def close(self) -> None:
-        """Keep what is known and leave the ring alone from now on."""
+        """Keep the last state and release the ring."""
         self.report()
         self._closed = True
 
@@ -107,17 +105,8 @@ class BusWatch:
 def bus_text(bus: BusWatch | None, rig: str) -> str:
     """Return the report of the bus as text for support.
 
-    Parameters
-    ----------
-    bus
-        None where the frames do not come over one.
-    rig
-        Name of the rig.
-
-    Raises
-    ------
-    InputError
-        There is nothing to report on.
+    `bus`: None if frames do not come over one. `rig`: name of the rig. Raises InputError without a
+    report.
     """
     if bus is None:
         raise InputError("bus.none", NO_BUS, NO_BUS_REMEDY)

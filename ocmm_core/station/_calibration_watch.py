@@ -1,4 +1,4 @@
-"""The calibration as the station sees it: may points be taken now, and if not, why."""
+"""The station's view of the calibration: may points be recorded, and if not, why."""
 
 from __future__ import annotations
 
@@ -28,10 +28,10 @@ from ocmm_core.fieldbus.report import BusPhase, BusReport
 from ocmm_core.station._bus_watch import BusWatch
 
 Objects = Callable[[str], ObjectAccess]
-"""Returns the objects of the camera of a name."""
+"""Returns the objects of a camera by name."""
 
 _KEEP_S = 0.2
-"""What was found is given out for so long before it is looked at again."""
+"""Lifetime of a cached judgement, s."""
 _LOOK_S = 0.05
 _AGAIN_S = 1.0
 
@@ -45,12 +45,9 @@ V = TypeVar("V")
 
 
 class KeptView(Generic[V]):
-    """What was found is given out for 0.2 s before it is looked at again; any thread may ask.
+    """A judgement cached for 0.2 s; thread-safe.
 
-    Parameters
-    ----------
-    judge
-        Looks.
+    `judge`: makes it.
     """
 
     def __init__(self, judge: Callable[[], V]) -> None:
@@ -60,7 +57,7 @@ class KeptView(Generic[V]):
         self._looked_at = -float("inf")
 
     def view(self) -> V:
-        """Return what is to be said, at most 0.2 s old."""
+        """Return the judgement, at most 0.2 s old."""
         with self._lock:
             now = time.monotonic()
             if self._view is None or now - self._looked_at >= _KEEP_S:
@@ -69,32 +66,23 @@ class KeptView(Generic[V]):
 
     @contextmanager
     def changed(self) -> Iterator[None]:
-        """Change what is judged by, which nobody sees half done, and look anew the next time."""
+        """Change the inputs of the judgement atomically, and invalidate it."""
         with self._lock:
             yield
             self._view = None
 
     def forget(self) -> None:
-        """Look anew the next time."""
         with self.changed():
             pass
 
 
 class CalibrationWatch:
-    """Judge the calibration in use again and again; `view` never waits for a camera.
+    """Judge the calibration in use repeatedly; `view` never waits for a camera.
 
-    Parameters
-    ----------
-    in_use
-        What is measured with.
-    bus
-        None where the frames do not come over one.
-    objects
-        The cameras, where they can be asked; None where there are none.
-    clock
-        The time of day, with its zone.
-    failed
-        Told what ended the asking, where something nobody foresaw did.
+    `bus`: None if frames do not come over one.
+    `objects`: Access to the cameras, or None.
+    `clock`: Local time with its zone.
+    `failed`: Receives an unexpected error that ended the polling of cameras.
     """
 
     def __init__(
@@ -118,13 +106,13 @@ class CalibrationWatch:
         self._thread: threading.Thread | None = None
 
     def start(self) -> None:
-        """Begin to ask the cameras what they store, each time that one was switched on."""
+        """Start to read the cameras' stored intrinsics, after each power-on."""
         if self._record_in_cameras() is not None:
             self._thread = threading.Thread(target=self._run, name="ocmm-camera-memory")
             self._thread.start()
 
     def close(self, timeout_s: float) -> bool:
-        """End, when the bus has ended, and say whether it came in time."""
+        """Stop, after the bus has ended; return whether in time."""
         self._stop.set()
         if self._thread is None:
             return True
@@ -132,24 +120,20 @@ class CalibrationWatch:
         return not self._thread.is_alive()
 
     def view(self) -> CalibrationView:
-        """Return what is to be said about the calibration, at most 0.2 s old."""
+        """Return the state of the calibration, at most 0.2 s old."""
         return self._kept.view()
 
     def forget(self) -> None:
-        """Look at everything anew at the next `view`."""
+        """Invalidate the cached state."""
         self._kept.forget()
 
     def write_to_cameras(self) -> None:
         """Store the intrinsics of the calibration in force in the cameras; takes some seconds.
 
-        That is the one that was accepted last, also where this job was begun with another one.
+        That is the one accepted last, even if this job was started with another one.
 
-        Raises
-        ------
-        CalibrationError
-            There is no calibration, or there are no cameras to write to.
-        BusError
-            A camera does not take them.
+        Raises CalibrationError if there is no calibration, or there are no cameras to write to;
+        BusError if a camera refuses them.
         """
         store, objects = self.in_use.store, self._objects
         record = store.active() if store is not None else None
@@ -206,7 +190,7 @@ class CalibrationWatch:
             if report is None or report.phase is not BusPhase.OPERATION:
                 continue
             powered = _powered(report)
-            # What is missing may be written meanwhile, by this program or another one.
+            # Missing intrinsics may be written meanwhile, by this or another program.
             settled = self._stored is None or time.monotonic() < self._again_at
             if powered == self._asked and settled:
                 continue
@@ -220,5 +204,5 @@ class CalibrationWatch:
 
 
 def _powered(report: BusReport) -> tuple[tuple[int, int], ...]:
-    """Return who is there and how often each was switched on: what it stores lasts so long."""
+    """Return the cameras with their boot counters: stored intrinsics are reread after each boot."""
     return tuple((camera.serial, camera.boot_counter) for camera in report.cameras)

@@ -1,10 +1,9 @@
-"""The monitor at work: it puts the calibration in doubt, says who has moved, holds points back.
+"""Action on the monitor's findings: report a suspect calibration, hold points.
 
-Where the calibration comes from a store, the doubt is written there and lasts until a verification
-has passed; then the points count again. What others write there while a job is measured - that a
-verification failed, that an artefact was wrong - holds back its points as well. A rig that is
-measured with its document has nobody who could verify it: there the doubt lasts as long as the job
-runs.
+For a calibration from a store, the suspicion is stored there and lasts until a verification passes;
+then the points are released. Entries by other programs during a job - a failed verification, a
+wrong artefact - also hold its points. A rig with a document cannot be verified: there the suspicion
+lasts as long as the job runs.
 """
 
 from __future__ import annotations
@@ -31,7 +30,7 @@ from ocmm_core.storage import JobFile
 from ocmm_core.tracking import ProbeBody, TrackBlock
 
 WHO = "monitor"
-"""Who put the calibration in doubt, in its history."""
+"""Author of suspicions in the history."""
 
 _USABLE = (CalibrationStatus.VALID, CalibrationStatus.DUE)
 _REMEDIES = {
@@ -42,21 +41,12 @@ _REMEDY = "Fasten the cameras and verify the calibration; if that fails, calibra
 
 
 class ChangeWatch:
-    """Feed the monitor and act on what it finds; `feed` belongs to the reconstruction thread.
+    """Feed the monitor and act on its findings; `feed` belongs to the reconstruction thread.
 
-    Parameters
-    ----------
-    in_use
-        What is measured with.
-    session, job
-        Hold the points.
-    clock
-        The time of day, with its zone.
+    `session`, `job`: Hold the points.
+    `clock`: Local time with its zone.
 
-    Raises
-    ------
-    CalibrationError
-        The baseline that was learnt for this calibration is damaged.
+    Raises CalibrationError if the baseline learned for this calibration is damaged.
     """
 
     def __init__(
@@ -84,23 +74,14 @@ class ChangeWatch:
 
     @property
     def doubt(self) -> Blocker | None:
-        """Return what has changed and what to do about it, or None (any thread)."""
+        """Return the change and its remedy, or None; thread-safe."""
         return self._doubt
 
     def feed(self, track: TrackBlock, view: CalibrationView) -> bool:
-        """Take in tracked frames and say whether the doubt came or went.
+        """Process tracked frames; return whether the suspicion changed.
 
-        Parameters
-        ----------
-        track
-            Consecutive frames.
-        view
-            What is said about the calibration now.
-
-        Raises
-        ------
-        OcmmError
-            The doubt could not be made durable; it holds all the same until the program ends.
+        `track`: consecutive frames. `view`: current state of the calibration. Raises OcmmError if
+        the suspicion could not be made durable; it holds until the program ends in any case.
         """
         settled = self.settle()
         if self._doubt is not None:
@@ -112,15 +93,11 @@ class ChangeWatch:
         return True
 
     def settle(self) -> bool:
-        """Hold back and release points by what happened to the calibration; say if any changed.
+        """Hold and release points by the history of the calibration; return whether any changed.
 
-        The store takes in what other processes appended where the calibration is judged
-        (`calibration.records.judge`), some times a second.
-
-        Raises
-        ------
-        OcmmError
-            It could not be made durable, or the history cannot be read.
+        The store reads entries of other processes whenever the calibration is judged
+        (`calibration.records.judge`), some times a second. Raises OcmmError if it could not be made
+        durable, or the history cannot be read.
         """
         store, record = self._in_use.store, self._in_use.record
         if store is None or record is None or len(store.events) == self._settled:
@@ -141,7 +118,7 @@ class ChangeWatch:
             of_cameras = alarm.cause in (ChangeCause.CAMERA, ChangeCause.UNKNOWN)
             if store is not None and of_cameras and view.word in _USABLE:
                 now = self._clock()
-                # Never found well in this run: it may have happened any time before it.
+                # Never found good in this run: the change may be earlier.
                 since = None
                 if since_s is not None:
                     since = self._moment(since_s, now_ns * 1e-9, now)
@@ -149,10 +126,10 @@ class ChangeWatch:
                 self._stored = True
 
     def _moment(self, since_s: float, now_s: float, now: datetime) -> datetime:
-        """Return the time of day of a moment of the frames.
+        """Return the wall time of a moment of the frames.
 
-        Points are stored a little after their frames, and simulated frames may run faster than the
-        day: a point from before the moment is from before it by the time of day, too.
+        Points are stored a little after their frames, and simulated frames may run faster than real
+        time: a point before the moment must also be before it in wall time.
         """
         taken = first_taken(self._job)
         before = [
@@ -164,7 +141,7 @@ class ChangeWatch:
         return max([now - timedelta(seconds=now_s - since_s), *before])
 
     def _cleared(self, view: CalibrationView) -> bool:
-        """Let the points count again once a verification has lifted the stored doubt."""
+        """Release the points once a verification has lifted the stored suspicion."""
         if not self._stored or view.word not in _USABLE:
             return False
         self._session.held.release("The calibration has since been verified.")

@@ -1,8 +1,7 @@
-"""What a running station tells: signals, and what has failed inside it.
+"""Signals and faults of a running station.
 
-What measuring rests on makes the whole station FAILED, a state that stays until a new start: no
-number is shown, no point is taken. What runs beside it (the stream to other programs, the
-recording, listeners) is told, and measuring goes on.
+A fault of the measuring chain makes the whole station FAILED until restart: no numbers, no points.
+Faults of other parts (stream, recording, listeners) are reported, and measuring continues.
 """
 
 from __future__ import annotations
@@ -23,23 +22,22 @@ from ocmm_core.station.stream import ButtonChange
 _log = logging.getLogger(__name__)
 
 _LOG_S = 2.0
-"""Whoever ends because of a fault waits so long at most for its log."""
+"""s: maximum wait for the log of a fault."""
 
 
 @dataclass(frozen=True, slots=True)
 class Fault:
-    """A part that has failed."""
+    """A failed part."""
 
     error: OcmmError
-    """What is told of it."""
     part: str
-    """What failed, as the beginning of a sentence."""
+    """Failed part, as the beginning of a sentence."""
     at_s: float
-    """When it became a state, `time.monotonic`."""
+    """Time of the state, `time.monotonic`."""
 
 
 class Kept(Protocol):
-    """What is not lost, whatever fails."""
+    """State that survives any fault."""
 
     def what_is_safe(self) -> str:
         """Return it in a sentence."""
@@ -47,18 +45,13 @@ class Kept(Protocol):
 
 
 class StationFaults:
-    """Keep the first fault of the measuring, and of each part beside it; for any thread.
+    """The first fault of measuring, and of each other part; thread-safe.
 
-    Parameters
-    ----------
-    halt
-        Set when the measuring has failed, before that is told.
-    kept
-        Says what is not lost.
+    `halt`: set when measuring has failed, before the report. `kept`: states what is not lost.
     """
 
     failed: ClassVar[Signal] = Signal(OcmmError)
-    """Emitted once for every fault, and for a touch given up, on the thread that met it."""
+    """Emitted once per fault, and for an abandoned touch, on the thread of the error."""
 
     def __init__(self, halt: threading.Event, kept: Kept) -> None:
         self._halt, self._kept = halt, kept
@@ -69,23 +62,23 @@ class StationFaults:
 
     @property
     def measuring(self) -> Fault | None:
-        """Return why nothing is measured any more until a new start; None while it is."""
+        """Return the fault that stopped measuring until restart; None if running."""
         return self._measuring
 
     def why_failed(self) -> OcmmError | None:
-        """Return what to tell of `measuring`; waits a moment until it names its log."""
+        """Return the error of `measuring`; waits briefly until it names its log."""
         if self._measuring is not None:
             self._logged.wait(_LOG_S)
         return None if self._measuring is None else self._measuring.error
 
     @property
     def beside(self) -> tuple[Fault, ...]:
-        """Return what has failed beside the measuring, oldest first."""
+        """Return the faults of other parts, oldest first."""
         return tuple(self._beside.values())
 
     @property
     def reason(self) -> str:
-        """Return in words why nothing is measured any more, and what is not lost."""
+        """Return why measuring has stopped, and what is not lost, in words."""
         fault = self._measuring
         if fault is None:
             return ""
@@ -93,25 +86,21 @@ class StationFaults:
         return fault.error.what if safe in fault.error.what else f"{fault.error.what} {safe}"
 
     def fail(self, error: BaseException, part: str, *, tell: bool = True) -> OcmmError:
-        """Measure no more because of an exception, and return what is told of it.
+        """Stop measuring because of an exception, and return the reported error.
 
-        Parameters
-        ----------
-        part
-            What failed, as the beginning of a sentence.
-        tell
-            Where not, whoever called raises the answer and tells it so.
+        `part`: failed part, as the beginning of a sentence. `tell`: False if the caller raises the
+        result.
         """
         safe = self._kept.what_is_safe()
         with self._lock:
             known = self._measuring
             if known is None:
-                # The state comes before the log: a disk may take its time.
+                # The state precedes the log: a disk may be slow.
                 fault = Fault(described(error, part, remedy=REOPEN), part, time.monotonic())
                 self._measuring = fault
         self._halt.set()
         if known is not None and known.part == part:
-            # Asked for again, e.g. the results: once is enough, also for the log files.
+            # Repeated queries, e.g. of results, must not repeat logs.
             return known.error
         told = _with_words(contained(error, part, remedy=REOPEN), safe)
         if known is not None:
@@ -124,7 +113,7 @@ class StationFaults:
         return told
 
     def note(self, error: BaseException, part: str) -> None:
-        """Keep and tell that something beside the measuring has failed; once for each part."""
+        """Store and report the fault of another part, once per part."""
         with self._lock:
             if part in self._beside:
                 return
@@ -137,22 +126,19 @@ class StationFaults:
         self.tell(told)
 
     def tell(self, error: OcmmError) -> None:
-        """Tell an error that is no fault of the station, e.g. a point that was not made durable."""
+        """Report an error that is no fault of the station, e.g. a point not made durable."""
         try:
             self.failed.emit(error)
         except EmitLoopError as fault:
-            # Nobody is left who could be told; the state says it.
+            # No listeners are left; the state has the fault.
             told = contained(fault, "A listener to 'failed'")
             _log.error("%s", told)
 
 
 class StationEvents:
-    """Signals of what changes; emitted on the thread that made the change.
+    """Signals of changes, emitted on the thread that made the change.
 
-    Parameters
-    ----------
-    faults
-        Keeps that a listener has failed.
+    `faults`: stores failures of listeners.
     """
 
     changed: ClassVar[Signal] = Signal()
@@ -162,13 +148,13 @@ class StationEvents:
     point_refused: ClassVar[Signal] = Signal(Refusal)
     """Emitted when a touch gave no point."""
     button: ClassVar[Signal] = Signal(ButtonChange)
-    """Emitted when the button of the probe goes down or up, whatever comes of it."""
+    """Emitted when the button of the probe goes down or up, with any result."""
 
     def __init__(self, faults: StationFaults) -> None:
         self._faults = faults
 
     def emit(self, signal: SignalInstance, *arguments: object) -> None:
-        """Tell who listens; a listener that fails is none of the measuring's business."""
+        """Emit a signal; a failing listener does not affect measuring."""
         try:
             signal.emit(*arguments)
         except EmitLoopError as error:
@@ -176,7 +162,7 @@ class StationEvents:
 
 
 def _with_words(error: OcmmError, words: str) -> OcmmError:
-    """Return an error whose remedy begins with what is not lost, unless it says so already."""
+    """Return an error whose remedy starts with what is not lost, unless already stated."""
     if words in error.what:
         return error
     return type(error)(error.code, error.what, f"{words} {error.remedy}".strip())

@@ -1,4 +1,4 @@
-"""The reconstruction thread: frames from the ring, tracked, with the touches that they hold."""
+"""Reconstruction thread: frames from the ring, tracked, with their touches."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ from ocmm_core.tracking import (
 )
 
 _BATCH = 800
-"""Most frames that are tracked at once; 10 ms at 8 kHz come to 80."""
+"""Maximum batch of tracked frames; 10 ms at 8 kHz are 80."""
 _IDLE_S = 0.002
 
 
@@ -38,14 +38,12 @@ RECORDING = "The recording"
 
 
 class FrameSink(Protocol):
-    """Takes the raw frames as they come, e.g. a recorder."""
+    """Receives the raw frames, e.g. a recorder."""
 
-    def append(self, block: FrameBlock) -> None:
-        """Keep a block of frames."""
-        ...
+    def append(self, block: FrameBlock) -> None: ...
 
     def check_name(self) -> OcmmError | None:
-        """Return why its file is not on the disk under its name; None if it is. Any thread."""
+        """Return why its file is not on the disk under its name; None if it is. Thread-safe."""
         ...
 
     def close(self) -> None:
@@ -55,54 +53,40 @@ class FrameSink(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class Tracked:
-    """A block of frames and what became of it."""
+    """A block of frames with its tracking result."""
 
     block: FrameBlock
     track: TrackBlock
-    """`block`, `track`: As they came, and tracked."""
     touches: Sequence[Touch]
-    """That ended in them."""
     collecting: bool
     pipeline: TrackingPipeline
-    """What tracked them; for the labels and the reference body."""
+    """Its pipeline, for the labels and the reference body."""
 
 
 class MeasureStep(Protocol):
-    """What a tracked block goes to; on the thread of the loop, and never during `between`."""
+    """Consumer of tracked blocks; on the thread of the loop, and never during `exclusive`."""
 
     @property
     def awaits_pull(self) -> bool:
-        """Return whether the ball is followed while it is pulled away after a touch."""
+        """Return whether the ball is followed during its retract after a touch."""
         ...
 
     def measure(self, tracked: Tracked) -> None:
-        """Make points of the touches, and show the rest to whoever watches."""
+        """Make points of the touches, and update the live values."""
         ...
 
 
 class FrameLoop:
-    """Give tracked frames to whoever measures, on a thread of its own.
+    """Track frames and pass them on, on a separate thread.
 
-    Parameters
-    ----------
-    ring
-        Where the frames come from; somebody else owns it.
-    rig, body, reference
-        What is tracked with.
-    tracking, point
-        How frames are tracked, and what a touch is.
-    home
-        Where the reference body stood when the job began; None before that is known.
-    step
-        What every tracked block goes to next.
-    faults
-        Keeps why the loop had to give up, and why the recorder gets no more.
-    halt
-        Ends the loop when it is set, by whomever.
-    recorder
-        Gets every raw frame.
-    history
-        Keeps the last of them in memory.
+    `ring`: Source of frames, owned by others.
+    `tracking`, `point`: Options of tracking, and of touches.
+    `home`: Pose of the reference body at the start of the job; None if not yet known.
+    `step`: Receives every tracked block.
+    `faults`: Stores why the loop or the recorder failed.
+    `halt`: Ends the loop when set.
+    `recorder`: Receives every raw frame.
+    `history`: Keeps the last frames in memory.
     """
 
     def __init__(
@@ -134,42 +118,41 @@ class FrameLoop:
         self._thread = threading.Thread(target=self._run, name="ocmm-reconstruction")
 
     def start(self) -> None:
-        """Begin; once."""
         self._thread.start()
 
     def arm(self) -> None:
-        """Take a point at the next block, as if it was triggered."""
+        """Record a point at the next block, as if triggered."""
         self._take.set()
 
     def exclusive(self) -> AbstractContextManager[bool]:
-        """Return what keeps blocks from being measured while it is held."""
+        """Return a lock that keeps blocks from being measured."""
         return self._exclusive
 
     def pipeline_from(self, home: ReferenceHome | None) -> TrackingPipeline:
-        """Return what tracks relative to a first place of the reference body; see `track_by`."""
+        """Return a pipeline relative to a first pose of the reference body; see `track_by`."""
         return TrackingPipeline(self._rig, self._body, self._tracking, self._reference, home)
 
     def track_by(self, pipeline: TrackingPipeline) -> None:
-        """Track by another pipeline, to another first place of the reference body, from now on.
+        """Track with another pipeline, relative to another first pose of the reference body.
 
-        Labels are sought anew, and a touch that has begun is dropped: it belongs to neither place.
+        Labels are searched again, and a started touch is dropped: it belongs to neither pose.
         """
         with self._exclusive:
             self._pipeline, self._collector = pipeline, None
 
     def request_stop(self) -> None:
-        """Ask it to end; returns at once."""
+        """Request the end; returns immediately."""
         self._stop.set()
 
     def join(self, timeout_s: float) -> bool:
-        """Wait for the end, and say whether it came; it has where the loop was never started."""
+        """Wait for the end; return whether it came, True if never started."""
         if self._thread.ident is None:
             return True
         self._thread.join(timeout_s)
         return not self._thread.is_alive()
 
     def wait_drained(self, timeout_s: float) -> bool:
-        """Wait until the source has ended and all its frames are measured; say whether so."""
+        """Wait until the source has ended and all its frames are measured; return whether so."""
         return self._drained.wait(timeout_s)
 
     def _run(self) -> None:
@@ -177,7 +160,7 @@ class FrameLoop:
             while not self._stop.is_set():
                 status = read_status(self._ring)
                 ended = status.state is AcquisitionState.STOPPED
-                # What is written before the source says that it ended is read after that.
+                # Frames written before the source's end flag are read after it.
                 block = self._ring.read(_BATCH)
                 if block is not None:
                     with self._exclusive:
@@ -189,7 +172,7 @@ class FrameLoop:
                 else:
                     self._stop.wait(_IDLE_S)
         except Exception as error:
-            # Whatever it is: without this thread the last number would stand for good.
+            # Any error: without this thread the last number would stay displayed.
             self._faults.fail(error, "The reconstruction")
         finally:
             self._drained.set()

@@ -1,4 +1,4 @@
-"""Cameras, probe and reference body of a station: may points be taken, and if not, why."""
+"""Cameras, probe and reference body of a station: may points be recorded, and if not, why."""
 
 from __future__ import annotations
 
@@ -28,22 +28,16 @@ from ocmm_core.tracking import TrackBlock, in_rig
 
 
 class Instruments:
-    """Say how far what is measured with can be trusted.
+    """Trust in the equipment.
 
     Parameters
     ----------
-    gear
-        What is measured with.
-    calibration
-        Judges the calibration of the cameras.
     current
-        Its watches judge the tip, and what the monitor finds.
+        Its watches judge the tip and the monitor's findings.
     bus
-        None where the frames do not come over one.
+        None if frames do not come over one.
     simulated
         The frames are known to come from a virtual rig.
-    faults, events
-        Told what fails, and what is held back or released.
     """
 
     def __init__(
@@ -64,22 +58,22 @@ class Instruments:
 
     @property
     def simulated(self) -> bool:
-        """Return whether the frames come from a virtual rig, as far as is known by now."""
+        """Return whether frames come from a virtual rig, as far as known."""
         report = self._bus.report() if self._bus is not None else None
         return self._simulated or (report is not None and is_virtual_interface(report.interface))
 
     @property
     def calibration_in_use(self) -> CalibrationInUse:
-        """Return the calibration that the job was begun with, and its store."""
+        """Return the calibration at the start of the job, and its store."""
         return self._gear.calibration
 
     @property
     def probe_in_use(self) -> ProbeInUse:
-        """Return the probe that the job was begun with, and its records."""
+        """Return the probe at the start of the job, and its records."""
         return self._gear.probe
 
     def calibration(self) -> CalibrationView:
-        """Return what is to be said about the calibration, at most 0.2 s old."""
+        """Return the state of the calibration, at most 0.2 s old."""
         try:
             return self._calibration.view()
         except Exception as error:
@@ -92,11 +86,11 @@ class Instruments:
             )
 
     def calibration_overview(self) -> CalibrationOverview:
-        """Return what the store of the rig holds; reads all its records."""
+        """Return the contents of the rig's store; reads all its records."""
         return overview(self._gear.calibration.store)
 
     def probe(self) -> ProbeView:
-        """Return what is to be said about probe and tip, at most 0.2 s old."""
+        """Return the state of probe and tip, at most 0.2 s old."""
         try:
             return self._current.now.probe.view()
         except Exception as error:
@@ -111,11 +105,11 @@ class Instruments:
             )
 
     def probe_overview(self) -> ProbeOverview:
-        """Return what the records of the probe hold; reads all of them."""
+        """Return the contents of the probe's records; reads all of them."""
         return probe_overview(self._gear.probe.store, datetime.now(UTC))
 
     def blocking_reason(self) -> tuple[RefusalCode, Blocker | None]:
-        """Return why no points may be taken because of disk, calibration or tip, or None."""
+        """Return why points are blocked by disk, calibration or tip, or None."""
         view, now = self._calibration.view(), self._current.now
         lost = now.file.given_up
         if lost is not None:
@@ -126,7 +120,7 @@ class Instruments:
         return RefusalCode.TIP, now.probe.view().blocking_reason
 
     def note_start(self, job: OpenJob) -> None:
-        """Store with what the points of a job are taken from now on."""
+        """Store the equipment of a job's points from now on."""
         job.probe.start()
         calibration, view = self.calibration(), job.probe.view()
         unproven = calibration.unproven
@@ -141,7 +135,7 @@ class Instruments:
         job.session.conditions.note_cameras(self._gear.calibration.camera_doubts)
 
     def watch_cameras(self, track: TrackBlock) -> None:
-        """Let the monitor see the frames; what it holds back is told as a change of the job."""
+        """Feed the monitor; held points are reported as a change of the job."""
         try:
             turned = self._current.now.changes.feed(in_rig(track), self._calibration.view())
         except OcmmError as error:
@@ -152,7 +146,7 @@ class Instruments:
             self._events.emit(self._events.changed)
 
     def watch_probe(self, block: FrameBlock) -> None:
-        """Look for what can change the tip; what it holds back is told as a change of the job."""
+        """Check for events of the tip; held points are reported as a change of the job."""
         try:
             changed = self._current.now.probe.feed(block)
         except OcmmError as error:

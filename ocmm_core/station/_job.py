@@ -1,4 +1,4 @@
-"""The job of a running station: what it shows, and what an inspector does with it."""
+"""The job of a running station: its state, and actions of an inspector."""
 
 from __future__ import annotations
 
@@ -23,18 +23,14 @@ _EVALUATION = "The evaluation"
 
 
 class StationJob:
-    """Show and change the job that is measured now; for any thread.
+    """Show and change the current job; thread-safe.
 
     Parameters
     ----------
-    current
-        Which job that is.
     looks
-        Say whether a point can be taken now.
+        Tells whether a point can be recorded now.
     frames
-        Takes it.
-    faults, events
-        Told what fails, and what changes.
+        Records it.
     """
 
     def __init__(
@@ -50,36 +46,34 @@ class StationJob:
 
     @property
     def path(self) -> Path:
-        """Return where the job file is."""
         return self._current.now.file.path
 
     @property
     def plan(self) -> Plan:
-        """Return what is measured now."""
         return self._current.now.use.plan
 
     @property
     def plan_identity(self) -> str:
-        """Return the SHA-256 of the document that is measured by now."""
+        """Return the SHA-256 of the current plan's document."""
         return self._current.now.file.head.plan_identity
 
     @property
     def release(self) -> ReleaseState:
-        """Return the state of the release of the plan, when the job was started."""
+        """Return the state of the plan's release at the start of the job."""
         return self._current.now.release
 
     @property
     def plan_file(self) -> Path | None:
-        """Return where the plan is, with its pictures beside it; None where not known."""
+        """Return the path of the plan, next to its pictures; None if unknown."""
         return self._current.now.use.file
 
     def view(self) -> JobView:
-        """Return the job as it stands.
+        """Return the current job.
 
         Raises
         ------
         OcmmError
-            It cannot be evaluated: the station is FAILED then, and what was told before is void.
+            It cannot be evaluated: the station is FAILED then, and earlier views are void.
         """
         fault = self._faults.measuring
         if fault is not None and fault.part == _EVALUATION:
@@ -88,16 +82,16 @@ class StationJob:
             return self._current.now.session.view
         except Exception as error:
             if self._current.ended:
-                # A job that was closed meanwhile has nothing to show any more.
+                # A job closed meanwhile has no view.
                 raise
             raise self._faults.fail(error, _EVALUATION) from error
 
     def missing(self) -> list[tuple[str, int]]:
-        """Return the features that are not done and how many points each still needs."""
+        """Return the open features with the number of missing points."""
         return self._current.now.session.steps.missing()
 
     def explanations(self) -> tuple[Explanation, ...]:
-        """Return why results are not CONFORM, and what to do; see `InspectionSession`."""
+        """Return why results are not CONFORM, and the remedies; see `InspectionSession`."""
         return self._current.now.session.explanations()
 
     @property
@@ -106,22 +100,22 @@ class StationJob:
         return self._current.now.file.check_name()
 
     def stored(self) -> tuple[str, list[MeasuredPoint]]:
-        """Return the name of the job that is measured, and its durable points that count."""
+        """Return the name of the current job, and its durable points that count."""
         file = self._current.now.file
         return file.path.stem, file.points()
 
     def steps_since(self, job: Path | None, after: int) -> tuple[Path, list[JobStep]]:
-        """Return the job that is measured, and what was stored in it behind an audit row.
+        """Return the current job, and its steps after an audit row.
 
-        From its beginning where ``job`` is another one. Raises StorageError as `JobFile.steps`.
+        From the start if ``job`` is another one. Raises StorageError as `JobFile.steps`.
         """
         file = self._current.now.file
         return file.path, file.steps(after if file.path == job else 0)
 
     def take(self) -> None:
-        """Take a point now; the answer comes by signal.
+        """Record a point now; the result comes by signal.
 
-        Where the machine is not ready the answer is a refusal, and nothing is taken later.
+        If the machine is not ready the result is a refusal; nothing is recorded later.
         """
         live = self._looks.live()
         if live.status not in (StatusWord.NOT_READY, StatusWord.FAILED):
@@ -135,20 +129,20 @@ class StationJob:
         )
 
     def change(self, verb: Callable[[InspectionSession], object]) -> None:
-        """Let the session do something, such as ``session.steps.skip()``, and tell of it.
+        """Apply an action to the session, such as ``session.steps.skip()``, and report it.
 
-        What nobody foresaw leaves the job in doubt: the station is FAILED then.
+        An unexpected error leaves the job uncertain: the station is FAILED then.
 
         Raises
         ------
         OcmmError
-            What the session raises; nothing is told then.
+            From the session; nothing is reported then.
         """
         try:
             verb(self._current.now.session)
         except OcmmError:
             raise
         except Exception as error:
-            # The file may know of a step that the memory does not: only a new start reads it.
+            # File and memory may differ by a step: only a restart rereads it.
             raise self._faults.fail(error, "The change of the job", tell=False) from error
         self._events.emit(self._events.changed)

@@ -1,4 +1,4 @@
-"""Another job while the station runs: the next part, another plan, or a job that was left open."""
+"""Change of the job while the station runs: the next part, another plan, or an open job."""
 
 from __future__ import annotations
 
@@ -29,22 +29,16 @@ _NOTHING_CHANGED = "The previous job remains active and unchanged."
 
 
 class JobChange:
-    """Begin another job, or go on with one, while the station runs.
+    """Start another job, or resume one, while the station runs.
 
     Parameters
     ----------
-    gear
-        What every job is measured with.
-    current
-        Is exchanged.
     instruments
-        Note with what the points of the other job are taken.
+        Note the equipment of the other job's points.
     frames
-        Must not measure meanwhile.
-    events
-        Tell of the exchange.
+        Paused meanwhile.
     parts
-        Load what the plan of the other job shows.
+        Load the part of the other job's plan.
     """
 
     def __init__(
@@ -70,7 +64,7 @@ class JobChange:
         Raises
         ------
         InputError, StorageError
-            As `job_for`, or this station measures released plans only, and this one is not.
+            As `job_for`, or this station requires released plans, and this one is not.
         """
         now = self._current.now
         if self._gear.released_only:
@@ -79,15 +73,14 @@ class JobChange:
         self._begin(job, lambda: self._current.now.use)
 
     def change_plan(self, path: Path, header: JobHeader) -> str:
-        """Begin a job by the plan of a file, and say in a sentence what became of the one before.
+        """Start a job by the plan of a file; return the state of the former one in a sentence.
 
-        A job that has points and is not finished is paused first; it can be gone on with. Where
-        the file is the plan that is measured already, this is `next_part`.
+        An unfinished job with points is paused first and can be resumed. With the current plan this
+        is
+        `next_part`.
 
         Parameters
         ----------
-        path
-            Document of the plan.
         header
             Operator, serial number, order and batch; the part is that of the plan.
 
@@ -107,9 +100,7 @@ class JobChange:
         return self._begin(job, lambda: use)
 
     def go_on(self, path: Path) -> str:
-        """Go on with a job that was left open, by the plan in its own file.
-
-        Returns what became of the job before, as `change_plan`.
+        """Resume an open job by the plan in its own file; returns as `change_plan`.
 
         Raises
         ------
@@ -124,10 +115,10 @@ class JobChange:
         )
 
     def _begin(self, job: JobFile, by: Callable[[], PlanInUse], *, made: bool = True) -> str:
-        """Measure into another job file; the one before is closed.
+        """Measure into another job file, closing the former one, all or nothing.
 
-        All or nothing: whatever is raised, the job before is measured as it was, and the other
-        file is closed, and removed where it was ``made`` for this and holds no point.
+        On any error the former job continues, and the other file is closed, and removed if it was
+        ``made`` for this and holds no point.
         """
         before, words = self._current.now, ""
         lost = before.file.check_name()
@@ -140,7 +131,7 @@ class JobChange:
             after = open_job(job, by(), self._gear)
             pipeline = None
             if after.session.reference_home is not None:
-                # Its points are relative to where the reference body stood when it was begun.
+                # Its points are relative to the reference body's pose at its start.
                 pipeline = self._frames.pipeline_from(after.session.reference_home)
             with self._frames.exclusive():
                 self._instruments.note_start(after)
@@ -171,16 +162,7 @@ def _job_by(
 ) -> tuple[JobFile, PlanInUse]:
     """Return a new job file for a part by the plan of a file, and that plan.
 
-    Parameters
-    ----------
-    path
-        Document of the plan.
-    header
-        Operator, serial number, order and batch; the part is that of the plan.
-    like, before
-        Head and plan of the job before.
-    folder
-        Where the file is made.
+    `header`: the part is that of the plan. `like`, `before`: head and plan of the former job.
     """
     plan = load_plan(path)
     require_consistent(path, plan)
@@ -191,14 +173,9 @@ def _job_by(
 
 
 def _plan_of(job: JobFile, like: JobHead, now: PlanInUse, files: Mapping[str, Path]) -> PlanInUse:
-    """Return the plan that a job was begun with: the one in use, or that of its own file.
+    """Return the plan of a job: the one in use, or that of its own file.
 
-    Parameters
-    ----------
-    like, now
-        Head and plan of the job that is measured.
-    files
-        Files of plans by their SHA-256, for the pictures.
+    `like`, `now`: head and plan of the current job. `files`: plans by SHA-256, for the pictures.
     """
     identity = job.head.plan_identity
     if identity == like.plan_identity:
@@ -207,7 +184,7 @@ def _plan_of(job: JobFile, like: JobHead, now: PlanInUse, files: Mapping[str, Pa
 
 
 def _pause_unfinished(session: InspectionSession, job: JobFile) -> str:
-    """Pause a job that has points and is not finished, and return what was done, a sentence."""
+    """Pause an unfinished job with points, and return a sentence about it."""
     missing = session.steps.missing()
     if not missing or job.next_number() == 1:
         return ""

@@ -1,4 +1,4 @@
-"""Job files that a running station goes on with."""
+"""Job files of a running station."""
 
 from __future__ import annotations
 
@@ -23,25 +23,11 @@ _log = logging.getLogger(__name__)
 def job_for(
     header: JobHeader, like: JobHead, plan: Plan, folder: Path, release: ReleaseState = NO_RELEASE
 ) -> JobFile:
-    """Return a new job file for a part that is measured like the one before.
+    """Return a new job file for a part, with the documents of a former job.
 
-    Parameters
-    ----------
-    header
-        Operator, part, serial number, order and batch.
-    like
-        Head of the job before: its documents are those of the new one.
-    plan
-        What is measured; the file is named after it.
-    folder
-        Where the file is made.
-
-    Raises
-    ------
-    InputError
-        A name of the header cannot be used, or this part of the batch was measured already.
-    StorageError
-        The file cannot be made.
+    `like`: head of the former job. `plan`: gives the file's name. Raises InputError if a name of
+    the header is invalid or the batch has this part already, StorageError if the file cannot be
+    made.
     """
     check_header(header)
     require_new_serial(folder, header.batch, header.serial)
@@ -65,31 +51,25 @@ def job_for(
 
 
 def drop_if_empty(job: JobFile) -> None:
-    """Close a job, and remove its file where no point was ever taken in it.
+    """Close a job, and remove its file if it never had a point.
 
-    Raises
-    ------
-    StorageError
-        It cannot be read; it is still open then.
+    Raises StorageError if it cannot be read; it is then still open.
     """
     empty = job.next_number() == 1
     job.close()
-    # The name of a lost job may mean another one.
+    # The name of a lost job may mean another file.
     if empty and job.given_up is None:
         try:
             job.path.unlink(missing_ok=True)
         except OSError as error:
-            # An empty file is left over; nothing is lost by it.
+            # A leftover empty file is harmless.
             _log.warning("%s was not removed: %s", job.path, error.strerror)
 
 
 def drop_job_without_points(path: Path) -> bool:
-    """Remove a closed job in which no point was ever taken, and say whether it was one.
+    """Remove a closed job that never had a point; return whether it was one.
 
-    Raises
-    ------
-    StorageError
-        It cannot be opened: another program measures it, or it is damaged. It stays then.
+    Raises StorageError if another program measures it, or it is damaged; it is then kept.
     """
     job = JobFile.open(path)
     drop_if_empty(job)
@@ -97,9 +77,9 @@ def drop_job_without_points(path: Path) -> bool:
 
 
 def give_back(job: JobFile, *, made: bool) -> None:
-    """Close a job that is not measured after all; remove an empty one that was made for it.
+    """Close a job that is not measured after all; remove an empty one made for it.
 
-    Never raises: what is told is why it is not measured.
+    Never raises: the caller reports the original error.
     """
     try:
         if made:
@@ -111,11 +91,11 @@ def give_back(job: JobFile, *, made: bool) -> None:
 
 
 def free_path(folder: Path, plan: Plan) -> Path:
-    """Return a name of a job file in ``folder`` that is not taken; StorageError if all are."""
+    """Return an unused path of a job file in ``folder``; StorageError if none."""
     stem = file_stem(plan.name)
     for number in range(1, 100_000):
         path = folder / f"{stem}-{number:03d}{SUFFIX}"
-        # A log without its file would be taken for that of the new one.
+        # An orphaned log would be read as that of the new file.
         if not path.exists() and not path.with_name(f"{path.name}-wal").exists():
             return path
     raise StorageError(

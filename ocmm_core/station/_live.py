@@ -1,6 +1,6 @@
-"""The live snapshot: what the machine sees now, and whether its number can be trusted.
+"""The live snapshot: current state of the machine, and trust in its number.
 
-The reference body as the station sees it: is it there, and how far was it carried.
+Includes the state of the reference body: present, and its motion.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ from ocmm_core.tracking import (
 def reference_view(
     track: TrackBlock, pipeline: TrackingPipeline, reference: ReferenceBody
 ) -> ReferenceView:
-    """Return what is to be said about the reference body after the latest frame."""
+    """Return the state of the reference body after the latest frame."""
     seen, home = track.reference, pipeline.home
     cameras = np.zeros(reference.n_leds)
     if seen is not None:
@@ -58,7 +58,7 @@ def reference_view(
 def judge_reference(
     track: TrackBlock, pipeline: TrackingPipeline, rig: Rig
 ) -> tuple[StatusWord, str]:
-    """Return the word and the sentence for frames that have no place of the reference body."""
+    """Return word and sentence for frames without a pose of the reference body."""
     seen = track.reference
     if seen is None:
         return StatusWord.NOT_READY, "Waiting for the cameras."
@@ -76,34 +76,27 @@ def judge_reference(
 
 
 _STALE_S = 0.3
-"""Tracking that lags by more than this shows the past, even where the cameras deliver."""
+"""Tracking with a larger lag shows the past, even if the cameras deliver."""
 
 _WAITS_S = 2.0
-"""Of a source that waits for its reader: a computer that is busy may keep it waiting for a while,
-but after this nothing comes any more."""
+"""Of a source that waits for its reader: a busy computer may delay it for a while, but after this
+it has stopped."""
 
 _SHOWN_FRAMES = 80
-"""The live position is the mean of so many latest frames, 10 ms at 8 kHz."""
+"""The live position is the mean of the latest frames, 10 ms at 8 kHz."""
 
 _SEEN_SHARE = 0.5
-"""A spot that is there in fewer of these frames is not seen: it flickers at the rim of its cone."""
+"""A spot in fewer of these frames is not seen: it flickers at the rim of its cone."""
 
 _UNCERTAINTY_EVERY_S = 0.2
-"""The uncertainty of the live tip changes slowly, costs milliseconds, and nobody reads it more
-often than five times a second."""
+"""The uncertainty of the live tip changes slowly, costs milliseconds, and is not read more than
+five times a second."""
 
 
 class LiveState:
-    """Keep what the latest frames say; fed by the reconstruction thread, read by any other.
+    """State of the latest frames; fed by the reconstruction thread, read by any other.
 
-    Parameters
-    ----------
-    rig, body
-        What is measured with.
-    bus
-        Where the frames come by themselves, so that silence means a fault; None elsewhere.
-    reference
-        The reference body; None without one.
+    `bus`: set if frames are pushed, so that silence is a fault; else None.
     """
 
     def __init__(
@@ -141,12 +134,12 @@ class LiveState:
     def feed(
         self, raw: FrameBlock, track: TrackBlock, pipeline: TrackingPipeline, *, collecting: bool
     ) -> None:
-        """Take in the latest frames (reconstruction thread only)."""
+        """Process the latest frames (reconstruction thread only)."""
         now = time.monotonic()
         self._raw, self._labels, self._reason = raw, pipeline.slot_leds(), pipeline.reason
         self._collecting = collecting
         if self._rate and int(raw.time_ns[-1]) < self._rate[-1][0]:
-            # The bus clock was set anew.
+            # The bus clock was reset.
             self._rate.clear()
         self._rate.append((int(raw.time_ns[-1]), len(raw)))
         while self._rate[-1][0] - self._rate[0][0] > 1_000_000_000:
@@ -155,7 +148,7 @@ class LiveState:
         if len(good):
             self._last_good = (track, int(good[-1]))
             if now - self._good_at > _UNCERTAINTY_EVERY_S:
-                # Lost for a while: the uncertainty at hand is that of another place.
+                # Lost for a while: the cached uncertainty is that of another place.
                 self._uncertainty_at = -np.inf
             self._good_at = now
         if self._reference is not None:
@@ -169,21 +162,16 @@ class LiveState:
     def view(
         self, acquisition: AcquisitionStatus, blocker: str, faults: tuple[str, ...] = ()
     ) -> LiveView:
-        """Return the snapshot (any thread).
+        """Return the snapshot; thread-safe.
 
-        Parameters
-        ----------
-        blocker
-            Why the calibration allows no points, or empty.
-        faults
-            What has failed beside the measuring.
+        `blocker`: why the calibration allows no points, or empty. `faults`: of other parts.
         """
         raw, track, rate = self._raw, self._track, list(self._rate)
         spots, labels, reference = self._no_spots, self._labels, self._reference_view
         if raw is not None:
             spots = raw.uv[-1]
         if not self._comes(acquisition):
-            # What was seen last is not what is seen: neither spots nor a rate stay on the screen.
+            # Stale: neither spots nor a rate stay on the screen.
             spots, labels, rate = np.full_like(spots, np.nan), np.full_like(labels, -1), []
             reference = replace(reference, seen=0) if reference is not None else None
         self._renew_uncertainty()
@@ -215,15 +203,15 @@ class LiveState:
         )
 
     def _comes(self, acquisition: AcquisitionStatus) -> bool:
-        """Return whether frames come as they should, so that the last ones show how it is now."""
+        """Return whether frames arrive, so that the last ones are current."""
         limit_s = _WAITS_S if self._bus is None else _STALE_S
         running = acquisition.state is not AcquisitionState.STOPPED
         return running and time.monotonic() - self._fed_at <= limit_s
 
     def probe_now(self) -> ProbeNow | None:
-        """Return how the probe was seen last, for the coach (any thread).
+        """Return the last state of the probe, for the coach; thread-safe.
 
-        None before the first frame and where tracking lags or is silent: that is another trouble.
+        None before the first frame and if tracking lags or is silent: those are other faults.
         """
         track, latest = self._track, self._last_good
         if track is None or time.monotonic() - self._fed_at > _STALE_S:
@@ -238,7 +226,7 @@ class LiveState:
         good, frame = latest
         own = in_rig(good)
         spots = good.uv[frame]
-        # Outside the calibrated volume nobody knows how well the ball is known.
+        # Outside the calibrated volume the uncertainty of the ball is unknown.
         is_good = status is FrameStatus.OK and self._is_inside(own.tip_world[frame])
         last = LastPose(
             own.rotation_world_from_probe[frame], own.tip_world[frame], spots,
@@ -251,7 +239,7 @@ class LiveState:
     def failed(
         self, acquisition: AcquisitionStatus, reason: str, faults: tuple[str, ...] = ()
     ) -> LiveView:
-        """Return a snapshot in which nothing is seen any more; it computes nothing."""
+        """Return an empty snapshot without computation."""
         return LiveView(
             status=StatusWord.FAILED,
             reason=reason,
@@ -299,7 +287,7 @@ class LiveState:
         return self._judge_tip(in_rig(track).tip_world[-1])
 
     def _trouble_of(self, bus: BusWatch, acquisition: AcquisitionStatus) -> str:
-        """Return why nothing that comes from the bus can be trusted now, or an empty text."""
+        """Return why data from the bus cannot be trusted now, or an empty text."""
         now = time.monotonic()
         report = bus.report()
         if report is not None and report.phase is not BusPhase.OPERATION:
@@ -312,7 +300,7 @@ class LiveState:
         if now - self._fed_at > _STALE_S and self._track is not None:
             detail = f" ({acquisition.message})" if acquisition.message else ""
             return f"No new frames from the cameras{detail}."
-        # What was tracked last is of before the disturbance until new frames went through.
+        # The last tracked frames precede the disturbance until new ones were processed.
         return "Waiting for the cameras." if self._fed_at < self._disturbed_at else ""
 
     def _judge_tip(self, tip_rig: Float) -> tuple[StatusWord, str]:
@@ -332,10 +320,10 @@ class LiveState:
         return bool(np.all(tip_rig >= low) and np.all(tip_rig <= high))
 
     def _renew_uncertainty(self) -> None:
-        """Compute the uncertainty of the last good frame, where the one at hand is old.
+        """Compute the uncertainty of the last good frame, if the cached one is old.
 
-        It is the reader's thread that does it, so that no frame ever waits for a number to look at;
-        where nobody reads, nothing is computed. A second reader takes the number that is there.
+        On the reader's thread, so that frames never wait for a displayed number; without readers
+        nothing is computed. A second reader gets the cached number.
         """
         latest, now = self._last_good, time.monotonic()
         if latest is None or now - self._uncertainty_at <= _UNCERTAINTY_EVERY_S:
@@ -357,7 +345,7 @@ class LiveState:
         return point_uncertainty(sensitivity, self._rig, self._body)
 
     def _sensitivities_at(self, track: TrackBlock, frame: int) -> Sensitivities:
-        """Return how the ball answers to spots: by the reference body as it is seen in a frame."""
+        """Return the sensitivities of the ball to spots, relative to the reference body."""
         rig, body, about, seen = self._rig, self._body, self._reference, track.reference
         if about is None or seen is None or seen.home is None:
             return lambda spots: tip_sensitivities(spots, rig, body)

@@ -1,4 +1,4 @@
-"""What is seen of a running station: live values, acquisition and bus."""
+"""Snapshots of a running station: live values, acquisition and bus."""
 
 from __future__ import annotations
 
@@ -25,20 +25,16 @@ _UNKNOWN = AcquisitionStatus(
 
 
 class Looks:
-    """Give snapshots of what the station sees, to any thread.
+    """Snapshots of the station; thread-safe.
 
     Parameters
     ----------
-    ring
-        Where the frames come from.
-    live
-        Keeps what the latest frames say.
     bus
-        None where the frames do not come over one.
+        None if frames do not come over one.
     instruments
         May forbid points.
     maintenance
-        Its procedures see the frames instead of the job.
+        Its procedures receive the frames instead of the job.
     faults
         May forbid every number.
     """
@@ -61,7 +57,7 @@ class Looks:
         return self._last_status if self._last_status is not None else read_status(self._ring)
 
     def live(self) -> LiveView:
-        """Return what the machine sees now."""
+        """Return the live view."""
         status = _UNKNOWN
         try:
             status = self.acquisition()
@@ -72,16 +68,16 @@ class Looks:
         return self._live.failed(status, self._faults.reason, self._words_beside)
 
     def probe_now(self) -> ProbeNow | None:
-        """Return how the probe was seen last, for the coach; None while no point may be taken.
+        """Return the last state of the probe, for the coach; None while points are blocked.
 
-        Its numbers stand beside the readout: they must not stand where that withholds its own.
+        Its numbers are next to the readout: they must be withheld together.
         """
         if self._faults.measuring is not None or self._blocker is not None:
             return None
         return self._live.probe_now()
 
     def bus(self) -> BusView | None:
-        """Return what is known about the bus; None where the frames do not come over one."""
+        """Return the state of the bus; None if frames do not come over one."""
         if self._bus is None:
             return None
         status = self.acquisition()
@@ -91,18 +87,18 @@ class Looks:
         return self._bus.view(ended)
 
     def bus_report(self) -> BusReport | None:
-        """Return what the bus process said last; None without one, or before its first report."""
+        """Return the last report of the bus process; None without one."""
         return self._bus.report() if self._bus is not None else None
 
     def close(self) -> None:
-        """Keep what is known, and leave the ring alone from now on."""
+        """Keep the last state, and release the ring."""
         self._last_status = self.acquisition()
         if self._bus is not None:
             self._bus.close()
 
     @property
     def _blocker(self) -> Blocker | None:
-        """Return why no point is taken, whatever is seen; None where one may be."""
+        """Return why no point can be recorded, or None."""
         return self._maintenance.blocking_reason or self._instruments.blocking_reason()[1]
 
     @property

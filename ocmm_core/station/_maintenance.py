@@ -1,4 +1,4 @@
-"""What a maintenance technician does at a running station: tip, cameras, procedures, bus report."""
+"""Maintenance at a running station: tip, cameras, procedures, bus report."""
 
 from __future__ import annotations
 
@@ -15,20 +15,18 @@ from ocmm_core.station._open_job import CurrentJob
 
 
 class StationMaintenance:
-    """Look after probe, cameras and bus while the station runs.
+    """Maintain probe, cameras and bus while the station runs.
 
     Parameters
     ----------
     current
-        Its watch over the tip learns what was done.
+        Its watch of the tip learns the changes.
     calibration
         Writes into the cameras.
     bus
-        None where the frames do not come over one.
+        None if frames do not come over one.
     rig
         Name of the rig, for the report of the bus.
-    faults, events
-        Told what fails, and what changes.
     """
 
     def __init__(
@@ -45,10 +43,11 @@ class StationMaintenance:
         self._watcher: Callable[[FrameBlock], None] | None = None
 
     def mount_tip(self, tip: str) -> None:
-        """Say that a tip, maybe the same one again, was screwed on; it must be checked.
+        """Note that a tip, maybe the same one, was mounted; it must be checked.
 
-        With another tip than that of this job no points are taken any more: the geometry of a job
-        does not change.
+        With another tip than that of this job no more points are recorded: the geometry of a job
+        does not
+        change.
 
         Raises
         ------
@@ -61,10 +60,10 @@ class StationMaintenance:
         self._events.emit(self._events.changed)
 
     def probe_records_changed(self) -> None:
-        """Look at the records of the probe anew: something was appended to them.
+        """Reread the records of the probe after an addition.
 
-        A check that passed lets points be taken again at once. A new calibration or qualification
-        is for the next job: this one goes on only with the geometry that it was begun with.
+        A passed check unblocks points immediately. A new calibration or qualification applies to
+        the next job: this one keeps its geometry.
         """
         probe = self._current.now.probe
         probe.forget()
@@ -79,34 +78,34 @@ class StationMaintenance:
         Raises
         ------
         CalibrationError
-            There is nothing to write, or nobody to write to.
+            There is nothing to write, or nowhere to write to.
         BusError
-            A camera does not take them.
+            A camera refuses them.
         """
         self._calibration.write_to_cameras()
 
     def set_frame_tap(self, watcher: Callable[[FrameBlock], None] | None) -> None:
-        """Show all frames to a calibration procedure from now on, or to nobody.
+        """Pass all frames to a calibration procedure, or to none.
 
-        It is called on the reconstruction thread. As long as it watches, no points are taken:
-        whoever waves the probe through the volume does not measure the part.
+        It is called on the reconstruction thread. Meanwhile no points are recorded: the probe is
+        not measuring the part.
         """
         self._watcher = watcher
 
     @property
     def blocking_reason(self) -> Blocker | None:
-        """Return that a procedure watches, so that no points are taken; None where none does."""
+        """Return the blocker while a procedure receives the frames, else None."""
         return None if self._watcher is None else _WATCHED
 
     def takes(self, block: FrameBlock) -> bool:
-        """Show frames to whoever watches, and say whether somebody does (reconstruction thread)."""
+        """Pass frames to a procedure; return whether there is one (reconstruction thread)."""
         watcher = self._watcher
         if watcher is None:
             return False
         try:
             watcher(block)
         except Exception as error:
-            # It is still waved through the volume: no points, whoever looks.
+            # The probe is still in use by the procedure: no points.
             self._watcher = _look_away
             self._faults.note(error, "The calibration procedure")
         return True
@@ -130,4 +129,4 @@ _WATCHED = Blocker(
 
 
 def _look_away(block: FrameBlock) -> None:
-    """Watch nothing."""
+    """Ignore frames."""

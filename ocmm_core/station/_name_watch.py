@@ -1,4 +1,4 @@
-"""The threads that compare the names of files in use with the files themselves, also while idle."""
+"""Threads that compare the names of open files with the files themselves, also while idle."""
 
 from __future__ import annotations
 
@@ -19,13 +19,8 @@ PROBE = "The history of the probe"
 class NameWatch:
     """Make the station FAILED when a file is no longer on the disk under its name.
 
-    Parameters
-    ----------
-    checks
-        Return why a file is lost, or None, by the part of the station that it belongs to. A slow
-        check delays those after it.
-    faults
-        Keeps and reports the loss.
+    `checks`: return why a file is lost, or None, by its part of the station; a slow check delays
+    later ones. `faults`: stores and reports the loss.
     """
 
     def __init__(
@@ -36,7 +31,6 @@ class NameWatch:
         self._thread = threading.Thread(target=self._run, name="ocmm-names")
 
     def start(self) -> None:
-        """Start comparing; once."""
         self._thread.start()
 
     def close(self) -> None:
@@ -54,5 +48,5 @@ class NameWatch:
                     self._faults.fail(unexpected, part)
                     return
                 if error is not None:
-                    # Compared on: a rescue that no folder took is tried again.
+                    # Continue, to retry a rescue that no folder accepted.
                     self._faults.fail(error, part)

@@ -1,4 +1,4 @@
-"""The job that is measured: its file, its session, and the watches that hold back its points."""
+"""The current job: its file, its session, and the watches that hold its points."""
 
 from __future__ import annotations
 
@@ -23,43 +23,39 @@ from ocmm_core.tracking import ProbeBody, ReferenceBody
 
 @dataclass(frozen=True, slots=True)
 class Gear:
-    """What every job of a station is measured with."""
+    """Equipment of every job of a station."""
 
     calibration: CalibrationInUse
     probe: ProbeInUse
     """`calibration`, `probe`: Of the cameras, and of the mounted tip."""
     reference: ReferenceBody | None = None
-    """The reference body to which everything is given; None without one."""
+    """Reference body of all coordinates; None without one."""
     pause: timedelta = PAUSE
-    """After so long without a point or a check the tip must be checked."""
+    """Time without a point or a check after which the tip must be checked."""
     released_only: bool = False
-    """Refuse plans that are not released."""
 
     @property
     def rig(self) -> Rig:
-        """Return the cameras as they are calibrated."""
         return self.calibration.rig
 
     @property
     def body(self) -> ProbeBody:
-        """Return the probe with its tip."""
         return self.probe.body
 
 
 @dataclass(frozen=True, slots=True)
 class PlanInUse:
-    """A plan with what a session measures by it."""
+    """A plan with the options of its sessions."""
 
     plan: Plan
-    """What is measured."""
     options: SessionOptions
-    """Limits, and the climate with the growth that the plan says."""
+    """Limits, and the climate with the plan's expansion."""
     file: Path | None = None
-    """Where the plan is, with its pictures beside it; None where that is not known."""
+    """Path of the plan, next to its pictures; None if unknown."""
 
     def with_plan(self, plan: Plan, file: Path | None) -> PlanInUse:
         """Return another plan in use; InputError as `climate_for`."""
-        # Where a part by the plan before stood says nothing about this one.
+        # The pose of a part by the former plan does not apply.
         options = replace(
             self.options, climate=climate_for(self.options.climate, self.plan, plan), near=None
         )
@@ -68,26 +64,21 @@ class PlanInUse:
 
 @dataclass(frozen=True, slots=True)
 class OpenJob:
-    """Everything that belongs to one job."""
+    """All parts of one job."""
 
     file: JobFile
-    """Where its points are durable."""
     session: InspectionSession
-    """Makes points of touches."""
     use: PlanInUse
     changes: ChangeWatch
     probe: ProbeWatch
-    """`changes`, `probe`: Hold back its points if cameras or tip are suspect."""
+    """`changes`, `probe`: Hold its points if cameras or tip are suspect."""
     release: ReleaseState = NO_RELEASE
 
 
 def open_job(file: JobFile, use: PlanInUse, gear: Gear) -> OpenJob:
-    """Return a job that can be measured; errors as `InspectionSession` and `ChangeWatch`.
+    """Return a job ready to measure; errors as `InspectionSession` and `ChangeWatch`.
 
-    Raises
-    ------
-    InputError
-        Its plan does not allow cameras that cannot prove the age of their data.
+    Raises InputError if its plan excludes cameras that cannot prove the age of their data.
     """
     device = gear.calibration.device
     if device is not None:
@@ -100,26 +91,21 @@ def open_job(file: JobFile, use: PlanInUse, gear: Gear) -> OpenJob:
 
 
 class CurrentJob:
-    """Which job is measured; for any thread, so that whoever wants two things of it reads once."""
+    """The current job; thread-safe. Read ``now`` once for consistent values."""
 
     def __init__(self, now: OpenJob) -> None:
         self.now = now
-        """The job that is measured."""
         self.ended = False
-        """The station was closed: there is nothing to show any more."""
 
     def what_is_safe(self) -> str:
-        """Return the sentence that says what is not lost."""
+        """Return the sentence on what is not lost."""
         return saved_sentence(self.now.file.saved_in)
 
 
 class PartLoader:
-    """Let jobs show the part that their plan names; beside the measuring, which never waits.
+    """Load the part of a job's plan in the background.
 
-    Parameters
-    ----------
-    faults, events
-        Told why a part is not shown, and that one is.
+    `faults`, `events`: receive failures and success.
     """
 
     def __init__(self, faults: StationFaults, events: StationEvents) -> None:
@@ -128,7 +114,7 @@ class PartLoader:
         self._given_up = threading.Event()
 
     def begin(self, job: OpenJob) -> None:
-        """Load the part of a job, unless its file holds it; a load under way is given up."""
+        """Load the part of a job, unless its file holds it, cancelling a running load."""
         self.close()
         if job.session.part.model is not None or job.use.plan.model is None:
             return
@@ -141,7 +127,7 @@ class PartLoader:
         self._thread.start()
 
     def close(self) -> None:
-        """Give up what is loaded, and wait for its end."""
+        """Cancel loading, and wait for its end."""
         self._given_up.set()
         if self._thread is not None:
             self._thread.join()

@@ -1,4 +1,4 @@
-"""How a station works."""
+"""Options of a station."""
 
 from __future__ import annotations
 
@@ -15,23 +15,19 @@ from ocmm_core.tracking import TrackingOptions
 
 @dataclass(frozen=True, slots=True)
 class StationOptions:
-    """How the station works."""
-
     session: SessionOptions
     tracking: TrackingOptions
-    """`session`, `tracking`: Options of the session and of the tracking."""
     live_source: bool = False
-    """Frames come by themselves, over a bus, so that silence means a fault."""
+    """Frames are pushed over a bus, so that silence is a fault."""
     intent: Intent | None = None
-    """For scripted operators: which feature the touch that ends at an exposure is meant for; None
-    where the active feature of the session takes every point."""
+    """For scripted operators: intended feature of a touch that ends at an exposure; None if the
+    active feature gets every point."""
     pause: timedelta = PAUSE
-    """After so long without a point or a check the tip must be checked."""
+    """Time without a point or a check after which the tip must be checked."""
     stream: StreamOptions | None = None
-    """How points and poses are given to other programs; None where they are not."""
     plan_file: Path | None = None
-    """Where the plan is, with its pictures beside it; None where that is not known."""
+    """Path of the plan, next to its pictures; None if unknown."""
     released_only: bool = False
     """Refuse plans that are not released."""
     simulated: bool = False
-    """The frames come from a virtual rig; the job says so, for good."""
+    """The frames come from a virtual rig, which the job states permanently."""

@@ -1,8 +1,8 @@
-"""The mounted tip as the station sees it: may points be taken with it now, and if not, why.
+"""The station's view of the tip: may points be recorded with it, and if not, why.
 
-What can change the tip - a blow, a long pause, another tip in the menu - is written into the
-history of the probe at once and forces the quick check, also after a restart. A probe that is
-measured with its document has no history: there the doubt lasts as long as the job runs.
+Events that can change the tip - a shock, a long pause, another tip in the menu - are written into
+the history of the probe immediately and force the quick check, also after a restart. A probe with a
+document has no history: there the suspicion lasts as long as the job runs.
 """
 
 from __future__ import annotations
@@ -30,24 +30,17 @@ from ocmm_core.station._calibration_watch import KeptView
 from ocmm_core.storage import JobFile
 
 PAUSE = timedelta(hours=8)
-"""After so long without a point or a check nobody knows what happened to the tip."""
+"""Time without a point or a check after which the state of the tip is unknown."""
 
 _USABLE = (CalibrationStatus.VALID, CalibrationStatus.DUE)
 
 
 class ProbeWatch:
-    """Judge the probe in use again and again; `feed` belongs to the reconstruction thread.
+    """Judge the probe in use repeatedly; `feed` belongs to the reconstruction thread.
 
-    Parameters
-    ----------
-    in_use
-        What is measured with.
-    session, job
-        Hold the points.
-    pause
-        After so long without a point or a check the tip must be checked.
-    clock
-        The time of day, with its zone.
+    `session`, `job`: Hold the points.
+    `pause`: Time without a point or a check after which the tip must be checked.
+    `clock`: Local time with its zone.
     """
 
     def __init__(
@@ -71,12 +64,9 @@ class ProbeWatch:
         self._dropped: Blocker | None = None
 
     def start(self) -> None:
-        """Begin: a tip that was asked for by name is mounted, a tip that rested is in doubt.
+        """Mount a tip requested by name; mark a tip suspect after a pause.
 
-        Raises
-        ------
-        OcmmError
-            What happened to the tip could not be made durable.
+        Raises OcmmError if an event of the tip could not be made durable.
         """
         store = self._store
         if store is not None and self.in_use.tip != store.mounted:
@@ -85,26 +75,22 @@ class ProbeWatch:
         self.settle()
 
     def view(self) -> ProbeView:
-        """Return what is to be said about the probe, at most 0.2 s old."""
+        """Return the state of the probe, at most 0.2 s old."""
         return self._kept.view()
 
     def forget(self) -> None:
-        """Look at everything anew at the next `view`."""
+        """Invalidate the cached state."""
         self._kept.forget()
 
     def used(self) -> None:
-        """Note that a point was taken with it."""
+        """Note that a point was recorded with it."""
         self._used = self._clock()
 
     def mount(self, tip: str) -> None:
-        """Say that a tip, maybe the same one again, was screwed on; it must be checked.
+        """Note that a tip, maybe the same one, was mounted; it must be checked.
 
-        Raises
-        ------
-        CalibrationError
-            The probe has no records, or was never calibrated with this tip.
-        StorageError
-            The history cannot be written.
+        Raises CalibrationError if the probe has no records, or was never calibrated with this tip;
+        StorageError if the history cannot be written.
         """
         store = self.in_use.store
         if store is None:
@@ -118,12 +104,10 @@ class ProbeWatch:
         self.settle()
 
     def feed(self, block: FrameBlock) -> bool:
-        """Look for a blow and a long pause, and say whether a doubt or points in doubt changed.
+        """Check for a shock and a long pause; return whether suspicions or held points changed.
 
-        Raises
-        ------
-        OcmmError
-            A doubt could not be made durable; a blow stops the points all the same.
+        Raises OcmmError if a suspicion could not be made durable; a shock stops the points in any
+        case.
         """
         dropped = self._notice_shock(block)
         paused = self._notice_pause()
@@ -131,17 +115,14 @@ class ProbeWatch:
         return dropped or paused or settled
 
     def settle(self) -> bool:
-        """Hold back and release points by what happened to the tip, and say whether any changed.
+        """Hold and release points by the history of the tip; return whether any changed.
 
-        Raises
-        ------
-        StorageError
-            It could not be made durable; points are held back until the program ends.
+        Raises StorageError if not durable; points are then held until the program ends.
         """
         store = self._store
         if store is None:
             return False
-        # It takes in what another process appended.
+        # Also reads entries of other processes.
         self.view()
         with self._settling:
             events = store.events
@@ -152,7 +133,7 @@ class ProbeWatch:
 
     @property
     def _store(self) -> ProbeStore | None:
-        """Return where what happens to the tip is kept, or None where nothing is known of it."""
+        """Return the store of the tip's history, or None without one."""
         return self.in_use.store if self.in_use.records is not None else None
 
     def _judge(self) -> ProbeView:
@@ -189,7 +170,7 @@ class ProbeWatch:
         return True
 
     def _doubt(self, reason: str, since: datetime) -> None:
-        """Put the mounted tip in doubt; without a history, for as long as the job runs."""
+        """Mark the mounted tip suspect; without a history, for as long as the job runs."""
         self._dropped = Blocker(reason, "Check the probe, then start a new job.")
         self.forget()
         if self._store is not None:

@@ -1,4 +1,4 @@
-"""Reports of the job that a station measures, as it stands."""
+"""Reports of the current job of a station."""
 
 from __future__ import annotations
 
@@ -18,21 +18,11 @@ _TRIES = 20
 
 
 class Reports:
-    """Say everything about the job, and write it down.
-
-    Parameters
-    ----------
-    current
-        Which job that is.
-    instruments
-        What it is measured with.
-    """
-
     def __init__(self, current: CurrentJob, instruments: Instruments) -> None:
         self._current, self._instruments = current, instruments
 
     def data(self) -> ReportData:
-        """Return everything that a report can say about the job as it stands.
+        """Return the report data of the current job.
 
         Takes up to some seconds: not for the thread of a window.
 
@@ -48,7 +38,7 @@ class Reports:
             job.file.require_name()
             view = job.session.view
             found = self._data_of(job, view)
-            # A point that came meanwhile would be in one half of the report only.
+            # A concurrent point would be in one half of the report only.
             if job.session.view is view and job is self._current.now:
                 return found
         raise MeasuringError(
@@ -67,7 +57,7 @@ class Reports:
     ) -> tuple[Path, ...]:
         """Write reports of the job to ``directory`` and return their paths; as `write_report`.
 
-        On the paper of this station, with what was given with the job; InputError where the
+        On the report sheet of this station, with the data given with the job; InputError if the
         template cannot be used.
         """
         data = replace(self.data(), paper=paper_of(self._current.now.file.path))

@@ -1,8 +1,8 @@
 """The measuring station: acquisition, reconstruction and session, run together.
 
 Window and command line use the same station. Frames go from the ring through tracking to the
-session on one thread of its own (the reconstruction thread); everybody else pulls snapshots.
-Signals carry changes of state only and are emitted on the thread that made the change.
+session on the reconstruction thread; all others pull snapshots. Signals carry changes of state only
+and are emitted on the thread that made the change.
 """
 
 from __future__ import annotations
@@ -46,12 +46,10 @@ _STOP_S = 1.5
 
 
 class MeasuringStation:
-    """Measure one job after another: join the services of a station, start and stop them.
+    """Measure jobs one by one: join the services of a station, start and stop them.
 
     Parameters
     ----------
-    plan, calibration, probe
-        What is measured and with what.
     job
         The open job file; closed by `close`.
     acquisition
@@ -59,9 +57,9 @@ class MeasuringStation:
     ring
         Owned by the station from now on.
     recorder
-        Gets every raw frame; closed by `close`.
+        Receives every raw frame; closed by `close`.
     history
-        Keeps the last of them in memory, for support.
+        Keeps the last frames in memory, for support.
     """
 
     def __init__(
@@ -77,18 +75,16 @@ class MeasuringStation:
         history: FrameHistory | None = None,
     ) -> None:
         self.history = history
-        """The last raw frames; None where none are kept."""
+        """The last raw frames, or None."""
         self._acquisition, self._ring, self._recorder = acquisition, ring, recorder
-        # What is said about results depends on how their poses were computed.
+        # Statements about results depend on the method of their poses.
         session = replace(options.session, method=options.tracking.method)
         gear = Gear(calibration, probe, session.reference, options.pause, options.released_only)
         use = PlanInUse(plan, session, options.plan_file)
         self._current = current = CurrentJob(open_job(job, use, gear))
         halt = threading.Event()
         self.faults = faults = StationFaults(halt, current)
-        """What has failed, and the signal that tells it."""
         self.events = events = StationEvents(faults)
-        """Signals of what changes."""
         job_name = {JOB: lambda: current.now.file.check_name()}
         self._watches = NameWatch(job_name, faults), NameWatch(self._checks(gear), faults)
         bus = BusWatch(ring) if options.live_source else None
@@ -105,15 +101,13 @@ class MeasuringStation:
         self.instruments = instruments = Instruments(
             gear, watch, current, bus, faults, events, simulated=options.simulated
         )
-        """What is measured with, and how far it can be trusted."""
+        """Equipment and trust in it."""
         self.maintenance = StationMaintenance(current, watch, bus, gear.rig.name, faults, events)
-        """What a maintenance technician does."""
         self.looks = looks = Looks(ring, live, bus, instruments, self.maintenance, faults)
-        """Live values, acquisition and bus."""
         self.coach = CoachWatch(
             gear.rig, gear.body, looks, failed=lambda error: faults.note(error, "The coach")
         )
-        """Which turn of the probe would better its ball, or what to do while it is lost."""
+        """Turn of the probe that would improve its ball, or the remedy while it is lost."""
         self._frames = frames = FrameLoop(
             ring,
             gear.rig,
@@ -131,31 +125,28 @@ class MeasuringStation:
             history=history,
         )
         self.job = StationJob(current, self.looks, frames, faults, events)
-        """The job that is measured, and what an inspector does with it."""
         self._parts = PartLoader(faults, events)
         self.jobs = JobChange(gear, current, instruments, frames, events, self._parts)
-        """Another job instead of it."""
         self.reports = Reports(current, instruments)
-        """Reports of the job as it stands."""
         self.stream: StreamServer | None = None
-        """What other programs read points and poses from; None where they do not."""
+        """The live stream for other programs, or None."""
         if options.stream is not None:
             self.stream = StreamServer(
                 self, options.stream, lambda error: faults.note(error, "The live stream")
             )
 
     def start(self) -> None:
-        """Start acquisition and reconstruction, and the stream where one is wanted.
+        """Start acquisition and reconstruction, and the stream if configured.
 
         Raises
         ------
         MeasuringError
-            The address of the stream cannot be had; nothing runs then.
+            The address of the stream is unavailable; nothing runs then.
         InternalError
-            Nobody foresaw it; the station is FAILED then, as it is after any other error.
+            Unexpected; the station is FAILED then, as after any other error.
         """
-        # psygnal looks at all modules when a listener fails first: here it costs nobody a frame, in
-        # the reconstruction thread of a busy computer 0.3 s.
+        # psygnal inspects all modules when a listener first fails: done here, that delays no frame;
+        # in the reconstruction thread of a busy computer it takes 0.3 s.
         inspect.getmodule(inspect.currentframe())
         try:
             if self.stream is not None:
@@ -171,19 +162,19 @@ class MeasuringStation:
             raise self.faults.fail(error, "The start", tell=False) from error
 
     def request_stop(self) -> None:
-        """Ask acquisition and reconstruction to end; returns at once."""
+        """Request the end of acquisition and reconstruction; returns immediately."""
         self._acquisition.request_stop()
         self._frames.request_stop()
 
     def join(self, timeout_s: float) -> bool:
-        """Wait for the end of both, no longer than this in all, and say whether it came."""
+        """Wait for the end of both within a common timeout; return whether it came."""
         until = time.monotonic() + timeout_s
         ended = self._acquisition.join(timeout_s)
         ended = self._frames.join(max(until - time.monotonic(), 0.0)) and ended
         return self._calibration.close(max(until - time.monotonic(), 0.0)) and ended
 
     def close(self) -> None:
-        """Stop, and give back ring, recorder and job file. May be called twice."""
+        """Stop, and release ring, recorder and job file. May be called twice."""
         if self._current.ended:
             return
         self.request_stop()
@@ -203,14 +194,14 @@ class MeasuringStation:
             try:
                 self._recorder.close()
             except Exception as error:
-                # The points come before the recording: the job is closed all the same.
+                # Points precede the recording: the job is closed in any case.
                 self.faults.note(error, RECORDING)
         self._current.now.file.close()
         if self.history is not None:
             self.history.clear()
 
     def _checks(self, gear: Gear) -> Mapping[str, Callable[[], OcmmError | None]]:
-        """Return what compares the names of histories and recording with their files."""
+        """Return the checks of the names of histories and recording."""
         stores = {HISTORY: gear.calibration.store, PROBE: gear.probe.store}
         checks: dict[str, Callable[[], OcmmError | None]] = {
             part: store.check_name for part, store in stores.items() if store is not None
@@ -220,5 +211,5 @@ class MeasuringStation:
         return checks
 
     def wait_finished(self, timeout_s: float) -> bool:
-        """Wait until the source has ended and all its frames are measured; say whether so."""
+        """Wait until the source has ended and all its frames are measured; return whether so."""
         return self._frames.wait_drained(timeout_s)

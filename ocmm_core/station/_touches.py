@@ -17,24 +17,16 @@ from ocmm_core.station._open_job import CurrentJob
 from ocmm_core.station.stream import ButtonWatch
 
 Intent = Callable[[int], str | None]
-"""Returns the feature that a touch that ends at an exposure is meant for; None: the active one."""
+"""Returns the intended feature of a touch that ends at an exposure; None: the active one."""
 
 
 class TouchTaker:
     """Make points of touches; a `MeasureStep`.
 
-    Parameters
-    ----------
-    current
-        Gets the points.
-    live
-        Keeps what the latest frames say.
-    maintenance
-        Its procedures see the frames instead of the job.
-    faults, events
-        Told what comes of a touch.
-    intent
-        Of a scripted operator; None where the session knows what is meant.
+    `live`: State of the latest frames.
+    `maintenance`: Its procedures receive the frames instead of the job.
+    `faults`, `events`: Receive the results of touches.
+    `intent`: Of a scripted operator; None if the session decides.
     """
 
     def __init__(
@@ -54,7 +46,7 @@ class TouchTaker:
 
     @property
     def awaits_pull(self) -> bool:
-        """Return whether the ball is followed while it is pulled away after a touch."""
+        """Return whether the ball is followed during its retract after a touch."""
         return self._current.now.session.awaits_pull
 
     def measure(self, tracked: Tracked) -> None:
@@ -64,7 +56,7 @@ class TouchTaker:
             self._events.emit(self._events.button, change)
         session = self._current.now.session
         if pipeline.home is not None and session.reference_home is None:
-            # Durable before the first point that rests on it.
+            # Durable before the first dependent point.
             session.keep_reference(pipeline.home)
         self._live.feed(block, track, pipeline, collecting=tracked.collecting)
         self._instruments.watch_probe(block)
@@ -83,19 +75,19 @@ class TouchTaker:
             try:
                 refuse(session, refusal, self._events)
             except OcmmError as error:
-                # A full disk takes no note of it either; measuring goes on once it is cleared.
+                # A full disk cannot log it either; measuring resumes once it is cleared.
                 self._faults.tell(error)
 
     def _take(self, touch: Touch) -> None:
         job, events = self._current.now, self._events
         feature = self._intent(touch.first_frame) if self._intent is not None else None
         try:
-            # A service names its interface only once it runs: before the first point it has.
+            # A service names its interface only while running, which it is before the first point.
             job.session.conditions.note_origin(simulated=self._instruments.simulated)
             outcome = job.session.touches.take(touch, feature)
         except OcmmError as error:
-            # A point that could not be made durable is no point. Measuring goes on, unless the
-            # file is lost.
+            # A point that is not durable does not count. Measuring continues, unless the file is
+            # lost.
             lost = job.file.given_up
             if lost is None:
                 self._faults.tell(error)
@@ -111,7 +103,7 @@ class TouchTaker:
 
 
 def refuse(session: InspectionSession, refusal: Refusal, events: StationEvents) -> None:
-    """Note in the job that a touch gave no point, and tell it."""
+    """Store and report that a touch gave no point."""
     session.touches.refuse(refusal)
     events.emit(events.point_refused, refusal)
     events.emit(events.changed)

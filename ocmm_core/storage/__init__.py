@@ -1,16 +1,15 @@
-"""What is kept: job files that lose no point and change none.
+"""Storage of job files that neither lose nor change points.
 
 In: points, events, documents of a job. Out: one SQLite file per job, and the same read back.
 
-Read `_job_file` (the file and its promises), `_tables` and `_rows` (what stands in it, bit for
-bit), `_job_steps` (points and annulments in order), `_audit` (the hash-linked chain),
-`_job_seal` (who signed it), `_job_writer` (until the disk fails), `_job_keeper` (until its name is
-lost: then it is rescued), `_event_text`, `_connection` and `_faults` (faults as sentences),
-`_job_content` with `_write_ahead_log` (the one door for readers), `_guard` and `_checks`
-(what a file
-from elsewhere may cost and hold), `_migrations` (versions),
-`_glance` (a summary without opening it to write), `_held_jobs` (what an archive holds back).
-It must not know plans, features or verdicts: it keeps what it is given.
+Read `_job_file` (the file and its guarantees), `_tables` and `_rows` (its contents, bit for bit),
+`_job_steps` (points and annulments in order), `_audit` (the hash-linked chain), `_job_seal`
+(signatures), `_job_writer` (transactions until the disk fails), `_job_keeper` (rescue if the name
+is lost), `_event_text`, `_connection` and `_faults` (faults as sentences), `_job_content` with
+`_write_ahead_log` (the only access for readers), `_guard` and `_checks` (limits and checks of
+foreign files), `_migrations` (versions), `_glance` (a read-only summary), `_held_jobs` (jobs held
+by an archive).
+It must not know plans, features or verdicts.
 """
 
 from __future__ import annotations

@@ -1,9 +1,9 @@
-"""The audit chain of a job file: one hash-linked row for everything that was ever stored.
+"""Audit chain of a job file: one hash-linked row for everything that was ever stored.
 
-Each row holds the SHA-256 of what was stored and of the row before it, so that a row that was
-changed, removed or slipped in shows up in `find_faults`. This reveals accidental and casual
-change. Somebody who owns the file can still compute a whole new chain, or cut off its end: against
-that only a copy of the last hash outside the file helps.
+Each row holds the SHA-256 of the stored row and of the previous audit row, so that `find_faults`
+detects changed, removed or inserted rows. This reveals accidental and casual change. An owner of
+the file can still compute a whole new chain, or truncate it: against that only a copy of the last
+hash outside the file helps.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from dataclasses import dataclass
 from datetime import UTC, datetime
 
 Value = int | float | str | bytes
-"""What a column can hold; nothing is ever NULL."""
+"""Value of a column; never NULL."""
 
 AUDITED: dict[str, tuple[str, ...]] = {
     "head": (
@@ -34,7 +34,7 @@ AUDITED: dict[str, tuple[str, ...]] = {
     "reference_observation": ("number", "spots_shape", "spots"),
     "part": ("id", "source_name", "source_sha256", "content"),
 }  # fmt: skip
-"""The insert-only tables and the columns that their digests cover; the first one is the key."""
+"""Insert-only tables and the columns of their digests; the first one is the key."""
 
 _FIRST_LINK = "0" * 64
 _LENGTH, _FLOAT, _INT = struct.Struct("<Q"), struct.Struct("<d"), struct.Struct("<q")
@@ -42,20 +42,20 @@ _ENCODING = {int: b"i", float: b"f", str: b"s", bytes: b"b"}
 
 
 def now_utc() -> str:
-    """Return the present time as ISO 8601 text, UTC, microseconds."""
+    """Return the current time as ISO 8601 text, UTC, microseconds."""
     return datetime.now(UTC).isoformat(timespec="microseconds")
 
 
 def step_utc(db: sqlite3.Connection) -> str:
-    """Return the time of the next step: now, or that of the last step where the clock is behind it.
+    """Return the time of the next step: now, or that of the last step if the clock is behind it.
 
-    Times of a job never run backwards; that a clock was set back is an event (`note_clock`).
+    Times of a job never run backwards; a clock set back is an event (`note_clock`).
     """
     return max(now_utc(), last_step_utc(db))
 
 
 def last_step_utc(db: sqlite3.Connection) -> str:
-    """Return when the last step was stored; empty where there is none, or nobody can tell."""
+    """Return when the last step was stored; empty if none or invalid."""
     row = db.execute("SELECT time_utc FROM audit ORDER BY sequence DESC LIMIT 1").fetchone()
     text = "" if row is None else row[0]
     try:
@@ -67,9 +67,9 @@ def last_step_utc(db: sqlite3.Connection) -> str:
 
 
 def digest_row(values: Sequence[Value]) -> str:
-    """Return the SHA-256 of a row; type and length of every value are part of it.
+    """Return the SHA-256 of a row, including type and length of every value.
 
-    Empty where a value is NULL, which none ever is.
+    Empty if a value is NULL, which is never stored.
     """
     if None in values:
         return ""
@@ -90,8 +90,8 @@ def digest_row(values: Sequence[Value]) -> str:
 def insert_audited(db: sqlite3.Connection, table: str, values: Sequence[Value]) -> None:
     """Insert a row into one of the `AUDITED` tables, and its link into the chain.
 
-    The caller holds a transaction, so that both are stored or none. The first value is the
-    integer key of the row.
+    The caller holds a transaction, so that both are stored or none. The first value is the integer
+    key of the row.
     """
     columns = AUDITED[table]
     marks = ",".join("?" * len(columns))
@@ -105,7 +105,7 @@ def insert_audited(db: sqlite3.Connection, table: str, values: Sequence[Value]) 
 
 @dataclass(frozen=True, slots=True)
 class AuditedStep:
-    """A row of the audit: its number, when (ISO 8601 text), of which table, and the key there."""
+    """A row of the audit: number, time (ISO 8601), table, and key there."""
 
     sequence: int
     time_utc: str
@@ -114,13 +114,11 @@ class AuditedStep:
 
 
 def read_audit(db: sqlite3.Connection) -> list[AuditedStep]:
-    """Return the rows of the audit, oldest first."""
     rows = db.execute("SELECT sequence, time_utc, subject, key FROM audit ORDER BY sequence")
     return [AuditedStep(*row) for row in rows]
 
 
 def read_links(db: sqlite3.Connection) -> dict[int, str]:
-    """Return the hash of every row of the audit by its number."""
     return {
         int(number): str(link)
         for number, link in db.execute("SELECT sequence, hash FROM audit ORDER BY sequence")
@@ -128,7 +126,7 @@ def read_links(db: sqlite3.Connection) -> dict[int, str]:
 
 
 def find_faults(db: sqlite3.Connection) -> list[str]:
-    """Return one sentence for everything in the file that does not agree with the chain."""
+    """Return the disagreements of the file with the chain, a sentence each."""
     faults: list[str] = []
     recorded: dict[tuple[str, int], str] = {}
     expected, previous = 1, _FIRST_LINK

@@ -1,8 +1,8 @@
-"""Whether the rows of a job file are rows that this program could have stored.
+"""Checks that the rows of a job file could have been stored by this program.
 
-The audit shows casual change; whoever makes a whole file can make its audit, too. So the kind of
-every value, the shape of every array and the range of every number are checked here, once, before
-anything is computed of them. What is wrong is told as the end of one sentence.
+The audit reveals casual change, but a forger of a whole file can forge its audit also. So the type
+of every value, the shape of every array and the range of every number are checked here, once,
+before any computation. Faults are the end of one sentence.
 """
 
 from __future__ import annotations
@@ -26,34 +26,34 @@ _KINDS: dict[str, tuple[type, ...]] = {
     "reference_observation": (int, str, bytes),
     "seal": (int, str, str),
 }  # fmt: skip
-"""Of the columns of `AUDITED`, in their order, and of the signatures beside them."""
+"""Types of the columns of `AUDITED`, in order, and of the signatures."""
 
 _TIME, _RADIUS, _CHI2 = 2, 9, 13
 _SPOTS_SHAPE, _SPOTS = 11, 12
 _ARRAYS, _SIZES = (6, 7, 8, 10), (24, 72, 24, 72)
 """Columns of the arrays of a point, and their bytes."""
 _TOGETHER = 1024
-"""Rows whose numbers are looked at together."""
+"""Rows whose numbers are checked together."""
 
 _MOST_NUMBER = 2**31 - 1
 _MOST_FRAME = 2**62
 _MOST_FRAMES = 10**9
 _FARTHEST = 1e7
-"""mm, mm^2 or px: beyond it no array of a point reaches, and its square is far from overflow."""
+"""mm, mm^2 or px: limit of all arrays of a point, whose square is far from overflow."""
 _LOWEST = np.array((-np.inf, 0.0, 0.0))
 _HIGHEST = np.array((np.inf, 1e3, 1e30))
 """Of time in s, radius of the ball in mm, and chi-square."""
 _LONGEST_NAME = 200
 _FIRST_YEAR, _LAST_YEAR = 1900, 9900
 _KEY_LENGTH, _SIGNATURE_LENGTH = 44, 88
-"""Signs of 32 and of 64 bytes in Base64."""
+"""Characters of 32 and of 64 bytes in Base64."""
 _SHAPE = re.compile(r"([0-9]{1,3}),([0-9]{1,3}),2")
 
 
 def kind_fault(table: str, row: Sequence[Any]) -> str:
-    """Return why a row cannot be one of ``table``; empty where the kinds of its values are right.
+    """Return why the types of a row are wrong for ``table``; empty if they are right.
 
-    ``row`` may go on after the columns of the table.
+    ``row`` may have further columns.
     """
     kinds = _KINDS[table]
     if tuple(map(type, row[: len(kinds)])) == kinds:
@@ -62,7 +62,7 @@ def kind_fault(table: str, row: Sequence[Any]) -> str:
 
 
 def head_fault(row: Sequence[Any]) -> str:
-    """Return what is wrong with the row of the head; empty where nothing is."""
+    """Return the fault of the head's row; empty if none."""
     found = kind_fault("head", row)
     if not found and not _is_time(row[2]):
         found = f"its time {row[2][:40]!r} is no ISO 8601 time"
@@ -70,21 +70,21 @@ def head_fault(row: Sequence[Any]) -> str:
 
 
 def event_fault(row: Sequence[Any]) -> str:
-    """Return what is wrong with an event, ``id`` first; empty where nothing is."""
+    """Return the fault of an event, ``id`` first; empty if none."""
     return kind_fault("event", row) or stamp_fault("event", row[0], row[1])
 
 
 def stamp_fault(what: str, number: int, time_utc: object) -> str:
-    """Return what is wrong with the time of something that was stored; empty where nothing is."""
+    """Return the fault of a time stamp; empty if none."""
     if isinstance(time_utc, str) and _is_time(time_utc):
         return ""
     return f"the time of {what} {number} is no ISO 8601 time"
 
 
 def point_fault(rows: Sequence[Sequence[Any]]) -> str:
-    """Return what is wrong with one of the rows of ``observation``; empty where nothing is.
+    """Return the fault of one of the rows of ``observation``; empty if none.
 
-    Numbers of many arrays are looked at together: a large job is opened as fast as before.
+    Arrays are checked in batches, so that large jobs open fast.
     """
     for start in range(0, len(rows), _TOGETHER):
         some = rows[start : start + _TOGETHER]
@@ -98,20 +98,16 @@ def point_fault(rows: Sequence[Sequence[Any]]) -> str:
 
 
 def beside_fault(rows: Sequence[Sequence[Any]]) -> str:
-    """Return what is wrong with one of the rows of ``reference_observation``."""
+    """Return the fault of one of the rows of ``reference_observation``."""
     found = next(filter(None, (kind_fault("reference_observation", row) for row in rows)), "")
     return found or spots_fault(rows)
 
 
 def seal_fault(rows: Iterable[Sequence[Any]], steps: int) -> str:
-    """Return what is wrong with one of the rows of ``seal``; empty where nothing is.
+    """Return the fault of one of the rows of ``seal``; empty if none.
 
-    Parameters
-    ----------
-    rows
-        Number of the step that was signed, key and signature; read only as far as the first fault.
-    steps
-        Of the audit: what is signed is one of them.
+    `rows`: number of the signed step, key and signature; read up to the first fault. `steps`: of
+    the audit, which include the signed ones.
     """
     for row in rows:
         found = kind_fault("seal", row)
@@ -125,7 +121,7 @@ def seal_fault(rows: Iterable[Sequence[Any]], steps: int) -> str:
 
 
 def reference_fault(row: Sequence[Any]) -> str:
-    """Return what is wrong with the row of the reference body; empty where nothing is."""
+    """Return the fault of the reference body's row; empty if none."""
     found = kind_fault("reference", row)
     if not found and not 0 < row[5] <= _MOST_FRAMES:
         found = f"its reference body is the mean of {row[5]} frames"
@@ -133,7 +129,7 @@ def reference_fault(row: Sequence[Any]) -> str:
 
 
 def spots_fault(rows: Sequence[Sequence[Any]]) -> str:
-    """Return what is wrong with spots, rows of number, shape and blob; not seen is NaN."""
+    """Return the fault of spots, rows of number, shape and blob; unseen is NaN."""
     for start in range(0, len(rows), _TOGETHER):
         some = rows[start : start + _TOGETHER]
         for number, shape, blob, *_ in some:
@@ -177,7 +173,7 @@ def _place_fault(row: Sequence[Any]) -> str:
 
 @lru_cache(maxsize=64)
 def _spots_bytes(shape: str) -> int:
-    """Return how many bytes spots of a shape have; -1 where it is none."""
+    """Return the size of spots of a shape, bytes; -1 if invalid."""
     match = _SHAPE.fullmatch(shape)
     return -1 if match is None else int(match[1]) * int(match[2]) * 16
 
@@ -187,5 +183,5 @@ def _is_time(text: str) -> bool:
         found = datetime.fromisoformat(text)
     except ValueError:
         return False
-    # Far from both ends of the calendar, where a change of the time zone fails.
+    # Far from both ends of the calendar, at which a change of the time zone fails.
     return found.tzinfo is not None and _FIRST_YEAR <= found.year <= _LAST_YEAR

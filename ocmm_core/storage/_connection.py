@@ -1,9 +1,7 @@
-"""Connections to job files: opened with one sentence for whatever is the matter, or not at all.
+"""Connections to job files: opened safely, or refused with one sentence.
 
-Whether the tables of a job file are those that this program makes: no other, and no other text.
-
-A view in the place of a table, a trigger or a column that is computed would run on our side when
-the file is read. So every word of the schema is compared before anything is asked of a table.
+A view in the place of a table, a trigger or a computed column would run code when the file is read.
+So every word of the schema is compared with that of this program before any table is read.
 """
 
 from __future__ import annotations
@@ -51,17 +49,14 @@ _SCHEMA = "SELECT type, name, tbl_name, sql FROM sqlite_master LIMIT ?"
 def require_schema(db: sqlite3.Connection, path: Path) -> None:
     """Check the schema of an open job file against that of its version.
 
-    Raises
-    ------
-    StorageError
-        The file is newer than this program, or something in its schema is not of its version.
+    Raises StorageError if the file is newer than this program, or its schema is not of its version.
     """
     version = require_known(db, path)
     if version < 1:
         raise damaged(path, f"it has the file version {version}")
     expected = _expected(version)
     found = set(db.execute(_SCHEMA, (len(expected) + 1,)).fetchall())
-    # A trigger that was dropped runs nothing. What was changed without it, the audit names.
+    # A dropped trigger runs nothing. The audit reveals changes made without it.
     missing = {row for row in expected - found if row[0] != "trigger"}
     odd = sorted({str(row[1])[:60] for row in (found - expected) | missing})
     if odd:
@@ -70,7 +65,7 @@ def require_schema(db: sqlite3.Connection, path: Path) -> None:
 
 @cache
 def _expected(version: int) -> frozenset[tuple[str, str, str, str]]:
-    """Return the rows of the schema of a version, as its steps make them."""
+    """Return the rows of the schema of a version, from its migrations."""
     with contextlib.closing(sqlite3.connect(":memory:")) as db:
         for step in MIGRATIONS[:version]:
             step(db)
@@ -80,7 +75,7 @@ def _expected(version: int) -> frozenset[tuple[str, str, str, str]]:
 C = TypeVar("C", bound=sqlite3.Connection)
 
 _WAIT_S = 1.0
-"""How long an open waits for another program to let go of the file."""
+"""s: maximum wait for another program to release the file."""
 
 _FORMAT_VERSIONS = slice(18, 20)
 """Bytes of the head of an SQLite file."""
@@ -88,12 +83,9 @@ _MAGIC = b"SQLite format 3\0"
 
 
 def make_file(path: Path, fill: Callable[[sqlite3.Connection], None]) -> None:
-    """Make a job file that holds what ``fill`` stores; from its first moment it is a whole one.
+    """Make a job file with the content of ``fill``, atomically.
 
-    Raises
-    ------
-    StorageError
-        There is such a file already, or it cannot be written; nothing is left behind then.
+    Raises StorageError if it exists already or cannot be written; nothing is left behind then.
     """
 
     def whole(db: sqlite3.Connection) -> None:
@@ -121,12 +113,12 @@ def make_file(path: Path, fill: Callable[[sqlite3.Connection], None]) -> None:
 
 
 def job_bytes(db: sqlite3.Connection) -> bytes:
-    """Return the bytes of a job file with what a connection in memory holds."""
+    """Return the bytes of a job file from a connection in memory."""
     return with_log(db.serialize())
 
 
 def opened_bytes(content: bytes) -> sqlite3.Connection:
-    """Return a connection in memory to the bytes of a job file that this program has written."""
+    """Return a connection in memory to a job file written by this program."""
     held = bytearray(content)
     held[_FORMAT_VERSIONS] = b"\1\1"
     db = sqlite3.connect(":memory:", isolation_level=None)
@@ -136,13 +128,10 @@ def opened_bytes(content: bytes) -> sqlite3.Connection:
 
 @contextlib.contextmanager
 def connection_to(path: Path) -> Iterator[GuardedConnection]:
-    """Give the connection to a job file to add to it, closed again where the body fails.
+    """Yield a connection to a job file for writing, closed on errors.
 
-    Raises
-    ------
-    StorageError
-        The file is missing, no job file, newer than this program, damaged, cannot be read or
-        written, is in use by another program, or a file next to it is refused.
+    Raises StorageError if the file is missing, no job file, newer than this program, damaged,
+    cannot be read or written, is in use by another program, or a file next to it is refused.
     """
     # As every reader sees it, before SQLite opens anything by name.
     content = read_job(path)
@@ -156,17 +145,17 @@ def connection_to(path: Path) -> Iterator[GuardedConnection]:
         _require_job(db, path)
         backup_older(db, path)
         bring_up_to_date(db, path)
-        # What a killed program or a failed sync left in the log may only be in memory: from
-        # here on it is on the disk, before anything is written behind it.
+        # Log content of a killed program or failed sync may only be in memory: now it is on the
+        # disk, before anything is written after it.
         checkpoint(db)
         db.left_out = content.left_out
         yield db
 
 
 def _mark_with_log(path: Path, content: bytes) -> None:
-    """Replace a job that another program saved without a log by one that is written with a log.
+    """Convert a job saved by another program without a log.
 
-    SQLite would write it by a rollback journal, which a reader refuses.
+    SQLite would write it with a rollback journal, which readers refuse.
     """
     with connection_in_memory(path, content) as checked, contextlib.closing(checked):
         stored_head(checked, path)
@@ -180,21 +169,13 @@ def _mark_with_log(path: Path, content: bytes) -> None:
 def connection_in_memory(
     path: Path, content: bytes, *, whole: bool = True
 ) -> Iterator[GuardedConnection]:
-    """Give a connection to the bytes of a job file without a log, closed where the body fails.
+    """Yield a connection to the bytes of a job file without a log, closed on errors.
 
-    Parameters
-    ----------
-    path
-        What it is called; no file is touched.
-    content
-        Of this version or an earlier one, which is brought up to date in memory.
-    whole
-        All pages are checked; else only what a list reads is there, of its own version.
+    `path`: Name for messages; no file is touched.
+    `content`: Of this version or an earlier one, which is updated in memory.
+    `whole`: Check all pages; else only those that a list reads, in the file's own version.
 
-    Raises
-    ------
-    StorageError
-        It is no job file, or damaged.
+    Raises StorageError if it is not a job file, or damaged.
     """
     if not content.startswith(_MAGIC):
         raise no_job(path)
@@ -215,7 +196,6 @@ def connection_in_memory(
 
 
 def _require_job(db: sqlite3.Connection, path: Path, *, whole: bool = True) -> None:
-    """Raise StorageError if the open file is no whole job."""
     if int(db.execute("PRAGMA application_id").fetchone()[0]) != APPLICATION_ID:
         raise no_job(path)
     require_schema(db, path)
@@ -225,17 +205,10 @@ def _require_job(db: sqlite3.Connection, path: Path, *, whole: bool = True) -> N
 
 
 def checkpoint(db: sqlite3.Connection) -> bool:
-    """Write the write-ahead log into the file; without room for it, the log stays as it is.
+    """Write the write-ahead log into the file; on a full disk the log stays.
 
-    Returns
-    -------
-    done
-        The log is empty.
-
-    Raises
-    ------
-    sqlite3.Error
-        The disk failed: the connection must be given up.
+    Returns whether the log is empty. Raises sqlite3.Error if the disk failed: the connection must
+    then be given up.
     """
     try:
         return bool(db.execute("PRAGMA wal_checkpoint(TRUNCATE)").fetchone()[0] == 0)
@@ -255,7 +228,7 @@ def _connect(path: Path) -> GuardedConnection:
     with _closing_on_error(path, db):
         db.guard(path)
         db.execute("PRAGMA synchronous = FULL")
-        # By itself SQLite would tell nobody of a sync that fails there, and try it again.
+        # SQLite's automatic checkpoint would ignore a failed sync, and retry it.
         db.execute("PRAGMA wal_autocheckpoint = 0")
         db.execute("PRAGMA foreign_keys = ON")
     return db

@@ -1,4 +1,4 @@
-"""The texts of events that are not sentences but values, as JSON."""
+"""JSON values in the texts of events."""
 
 from __future__ import annotations
 
@@ -13,13 +13,7 @@ T = TypeVar("T")
 
 
 def event_value(kind: str, text: str, form: type[T]) -> T:
-    """Return what the text of an event of ``kind`` says.
-
-    Raises
-    ------
-    StorageError
-        It does not have this form.
-    """
+    """Return the value in the text of an event; StorageError if malformed."""
     try:
         return decode_json(text, form)
     except msgspec.MsgspecError as error:
@@ -27,7 +21,6 @@ def event_value(kind: str, text: str, form: type[T]) -> T:
 
 
 def bad_event(kind: str, why: str) -> StorageError:
-    """Return the error for an event whose text cannot be understood."""
     return StorageError(
         "job.event",
         f"The event '{kind}' in the job cannot be read: {why}.",

@@ -1,4 +1,4 @@
-"""What SQLite and the disk say, as sentences for the person at the machine."""
+"""Errors of SQLite and the disk, as sentences for the person at the machine."""
 
 from __future__ import annotations
 
@@ -10,16 +10,15 @@ from ocmm_core.host import HOST
 
 
 def primary_code(error: BaseException) -> int:
-    """Return SQLite's code without its extension, 0 for errors of other origin."""
+    """Return SQLite's code without its extension, 0 for other errors."""
     return int(getattr(error, "sqlite_errorcode", 0)) & 0xFF
 
 
 FAULTS = (sqlite3.Error, UnicodeDecodeError)
-"""What reading a job can raise: SQLite names broken things, and Python reads their names."""
+"""Exceptions of reading a job: SQLite errors, and names that are not UTF-8."""
 
 
 def storage_error(path: Path, error: sqlite3.Error | UnicodeDecodeError) -> StorageError:
-    """Return what ``error`` means for the job at ``path``."""
     if isinstance(error, UnicodeDecodeError):
         return damaged(path, "a text in it is not UTF-8")
     code = primary_code(error)
@@ -43,7 +42,7 @@ def storage_error(path: Path, error: sqlite3.Error | UnicodeDecodeError) -> Stor
     if code == sqlite3.SQLITE_INTERRUPT:
         return damaged(path, "reading it takes longer than a job of its size does")
     if code in (sqlite3.SQLITE_CORRUPT, sqlite3.SQLITE_TOOBIG, sqlite3.SQLITE_ERROR, 0):
-        # No code: a text that is not UTF-8. Without one that is wrong our statements have no error.
+        # No code: a text that is not UTF-8. Otherwise our statements have no error.
         return damaged(path, " ".join(str(error).split())[:200])
     if code == sqlite3.SQLITE_IOERR:
         return disk_failed(path)
@@ -55,7 +54,6 @@ def storage_error(path: Path, error: sqlite3.Error | UnicodeDecodeError) -> Stor
 
 
 def not_writable(path: Path, why: str) -> StorageError:
-    """Return the error for a file that the system does not let us open or write."""
     return StorageError(
         "job.not_writable",
         f"{path}: the file cannot be opened or written ({why}).",
@@ -64,14 +62,13 @@ def not_writable(path: Path, why: str) -> StorageError:
 
 
 def no_job(path: Path) -> StorageError:
-    """Return the error for a file that is something else."""
     return StorageError(
         "job.foreign", f"{path}: this is not a job file.", "Choose a file made by this program."
     )
 
 
 def damaged(path: Path, why: str) -> StorageError:
-    """Return the error for a file whose content cannot be trusted."""
+    """Return the error for a file with untrusted content."""
     return StorageError(
         "job.damaged",
         f"{path}: the job file is damaged ({why}).",
@@ -80,12 +77,9 @@ def damaged(path: Path, why: str) -> StorageError:
 
 
 def disk_failed(path: Path, saved: Path | None = None) -> StorageError:
-    """Return the error for a disk that failed while it was written.
+    """Return the error for a disk that failed during writing.
 
-    Parameters
-    ----------
-    saved
-        The new file with all acknowledged steps; None if there is none.
+    `saved`: new file with all acknowledged steps, or None.
     """
     if saved is not None:
         return StorageError(
@@ -104,21 +98,16 @@ def disk_failed(path: Path, saved: Path | None = None) -> StorageError:
 
 
 def saved_sentence(saved: Path | None) -> str:
-    """Return where all acknowledged points are; None stands for memory."""
+    """Return the place of all acknowledged points; None is memory."""
     if saved is None:
         return "All points taken are only in the memory of this program."
     return f"All points taken are saved in {saved.absolute()}."
 
 
 def lost_name(path: Path, words: str, saved: Path | None) -> StorageError:
-    """Return the error for a job that is no longer on the disk under its name.
+    """Return the error for a job not found on the disk any more under its name.
 
-    Parameters
-    ----------
-    words
-        What happened.
-    saved
-        The new file with all acknowledged steps; None if no folder took them.
+    `words`: event. `saved`: new file with all acknowledged steps; None if no folder accepted them.
     """
     if saved is None:
         return StorageError(
@@ -135,7 +124,7 @@ def lost_name(path: Path, words: str, saved: Path | None) -> StorageError:
 
 
 def bad_text(path: Path, error: UnicodeEncodeError) -> StorageError:
-    """Return the error for text that is not Unicode, e.g. a name from a broken file name."""
+    """Return the error for text that is not Unicode, e.g. from a broken file name."""
     return StorageError(
         "job.text", f"{path}: {error.object!r} is not valid text.", "Enter that text again."
     )

@@ -17,29 +17,24 @@ from ocmm_core.storage._tables import stored_head
 
 @dataclass(frozen=True, slots=True)
 class JobSummary:
-    """What is seen of a job at a glance."""
+    """Summary of a job."""
 
     head: JobHead
-    """What the job says about itself."""
     events: tuple[JobEvent, ...]
-    """What happened, oldest first."""
+    """Oldest first."""
     n_points: int
-    """How many points count."""
 
 
 def read_summary(path: Path) -> JobSummary:
-    """Return the summary of a job file; its audit and its pages are not checked.
+    """Return the summary of a job file, without checks of audit and pages.
 
-    Raises
-    ------
-    StorageError
-        As of `read_job`, or the file is newer than this program or damaged.
+    Raises StorageError as `read_job`, or if the file is newer than this program or damaged.
     """
     content = read_job(path).file
     with connection_in_memory(path, content, whole=False) as db:
         head = stored_head(db, path)
         events = tuple(_events(db, path, len(content)))
-        # Counted by steps that can be ended; the count of a whole table cannot.
+        # Counted in interruptible steps; the count of a whole table is not.
         (n_points,) = db.execute(
             "SELECT (SELECT count(*) FROM observation WHERE number > 0)"
             " - (SELECT count(*) FROM annulment WHERE number > 0)"
@@ -49,9 +44,9 @@ def read_summary(path: Path) -> JobSummary:
 
 
 def _events(db: sqlite3.Connection, path: Path, left: int) -> Iterator[JobEvent]:
-    """Yield what happened; StorageError where a row is none, or they exceed ``left`` bytes.
+    """Yield the events; StorageError for an invalid row, or more than ``left`` bytes.
 
-    Its pages are not looked at here, and one that stands in for many would give no end of rows.
+    Pages are not checked here, and a cyclic one would give endless rows.
     """
     for row in db.execute("SELECT id, time_utc, kind, text FROM event ORDER BY id"):
         fault = event_fault(row)

@@ -1,7 +1,7 @@
-"""Connections to files that may come from anywhere: what is read of them is bounded.
+"""Connections to untrusted files, with bounded reading.
 
-A job file is a program in a small way: views, triggers and generated columns run when it is read.
-So nothing of its schema is trusted, and nothing in it may keep us longer than its size explains.
+A job file is a kind of program: views, triggers and generated columns run when it is read. So its
+schema is not trusted, and its processing time is limited by its size.
 """
 
 from __future__ import annotations
@@ -21,10 +21,10 @@ from ocmm_core.storage._held_files import HELD
 C = TypeVar("C", bound="HeldConnection")
 
 LONGEST_VALUE = 32 << 20
-"""Bytes of the longest value of a row; SQLite refuses a longer one before it makes room for it."""
+"""Bytes of the longest value of a row; SQLite refuses longer ones before allocation."""
 
 LARGEST_FILE = SIDE_FILES[Trusted.JOB][0].most
-"""Bytes of the largest file that is opened; a job of 100,000 points has a fifth of it."""
+"""Bytes of the largest accepted file; a job of 100,000 points has a fifth of it."""
 
 _LIMITS = {
     sqlite3.SQLITE_LIMIT_LENGTH: LONGEST_VALUE,
@@ -38,19 +38,19 @@ _LIMITS = {
     sqlite3.SQLITE_LIMIT_WORKER_THREADS: 0,
 }
 _DEFENCES = (
-    # Views and triggers call no function that does anything, and a page is checked when it is read.
+    # Views and triggers call no function with side effects, and pages are checked when read.
     "PRAGMA trusted_schema = OFF",
     "PRAGMA cell_size_check = ON",
     "PRAGMA mmap_size = 0",
 )
 _STEPS = 50_000
-"""Steps of SQLite's machine between two looks at the clock: about a millisecond."""
+"""Steps of SQLite's machine between two checks of the clock: about a millisecond."""
 
 _RESERVED_BYTE = 0x40000001
 """Of SQLite's locks (SQLite, "Database File Format", 1.2, and ``os.h``)."""
 
 BASE_S, _BYTES_A_SECOND = 3.0, 4 << 20
-"""Processor time that a file may take; the largest jobs are read twenty times as fast."""
+"""CPU time allowed for a file; the largest jobs are read twenty times as fast."""
 
 
 class HeldConnection(sqlite3.Connection):
@@ -72,7 +72,7 @@ class HeldConnection(sqlite3.Connection):
 
 
 class GuardedConnection(HeldConnection):
-    """A connection that ends a statement which takes longer than the size of its file explains."""
+    """A connection that ends statements which take longer than the size of its file explains."""
 
     def __init__(self, *args: Any, **options: Any) -> None:
         super().__init__(*args, **options)
@@ -80,9 +80,9 @@ class GuardedConnection(HeldConnection):
         self._size = 0
         self._until_s = 0.0
         self.inserts: list[tuple[str, tuple[object, ...]]] | None = None
-        """The statements that inserted rows, with their values; None if not collected."""
+        """Executed INSERT statements with their values; None if not collected."""
         self.left_out = ""
-        """Bytes of the log that were in no complete step when it was opened, as a sentence."""
+        """Log bytes outside complete steps at opening, as a sentence."""
 
     def execute(self, sql: str, parameters: Any = (), /) -> sqlite3.Cursor:
         """Execute a statement as `sqlite3.Connection`, and collect it if it inserts."""
@@ -91,14 +91,9 @@ class GuardedConnection(HeldConnection):
         return super().execute(sql, parameters)
 
     def guard(self, path: Path | None, size: int = 0) -> None:
-        """Bound everything that is read of a file; before the first statement.
+        """Limit all reading of a file; before the first statement.
 
-        Parameters
-        ----------
-        path
-            Of the file; None where its bytes are in memory.
-        size
-            How many these are.
+        `path`: None for bytes in memory, of length `size`.
         """
         self._path, self._size = path, size
         for limit, most in _LIMITS.items():
@@ -108,12 +103,12 @@ class GuardedConnection(HeldConnection):
         harden(self)
 
     def renew(self) -> None:
-        """Let the file take its time anew; whoever begins another reading or writing calls this."""
+        """Restart the time limit; call it before each reading or writing."""
         try:
             size = self._size if self._path is None else self._path.stat().st_size
         except OSError:
             size = 0
-        # Processor time of this thread: a slow disk or a busy computer is no fault of the file.
+        # CPU time of this thread: a slow disk or a busy computer is not a fault of the file.
         self._until_s = time.thread_time() + BASE_S + size / _BYTES_A_SECOND
 
     def _is_over(self) -> bool:
@@ -121,7 +116,7 @@ class GuardedConnection(HeldConnection):
 
 
 def harden(db: sqlite3.Connection) -> None:
-    """Let nothing in the schema of a file run, and check its pages; before the first statement."""
+    """Disable code in the schema, and check pages; before the first statement."""
     # From Python 3.12 on; the schema is compared in any case.
     switch = getattr(db, "setconfig", None)
     defensive = getattr(sqlite3, "SQLITE_DBCONFIG_DEFENSIVE", None)
@@ -136,17 +131,11 @@ def open_in_place(
 ) -> C:
     """Open a database by its name, hardened, if nothing hostile is next to it.
 
-    SQLite looks for a rollback journal at its first read, and ignores one while somebody else has
-    the reserved lock of the database. This process keeps that lock meanwhile by a descriptor of its
-    own, so a journal that appears after the check of the names does nothing. SQLite opens the log
-    without following links; its name is checked again before anything is written into it.
-
-    Raises
-    ------
-    OSError
-        As of `refuse_side_files`, or it is no file or too large.
-    sqlite3.Error
-        It cannot be opened.
+    SQLite looks for a rollback journal at its first read, and ignores one while another holds the
+    reserved lock of the database. This process holds that lock meanwhile on a separate descriptor,
+    so that a journal appearing after the check of the names has no effect. SQLite opens the log
+    without following links; its name is checked again before writing. Raises OSError as
+    `refuse_side_files`, or if it is no file or too large; sqlite3.Error if it cannot be opened.
     """
     there = path.resolve()
     refuse_side_files(there, kind)
@@ -175,12 +164,12 @@ def open_in_place(
 
 
 def give_up(db: sqlite3.Connection) -> None:
-    """Close a connection without writing or syncing anything any more, e.g. if its disk failed.
+    """Close a connection without further writes or syncs, e.g. if its disk failed.
 
-    A close takes the log into the file and syncs both. A sync that failed may seem to succeed when
-    it is tried again, because the system has dropped the pages meanwhile; then the log, which has
-    everything, would be deleted. Without ``synchronous`` nothing is synced, and an interrupt
-    ends the taking in before its first page, so that the log stays.
+    A normal close checkpoints the log and syncs both. A failed sync may seem to succeed when
+    retried, because the system has dropped the pages; then the complete log would be deleted.
+    Without ``synchronous`` nothing is synced, and an interrupt ends the checkpoint before its first
+    page, so that the log stays.
     """
     with contextlib.suppress(sqlite3.Error):
         db.execute("PRAGMA synchronous = OFF")
@@ -189,9 +178,10 @@ def give_up(db: sqlite3.Connection) -> None:
 
 
 def database_content(fill: Callable[[sqlite3.Connection], None]) -> bytes:
-    """Return the bytes of a new database with a write-ahead log that holds what ``fill`` stores.
+    """Return the bytes of a new WAL database with the content of ``fill``.
 
-    Made in memory: no rollback journal is ever made on a disk, so each one there is foreign.
+    Made in memory: this program never makes a rollback journal on a disk, so each one there is
+    foreign.
     """
     with contextlib.closing(sqlite3.connect(":memory:", isolation_level=None)) as db:
         fill(db)

@@ -1,7 +1,7 @@
 """Descriptors of the database files that this process has open.
 
 POSIX drops all locks of a process on a file when it closes any descriptor of that file. So a file
-that this process holds is read by the descriptor that the holder keeps.
+held by this process is read through the holder's descriptor.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ class _Holding:
 
 
 class HeldFiles:
-    """Descriptors of the files that this process holds, by device and inode."""
+    """Descriptors of the files held by this process, by device and inode."""
 
     def __init__(self) -> None:
         self._lock = threading.RLock()
@@ -32,10 +32,7 @@ class HeldFiles:
     def hold(self, path: Path, most: int) -> tuple[tuple[int, int], int]:
         """Keep a descriptor of a file until `let_go`; return its key and the descriptor.
 
-        Raises
-        ------
-        OSError
-            As of `open_guarded`.
+        Raises OSError as `open_guarded`.
         """
         with self._lock:
             descriptor = open_guarded(path, follow=False, most=most)
@@ -57,7 +54,7 @@ class HeldFiles:
 
     @contextlib.contextmanager
     def reading(self, path: Path) -> Iterator[int]:
-        """Give a descriptor of a job file to read; OSError of `open_guarded`."""
+        """Yield a descriptor for reading a job file; OSError of `open_guarded`."""
         with self._lock:
             looked = path.stat()
             holding = self._held.get((looked.st_dev, looked.st_ino))
@@ -77,7 +74,7 @@ class HeldFiles:
 
 
 HELD = HeldFiles()
-"""Of this process: locks of POSIX belong to a process, and so does this."""
+"""Per process, like POSIX locks."""
 
 
 def _key(descriptor: int) -> tuple[int, int]:

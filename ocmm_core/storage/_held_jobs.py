@@ -1,7 +1,7 @@
-"""Jobs that the archive holds back, as far as this computer has learned of it.
+"""Jobs held by the archive, as far as known to this computer.
 
-A later finding reaches a station as a mark in the archive. It is kept here, so that a job is held
-back also where the network is gone; whoever opens the job asks this file and never the archive.
+A later finding reaches a station as a mark in the archive. It is stored here, so that a job is held
+even without network; opening a job reads this file and never the archive.
 """
 
 from __future__ import annotations
@@ -19,30 +19,22 @@ SCHEMA = "ocmm.held-jobs/1"
 
 
 class HeldJobs(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """What was learned."""
-
     schema: str = SCHEMA
-    """`SCHEMA`."""
     archive: str = ""
-    """Which archive says so."""
     after: int = 0
-    """Number of the last mark that was learned."""
+    """Number of the last mark."""
     jobs: Mapping[str, Mapping[str, str]] = {}
-    """For each job that is held back why, by the kind of the mark."""
+    """Reasons per held job, by kind of the mark."""
 
 
 def held_jobs_file() -> Path:
-    """Return the file of this user."""
     return platformdirs.user_data_path("ocmm") / "held_jobs.json"
 
 
 def read_held_jobs(path: Path | None = None) -> HeldJobs:
-    """Return what was learned; nothing where nobody has asked an archive.
+    """Return the held jobs; empty if no archive was ever read.
 
-    Raises
-    ------
-    StorageError
-        The file is there and cannot be read.
+    Raises StorageError if the file is unreadable.
     """
     path = path or held_jobs_file()
     if not path.exists():
@@ -58,7 +50,7 @@ def read_held_jobs(path: Path | None = None) -> HeldJobs:
 
 
 def write_held_jobs(held: HeldJobs, path: Path | None = None) -> None:
-    """Keep what was learned; StorageError where that fails."""
+    """Store the held jobs; StorageError on failure."""
     path = path or held_jobs_file()
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
@@ -72,9 +64,9 @@ def write_held_jobs(held: HeldJobs, path: Path | None = None) -> None:
 
 
 def held_sentences(job_uuid: str, path: Path | None = None) -> tuple[str, ...]:
-    """Return why the archive holds a job back, a sentence each.
+    """Return why the archive holds a job, a sentence each.
 
-    A file that cannot be read holds every job back: silence would say that nothing is wrong.
+    An unreadable file holds every job: silence would mean that nothing is wrong.
     """
     try:
         found = read_held_jobs(path).jobs.get(job_uuid, {})

@@ -1,9 +1,9 @@
-"""The one door for readers of jobs: the content of a job file at one moment, its log taken in.
+"""The only access for readers of jobs: content of a job file at one moment, with its log.
 
 Users, campaigns, tests and the archive read by `read_job`. The file and its write-ahead log are
 read by descriptors of regular files and joined in memory (`_write_ahead_log`). Nothing next to the
-job is made, changed or run, so a job can be read where nobody can write, while another program
-measures it, after a disk that was full, and in a folder that others can write.
+job is made, changed or run, so a job can be read without write access, while another program
+measures it, after a full disk, and in a folder that others can write.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ from ocmm_core.storage._write_ahead_log import HEAD_SIZE, LogPages, read_log
 _TRIES = 50
 _PAUSE_S = 0.02
 _SETTLED_NS = 1_000_000_000
-"""A file that was written more recently may be written again before its time of change differs."""
+"""A more recently written file may change again without a new modification time."""
 _AT_ONCE = 4 << 20
 _MAGIC = b"SQLite format 3\0"
 _MOST_LOG = next(one.most for one in SIDE_FILES[Trusted.JOB] if one.name == "{}-wal")
@@ -41,20 +41,17 @@ class JobContent:
     """Of the file, with all complete steps of its log."""
     identity: FileIdentity
     left_out: str = ""
-    """Bytes that are in no complete step, as a sentence; empty if there are none."""
+    """Bytes outside complete steps, as a sentence; empty if none."""
 
 
 def read_job(path: Path) -> JobContent:
-    """Return the content of the job at ``path``, of one moment.
+    """Return the content of the job at ``path`` at one moment.
 
-    Raises
-    ------
-    StorageError
-        It is missing, cannot be read, is no job, is larger than any, has a file next to it that
-        this program never makes there, or changes too fast.
+    Raises StorageError if it is missing, unreadable, no job, too large, has a file next to it that
+    this program never makes, or changes too fast.
     """
     try:
-        # A link leads to a job, and the files of that job are next to it.
+        # For a link, the files next to its target belong to the job.
         there = path.resolve(strict=True) if path.is_symlink() else path
         for _ in range(_TRIES):
             content = _at_once(path, there)
@@ -73,7 +70,6 @@ def read_job(path: Path) -> JobContent:
 
 
 def missing(path: Path) -> StorageError:
-    """Return the error for a job that is not there."""
     return StorageError("job.missing", f"{path}: file not found.", "Check the name and the folder.")
 
 
@@ -105,7 +101,7 @@ def _at_once(path: Path, there: Path) -> JobContent | None:
         content = _read(file, size)
         pages = _pages(log)
         settled = 0 <= before.st_mtime_ns <= time.time_ns() - _SETTLED_NS
-        # The log only grows while the file stays as it is, so a file that was the same before and
+        # The log only grows while the file is unchanged, so a file that was the same before and
         # after, with the same head of the log, is one moment of the job.
         if (log is not None or not settled) and _read(file, size) != content:
             return None

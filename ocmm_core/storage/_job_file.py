@@ -1,9 +1,9 @@
-"""The job file: one SQLite file per job, durable point by point, in which nothing is ever changed.
+"""The job file: one SQLite file per job, durable point by point, append-only.
 
 WAL with ``synchronous=FULL``: when `JobFile.append_point` returns, the point is on the disk. An
-undo is a new row that annuls the point; the observation stays. The program that measures holds the
-file alone (``locking_mode=EXCLUSIVE``): another one is told so instead of writing between. Every
-transaction ends with a signature of the station on all that is stored (`_job_seal`).
+undo is a new row that annuls the point; the observation stays. The measuring program holds the file
+exclusively (``locking_mode=EXCLUSIVE``): another one gets an error. Every transaction ends with a
+signature of the station on all stored rows (`_job_seal`).
 """
 
 from __future__ import annotations
@@ -66,20 +66,18 @@ from ocmm_core.storage._tables import (
 )
 
 _LOCK_S = 0.4
-"""Longest wait for a step in progress, when the name of the file is lost."""
+"""s: longest wait for a running step when the name of the file is lost."""
 LEFT_OUT = "left out"
-"""Kind of the event for what was in no complete step when the job was continued."""
+"""Event for content outside complete steps when the job was resumed."""
 NAMED = "named"
-"""Kind of the event with the name of the job; the first one counts."""
+"""Event with the name of the job; the first one counts."""
 
 
 class JobFile:
-    """An open job file; make it with `create` or `open`, and close it or use it in ``with``.
+    """An open job file; made by `create` or `open`; close it or use it in ``with``.
 
-    Every method may be called from any thread: one lock guards the connection, so that the thread
-    that takes points and the window that undoes them do not meet. A call waits at most for one
-    commit of another thread (milliseconds; as long as the disk takes).
-
+    Thread-safe: one lock guards the connection. A call waits at most for one commit of another
+    thread (milliseconds; as long as the disk takes).
     """
 
     def __init__(
@@ -92,13 +90,11 @@ class JobFile:
         scratch: bool = False,
     ) -> None:
         self.path = path
-        """Where the file is."""
         self.head = head
-        """What the job says about itself."""
         self.identity: FileIdentity | None = None
-        """The file on the disk, if `read` from one."""
+        """The file on the disk, if from `read`."""
         self.left_out = db.left_out
-        """What of the file is in no complete step, as a sentence; empty if there is nothing."""
+        """Content outside complete steps, as a sentence; empty if none."""
         self._read_only, self._scratch = read_only, scratch
         self._db: GuardedConnection | None = db
         self._lock = threading.Lock()
@@ -113,7 +109,7 @@ class JobFile:
 
     @property
     def given_up(self) -> StorageError | None:
-        """Return why nothing is stored any more, None while it is; never None again after that."""
+        """Return why nothing is stored any longer, None if it is; never None again after that."""
         return None if self._keeper is None else self._keeper.error
 
     @property
@@ -122,10 +118,10 @@ class JobFile:
         return self.path if self._keeper is None else self._keeper.saved_in
 
     def check_name(self) -> StorageError | None:
-        """Return why the job is not on the disk under its name; None while it is.
+        """Return why the job is not on the disk under its name; None if it is.
 
-        If it is not, all acknowledged steps are written to a new file and nothing is stored any
-        more. Cheap: for a timer, and before each report.
+        If it is not, all acknowledged steps are written to a new file and nothing is stored
+        afterwards. Cheap: for a timer, and before each report.
         """
         keeper = self._keeper
         if keeper is None or self._closing:
@@ -136,7 +132,7 @@ class JobFile:
             return keeper.error
         if keeper.name_loss() is None and keeper.is_as_noted and not keeper.is_write_protected():
             return None
-        # The program itself may be writing or closing just now; a disk may hang.
+        # The program itself may be writing or closing now; a disk may hang.
         if self._lock.acquire(timeout=_LOCK_S):
             try:
                 if self._db is not None:
@@ -163,8 +159,8 @@ class JobFile:
         Raises
         ------
         StorageError
-            There is such a file already, it cannot be written, or this station has no key to sign
-            it with; nothing is left behind then.
+            The file exists already, it cannot be written, or this station has no key to sign it;
+            nothing is left behind then.
         """
         path, key = Path(path), KeyFolder().station_key()
 
@@ -181,7 +177,7 @@ class JobFile:
 
     @classmethod
     def open(cls, path: Path | str, *, read_only: bool = False) -> JobFile:
-        """Open a job file to add to it, or by `read` if ``read_only``.
+        """Open a job file for writing, or by `read` if ``read_only``.
 
         Raises
         ------
@@ -201,9 +197,9 @@ class JobFile:
 
     @classmethod
     def read(cls, path: Path, *, read_only: bool = False) -> JobFile:
-        """Return the job at ``path`` as it is now, in memory; its file is touched no more.
+        """Return the current job at ``path`` in memory; its file is not touched again.
 
-        What is added is added to this copy alone, unless it is ``read_only``.
+        Additions go to this copy alone, unless it is ``read_only``.
 
         Raises
         ------
@@ -221,15 +217,10 @@ class JobFile:
     ) -> JobFile:
         """Open the bytes of a job file without a log; no disk is touched, and nothing is kept.
 
-        Parameters
-        ----------
-        path
-            What it is called.
-
         Raises
         ------
         StorageError
-            They are none of a job file, or damaged.
+            They are no job file, or damaged.
         """
         with connection_in_memory(path, content) as db:
             made = cls(path, db, stored_head(db, path), read_only=read_only, scratch=True)
@@ -242,33 +233,29 @@ class JobFile:
             return with_log(db.serialize())
 
     def append_point(self, point: MeasuredPoint) -> None:
-        """Store a point; it is on the disk when this returns.
-
-        For tests: nothing in the product asks for it.
+        """Store a point; it is on the disk when this returns. For tests only.
 
         Raises
         ------
         StorageError
-            The point cannot be stored; all earlier ones are, and this one may be given again.
+            The point cannot be stored; all earlier ones are, and this one may be retried.
         """
         with self._transaction() as db:
             insert_point(db, self.path, point)
 
     def annul_point(self, number: int, reason: str) -> None:
-        """Take a point out of `points`, and say why; the observation stays in the file.
-
-        For tests: nothing in the product asks for it.
+        """Annul a point for a reason; the observation stays in the file. For tests only.
 
         Raises
         ------
         StorageError
-            There is no such point, it is annulled already, or the file cannot be written.
+            The point is unknown, already annulled, or the file cannot be written.
         """
         with self._transaction() as db:
             insert_annulment(db, self.path, number, reason)
 
     def append_event(self, kind: str, text: str) -> None:
-        """Store something that happened; it is on the disk when this returns."""
+        """Store an event; it is on the disk when this returns."""
         with self._transaction() as db:
             insert_event(db, kind, text)
 
@@ -279,7 +266,7 @@ class JobFile:
         append: Sequence[MeasuredPoint] = (),
         events: Sequence[tuple[str, str]] = (),
     ) -> None:
-        """Annul points, each for its reason, store new ones and what happened: all or nothing.
+        """Annul points, each for its reason, store new ones and events, in one transaction.
 
         Raises
         ------
@@ -296,9 +283,9 @@ class JobFile:
 
     @property
     def name(self) -> str:
-        """Return the name that the job was given when it was made, whatever its file is called now.
+        """Return the original name of the job, regardless of its file's name.
 
-        That of its file for jobs of earlier versions, which did not store it.
+        For jobs of earlier versions, which did not store it, that of the file.
         """
         if self._name is None:
             with self._reading() as db:
@@ -309,43 +296,43 @@ class JobFile:
         return self._name
 
     def points(self) -> list[MeasuredPoint]:
-        """Return the points that are not annulled, in the order in which they were taken.
+        """Return the points that are not annulled, in chronological order.
 
         Raises
         ------
         StorageError
-            An observation is not the one that was stored; `verify` says more.
+            An observation differs from the stored one; see `verify`.
         """
         with self._reading() as db:
             return stored_points(db, self.path, annulled=False)
 
     def observed(self) -> list[Observed]:
-        """Return when each point was observed and stored, also annulled ones, by number.
+        """Return times of observation and storage of each point, also annulled ones, by number.
 
-        Much cheaper than `points`, which look at what was observed.
+        Much cheaper than `points`, which check the observations.
 
         Raises
         ------
         StorageError
-            A time of one is none.
+            A time is invalid.
         """
         with self._reading() as db:
             return stored_observations(db, self.path)
 
     def annulled(self) -> list[tuple[MeasuredPoint, str]]:
-        """Return the points that are annulled, and why each is; StorageError as `points`."""
+        """Return the annulled points with reasons; StorageError as `points`."""
         with self._reading() as db:
             points = stored_points(db, self.path, annulled=True)
             reasons = dict(db.execute("SELECT number, reason FROM annulment").fetchall())
         return [(point, reasons[point.number]) for point in points]
 
     def steps(self, after: int = 0, most: int = 256) -> list[JobStep]:
-        """Return what became durable after audit row ``after``, oldest first: see `read_steps`."""
+        """Return the durable steps after audit row ``after``, oldest first: see `read_steps`."""
         with self._reading() as db:
             return read_steps(db, self.path, after, most)
 
     def store_reference(self, reference: JobReference) -> None:
-        """Store the reference body of the job and its first place; on the disk when this returns.
+        """Store the reference body of the job and its first pose, durably.
 
         Raises
         ------
@@ -356,97 +343,92 @@ class JobFile:
             insert_reference(db, self.path, reference)
 
     def reference(self) -> JobReference | None:
-        """Return the reference body that the points are relative to, or None.
+        """Return the reference body of the points, or None.
 
         Raises
         ------
         StorageError
-            It is not the one that was stored; `verify` says more.
+            It differs from the stored one; see `verify`.
         """
         with self._reading() as db:
             return stored_reference(db, self.path)
 
     def store_part(self, part: PartModel) -> None:
-        """Store the nominal part as its CAD model has it; on the disk when this returns.
+        """Store the nominal part of the CAD model, durably.
 
         Raises
         ------
         StorageError
             The job has one already, or the file cannot be written.
         InputError
-            It does not hold together, or is too large.
+            It is inconsistent, or too large.
         """
         with self._transaction() as db:
             insert_part(db, self.path, part)
 
     def part(self) -> PartModel | None:
-        """Return the nominal part, or None; StorageError where it is not as it was stored."""
+        """Return the nominal part, or None; StorageError if it was changed."""
         with self._reading() as db:
             return stored_part(db, self.path)
 
     def taken_utc(self) -> dict[int, str]:
-        """Return when each point was stored, also annulled ones: ISO 8601 text by number."""
+        """Return the storage time of each point, also annulled ones: ISO 8601 text by number."""
         with self._reading() as db:
             return stored_times(db, self.path)
 
     def events(self) -> list[JobEvent]:
-        """Return what happened, oldest first."""
+        """Return the events, oldest first."""
         with self._reading() as db:
             return stored_events(db, self.path)
 
     def next_number(self) -> int:
-        """Return the number of the next point; numbers of annulled points are not used again."""
+        """Return the number of the next point; numbers of annulled points are not reused."""
         with self._reading() as db:
             return next_number(db)
 
     def verify(self, seal: JobSeal | None = None) -> list[str]:
-        """Return one sentence for every fault of the file against its audit chain and signature.
+        """Return the faults of the file against its audit chain and signature, a sentence each.
 
         Parameters
         ----------
         seal
-            Of this job as the computer judged it that asks; None: judged by the keys known here.
+            Judged by the requesting computer; None: by the trusted keys.
         """
         with self._reading() as db:
             return [*find_faults(db), *(seal or self._sealed(db)).doubts]
 
     def seal(self, keys: KeyFolder | None = None) -> JobSeal:
-        """Return how far the job goes, and who signed it by the keys known here, or by others."""
+        """Return the end of the job, and its signer by the trusted keys, or by ``keys``."""
         with self._reading() as db:
             return self._sealed(db, keys)
 
     def audited(self) -> list[AuditedStep]:
-        """Return everything that was ever stored, oldest first."""
+        """Return all stored steps, oldest first."""
         with self._reading() as db:
             return read_audit(db)
 
     def links(self) -> dict[int, str]:
-        """Return the hash of every row of the audit by its number: what a later copy goes on."""
+        """Return the hash of every row of the audit by its number, which a later copy continues."""
         with self._reading() as db:
             return read_links(db)
 
     def check_line(self, line: str) -> str:
-        """Return in a sentence what the line of a report proves; errors as `check_line`."""
+        """Return the evidence of the line of a report, in a sentence; errors as `check_line`."""
         with self._reading() as db:
             return check_line(db, self.head.job_uuid, line, KeyFolder())
 
     def note_seen(self, place: Path, seal: JobSeal | None = None) -> None:
-        """Let this station remember how far the job goes, where it lies at ``place``.
-
-        Parameters
-        ----------
-        seal
-            Of this job, where the caller has just asked for it.
-        """
+        """Store the end of the job at ``place`` in the station's memory."""
         seal = seal or self.seal()
         if not seal.doubts:
             remember_job(seal.job_uuid, seal.steps, seal.head, place)
 
     def adopt(self, who: str, reason: str) -> None:
-        """Take over what this station did not sign; every reader sees who did so, why, and of what.
+        """Adopt unsigned steps by name; every reader sees person, reason and content.
 
-        Only for a job of a version that did not sign, for an older copy if no newer one is left,
-        or for a job that this station signed and has no memory of.
+        Only for a job of a version that did not sign, for an older copy if no newer one is left, or
+        for a
+        job that this station signed and has no memory of.
 
         Raises
         ------
@@ -462,14 +444,12 @@ class JobFile:
         self.append_event(ADOPTED, text)
 
     def backup(self, path: Path | str) -> None:
-        """Write a complete copy; works also after the disk of the job has failed.
-
-        For tests: nothing in the product asks for it.
+        """Write a complete copy; works also after the disk of the job has failed. For tests only.
 
         Raises
         ------
         StorageError
-            There is such a file already, or it cannot be written.
+            The file exists already, or cannot be written.
         """
         path = Path(path)
         if path.exists():
@@ -487,7 +467,7 @@ class JobFile:
         """Close the file; may be called twice. Afterwards `given_up` is set if it was lost."""
         self.check_name()
         with contextlib.suppress(StorageError):
-            # The name of a closed job can still be asked for.
+            # The name remains available after closing.
             _ = self.name
         keeper = self._keeper
         self._closing = True
@@ -495,7 +475,7 @@ class JobFile:
             if self._db is None:
                 return
             if keeper is not None and keeper.error is not None:
-                # A file that was moved gets its last steps from the log, which stays behind.
+                # A moved file gets its last steps from the log, which stays behind.
                 keeper.complete_moved(self._db)
                 self._writer.failed = True
             self._writer.close(self._db)
@@ -506,7 +486,6 @@ class JobFile:
                 keeper.close()
 
     def __enter__(self) -> JobFile:
-        """Return the open job file."""
         return self
 
     def __exit__(
@@ -515,7 +494,6 @@ class JobFile:
         error: BaseException | None,
         trace: TracebackType | None,
     ) -> None:
-        """Close the file."""
         self.close()
 
     @contextlib.contextmanager
@@ -577,12 +555,9 @@ class JobFile:
                 remember_job(self.head.job_uuid, *sealed, self.path)
 
     def _note_loss(self, *, with_log: bool) -> None:
-        """Give the file up if it is not as the program left it; the caller holds the lock.
+        """Give the file up if it was changed by others; the caller holds the lock.
 
-        Parameters
-        ----------
-        with_log
-            The log must be as it was noted; not in the middle of a step.
+        `with_log`: also compare the log with its noted state; not in the middle of a step.
         """
         keeper = self._keeper
         if keeper is None or keeper.error is not None:

@@ -1,8 +1,8 @@
-"""The acknowledged steps of a job that is written, and their rescue if its file is lost.
+"""Acknowledged steps of an open job, and their rescue if its file is lost.
 
-A commit is no proof that the job can be found: its file or its log may be removed, moved, replaced
+A commit does not prove that the job can be found: its file or log may be removed, moved, replaced
 or overwritten, and its file system unmounted. Then the steps are written to a new file. They come
-from memory, because the old file may have lost what was once stored in it.
+from memory, because the old file may have lost stored data.
 """
 
 from __future__ import annotations
@@ -24,24 +24,16 @@ from ocmm_core.storage._job_seal import insert_seal, remember_job
 from ocmm_core.storage._tables import insert_event
 
 RESCUED = "rescued"
-"""Kind of the event in a new file with the steps of a job whose own file was lost."""
+"""Event in a new file with the steps of a job whose own file was lost."""
 
 Insert = tuple[str, tuple[object, ...]]
-"""A statement that inserts, and its values."""
+"""An INSERT statement, and its values."""
 
 
 class JobKeeper:
-    """Compare the name of a job with its file, and rescue its steps; for any thread.
+    """Compare the name of a job with its file, and rescue its steps; thread-safe.
 
-    Parameters
-    ----------
-    db
-        Its connection, with an empty log.
-
-    Raises
-    ------
-    OSError
-        There is no file of this name any more.
+    `db`: its connection, with an empty log. Raises OSError if the file is missing.
     """
 
     def __init__(self, path: Path, job_uuid: str, db: sqlite3.Connection) -> None:
@@ -49,7 +41,7 @@ class JobKeeper:
         self._file = NamedFile(path)
         self._log_path = path.resolve().with_name(f"{path.resolve().name}-wal")
         self._log: NamedFile | None = None
-        # Some files that other programs have made write into the file itself.
+        # Some files made by other programs are written without a log.
         self._has_log = db.execute("PRAGMA journal_mode").fetchone()[0] == "wal"
         self._lock = threading.Lock()
         self._base, self._steps = b"", list[Sequence[Insert]]()
@@ -59,13 +51,13 @@ class JobKeeper:
         self.key: StationKey | None = None
         """Signs the rescued job; None before the first step."""
         self.saved_in: Path | None = self._path
-        """The file that has all acknowledged steps; None while no folder takes them."""
+        """The file with all acknowledged steps; None while no folder accepts them."""
         self.renew(db)
         self.note_log()
 
     @property
     def error(self) -> StorageError | None:
-        """Return why nothing is stored any more; None while it is."""
+        """Return why nothing is stored any longer; None if it is."""
         if self._loss is None:
             return None
         saved = None if self.saved_in == self._path else self.saved_in
@@ -74,12 +66,9 @@ class JobKeeper:
         return lost_name(self._path, self._loss.words, saved)
 
     def renew(self, db: sqlite3.Connection, *, whole: bool = True) -> None:
-        """Take over all that is stored, after the log was written into the file.
+        """Reread all stored data, after a checkpoint.
 
-        Parameters
-        ----------
-        whole
-            All of the log was; if not, the file is not compared until it is.
+        `whole`: the checkpoint was complete; if not, the file is not compared until it is.
         """
         if not whole:
             self._file.forget_content()
@@ -90,7 +79,7 @@ class JobKeeper:
         self._file.note_content()
 
     def note_log(self) -> None:
-        """Remember the log as the program itself has left it."""
+        """Note the state of the log as left by the program itself."""
         if not self._has_log:
             self._file.note_content()
             return
@@ -101,20 +90,13 @@ class JobKeeper:
             self._log.note_content()
 
     def acknowledge(self, inserts: Sequence[Insert], last: tuple[int, str] | None) -> None:
-        """Keep a step that was committed under the name of the job.
+        """Keep a committed step of the job.
 
-        Parameters
-        ----------
-        last
-            Number and hash of its last audit row, if it was signed.
-
-        Raises
-        ------
-        StorageError
-            The name means something else; the step does not count, and is not in the rescued job.
+        `last`: number and hash of its last audit row, if it was signed. Raises StorageError if the
+        name means another file; the step does not count then, and is not in the rescued job.
         """
         loss = self.name_loss()
-        # Whoever finds a loss at the same moment rescues either with this step, or it is refused.
+        # A concurrent detection of the loss rescues this step also, or it is refused.
         with self._lock:
             if self._loss is None and loss is None:
                 self._steps.append(inserts)
@@ -124,7 +106,7 @@ class JobKeeper:
         raise self.error or AssertionError
 
     def name_loss(self) -> NameLoss | None:
-        """Return why the names of file and log do not mean them any more; None while they do."""
+        """Return why the names of file and log no longer mean them; None if they do."""
         loss = self._file.loss()
         if loss is None and self._log is None and self._has_log:
             return NameLoss(f"its log {self._log_path.name} cannot be found")
@@ -135,7 +117,6 @@ class JobKeeper:
         return loss
 
     def is_write_protected(self) -> bool:
-        """Return whether the file system has become read-only."""
         return HOST.is_write_protected(self._path)
 
     def lose_if_write_protected(self) -> None:
@@ -145,18 +126,13 @@ class JobKeeper:
 
     @property
     def is_as_noted(self) -> bool:
-        """Return whether nobody else has written into file or log, as far as times show."""
+        """Return whether file and log are unchanged by others, by their times."""
         return self._file.is_as_noted() and (self._log is None or self._log.is_as_noted())
 
     def content_loss(self, *, with_log: bool) -> NameLoss | None:
-        """Return what another program has written into; None if nothing.
+        """Return which file another program has written; None if none.
 
-        The caller keeps others from writing meanwhile.
-
-        Parameters
-        ----------
-        with_log
-            Compare also the log.
+        The caller keeps others from writing meanwhile. `with_log`: also compare the log.
         """
         if with_log and self._log is not None and not self._log.is_as_noted():
             return NameLoss(f"another program has written into its log {self._log_path.name}")
@@ -174,7 +150,7 @@ class JobKeeper:
     def lose(self, loss: NameLoss, *, disk: bool = False) -> None:
         """Give the file up, and write all acknowledged steps to a new one.
 
-        Called again it tries the folders again that did not take them.
+        Repeated calls retry the folders that refused them.
         """
         with self._lock:
             if self._loss is None:
@@ -184,7 +160,7 @@ class JobKeeper:
                     self.saved_in = write_rescued(self._path.name, self._content)
 
     def complete_moved(self, db: sqlite3.Connection) -> None:
-        """Write the log into a file that was moved, so that it is whole without its log."""
+        """Checkpoint a moved file, so that it is complete without its log."""
         if self._loss is not None and self._loss.moved_to is not None:
             with contextlib.suppress(sqlite3.Error):
                 checkpoint(db)
@@ -197,7 +173,7 @@ class JobKeeper:
                 self._log_path.unlink()
 
     def require_closed(self) -> None:
-        """Find a loss after the connection was closed: the file must hold the last step."""
+        """Detect a loss after closing: the file must hold the last step."""
         if self._loss is not None:
             return
         loss = self._file.loss()
@@ -207,7 +183,7 @@ class JobKeeper:
             self.lose(loss)
 
     def close(self) -> None:
-        """Give up the descriptors; may be called twice."""
+        """Close the descriptors; may be called twice."""
         self._file.close()
         if self._log is not None:
             self._log.close()
@@ -233,7 +209,7 @@ class JobKeeper:
                 insert_event(db, RESCUED, f"Rescued from {self._path}: {self._loss.words}.")
                 insert_seal(db, self.key)
             if self._last is not None:
-                # Without the event: a moved file that is found again is no older copy.
+                # Without the event: a moved file that is found again is not an older copy.
                 remember_job(self._uuid, *self._last, path)
             db.execute("COMMIT")
             return job_bytes(db)

@@ -1,9 +1,9 @@
-"""The signature of the station on a job: a row next to the audit for every transaction.
+"""Signature of the station on a job: a row next to the audit for every transaction.
 
 The hash of the last audit row covers everything ever stored, so a signature on it covers the whole
 job. A job is continued only if its last signature is valid and of a trusted station. So a valid
-last one vouches for all before it, and a rewritten job has an unknown signature or none. A removed
-end is detected by the memory of the station (`seals`), or by a line on paper.
+last one vouches for all earlier ones, and a rewritten job has an unknown signature or none. The
+memory of the station (`seals`), or a line on paper, reveals a removed end.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ from ocmm_core.storage._faults import damaged
 _LINE = "ocmm-job-1"
 
 ADOPTED = "adopted"
-"""Kind of the event by which a person takes over steps that this station did not sign."""
+"""Event by which a person adopts steps that this station did not sign."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,16 +46,14 @@ class JobSeal:
     """End of a job, and the state of its signature."""
 
     job_uuid: str
-    """Identity of the job."""
     steps: int
     head: str
     """`steps`, `head`: Rows of the audit, and the hash of the last one."""
     state: SealState
     """State of the signature on the last row."""
     signature: Signature | None = None
-    """Signature on the last row; None if missing."""
     unsigned: int = 0
-    """Number of rows at the beginning that were stored without a signature."""
+    """Number of initial rows stored without a signature."""
     missing: str = ""
     """Contradiction with the memory of the station, as a sentence; empty if none."""
     older: bool = False
@@ -94,7 +92,7 @@ class JobSeal:
 
 
 def insert_seal(db: sqlite3.Connection, key: StationKey) -> tuple[int, str]:
-    """Sign the last row of the audit, in a transaction of the caller; return number and hash."""
+    """Sign the last row of the audit, in the caller's transaction; return number and hash."""
     steps, head = _last(db)
     signature = sign(key, Signed.JOB, _content(steps, head))
     db.execute("INSERT INTO seal VALUES (?, ?, ?)", (steps, signature.key, signature.value))
@@ -104,10 +102,7 @@ def insert_seal(db: sqlite3.Connection, key: StationKey) -> tuple[int, str]:
 def read_seal(db: sqlite3.Connection, path: Path, job_uuid: str, keys: KeyFolder) -> JobSeal:
     """Return the end of a job, and the state of its signature.
 
-    Raises
-    ------
-    StorageError
-        A signature row is malformed, or the ring of known keys cannot be read.
+    Raises StorageError if a signature row is malformed, or the key ring cannot be read.
     """
     steps, head = _last(db)
     # All rows, also those not evaluated: a row that this program never writes is damage.
@@ -131,21 +126,15 @@ def read_seal(db: sqlite3.Connection, path: Path, job_uuid: str, keys: KeyFolder
 def judge_head(keys: KeyFolder, steps: int, head: str, signature: Signature | None) -> SealState:
     """Return the state of a signature on the head of a job, without the job file.
 
-    Raises
-    ------
-    StorageError
-        The ring of known keys cannot be read.
+    Raises StorageError if the key ring cannot be read.
     """
     return judge_signature(keys, Signed.JOB, _content(steps, head), signature)
 
 
 def check_line(db: sqlite3.Connection, job_uuid: str, line: str, keys: KeyFolder) -> str:
-    """Return in a sentence how a line from paper proves the job.
+    """Return the proof of a job by a line from paper, in a sentence.
 
-    Raises
-    ------
-    StorageError
-        It is of another job, contradicts the file, or its signer is unknown.
+    Raises StorageError if it is of another job, contradicts the file, or its signer is unknown.
     """
     parts = line.strip().split(":")
     if len(parts) != 6 or parts[0] != _LINE or not parts[2].isdecimal() or len(parts[2]) > 12:
@@ -193,24 +182,17 @@ def expect_job(job_uuid: str, place: Path) -> None:
 
 
 def require_adoptable(seal: JobSeal, path: Path, faults: Sequence[str]) -> None:
-    """Refuse to take over a job that needs no adoption, or that is proven to be changed.
+    """Refuse to adopt a job that needs no adoption, or that is proven to be changed.
 
-    Parameters
-    ----------
-    faults
-        Faults of the file against its own chain.
-
-    Raises
-    ------
-    StorageError
-        The job is sealed, was changed, was signed by an unknown station, or contradicts the memory
-        of this station by more than missing steps at the end.
+    `faults`: of the file against its own chain. Raises StorageError if the job is sealed, was
+    changed, was signed by an unknown station, or contradicts the memory of this station by more
+    than missing steps at the end.
     """
     word, found = seal.state.word, list(faults)
     if word in (SealWord.UNKNOWN_KEY, SealWord.FORGED) or (seal.missing and not seal.older):
         found += seal.doubts
     elif word is SealWord.NOT_SIGNED and seal.missing:
-        # A job enters the memory when it is signed: its signatures were removed since.
+        # Jobs enter the memory when signed, so its signatures were removed since.
         found += ["This station signed this job, and the signatures were removed.", seal.missing]
     if found or not seal.doubts:
         raise StorageError(
@@ -221,13 +203,7 @@ def require_adoptable(seal: JobSeal, path: Path, faults: Sequence[str]) -> None:
 
 
 def require_sealed(seal: JobSeal, path: Path) -> None:
-    """Refuse to continue a job that is not sealed.
-
-    Raises
-    ------
-    StorageError
-        Its signer is unknown, it is not signed, or steps of it are missing.
-    """
+    """Raise StorageError for a job with an unknown signer, no signature, or missing steps."""
     if not seal.doubts:
         return
     adopt = not seal.missing or seal.older

@@ -23,19 +23,14 @@ class JobStep:
     """Row of the audit."""
     number: int
     point: MeasuredPoint | None
-    """As it was stored, without the spots of a reference body; None where it was annulled."""
+    """As stored, without the spots of a reference body; None for an annulment."""
 
 
 def read_steps(db: sqlite3.Connection, path: Path, after: int, most: int) -> list[JobStep]:
-    """Return the first ``most`` points and annulments behind a row of the audit, oldest first.
+    """Return the first ``most`` points and annulments after a row of the audit, oldest first.
 
-    Costs as much as what is returned, however long the job is: whoever follows a job reads on from
-    the last row that he has.
-
-    Raises
-    ------
-    StorageError
-        A point is not the one that was stored.
+    Its cost is that of the returned steps, for any length of the job: followers continue from their
+    last row. Raises StorageError if a point differs from the stored one.
     """
     rows = db.execute(
         "SELECT sequence, subject, key, content_sha256 FROM audit "

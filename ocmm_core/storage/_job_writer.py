@@ -12,31 +12,27 @@ from ocmm_core.storage._faults import bad_text, disk_failed, primary_code
 from ocmm_core.storage._guard import give_up
 
 _STEPS_A_CHECKPOINT = 256
-"""Some 1,500 pages of the log, 6 MB: what has to be read again after a kill."""
+"""Some 1,500 pages of the log, 6 MB, to be reread after a kill."""
 
 
 class JobWriter:
-    """What writes one connection; its owner sees to it that one thread at a time does."""
+    """Writer of one connection; its owner serialises threads."""
 
     def __init__(self, path: Path) -> None:
         self._path = path
         self.failed = False
-        """The disk has failed: nothing is written or synced any more."""
+        """The disk has failed: nothing is written or synced afterwards."""
         self.wrote_file = self.emptied_log = False
-        """Whether the last transaction was followed by writing the log into the file, and whether
-        that was done completely."""
+        """Whether the last transaction was followed by a checkpoint, and whether that was complete.
+        """
         self._steps = 0
 
     @contextlib.contextmanager
     def transaction(self, db: sqlite3.Connection) -> Iterator[None]:
-        """Make what the body stores durable, or nothing of it.
+        """Make the changes of the body durable, or none of them.
 
-        Raises
-        ------
-        StorageError
-            The disk failed before, or a text is none.
-        sqlite3.Error
-            It could not be stored.
+        Raises StorageError if the disk failed before, or a text is invalid; sqlite3.Error if it
+        could not be stored.
         """
         if self.failed:
             raise disk_failed(self._path)
@@ -45,8 +41,8 @@ class JobWriter:
             yield
             db.execute("COMMIT")
         except BaseException as error:
-            # After a failed sync the kernel may have dropped the pages: trying again could
-            # seem to succeed. The job goes on in another file instead.
+            # After a failed sync the kernel may have dropped the pages: a retry could seem to
+            # succeed. The job continues in another file instead.
             self._note(error)
             with contextlib.suppress(sqlite3.Error):
                 db.execute("ROLLBACK")
@@ -64,7 +60,7 @@ class JobWriter:
                 self._note(error)
 
     def close(self, db: sqlite3.Connection) -> None:
-        """Close the connection; where the disk failed, without touching it again."""
+        """Close the connection; after a disk failure, without touching it again."""
         if self.failed:
             give_up(db)
         else:

@@ -1,7 +1,7 @@
-"""The versions of the job file, as numbered steps, and the way from one to the next.
+"""Versions of the job file as numbered migrations.
 
 Step n takes a file of version n - 1 to version n; version 0 is an empty file. Each step runs in a
-transaction of its own, after a backup, and a file from a newer program is refused.
+separate transaction, after a backup, and a file from a newer program is refused.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from ocmm_core.errors import StorageError
 from ocmm_core.storage._audit import AUDITED
 
 APPLICATION_ID = 0x4F434D4D
-"""``OCMM`` in the head of the SQLite file; says that it is a job file of ours."""
+"""``OCMM`` in the head of the SQLite file."""
 
 Step = Callable[[sqlite3.Connection], None]
 
@@ -28,7 +28,7 @@ _TABLES = (
         rig_text TEXT NOT NULL, rig_sha256 TEXT NOT NULL,
         probe_text TEXT NOT NULL, probe_sha256 TEXT NOT NULL) STRICT""",
     # Arrays are little-endian float64, row by row. Their shapes: tip_world and direction (3),
-    # covariance and rotation (3, 3), spots as spots_shape says ("cameras,leds,2").
+    # covariance and rotation (3, 3), spots by spots_shape ("cameras,leds,2").
     """CREATE TABLE observation (
         number INTEGER PRIMARY KEY CHECK (number > 0),
         feature TEXT NOT NULL, time_s REAL NOT NULL,
@@ -53,7 +53,7 @@ _TABLES = (
 )
 
 _REFERENCE_TABLES = (
-    # Mean spots of its first place, little-endian float64; shape "cameras,leds,2".
+    # Mean spots of its first pose, little-endian float64; shape "cameras,leds,2".
     """CREATE TABLE reference (
         id INTEGER PRIMARY KEY CHECK (id = 1),
         text TEXT NOT NULL, sha256 TEXT NOT NULL,
@@ -78,7 +78,7 @@ _PART_TABLE = """CREATE TABLE part (
 
 
 def _version_1(db: sqlite3.Connection) -> None:
-    """Make the tables of an empty file and forbid to change or remove any row of them."""
+    """Make the tables of an empty file and forbid to change or remove any row."""
     db.execute(f"PRAGMA application_id = {APPLICATION_ID}")
     for statement in _TABLES:
         db.execute(statement)
@@ -88,7 +88,7 @@ def _version_1(db: sqlite3.Connection) -> None:
 
 
 def _version_2(db: sqlite3.Connection) -> None:
-    """Add the reference body: the document, its first place, and its spots beside every point."""
+    """Add the reference body: the document, its first pose, and its spots for every point."""
     for statement in _REFERENCE_TABLES:
         db.execute(statement)
     for table in ("reference", "reference_observation"):
@@ -102,7 +102,7 @@ def _version_3(db: sqlite3.Connection) -> None:
 
 
 def _version_4(db: sqlite3.Connection) -> None:
-    """Add the nominal part, so that a job shows it where the CAD model is not."""
+    """Add the nominal part, so that a job shows it without the CAD model."""
     db.execute(_PART_TABLE)
     _forbid_change(db, "part", AUDITED["part"][0])
 
@@ -113,7 +113,7 @@ def _forbid_change(db: sqlite3.Connection, table: str, key: str) -> None:
             f"CREATE TRIGGER {table}_no_{action.lower()} BEFORE {action} ON {table} "
             f"BEGIN SELECT RAISE(ABORT, 'rows of {table} are never changed'); END"
         )
-    # INSERT OR REPLACE would remove the old row without asking the trigger above.
+    # INSERT OR REPLACE would remove the old row without the trigger above.
     db.execute(
         f"CREATE TRIGGER {table}_no_replace BEFORE INSERT ON {table} "  # noqa: S608 - constants
         f"WHEN EXISTS (SELECT 1 FROM {table} WHERE {key} = NEW.{key}) "
@@ -125,7 +125,7 @@ MIGRATIONS: tuple[Step, ...] = (_version_1, _version_2, _version_3, _version_4)
 
 
 def require_known(db: sqlite3.Connection, path: Path, steps: tuple[Step, ...] = MIGRATIONS) -> int:
-    """Return the version of the file; StorageError where it is newer than this program."""
+    """Return the version of the file; StorageError if it is newer than this program."""
     version = int(db.execute("PRAGMA user_version").fetchone()[0])
     if version > len(steps):
         raise StorageError(
@@ -138,12 +138,9 @@ def require_known(db: sqlite3.Connection, path: Path, steps: tuple[Step, ...] = 
 
 
 def backup_older(db: sqlite3.Connection, path: Path, steps: tuple[Step, ...] = MIGRATIONS) -> None:
-    """Copy an older file to ``<name>.v<version>.bak`` next to it, before it is brought up to date.
+    """Copy an older file to ``<name>.v<version>.bak`` next to it, before its migration.
 
-    Raises
-    ------
-    StorageError
-        The file is newer than this program, or the backup cannot be written.
+    Raises StorageError if the file is newer than this program, or the backup cannot be written.
     """
     version = require_known(db, path, steps)
     if version == len(steps):
@@ -162,14 +159,10 @@ def backup_older(db: sqlite3.Connection, path: Path, steps: tuple[Step, ...] = M
 def bring_up_to_date(
     db: sqlite3.Connection, path: Path, steps: tuple[Step, ...] = MIGRATIONS
 ) -> None:
-    """Take the file called ``path``, open as ``db``, to the version of this program.
+    """Migrate the file ``path``, open as ``db``, to the version of this program.
 
-    Raises
-    ------
-    StorageError
-        The file is newer than this program. It is then as it was.
-    sqlite3.Error
-        A step failed; the file has the version before that step.
+    Raises StorageError if the file is newer than this program, which is then unchanged;
+    sqlite3.Error if a step failed: the file then has the version before that step.
     """
     version = require_known(db, path, steps)
     for number, step in enumerate(steps[version:], start=version + 1):

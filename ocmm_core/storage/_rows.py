@@ -22,22 +22,20 @@ from ocmm_core.storage._audit import Value, now_utc
 
 @dataclass(frozen=True, slots=True)
 class JobHead:
-    """What a job says about itself; written once."""
+    """Head of a job; written once."""
 
     job_uuid: str
-    """Tells the job from every other one."""
     created_utc: str
     """ISO 8601 text."""
     software_version: str
     operator: str
     part: str
     serial: str
-    """`operator`, `part`, `serial`: Names, as entered."""
     plan_text: str
     rig_text: str
     probe_text: str
-    """`plan_text`, `rig_text`, `probe_text`: The complete documents, or the records that stand in
-    their place, so that everything can be computed again from this file alone."""
+    """Complete documents, or the records in their place: the job can be recomputed from its file.
+    """
 
     @property
     def plan_identity(self) -> str:
@@ -57,7 +55,7 @@ class JobHead:
 
 @dataclass(frozen=True, slots=True)
 class JobEvent:
-    """Something that happened during the job: ISO 8601 time, kind and a sentence."""
+    """Event during the job: ISO 8601 time, kind and a sentence."""
 
     time_utc: str
     kind: str
@@ -66,13 +64,12 @@ class JobEvent:
 
 @dataclass(frozen=True, slots=True)
 class JobReference:
-    """The reference body of a job and where it stood when the job began; written once."""
+    """Reference body of a job and its spots when the job began; written once."""
 
     text: str
     spots: Float
-    """(C, R, 2), px: mean spots by its LED number, NaN where not seen."""
+    """(C, R, 2), px: mean spots by LED number, NaN where not seen."""
     n_frames: int
-    """Frames that were averaged."""
 
     @property
     def identity(self) -> str:
@@ -83,7 +80,7 @@ class JobReference:
 def make_head(
     *, plan: Path, rig: Path, probe: Path, operator: str, part: str, serial: str
 ) -> JobHead:
-    """Return the head of a new job, with the documents as they are now and an identity of its own.
+    """Return the head of a new job, with the documents as they are now and a new UUID.
 
     Raises
     ------
@@ -104,7 +101,6 @@ def make_head(
 
 
 def row_from_head(head: JobHead) -> tuple[Value, ...]:
-    """Return the row of table ``head``."""
     return (
         1, head.job_uuid, head.created_utc, head.software_version, head.operator, head.part,
         head.serial, head.plan_text, head.plan_identity, head.rig_text, head.rig_identity,
@@ -113,7 +109,6 @@ def row_from_head(head: JobHead) -> tuple[Value, ...]:
 
 
 def head_from_row(row: Sequence[Any]) -> JobHead:
-    """Return the head held by a row of table ``head``."""
     (_, job_uuid, created_utc, software_version, operator, part, serial,
      plan_text, _, rig_text, _, probe_text, _) = row  # fmt: skip
     return JobHead(
@@ -123,14 +118,12 @@ def head_from_row(row: Sequence[Any]) -> JobHead:
 
 
 def row_from_reference(reference: JobReference) -> tuple[Value, ...]:
-    """Return the row of table ``reference``."""
     return (
         1, reference.text, reference.identity, *_spots(reference.spots), int(reference.n_frames),
     )  # fmt: skip
 
 
 def reference_from_row(row: Sequence[Any]) -> JobReference:
-    """Return the reference body held by a row of table ``reference``."""
     _, text, _, shape, spots, n_frames = row
     return JobReference(text, spots_from(shape, spots), n_frames)
 
@@ -145,10 +138,7 @@ def reference_row_from_point(point: MeasuredPoint) -> tuple[Value, ...] | None:
 def row_from_point(point: MeasuredPoint) -> tuple[Value, ...]:
     """Return the row of table ``observation``.
 
-    Raises
-    ------
-    StorageError
-        Time, tip radius or chi-square is not finite; such a point is not a measurement.
+    Raises StorageError if time, tip radius or chi-square is not finite.
     """
     for field in ("time_s", "tip_radius", "chi2_per_dof"):
         if not math.isfinite(getattr(point, field)):
@@ -168,7 +158,6 @@ def row_from_point(point: MeasuredPoint) -> tuple[Value, ...]:
 
 
 def point_from_row(row: Sequence[Any]) -> MeasuredPoint:
-    """Return the point held by a row of table ``observation``."""
     (number, feature, time_s, first, last, n, tip, covariance, direction, radius, rotation,
      shape, spots, chi2, approach) = row  # fmt: skip
     return MeasuredPoint(
@@ -190,7 +179,7 @@ def point_from_row(row: Sequence[Any]) -> MeasuredPoint:
 
 
 def spots_from(shape: str, blob: bytes) -> Float:
-    """Return spots of the columns ``spots_shape`` and ``spots``."""
+    """Return the array of the columns ``spots_shape`` and ``spots``."""
     return _array(blob, tuple(int(part) for part in shape.split(",")))
 
 
@@ -203,7 +192,7 @@ def _blob(array: Float) -> bytes:
 
 
 def _array(blob: bytes, shape: tuple[int, ...]) -> Float:
-    # frombuffer gives a view that cannot be written and keeps the blob; callers get their own.
+    # frombuffer gives a read-only view that keeps the blob alive.
     return np.frombuffer(blob, dtype="<f8").astype(np.float64).reshape(shape)
 
 

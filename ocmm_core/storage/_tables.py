@@ -1,6 +1,6 @@
-"""What stands in the tables of a job file: functions of an open connection.
+"""Read and insert rows of a job file, over an open connection.
 
-Whoever inserts holds a transaction; whoever reads gets only what is as it was stored.
+Inserting needs a transaction of the caller; reading returns only unaltered rows.
 """
 
 from __future__ import annotations
@@ -44,19 +44,16 @@ from ocmm_core.storage._rows import (
 )
 
 CLOCK = "clock"
-"""Kind of the event that says that the clock of the computer was set back."""
+"""Kind of the event that reports that the clock of the computer was set back."""
 _CLOCK_TOLERANCE = timedelta(seconds=60)
-"""Corrections of a clock are smaller; a step to before the last one is not told then."""
+"""Corrections of a clock are smaller; smaller steps back are not reported."""
 _POINT_COLUMNS = ",".join(AUDITED["observation"])
 _OBSERVED = (int, float, int, int)
 
 
 @dataclass(frozen=True, slots=True)
 class Observed:
-    """When a point was observed: by its frames, and when it was stored (ISO 8601 text).
-
-    ``annulled`` is 1 where it does not count any more.
-    """
+    """Time of a point by its frames, and ISO 8601 time of storage; ``annulled`` is 0 or 1."""
 
     number: int
     time_s: float
@@ -67,7 +64,7 @@ class Observed:
 
 
 def stored_head(db: sqlite3.Connection, path: Path) -> JobHead:
-    """Return the head; StorageError where there is none."""
+    """Return the head; StorageError if missing."""
     statement = f"SELECT {','.join(AUDITED['head'])} FROM head"  # noqa: S608 - constants
     row = db.execute(statement).fetchone()
     if row is None:
@@ -79,7 +76,7 @@ def stored_head(db: sqlite3.Connection, path: Path) -> JobHead:
 
 
 def stored_events(db: sqlite3.Connection, path: Path) -> list[JobEvent]:
-    """Return what happened, oldest first; StorageError where a row is none."""
+    """Return the events, oldest first; StorageError if a row is invalid."""
     rows = db.execute("SELECT id, time_utc, kind, text FROM event ORDER BY id").fetchall()
     fault = next(filter(None, map(event_fault, rows)), "")
     if fault:
@@ -88,7 +85,7 @@ def stored_events(db: sqlite3.Connection, path: Path) -> list[JobEvent]:
 
 
 def stored_times(db: sqlite3.Connection, path: Path) -> dict[int, str]:
-    """Return when each point was stored, also annulled ones: ISO 8601 text by number."""
+    """Return the ISO 8601 storage times of all points by number, also of annulled ones."""
     rows = db.execute(
         "SELECT key, time_utc FROM audit WHERE subject = 'observation' ORDER BY key"
     ).fetchall()
@@ -99,12 +96,9 @@ def stored_times(db: sqlite3.Connection, path: Path) -> dict[int, str]:
 
 
 def stored_points(db: sqlite3.Connection, path: Path, *, annulled: bool) -> list[MeasuredPoint]:
-    """Return the points that are annulled, or those that are not, oldest first.
+    """Return the annulled or the other points, oldest first.
 
-    Raises
-    ------
-    StorageError
-        An observation is not the one that was stored.
+    Raises StorageError if an observation was altered.
     """
     among = f"number {'IN' if annulled else 'NOT IN'} (SELECT number FROM annulment)"  # noqa: S608 - constants
     rows = db.execute(
@@ -131,9 +125,9 @@ def stored_points(db: sqlite3.Connection, path: Path, *, annulled: bool) -> list
 
 
 def stored_observations(db: sqlite3.Connection, path: Path) -> list[Observed]:
-    """Return of each point, also of annulled ones, when it was observed and stored, by number.
+    """Return the times of all points by number, also of annulled ones.
 
-    What was observed is not looked at: a point that was changed shows by `stored_points`.
+    Does not check the observations; `stored_points` does.
     """
     rows = db.execute(
         "SELECT number, observation.time_s, first_frame, last_frame, audit.time_utc,"
@@ -150,7 +144,7 @@ def stored_observations(db: sqlite3.Connection, path: Path) -> list[Observed]:
 
 
 def insert_point(db: sqlite3.Connection, path: Path, point: MeasuredPoint) -> None:
-    """Store a point; StorageError where its number is not a new one, or it is no measurement."""
+    """Store a point; StorageError where its number is not new or a value is not finite."""
     expected = next_number(db)
     if point.number < expected:
         raise StorageError(
@@ -162,14 +156,14 @@ def insert_point(db: sqlite3.Connection, path: Path, point: MeasuredPoint) -> No
     insert_audited(db, "observation", row)
     if beside is not None:
         insert_audited(db, "reference_observation", beside)
-    # What could not be read again is not stored: the transaction of the caller ends with this.
+    # Rolls back the transaction of the caller: a row that could not be read again is not stored.
     fault = point_fault([row]) or (beside_fault([beside]) if beside is not None else "")
     if fault:
         raise StorageError("job.point", f"{path}: {fault}.", "Take the point again.")
 
 
 def insert_annulment(db: sqlite3.Connection, path: Path, number: int, reason: str) -> None:
-    """Annul a point; StorageError where there is none of that number, or it is annulled already."""
+    """Annul a point; StorageError if it is unknown or annulled already."""
     known = db.execute(
         "SELECT (SELECT count(*) FROM observation WHERE number = ?1),"
         " (SELECT count(*) FROM annulment WHERE number = ?1)",
@@ -184,13 +178,12 @@ def insert_annulment(db: sqlite3.Connection, path: Path, number: int, reason: st
 
 
 def insert_event(db: sqlite3.Connection, kind: str, text: str) -> None:
-    """Store something that happened."""
     number = db.execute("SELECT coalesce(max(id), 0) + 1 FROM event").fetchone()[0]
     insert_audited(db, "event", (number, step_utc(db), kind, text))
 
 
 def note_clock(db: sqlite3.Connection) -> None:
-    """Say in the job that the clock was set back since its last step; once for each time."""
+    """Store an event if the clock was set back since the last step; once for each time."""
     last, now = last_step_utc(db), now_utc()
     if not last or datetime.fromisoformat(last) - datetime.fromisoformat(now) <= _CLOCK_TOLERANCE:
         return
@@ -210,7 +203,7 @@ def next_number(db: sqlite3.Connection) -> int:
 
 
 def insert_reference(db: sqlite3.Connection, path: Path, reference: JobReference) -> None:
-    """Store the reference body; StorageError where there is one already."""
+    """Store the reference body; StorageError if the job has one already."""
     if db.execute("SELECT count(*) FROM reference").fetchone()[0]:
         raise StorageError(
             "job.reference",
@@ -221,7 +214,7 @@ def insert_reference(db: sqlite3.Connection, path: Path, reference: JobReference
 
 
 def stored_reference(db: sqlite3.Connection, path: Path) -> JobReference | None:
-    """Return the reference body, or None; StorageError where it is not the one that was stored."""
+    """Return the reference body or None; StorageError if it was altered."""
     row = db.execute(
         f"SELECT {','.join(AUDITED['reference'])}, content_sha256 FROM reference "  # noqa: S608 - constants
         "LEFT JOIN audit ON subject = 'reference' AND key = id"
@@ -238,7 +231,7 @@ def stored_reference(db: sqlite3.Connection, path: Path) -> JobReference | None:
 
 
 def insert_part(db: sqlite3.Connection, path: Path, part: PartModel) -> None:
-    """Store the nominal part; StorageError where there is one already."""
+    """Store the nominal part; StorageError if the job has one already."""
     if db.execute("SELECT count(*) FROM part").fetchone()[0]:
         raise StorageError(
             "job.part", f"{path}: the job already has a part.", "Start a new job for another one."
@@ -248,7 +241,7 @@ def insert_part(db: sqlite3.Connection, path: Path, part: PartModel) -> None:
 
 
 def stored_part(db: sqlite3.Connection, path: Path) -> PartModel | None:
-    """Return the nominal part, or None; StorageError where it is not the one that was stored."""
+    """Return the nominal part or None; StorageError if it was altered."""
     row = db.execute(
         f"SELECT {','.join(AUDITED['part'])}, content_sha256 FROM part "  # noqa: S608 - constants
         "LEFT JOIN audit ON subject = 'part' AND key = id"

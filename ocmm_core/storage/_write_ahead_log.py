@@ -1,8 +1,8 @@
-"""The write-ahead log of a job, read as SQLite recovers it, and taken into the pages of its file.
+"""Read the write-ahead log of a job as SQLite recovers it.
 
-A frame of the log counts if it carries the salts of the head and its checksum continues that of the
-frame before; a step counts up to its commit frame (SQLite, "WAL-mode File Format"). Reading it here
-needs no second file, touches nothing next to the job, and shows what is left over at the end.
+A frame counts if it carries the salts of the head and its checksum continues that of the frame
+before; a step counts up to its commit frame (SQLite, "WAL-mode File Format"). Reading the log here
+needs no second file, touches nothing next to the job, and shows an incomplete end.
 
 The checksum is linear modulo 2^32: with the pairs of words x, y of a frame and M = [[1, 1], [1, 2]]
 the next state is M s + (x, x + y). So the contribution of each frame is one product with powers of
@@ -27,9 +27,9 @@ _MASK = 0xFFFFFFFF
 _FEWEST, _MOST = 512, 65536
 """Bytes of a page."""
 _TOGETHER = 1 << 20
-"""Bytes of the log that are read and checked at a time."""
+"""Bytes read and checked at a time."""
 _OLDER = 1 << 16
-"""How far the salt of an older generation lies behind: it goes up by one at each."""
+"""Range of the salt of older generations behind the current one: it grows by one for each."""
 
 Words = npt.NDArray[np.uint32]
 Read = Callable[[int, int], bytes]
@@ -38,27 +38,23 @@ Read = Callable[[int, int], bytes]
 
 @dataclass(frozen=True, slots=True)
 class LogPages:
-    """The complete steps of a log."""
+    """Complete steps of a log."""
 
     pages: dict[int, bytes]
     """Newest content of each page by its number, from 1."""
     page_size: int = 0
     n_pages: int = 0
-    """`page_size`, `n_pages`: Bytes of a page, and pages of the file after the last step; 0 if no
-    step is complete."""
+    """Bytes of a page, and pages of the file after the last step; 0 without a complete step."""
     head: bytes = b""
-    """Of the log: it changes when the log starts again."""
+    """Head of the log: changes when the log starts again."""
     left_out: str = ""
-    """End of the log that is no complete step, as a sentence; empty if there is none."""
+    """Sentence about an incomplete end of the log; empty without one."""
 
 
 def read_log(read: Read, size: int, most: int) -> LogPages:
     """Return the complete steps of a log of ``size`` bytes.
 
-    Parameters
-    ----------
-    most
-        Bytes of the largest file that they may make.
+    `most`: Maximum bytes of the file that results.
     """
     if not size:
         return LogPages({})
@@ -127,7 +123,7 @@ def _is_head(fields: tuple[int, ...], head: bytes) -> bool:
 
 
 def _contributions(block: bytes, page_size: int, order: str) -> list[tuple[int, int]]:
-    """Return for each frame what its words add to the checksum."""
+    """Return the contribution of each frame to the checksum."""
     if not block:
         return []
     words = np.frombuffer(block, dtype=f"{order}u4").reshape(-1, (_FRAME.size + page_size) // 4)

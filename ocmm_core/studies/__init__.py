@@ -1,10 +1,11 @@
-"""Measurement system analysis: gauge R&R, type 1, linearity, suitability, and our own U tested.
+"""Measurement system analysis: gauge R&R, type 1, linearity, suitability, and a test of stated U.
 
-In: values of parts, operators and trials, or the jobs that hold them. Out: what the gauge adds.
+In: values of parts, operators and trials, or the jobs that hold them. Out: contribution of the
+gauge.
 
-Read `_gauge_rr` (analysis of variance) and `_single` (studies of one reference), `_plan` (a drawn,
-blind order) and `_from_jobs` (every characteristic of a plan a study of its own), `_linearity` (the
-bias over the range) and `_part_study` (U from a calibrated part, for similar parts only).
+Read `_gauge_rr` (analysis of variance) and `_single` (studies of one reference), `_plan` (random,
+blind order) and `_from_jobs` (one study per characteristic of a plan), `_linearity` (bias over the
+range) and `_part_study` (U from a calibrated part, for similar parts only).
 It must not know how a value was measured.
 """
 

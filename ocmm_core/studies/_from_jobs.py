@@ -1,7 +1,7 @@
-"""Studies from jobs: every characteristic of a plan is a study of its own.
+"""Studies from jobs: one study per characteristic of a plan.
 
-Jobs are opened and computed anew (`inspection.archive`); what is in doubt there counts here as
-missing, and an unbalanced study is refused instead of being filled up.
+Jobs are reopened and recalculated (`inspection.archive`); suspect values count as missing, and an
+unbalanced study is refused, not filled up.
 """
 
 from __future__ import annotations
@@ -30,24 +30,23 @@ from ocmm_core.studies._single import (
 
 @dataclass(frozen=True, slots=True)
 class CharacteristicStudy:
-    """The study of one characteristic."""
+    """Study of one characteristic."""
 
     name: str
     low: float
     high: float
-    """`name`, `low`, `high`: Of the plan; limits are infinite where there is none."""
+    """`name`, `low`, `high`: Of the plan; limits may be infinite."""
     study: GaugeStudy | None
-    """None where ``why_not`` says why there is none."""
+    """None if there is none; ``why_not`` has the reason."""
     stated: StatedScatter | None
-    """OCMM's own uncertainty beside the scatter that was found."""
+    """OCMM's own uncertainty compared with the observed scatter."""
     from_budget: Suitability | None
     from_study: Suitability | None
     """`from_budget`, `from_study`: Q by the stated uncertainty, and by the study; None without a
-    tolerance of two sides."""
+    two-sided tolerance."""
     why_not: str
-    """A sentence, or empty."""
     values: Float | None = None
-    """(parts, operators, trials), mm; None where there is no study."""
+    """(parts, operators, trials), mm; None without a study."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,7 +55,7 @@ class StudyReport:
 
     plan: StudyPlan
     measured: int
-    """How many of its measurements there are."""
+    """Number of its measurements so far."""
     characteristics: tuple[CharacteristicStudy, ...]
     """In the order of the inspection plan."""
     left_out: tuple[str, ...]
@@ -66,12 +65,9 @@ class StudyReport:
 
 
 def open_runs(plan: StudyPlan, serials: set[str]) -> tuple[StudyRun, ...]:
-    """Return the measurements that are still to be made, in their order.
+    """Return the missing measurements in order.
 
-    Parameters
-    ----------
-    serials
-        Serial numbers of the jobs that there are.
+    `serials`: serial numbers of the existing jobs.
     """
     return tuple(one for one in plan.runs if one.code not in serials)
 
@@ -99,7 +95,6 @@ def study_jobs(
 
 
 def study_of(plan: StudyPlan, jobs: Comparison, *, level: float = AIAG_LEVEL) -> StudyReport:
-    """Return the studies of jobs that were read."""
     codes = {one.code for one in plan.runs}
     serials = {part.serial for trend in jobs.trends for part in trend.parts}
     strange = tuple(

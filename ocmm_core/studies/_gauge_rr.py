@@ -5,9 +5,9 @@ p parts x o operators x r trials, crossed and balanced, random effects:
     SS_P = o r sum(m_i.. - m)^2,  SS_O = p r sum(m_.j. - m)^2,
     SS_PO = r sum(m_ij. - m)^2 - SS_P - SS_O,  SS_E = the rest,
 
-with p-1, o-1, (p-1)(o-1) and p o (r-1) degrees of freedom. Where the interaction is not significant
-(p-value of F = MS_PO / MS_E above a level) it is pooled into the error. Components follow from the
-expected mean squares; what comes out negative is zero. The interval of the gauge's variance is
+with p-1, o-1, (p-1)(o-1) and p o (r-1) degrees of freedom. An interaction that is not significant
+(p-value of F = MS_PO / MS_E above a level) is pooled into the error. Components follow from the
+expected mean squares; negative ones are set to zero. The interval of the gauge's variance is
 modified large-sample (Graybill and Wang 1980; Burdick, Borror and Montgomery 2003): the variance is
 sum c_q MS_q with positive c_q, and
 
@@ -27,12 +27,12 @@ from ocmm_core.errors import InputError
 from ocmm_core.geometry import Float
 
 AIAG_LEVEL = 0.25
-"""Of the interaction: above it, it is pooled. Minitab's usual one is 0.05."""
+"""p-value of the interaction above which it is pooled. Minitab's default is 0.05."""
 
 LEAST_PARTS, LEAST_OPERATORS, LEAST_TRIALS = 5, 2, 2
 GOOD_PERCENT, BAD_PERCENT, LEAST_NDC = 10.0, 30.0, 5
 _NDC = 1.41
-"""sqrt(2), as the manual rounds it."""
+"""sqrt(2), as rounded in the manual."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,26 +51,25 @@ class SourceRow:
 
 @dataclass(frozen=True, slots=True)
 class GaugeStudy:
-    """What a study of one characteristic says; standard deviations in its unit."""
+    """Study of one characteristic; standard deviations in its unit."""
 
     parts: int
     operators: int
     trials: int
     """`parts`, `operators`, `trials`: p, o, r."""
     table: tuple[SourceRow, ...]
-    """Of variance: as it was judged, with the interaction where it was not pooled."""
+    """Table of variance as judged; with the interaction unless pooled."""
     interaction_f: float
     interaction_p: float
     """`interaction_f`, `interaction_p`: Before pooling."""
     pooled: bool
     level: float
-    """`pooled`, `level`: Whether the interaction went into the error, and the level that decided.
-    """
+    """`pooled`, `level`: Whether the interaction was pooled, and the deciding level."""
     var_repeat: float
     var_operator: float
     var_interaction: float
     var_part: float
-    """`var_repeat`, `var_operator`, `var_interaction`, `var_part`: Components; none below zero."""
+    """`var_repeat`, `var_operator`, `var_interaction`, `var_part`: Components, not negative."""
     ev: float
     av: float
     grr: float
@@ -85,13 +84,13 @@ class GaugeStudy:
     contribution_percent: float
     """`study_percent`, `contribution_percent`: 100 GRR / TV, and 100 GRR^2 / TV^2."""
     tolerance_percent: float | None
-    """600 GRR / T, or of one side; None without a tolerance."""
+    """600 GRR / T, or the one-sided equivalent; None without a tolerance."""
     ndc: int
     """Number of distinct categories."""
 
     @property
     def word(self) -> str:
-        """Return good, conditional or not acceptable, of the worse percentage and ndc."""
+        """Return good, conditional or not acceptable, by the worse percentage and ndc."""
         worst = max(self.study_percent, self.tolerance_percent or 0.0)
         if worst > BAD_PERCENT:
             return "not acceptable"
@@ -111,7 +110,7 @@ def gauge_study(
     Parameters
     ----------
     one_sided
-        The limit where there is only one; the distance from the mean counts.
+        The limit of a one-sided tolerance; its distance from the mean counts.
     level
         Above this p-value the interaction is pooled.
 
@@ -127,7 +126,7 @@ def gauge_study(
     cells = x.mean(axis=2)
     ss_p = o * r * float(np.sum((x.mean(axis=(1, 2)) - mean) ** 2))
     ss_o = p * r * float(np.sum((x.mean(axis=(0, 2)) - mean) ** 2))
-    # From effects, not by subtraction: a difference of large sums loses its digits.
+    # From effects, not by subtraction: a difference of large sums loses digits.
     effect = cells - x.mean(axis=(1, 2))[:, None] - x.mean(axis=(0, 2))[None] + mean
     ss_po = r * float(np.sum(effect**2))
     ss_e = float(np.sum((x - cells[:, :, None]) ** 2))

@@ -16,7 +16,7 @@ from ocmm_core.studies._single import LinearityStudy, linearity_study
 
 @dataclass(frozen=True, slots=True)
 class LinearityReport:
-    """A linearity study of one characteristic."""
+    """Linearity study of one characteristic."""
 
     name: str
     parts: tuple[str, ...]
@@ -35,7 +35,7 @@ class LinearityReport:
 
     @property
     def reason(self) -> str:
-        """Return in a sentence what the verdict rests on."""
+        """Return the reason of the verdict in a sentence."""
         if self.study.linear:
             return "The zero line lies within the 95 % band over the whole range."
         told = []
@@ -47,7 +47,7 @@ class LinearityReport:
         return f"The zero line leaves the 95 % band: {why}."
 
     def line(self, at: Float) -> Float:
-        """Return the bias that the line gives at references (n,), mm."""
+        """Return the bias of the line at references (n,), mm."""
         bias: Float = self.study.intercept + self.study.slope * at
         return bias
 
@@ -65,7 +65,7 @@ def linearity_of(
     references
         Certified value, mm, of every part: by serial number, or by the part of ``plan``.
     plan
-        Whose codes the serial numbers of the jobs are; None: they name the part themselves.
+        Plan whose codes are the serial numbers of the jobs; None: they name the part.
 
     Raises
     ------

@@ -1,8 +1,8 @@
-"""U of a measuring task from a calibrated part, kept with the task, and used for similar ones only.
+"""U of a measuring task from a calibrated part, stored with the task, for similar ones only.
 
-Modelled on ISO 15530-3. A study is a sealed record with its results; whoever uses its U says what
-he measures, and gets it where the similarity gate of the procedure lets him: dimension, angle,
-points, strategy, stylus, material, clamping and temperature. Otherwise it is refused.
+Modelled on ISO 15530-3. A study is a sealed record with its results. Users of its U state their
+task, and it is refused unless similar by the gate of the procedure: dimension, angle, points,
+strategy, stylus, material, clamping and temperature.
 """
 
 from __future__ import annotations
@@ -33,55 +33,49 @@ from ocmm_core.seals import Signed
 TASK_SCHEMA = "ocmm.part-task/1"
 PART_STUDY_SCHEMA = "ocmm.part-study/1"
 _KELVIN = 1.0
-"""About the temperature of use, where nobody gave a range."""
+"""Default half range about the temperature of use, K."""
 
 _SAME = 1e-12
 
 
 class TaskDocument(Document, frozen=True, kw_only=True):
-    """A measuring task as it is written down."""
-
     task: PartTask
 
 
 class PartStudy(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """A finished study of one characteristic; mm."""
+    """Finished study of one characteristic; mm."""
 
     schema: str
-    """`PART_STUDY_SCHEMA`."""
     procedure: Procedure
     procedure_sha256: str
-    """`procedure`, `procedure_sha256`: Word for word, and the hash of its file."""
+    """`procedure`, `procedure_sha256`: Verbatim, and the hash of its file."""
     characteristic: str
     task: PartTask
-    """`characteristic`, `task`: What was measured, and how."""
     certificate: str
     certified: float
     expanded_cal: float
     """`certificate`, `certified`, `expanded_cal`: Of the part: number, value and U (k = 2)."""
     results: tuple[float, ...]
-    """One of every cycle, in the order in which they were measured."""
+    """One per cycle, in chronological order."""
     temperature_c: float
     temperatures: tuple[float, float]
-    """`temperature_c`, `temperatures`: Of use, degrees Celsius, and the range that U holds for."""
+    """`temperature_c`, `temperatures`: Of use, degrees Celsius, and the valid range of U."""
     u_workpiece: float
     u_expansion: float
     """`u_workpiece`, `u_expansion`: Standard uncertainties of the parts, mm, and of the expansion,
     1/K."""
     expanded_model: float | None
-    """U that the program states for the characteristic; None where it stated none."""
+    """U stated by the program for the characteristic; None without."""
     expanded: float
     expanded_uncorrected: float
     bias: float
-    """`expanded`, `expanded_uncorrected`, `bias`: What came out."""
     made_utc: str
     made_by: str
     software: str
     simulated: bool
-    """`made_utc`, `made_by`, `software`, `simulated`: As in other records."""
 
     def found(self, dimension: float = 0.0, temperature_c: float | None = None) -> PartUncertainty:
-        """Return what its results say, for a dimension, mm, and a temperature of use."""
+        """Return the result for a dimension, mm, and a temperature of use."""
         grown = max(1.0, abs(dimension) / abs(self.certified)) if self.certified else 1.0
         return part_uncertainty(
             self.results,
@@ -100,7 +94,7 @@ def load_task(path: Path | str) -> PartTask:
     Raises
     ------
     InputError
-        It is malformed, or a field says nothing: what is empty is alike everywhere.
+        It is malformed, or a field is empty: empty fields are similar to everything.
     """
     task = load_document(path, TaskDocument, TASK_SCHEMA).task
     wrong = [
@@ -153,12 +147,12 @@ def make_part_study(
     now: datetime,
     simulated: bool,
 ) -> PartStudy:
-    """Return the study of a part that was clamped anew for every result.
+    """Return the study of a part that was reclamped for every result.
 
     Raises
     ------
     InputError
-        There are fewer results or cycles than the procedure asks for, the part is not the task's,
+        There are fewer results or cycles than the procedure requires, the part is not the task's,
         or the room was outside the rated temperatures.
     """
     rule, numbers, digest = part_procedure(procedure)
@@ -201,7 +195,7 @@ def make_part_study(
 
 
 def save_part_study(folder: Path, study: PartStudy) -> Path:
-    """Write a study under its hash, signed; raise CalibrationError if it cannot be written."""
+    """Write a study under its hash, signed; CalibrationError if it cannot be written."""
     return save(folder, study, Signed.STUDY)
 
 
@@ -216,7 +210,7 @@ def uncertainty_for(study: PartStudy, wanted: PartTask, temperature_c: float) ->
     Raises
     ------
     InputError
-        The task or the temperature is not similar: the study says nothing about it.
+        The task or the temperature is not similar.
     """
     numbers = study.procedure.test
     if not isinstance(numbers, PartTest):

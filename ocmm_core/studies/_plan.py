@@ -1,8 +1,8 @@
-"""Plans of gauge studies: who measures which part when, drawn and blind.
+"""Plans of gauge studies: randomised and blind.
 
-Every measurement has a code, which is the serial number of its job: the operator gives the code,
-and does not see which part and which trial it stands for. Order is drawn for each operator and
-trial, so that neither a drift nor a memory favours a part.
+Every measurement has a code, which is the serial number of its job: operators see neither part nor
+trial. The order is random for each operator and trial, so that neither drift nor memory favours a
+part.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ _MOST = 10_000
 
 
 class StudyRun(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """One measurement: its code, and what it stands for; trials count from 1."""
+    """One measurement: its code and meaning; trials count from 1."""
 
     code: str
     part: str
@@ -33,34 +33,32 @@ class StudyRun(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=
 
 
 class StudyPlan(Document, frozen=True, kw_only=True):
-    """A plan, in the order in which it is measured."""
+    """A plan, in the order of measurement."""
 
     name: str
     """Of the study; the batch of its jobs."""
     seed: int
-    """That its order was drawn from."""
+    """Of its random order."""
     runs: tuple[StudyRun, ...]
 
     @property
     def parts(self) -> tuple[str, ...]:
-        """Return the parts, sorted."""
         return tuple(sorted({one.part for one in self.runs}))
 
     @property
     def operators(self) -> tuple[str, ...]:
-        """Return the operators, sorted."""
         return tuple(sorted({one.operator for one in self.runs}))
 
     @property
     def trials(self) -> int:
-        """Return how often each of them measures each part."""
+        """Return the number of measurements per operator and part."""
         return max(one.trial for one in self.runs)
 
 
 def plan_study(
     name: str, parts: Sequence[str], operators: Sequence[str], trials: int, seed: int
 ) -> StudyPlan:
-    """Return a crossed plan with a drawn order and blind codes.
+    """Return a crossed plan with a random order and blind codes.
 
     Raises
     ------
@@ -96,21 +94,20 @@ def plan_study(
 
 
 def plan_text(plan: StudyPlan) -> str:
-    """Return a plan as TOML."""
     head = {field: getattr(plan, field) for field in ("schema", "unit", "name", "seed")}
     runs = [f"[[runs]]\n{_entries(msgspec.to_builtins(one))}" for one in plan.runs]
     return "\n".join([_entries(head), *runs])
 
 
 def _entries(values: Mapping[str, object]) -> str:
-    # JSON writes text and whole numbers as TOML does.
+    # JSON and TOML write text and integers alike.
     return "".join(
         f"{key} = {json.dumps(value, ensure_ascii=False)}\n" for key, value in values.items()
     )
 
 
 def store_plan(path: Path, plan: StudyPlan) -> None:
-    """Write a plan to a new file: one that is there already belongs to a study that runs.
+    """Write a plan to a new file: an existing one belongs to a running study.
 
     Raises
     ------
@@ -131,14 +128,14 @@ def store_plan(path: Path, plan: StudyPlan) -> None:
 
 
 def load_study(path: Path | str) -> StudyPlan:
-    """Return a plan; raise InputError where it is not crossed and balanced, or a code is twice."""
+    """Return a plan; InputError if it is not crossed and balanced, or a code is repeated."""
     plan = load_document(path, StudyPlan, STUDY_SCHEMA)
     require_balanced(plan, str(path))
     return plan
 
 
 def require_balanced(plan: StudyPlan, where: str) -> None:
-    """Raise InputError where a part, operator and trial is missing or there twice."""
+    """Raise InputError if a part, operator and trial is missing or repeated."""
     wanted = [
         (part, operator, trial)
         for part in plan.parts

@@ -1,4 +1,4 @@
-"""Studies of one reference: type 1 (Cg, Cgk), linearity, suitability (Q), and our own U.
+"""Studies of one reference: type 1 (Cg, Cgk), linearity, suitability (Q), and stated U.
 
 Type 1: one calibrated part near the middle of the tolerance T, measured n times by one operator:
 Cg = K T / (L s) with K = 0.2 and L = 6, Cgk = (K T / 2 - |b|) / (L s / 2). Suitability after
@@ -26,7 +26,7 @@ LEAST_REFERENCES, LEAST_PER_REFERENCE = 5, 10
 
 @dataclass(frozen=True, slots=True)
 class Type1Study:
-    """What repeated measurements of one calibrated part say."""
+    """Repeated measurements of one calibrated part."""
 
     results: int
     mean: float
@@ -45,12 +45,12 @@ class Type1Study:
     """`t`, `p_value`, `biased`: Of the bias; whether it is significant at 5 %."""
     var_percent: float
     var_bias_percent: float
-    """`var_percent`, `var_bias_percent`: 100 K / Cg and 100 K / Cgk, of K = 0.2; infinite where Cgk
-    is not above zero."""
+    """`var_percent`, `var_bias_percent`: 100 K / Cg and 100 K / Cgk, of K = 0.2; infinite if Cgk is
+    not above zero."""
     least_tolerance: float
-    """That both would be met with, without a bias."""
+    """Smallest tolerance that meets both, without a bias."""
     resolution_good: bool | None
-    """Whether the resolution is at most 5 % of T; None where it was not given."""
+    """Whether the resolution is at most 5 % of T; None if not given."""
     capable: bool
     """Both are at least 1.33."""
 
@@ -121,7 +121,7 @@ class LinearityStudy:
     """`references`, `biases`: Mean bias of each reference."""
     p_intercept: float
     p_slope: float
-    """`p_intercept`, `p_slope`: Whether they differ from zero."""
+    """`p_intercept`, `p_slope`: p-values of zero."""
     bands: Float
     """Half width of the 95 % band of the line at the references."""
     linear: bool
@@ -131,12 +131,7 @@ class LinearityStudy:
 def linearity_study(
     references: Sequence[float], results: Sequence[Sequence[float] | Float]
 ) -> LinearityStudy:
-    """Return how the bias changes over the range.
-
-    Parameters
-    ----------
-    references
-        Certified values, one of each part.
+    """Return the bias over the range.
 
     Raises
     ------
@@ -198,7 +193,7 @@ class Suitability:
     suitable: bool
     """At most 15 % and 30 %."""
     least_tolerance: float
-    """That both would be met with."""
+    """Smallest tolerance that meets both."""
 
 
 def suitability(u_ms: float, u_mp: float, tolerance: float) -> Suitability:
@@ -229,13 +224,13 @@ def process_uncertainty(
 
 @dataclass(frozen=True, slots=True)
 class StatedScatter:
-    """The stated uncertainty of repeats beside the scatter that was found."""
+    """Stated uncertainty of repeats compared with their observed scatter."""
 
     ratios: Float
     """s / u of every cell."""
     low: float
     high: float
-    """`low`, `high`: Band in which one ratio lies with 99 % over all cells together."""
+    """`low`, `high`: Band that contains all ratios with a joint probability of 99 %."""
     outside: tuple[int, ...]
     """Indices of cells beyond the band."""
     pooled: float
@@ -244,18 +239,18 @@ class StatedScatter:
     pooled_high: float
     """`pooled_low`, `pooled_high`: Its band, 99 %."""
     message: str
-    """A sentence; empty where they agree."""
+    """A sentence; empty if they agree."""
 
 
 def compare_stated(values: Float, stated: Float, confidence: float = 0.99) -> StatedScatter:
-    """Return whether repeats scatter as their stated standard uncertainty says.
+    """Return whether repeats scatter as stated by their standard uncertainty.
 
     Parameters
     ----------
     values
         (cells, r): repeats.
     stated
-        (cells,): standard uncertainty of one result, without what all repeats share.
+        (cells,): standard uncertainty of one result, without contributions common to all repeats.
 
     Raises
     ------

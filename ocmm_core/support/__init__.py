@@ -1,11 +1,11 @@
-"""The support bundle: what somebody who helps needs to know, and nothing that he must not.
+"""Support bundle: diagnostic data without secrets.
 
 In: settings, logs, records, the doctor, the last raw frames. Out: a draft that shows exactly what
 would be packed, and a ZIP file of it; nothing is sent.
 
-Read `_parts` (the table of what is packed), `_clean` (secrets always, names where asked) and
-`_bundle` (gathered, shown, written).
-It must not know a station or a screen: who packs hands in what is only there while it runs.
+Read `_parts` (table of the contents), `_clean` (removes secrets always, names on request) and
+`_bundle` (collect, show, write).
+It must not know a station or a screen: callers pass in what exists only at run time.
 """
 
 from __future__ import annotations

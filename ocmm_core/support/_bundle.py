@@ -1,4 +1,4 @@
-"""A support bundle: gathered, shown, and only then written. Nothing is sent anywhere."""
+"""Support bundle: collect, show, then write. Nothing is sent."""
 
 from __future__ import annotations
 
@@ -23,14 +23,11 @@ class BundleItem:
 
     part: str
     name: str
-    """`part`, `name`: Of which part, and its name in the archive."""
+    """`part`, `name`: Name of the part, and file name in the archive."""
     content: bytes
-    """Its bytes."""
     is_text: bool
-    """Whether it can be read on a screen."""
 
     def preview(self, most: int = 1 << 20) -> str:
-        """Return it as text."""
         if not self.is_text:
             return f"{self.name}: {len(self.content)} bytes of raw spots (ocmm.recording)"
         return self.content[:most].decode("utf-8", errors="backslashreplace")
@@ -38,27 +35,19 @@ class BundleItem:
 
 @dataclass(frozen=True, slots=True)
 class BundleDraft:
-    """What would be packed."""
+    """Contents of a bundle before it is written."""
 
     items: tuple[BundleItem, ...]
-    """All files."""
     missing: dict[str, str]
-    """Why a part has none, by its name."""
+    """Why a part has no files, by its name."""
     masked: bool
-    """Whether names of people were taken out."""
+    """Names of people were removed."""
 
     def of(self, part: str) -> tuple[BundleItem, ...]:
-        """Return the files of a part."""
         return tuple(item for item in self.items if item.part == part)
 
     def packed(self, without: Collection[str] = ()) -> bytes:
-        """Return the archive without some parts.
-
-        Raises
-        ------
-        InputError
-            There is no such part.
-        """
+        """Return the archive without some parts; InputError if a part is unknown."""
         unknown = sorted(set(without) - {spec.name for spec in PARTS})
         if unknown:
             raise InputError(
@@ -77,13 +66,12 @@ class BundleDraft:
     def contents(
         self, without: Collection[str] = (), say: Callable[[str], str] = lambda text: text
     ) -> str:
-        """Return the list of what is in it, and of what is not.
+        """Return the list of included and missing parts.
 
         Parameters
         ----------
         say
-            Gives a sentence in the language of whoever reads it; the list in the archive is
-            English, for support.
+            Translates a sentence for the reader; the list in the archive is English, for support.
         """
         lines = [
             say(f"OCMM support bundle, {datetime.now(UTC).isoformat(timespec='seconds')}"),
@@ -105,14 +93,12 @@ def draft_bundle(
     mask_names: bool,
     told: Callable[[str, float], None] = lambda title, share: None,
 ) -> BundleDraft:
-    """Gather everything and take secrets, and names where asked, out of it.
+    """Collect all parts and remove secrets and, if requested, names.
 
     Parameters
     ----------
     mask_names
-        Take names of people out, too.
-    told
-        Gets the title of each part before it is gathered, and the share that is done.
+        Also remove names of people.
     """
     loaded = site.store.load()
     secrets = secrets_in(secret_texts(loaded), site.environment)
@@ -136,7 +122,7 @@ def write_bundle(draft: BundleDraft, path: Path, without: Collection[str] = ()) 
     Raises
     ------
     InputError
-        There is no such part, or the file is not to be a zip.
+        Unknown part, or the file name does not end in .zip.
     StorageError
         It cannot be written.
     """

@@ -1,9 +1,8 @@
-"""What must not leave the house is taken out of a text: secrets always, names where asked.
+"""Remove secrets, and names on request, from texts.
 
-Three nets, one behind the other: secrets that are known by their value (files that the settings
-name, variables of the environment), what looks like one (a password in an address, `token = ...`, a
-private key), and names of people. A net may take too much, which costs a line of a log; what goes
-through all three cannot be taken back.
+Three filters in series: secrets by value (files named by settings, environment variables),
+patterns of secrets (a password in an address, `token = ...`, a private key), and names of people.
+A false match costs a line of a log; a missed secret cannot be recalled.
 """
 
 from __future__ import annotations
@@ -14,15 +13,14 @@ from dataclasses import dataclass
 from urllib.parse import quote, unquote
 
 MASKED = "[secret]"
-"""What stands in the place of a secret."""
 _LEAST_SECRET = 4
-"""A known secret that is shorter would take half of a text with it; the patterns still find it."""
+"""Shorter secrets would remove half of a text; the patterns still find them."""
 _LEAST_NAME = 3
 _WORD = r"(?:pass(?:word|wd|phrase|code)?|pwd|(?<![a-z])pin(?![a-z])|secret|token|api[_-]?key|"
 _WORD += r"access[_-]?key|private[_-]?key|credential|authori[sz]ation|kennwort|passwort)s?"
-# Every repetition is bounded: a log may be one line of a megabyte.
+# All repetitions are bounded: a log may be one line of a megabyte.
 _PATTERNS = (
-    # All of a private key, also one whose end was cut off.
+    # A whole private key, also a truncated one.
     (
         re.compile(
             r"-----BEGIN [A-Z ]{0,40}PRIVATE KEY-----.*?"
@@ -31,11 +29,11 @@ _PATTERNS = (
         ),
         MASKED,
     ),
-    # scheme://user:password@host; the password may hold an @ of its own.
+    # scheme://user:password@host; the password may contain an @.
     (re.compile(r"(?P<keep>[a-z0-9+.-]{1,20}://[^\s/:@\"']{0,200}:)[^\s\"'/]{1,500}(?=@)",
                 re.IGNORECASE),
      rf"\g<keep>{MASKED}"),
-    # Authorization: Bearer ..., and the same without its name.
+    # Authorization: Bearer ..., with or without the header name.
     (re.compile(r"(?P<keep>\b(?:bearer|basic|digest)\s+)[A-Za-z0-9+/=._~-]{6,}", re.IGNORECASE),
      rf"\g<keep>{MASKED}"),
     # password = "...", token: ..., --password ...
@@ -55,22 +53,20 @@ _SECRET_VARIABLE = re.compile(rf"{_WORD}|KEY$", re.IGNORECASE)
 _NO_NAMES = frozenset(
     {"root", "user", "admin", "operator", "station", "service", "ocmm", "demo", "nobody", "home"}
 )
-"""Names of accounts that are no names of people."""
+"""Account names that are not names of people."""
 _HONORIFICS = frozenset({"und", "and", "von", "van", "der", "den", "the", "ing", "dipl", "prof"})
 
 
 @dataclass(frozen=True, slots=True)
 class Cleaner:
-    """Take secrets and names out of texts."""
+    """Remove secrets and names from texts."""
 
     secrets: tuple[str, ...] = ()
-    """Known by their value."""
     names: tuple[str, ...] = ()
-    """Of people; empty where they may stay."""
+    """Names of people; empty to keep them."""
 
     def clean(self, text: str) -> str:
-        """Return a text without them."""
-        # Whole keys first: a line of one that is known would hide where it begins.
+        # Whole keys first: masking a line of one would hide its start.
         text = _PATTERNS[0][0].sub(_PATTERNS[0][1], text)
         for secret in sorted(self._forms(), key=len, reverse=True):
             text = text.replace(secret, MASKED)
@@ -82,11 +78,11 @@ class Cleaner:
         return text
 
     def clean_bytes(self, content: bytes) -> bytes:
-        """Do the same with a text of any encoding; what is no UTF-8 is shown as its numbers."""
+        """Clean a text of any encoding; bytes that are not UTF-8 become escapes."""
         return self.clean(content.decode("utf-8", errors="backslashreplace")).encode()
 
     def _forms(self) -> set[str]:
-        """Return secrets as they can stand in a log: also as in an address, and in JSON."""
+        """Return the secrets as they can occur in a log: also URL-quoted and in JSON."""
         found = set()
         for secret in self.secrets:
             if len(secret) >= _LEAST_SECRET:
@@ -95,7 +91,7 @@ class Cleaner:
         return {one for one in found if len(one) >= _LEAST_SECRET}
 
     def _masks(self) -> list[tuple[str, str]]:
-        """Return what stands instead of each name and of each part of it, the longest first."""
+        """Return the replacement of each name and each of its parts, longest first."""
         masks: dict[str, str] = {}
         for number, name in enumerate(dict.fromkeys(self.names), start=1):
             for part in (name, *re.split(r"[\s,.;/]+", name)):
@@ -106,7 +102,7 @@ class Cleaner:
 
 
 def secrets_in(texts: Iterable[str], environment: Mapping[str, str]) -> tuple[str, ...]:
-    """Return known secrets: the contents of secret files, and what variables are said to hold."""
+    """Return the values of secrets: contents of secret files, and values of secret variables."""
     found: dict[str, None] = {}
     for text in texts:
         for part in (text, text.strip(), *text.split()):
@@ -115,6 +111,6 @@ def secrets_in(texts: Iterable[str], environment: Mapping[str, str]) -> tuple[st
     for name, value in environment.items():
         if _SECRET_VARIABLE.search(name) and value.strip() and "/" not in value[:1]:
             found.setdefault(value)
-    # Words of a private key's frame are in every text about keys.
+    # Words of a private key's frame occur in every text about keys.
     frame = {"PRIVATE", "BEGIN", "RSA", "EC"}
     return tuple(one for one in found if one not in frame and not one.endswith("-----"))

@@ -1,4 +1,4 @@
-"""What a support bundle is made of: one function a part, none of which may fail."""
+"""Parts of a support bundle: one function each, whose failure is contained."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from ocmm_core.settings import SETTINGS, LoadedSettings, SettingsStore, text_of
 from ocmm_core.side_files import OversizeError, open_guarded, read_guarded
 
 SECRET_SETTINGS = ("stream.token", "stream.key", "archive.password")
-"""Settings that name a file with a secret: neither the file nor its place is packed."""
+"""Settings that name a file with a secret: neither the file nor its path is packed."""
 NAME_SETTINGS = ("job.operator", "job.operators", "report.signatures", "report.contact")
 NEWEST_LOGS = 20
 MOST_LOG_BYTES = 256 << 10
@@ -35,27 +35,25 @@ _TEXT_AT_MOST = 400
 
 @dataclass(frozen=True, slots=True)
 class SupportSite:
-    """Where a bundle takes things from."""
+    """Sources of a bundle."""
 
     store: SettingsStore
     logs: Path
-    """Folder of the logs of failures."""
     records: tuple[Path, ...]
     """Folders of records of cameras and probes."""
     history: FrameHistory | None = None
-    """The last raw frames; None where nothing is being measured."""
+    """The last raw frames; None unless measuring."""
     extra: dict[str, str] = field(default_factory=dict)
-    """Texts that whoever packs has besides, by file name: the log of the window."""
+    """Additional texts of the caller by file name, such as the log of the window."""
     doctor: Callable[[], str] = lambda: doctor_text()
-    """Gives the report of the doctor as text."""
     environment: dict[str, str] = field(default_factory=lambda: dict(os.environ))
     people: tuple[str, ...] = ()
-    """Names that whoever packs knows besides: who measures now."""
+    """Additional names, such as the current operator."""
 
 
 @dataclass(frozen=True, slots=True)
 class RawItem:
-    """A file as it was found; text unless it says otherwise."""
+    """A file as found."""
 
     name: str
     content: bytes
@@ -64,15 +62,11 @@ class RawItem:
 
 @dataclass(frozen=True, slots=True)
 class PartSpec:
-    """A part of the bundle."""
-
     name: str
     title: str
     """`name`, `title`: For scripts, and for people."""
     about: str
-    """One sentence: what is in it."""
     take: Callable[[SupportSite, LoadedSettings], Iterator[RawItem]]
-    """Gives its files."""
 
 
 def _versions(site: SupportSite, loaded: LoadedSettings) -> Iterator[RawItem]:
@@ -109,7 +103,7 @@ def _doctor(site: SupportSite, loaded: LoadedSettings) -> Iterator[RawItem]:
 
 
 def doctor_text() -> str:
-    """Return what the doctor finds without measuring for a while, as JSON."""
+    """Return the report of the doctor without long measurements, as JSON."""
     from ocmm_core.doctor import examine, this_computer
 
     report, _ = examine(this_computer())
@@ -147,7 +141,7 @@ def _recording(site: SupportSite, loaded: LoadedSettings) -> Iterator[RawItem]:
 
 
 def head_of(path: Path) -> str:
-    """Return what a record says of itself, and none of what was measured."""
+    """Return the head of a record, without measured data."""
     try:
         found = json.loads(read_guarded(path, MOST_RECORD_BYTES))
     except OversizeError:
@@ -204,7 +198,7 @@ PARTS = (
 
 
 def names_of(loaded: LoadedSettings, site: SupportSite) -> tuple[str, ...]:
-    """Return the names of people that are known: settings, records, and who is logged in."""
+    """Return the names of people: settings, records, logged-in user."""
     found: dict[str, None] = {}
     for key in NAME_SETTINGS:
         value = loaded.values[key]
@@ -239,7 +233,7 @@ def _operators(path: Path) -> Iterator[str]:
             for key, one in value.items():
                 if isinstance(one, str):
                     if key in _NAMED:
-                        # Who practises signs as "PRACTICE: name".
+                        # Practice runs are signed "PRACTICE: name".
                         yield one.rpartition(":")[2].strip()
                 elif isinstance(one, dict):
                     pending.append(one)
@@ -251,7 +245,6 @@ def site_of_this_user(
     extra: dict[str, str] | None = None,
     people: tuple[str, ...] = (),
 ) -> SupportSite:
-    """Return where the bundle of this user takes things from."""
     from ocmm_core.calibration.records import default_folder, default_probe_folder
 
     settings = store or SettingsStore.of_this_user()
@@ -264,7 +257,7 @@ def site_of_this_user(
 
 
 def secret_texts(loaded: LoadedSettings) -> Iterator[str]:
-    """Yield what stands in the secret files that the settings name."""
+    """Yield the contents of the secret files named by the settings."""
     for key in SECRET_SETTINGS:
         path = loaded.values[key]
         if isinstance(path, Path):
@@ -285,6 +278,6 @@ def taken(
     except OcmmError as error:
         return tuple(found), error.what
     except Exception as error:
-        # A bundle is asked for when something is broken: what fails here is part of the answer.
+        # Bundles are made when something is broken: a failure here is part of the answer.
         return tuple(found), f"This part cannot be read ({type(error).__name__})."
     return tuple(found), "" if found else "Nothing there."

@@ -68,7 +68,6 @@ class SkippedRows:
     """Start of the first line."""
 
     def sentence(self) -> str:
-        """Return the lines and the reason."""
         lines = f"Line {self.first}" if self.first == self.last else (
             f"Lines {self.first} to {self.last}"
         )  # fmt: skip
@@ -167,7 +166,6 @@ class TableAccount:
         return f"Decimal point, as in {text} (line {line})."
 
     def as_json(self) -> dict[str, object]:
-        """Return the account as plain data."""
         return {
             "format": self.form,
             "rows": self.taken,
@@ -199,7 +197,6 @@ class SkippedLog:
         self._entries: list[SkippedRows] = []
 
     def add(self, line: int, text: str, why: str) -> None:
-        """Enter a line."""
         self._entries.append(SkippedRows(line, line, why, shortened(text.strip())))
 
     def entries(self) -> tuple[SkippedRows, ...]:

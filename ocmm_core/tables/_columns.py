@@ -57,10 +57,7 @@ class ColumnPlan:
 def stated_columns(text: str) -> tuple[str, ...]:
     """Return the roles that ``--columns`` states.
 
-    Raises
-    ------
-    InputError
-        A word is unknown or occurs twice, or x, y or z is missing.
+    Raises InputError if a word is unknown or occurs twice, or x, y or z is missing.
     """
     words = [word.strip().lower() for word in text.replace(";", ",").split(",")]
     roles = tuple("" if word in ("-", "_", "") else word for word in words)
@@ -178,10 +175,8 @@ def checked_roles(
 ) -> tuple[str, ...]:
     """Return the roles of a heading that names x, y and z once each.
 
-    Raises
-    ------
-    InputError
-        A coordinate is missing or occurs twice, or nominal and measured ones are mixed.
+    Raises InputError if a coordinate is missing or occurs twice, or nominal and measured ones are
+    mixed.
     """
     nominal = [head for head, role in zip(headings, roles, strict=True) if "nominal" in role]
     twice = [role for role in roles if role in (*AXES, *NORMAL, "unit") and roles.count(role) > 1]
@@ -208,10 +203,7 @@ def counted_roles(path: Path, rows: Sequence[tuple[int, list[str]]]) -> tuple[st
     Three numbers are x, y and z, six whose last three form unit vectors also a normal; texts before
     or behind them are names. Anything else has to be stated.
 
-    Raises
-    ------
-    InputError
-        The columns could have several meanings.
+    Raises InputError if the columns could have several meanings.
     """
     width = len(rows[0][1])
     texts = [

@@ -33,7 +33,6 @@ class TextGrid:
     """Line number and text without comments."""
     comments: list[tuple[int, str]] = field(default_factory=list)
     behind: list[tuple[int, str]] = field(default_factory=list)
-    """Comments behind rows."""
     log: SkippedLog = field(default_factory=SkippedLog)
     is_declared: bool = False
     """The file names its separator itself."""
@@ -67,15 +66,9 @@ def read_grid(
 ) -> TextGrid:
     """Return the lines of a table, without comments and lines that the user skips.
 
-    Parameters
-    ----------
-    has_texts
-        Cells are free text: a comment needs a separate line.
+    `has_texts`: Cells are free text: a comment needs a separate line.
 
-    Raises
-    ------
-    InputError
-        A line is longer than any row, or --skip cannot be understood.
+    Raises InputError if a line is longer than any row, or --skip cannot be understood.
     """
     grid = TextGrid(path, " ", [])
     skipped = options.skipped()
@@ -214,5 +207,4 @@ def _unquoted(cell: str) -> str:
 
 
 def fault(path: Path, line: int, code: str, text: str, what: str, remedy: str) -> InputError:
-    """Return the error about a row."""
     return InputError(f"table.{code}", f"{path}, line {line}: {shortened(text)} {what}.", remedy)

@@ -45,10 +45,7 @@ class _FormatError(Exception):
 def read_mesh(path: Path, content: bytes) -> Mesh | None:
     """Return the vertices of a mesh or cloud; None for any other format.
 
-    Raises
-    ------
-    InputError
-        The file contradicts its format.
+    Raises InputError if the file contradicts its format.
     """
     head = content[:4096].lstrip(b"\xef\xbb\xbf")
     suffix = path.suffix.lower()

@@ -37,7 +37,6 @@ class NamedColumns:
 
     @property
     def read(self) -> frozenset[str]:
-        """Return all columns that are read."""
         return frozenset((*self.required, *self.numbers, *self.optional, *(self.known or ())))
 
 
@@ -48,7 +47,6 @@ class TextRow:
     line: int
     """Its number in the file, from 1."""
     cells: dict[str, str]
-    """By column name."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -120,7 +118,6 @@ class TextTable:
         return choose_unit(self.path, stated, units, options or TableOptions(), rows, roles)
 
     def account(self, unit: UnitChoice) -> TableAccount:
-        """Return what was read and left out."""
         columns = tuple(
             TableColumn(heading, name, unit.of_column.get(name, ""))
             for heading, name in zip(self.headings, self.columns, strict=True)
@@ -139,11 +136,6 @@ def read_table(
     most: int = _LARGEST_TABLE,
 ) -> TextTable:
     """Return the table at ``path``.
-
-    Parameters
-    ----------
-    most
-        Bytes of the largest file.
 
     Raises
     ------

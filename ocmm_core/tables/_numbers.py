@@ -102,17 +102,11 @@ def number_with_unit(text: str) -> tuple[str, MeasureUnit | None]:
 def grammar_of(path: Path, cells: Iterable[tuple[int, str]], decimal: str = "") -> NumberGrammar:
     """Return the decimal sign that the numbers of a file prove.
 
-    Parameters
-    ----------
-    cells
-        Line and text of every numeric cell.
-    decimal
-        ``point`` or ``comma`` if the user states it, else empty.
+    `cells`: Line and text of every numeric cell.
+    `decimal`: ``point`` or ``comma`` if the user states it, else empty.
 
-    Raises
-    ------
-    InputError
-        The numbers contradict each other, or a number such as 1,234 could mean two values.
+    Raises InputError if the numbers contradict each other, or a number such as 1,234 could mean two
+    values.
     """
     if decimal and decimal not in DECIMALS:
         raise InputError(
@@ -157,10 +151,7 @@ _Found: TypeAlias = dict[str, tuple[int, str]]
 def _weighed(cells: Iterable[tuple[int, str]], *, is_short: bool) -> tuple[_Found, _Found, _Found]:
     """Return proofs of the decimal sign, of thousands, and ambiguous numbers.
 
-    Parameters
-    ----------
-    is_short
-        Leave out numbers with the sign that is proven already.
+    `is_short`: Leave out numbers with the sign that is proven already.
     """
     proofs: _Found = {}
     groups: _Found = {}

@@ -51,7 +51,6 @@ class PointsFile:
 
     @property
     def unit(self) -> str:
-        """Return the symbol of the unit of the file."""
         return self.account.unit
 
     @property

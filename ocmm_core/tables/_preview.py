@@ -47,7 +47,6 @@ class TablePreview(Generic[T]):
     hidden: int
     """Lines between the first and the last ones."""
     options: TableOptions
-    """With which it was read."""
     table: T | None
     error: InputError | None
 

@@ -49,10 +49,7 @@ def decoded(content: bytes) -> str:
 def text_lines(path: Path, content: bytes) -> list[str]:
     """Return the lines of a table; a line ends with LF, CR LF or CR.
 
-    Raises
-    ------
-    InputError
-        It is not text, or another format.
+    Raises InputError if it is not text, or another format.
     """
     for mark, what, remedy in _FOREIGN:
         if content.lstrip(b"\xef\xbb\xbf \t\r\n").startswith(mark):

@@ -65,19 +65,11 @@ def choose_unit(
 ) -> UnitChoice:
     """Return the unit of the lengths.
 
-    Parameters
-    ----------
-    columns
-        Line and text of the unit of a column, by its role.
-    rows
-        Line and text of the unit of each row; empty if rows have none.
-    roles
-        Columns that are lengths.
+    `columns`: Line and text of the unit of a column, by its role.
+    `rows`: Line and text of the unit of each row; empty if rows have none.
+    `roles`: Columns that are lengths.
 
-    Raises
-    ------
-    InputError
-        A unit is unknown, or two statements contradict each other.
+    Raises InputError if a unit is unknown, or two statements contradict each other.
     """
     if options.unit:
         unit = named_unit(options.unit, "length")

@@ -4,7 +4,7 @@ The core raises some nine hundred errors, and says reasons, steps and warnings, 
 sentences: they are what logs and files hold. So a sentence is recognised afterwards, by the
 catalogue that `docs/make_core_texts.py` collects from the sources, and what was filled in is copied
 into the sentence of the other language, character by character. Where there is any doubt what was
-said, the English sentence stays (decision 92).
+said, the English sentence stays (decision 47).
 """
 
 from __future__ import annotations

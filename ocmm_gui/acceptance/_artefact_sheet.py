@@ -217,7 +217,6 @@ class ArtefactSheet(WorkSheet):
         )
 
     def open(self) -> None:
-        """Show the current register."""
         self._read_register()
         self.table.setFocus()
 
@@ -279,7 +278,6 @@ class ArtefactSheet(WorkSheet):
             self.form.fields["certificate"].setFocus()
 
     def ask_to_remove(self) -> None:
-        """Ask before removing the selected artefact."""
         entry = self._selected()
         if entry is not None:
             self.sure.ask(tr("Remove {id} from the register?").format(id=entry.id))

@@ -53,10 +53,7 @@ _TEXTS = WizardTexts(
 class AcceptanceDesk(GuidedStack):
     """One test at a time.
 
-    Parameters
-    ----------
-    tap
-        Station frames; measuring is suspended while a watcher is attached.
+    `tap`: Station frames; measuring is suspended while a watcher is attached.
     """
 
     paper_wanted = Signal(object)
@@ -124,8 +121,6 @@ class AcceptanceDesk(GuidedStack):
         self.start.show_trouble(said(f"{told.what} {told.remedy}"))
 
     def _read_unfinished(self, now: datetime, asked: int) -> None:
-        """Read and show the unfinished tests."""
-
         def done(found: tuple[OpenTest, ...]) -> None:
             if asked == self._asked:
                 self.start.show_unfinished(found)

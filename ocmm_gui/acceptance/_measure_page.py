@@ -44,10 +44,7 @@ class TakesTemperature(Protocol):
 class MeasurePage(CollectPage):
     """Picture of volume and artefact, progress, last errors, room temperature.
 
-    Parameters
-    ----------
-    away
-        (3,), unit: from the cameras to the volume.
+    `away`: (3,), unit: from the cameras to the volume.
     """
 
     keys = ("back", "automatic", "take", "next")

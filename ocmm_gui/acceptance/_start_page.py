@@ -212,7 +212,6 @@ class AcceptanceStart(QWidget):
         return self.table.currentRow()
 
     def value(self, key: str) -> str:
-        """Return the text of a field."""
         return self.fields[key].text().strip()
 
     def chosen_condition(self) -> str:

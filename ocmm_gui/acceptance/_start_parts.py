@@ -18,12 +18,10 @@ KIND_WORDS = {
 
 
 def kind_word(kind: str) -> str:
-    """Return the displayed kind of an artefact."""
     return tr(KIND_WORDS[kind]) if kind in KIND_WORDS else kind
 
 
 def limits_text(offer: ProcedureOffer) -> str:
-    """Return the limits of a procedure in one line."""
     one = offer.procedure
     limits = ", ".join(f"{key} {limit.describe()}" for key, limit in one.limits.items())
     return tr("{wording}; rule: {rule}; limits: {limits}").format(

@@ -44,10 +44,7 @@ from ocmm_gui.work import WorkSheet
 class StudySheet(WorkSheet):
     """Plan, progress, table and plots.
 
-    Parameters
-    ----------
-    probes, calibrations
-        Record folders; None for this user's.
+    `probes`, `calibrations`: Record folders; None for this user's.
     """
 
     def __init__(
@@ -129,7 +126,6 @@ class StudySheet(WorkSheet):
             self._use(plan)
 
     def open_plan(self, path: Path) -> None:
-        """Open the plan of a study."""
         plan = self.attempt(lambda: load_study(path))
         if plan is not None:
             self._use(plan)

@@ -69,7 +69,6 @@ class TestsPage(QWidget):
         layout.addWidget(panel(below), 2)
 
     def showEvent(self, event: QShowEvent) -> None:
-        """Read new tests."""
         self.read()
         super().showEvent(event)
 

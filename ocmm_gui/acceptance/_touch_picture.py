@@ -22,10 +22,7 @@ _TILT = np.radians(25.0)
 class TouchPicture(Painted):
     """A sphere as seen by the cameras, with touch points; the next is highlighted.
 
-    Parameters
-    ----------
-    away
-        (3,), unit: from the cameras to the volume.
+    `away`: (3,), unit: from the cameras to the volume.
     """
 
     def __init__(self, away: Float) -> None:
@@ -45,7 +42,6 @@ class TouchPicture(Painted):
         self.update()
 
     def paintEvent(self, event: QPaintEvent) -> None:
-        """Paint the sphere and the places."""
         painter = self._painter()
         theme = self._theme
         frame = self._paint_panel(painter)

@@ -91,7 +91,6 @@ class AcceptanceVerdictPage(StepPage):
         self._lay_out()
 
     def show_seen(self, seen: Seen) -> None:
-        """Show the verdict."""
         view = seen.view_as(GuidedAcceptanceView)
         self._seen = seen
         outcome = view.outcome
@@ -107,7 +106,6 @@ class AcceptanceVerdictPage(StepPage):
         self.tabs.show_plot(number)
 
     def word(self) -> str:
-        """Return the large word."""
         return self._word.text()
 
     def set_theme(self, theme: Theme) -> None:

@@ -1,13 +1,12 @@
-"""Hands and eyes: how large everything is, for gloves, for weak eyes and for every screen.
+"""Accessibility: zoom for all screens, and targets for gloves.
 
-In: settings of the window, the screen, whatever stands in a window. Out: the same window, larger,
-with targets that a gloved finger hits, and scrolled where it no longer fits.
+In: settings of the window, the screen, the contents of a window. Out: the same window, enlarged,
+with targets for a gloved finger, and scrolled if it no longer fits.
 
-Read `_zoom` (how large everything is painted), `_zoom_area` (what no longer fits is scrolled, and
-the far view is not), `_screen` (how large a pixel really is), `_touch` (targets of 15 mm),
-`_ruler` (a line to be measured where a screen does not tell its size), `_hands_and_eyes` (joins
-all to the keys and settings of a window).
-It must not know any page: it takes the widgets that it finds.
+Read `_zoom` (scale factor), `_zoom_area` (scrolls pages that do not fit, except the far view),
+`_screen` (physical size of a pixel), `_touch` (targets of 15 mm), `_ruler` (a line to measure, for
+screens of unknown size), `_hands_and_eyes` (joins all to the keys and settings of a window).
+It must not know any page: it uses the widgets that it finds.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Zoom and gloves of one window, on its keys and by its settings."""
+"""Zoom and gloves of one window, by its keys and settings."""
 
 from __future__ import annotations
 
@@ -20,22 +20,16 @@ from ocmm_gui.kit import NoticeCentre, tr
 
 
 class HandsAndEyes(QObject):
-    """Make a window larger or smaller, and its targets fit for gloves; both are remembered.
+    """Zoom of a window, and targets for gloves; both are stored.
 
-    Parameters
-    ----------
-    window
-        Whose central widget is ``area``.
-    area
-        What is scrolled.
-    store
-        Keeps what was chosen.
-    notices
-        Where it is told.
+    `window`: Its central widget is ``area``.
+    `area`: Scrolled.
+    `store`: Stores the choices.
+    `notices`: Shows messages.
     """
 
     kept = Signal()
-    """A setting was changed by a key: whoever shows settings reads them again."""
+    """A key changed a setting: displayed settings must be reread."""
 
     def __init__(
         self, window: QMainWindow, area: ZoomArea, store: SettingsStore, notices: NoticeCentre
@@ -50,12 +44,11 @@ class HandsAndEyes(QObject):
         self.touch = TouchTargets(window)
         self._settings: Settings | None = None
         self._far = False
-        # It was said in pixels of the usual size.
+        # The minimum size was given in unscaled pixels.
         window.setMinimumSize(window.minimumSize() / self.zoom.factor())
         self.zoom.changed.connect(self._fit)
 
     def calls(self) -> dict[str, Callable[[], None]]:
-        """Return what the keys do."""
         return {
             "zoom_in": lambda: self.step(1),
             "zoom_out": lambda: self.step(-1),
@@ -64,24 +57,22 @@ class HandsAndEyes(QObject):
         }
 
     def use(self, settings: Settings) -> None:
-        """Do what the settings say."""
         self._settings = settings
         self.zoom.use(settings.window_zoom, self._window.screen())
         self._fit()
 
     def show_far(self, far: bool) -> None:
-        """Let the far view be as large as the window; other pages may be scrolled."""
+        """Keep the far view as large as the window; other pages may be scrolled."""
         self._far = far
         self._area.use(enlarged=self.zoom.percent > 100, far=far)
         self.touch.fit()
 
     def step(self, steps: int) -> None:
-        """Make everything larger, or smaller where ``steps`` is negative."""
+        """Enlarge, or reduce with negative ``steps``."""
         now = self.zoom.percent + STEP_PERCENT * steps
         self._keep_zoom(min(max(now, LEAST_PERCENT), MOST_PERCENT))
 
     def toggle_gloves(self) -> None:
-        """Turn targets for gloves on or off."""
         on = self._settings is None or not self._settings.window_gloves
         self._keep({"window.gloves": on})
         if not on:
@@ -106,7 +97,7 @@ class HandsAndEyes(QObject):
         self._notices.inform(shown)
 
     def _keep(self, changes: dict[str, Value]) -> None:
-        # Where it cannot be kept it holds all the same; nobody who measures needs to know.
+        # If it cannot be stored it holds until restart, without a message.
         with contextlib.suppress(OcmmError):
             self._store.change(changes)
         chosen: dict[str, Any] = {key.replace(".", "_"): new for key, new in changes.items()}

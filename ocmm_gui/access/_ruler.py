@@ -1,4 +1,4 @@
-"""A line to lay a ruler on, where a screen does not tell how large it is."""
+"""A line to be measured with a ruler, for screens of unknown size."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ _HIGH_PX, _END_PX = 56, 12
 
 
 class RulerLine(Painted):
-    """A line of `RULER_PX` dots between two ends, and what the screen says of its length."""
+    """A line of `RULER_PX` dots, and its length by the screen."""
 
     def __init__(self) -> None:
         super().__init__(
@@ -23,13 +23,11 @@ class RulerLine(Painted):
         self._ruler_mm: float | None = None
 
     def show_length(self, ruler_mm: float | None) -> None:
-        """Show what is known of the length of the line."""
         self._ruler_mm = ruler_mm
         self.setAccessibleDescription(self.words())
         self.update()
 
     def words(self) -> str:
-        """Return what stands below the line."""
         size = screen_size(self.screen(), self._ruler_mm)
         length = localised(f"{size.mm_per_px * self.length_px():.0f}")
         if self._ruler_mm is not None:
@@ -45,11 +43,10 @@ class RulerLine(Painted):
         return RULER_PX / self.devicePixelRatioF()
 
     def minimumSizeHint(self) -> QSize:
-        """Return room for the whole line: half a line would be measured wrong."""
+        """Return room for the whole line: part of it would be measured wrong."""
         return QSize(round(self.length_px()) + 4, _HIGH_PX)
 
     def paintEvent(self, event: QPaintEvent) -> None:
-        """Paint line, ends and words."""
         painter = self._painter()
         painter.setPen(QPen(QColor(self._theme.text), 1.0))
         left, right, y = 1.5, 1.5 + self.length_px(), 0.5 * _END_PX + 4.0

@@ -1,4 +1,4 @@
-"""How large a pixel of a screen really is, and whether the screen can be believed."""
+"""Physical size of a screen's pixels, and its plausibility."""
 
 from __future__ import annotations
 
@@ -8,36 +8,29 @@ from PySide6.QtCore import QSizeF
 from PySide6.QtGui import QScreen
 
 RULER_PX = 500
-"""Dots in the line that is measured: 78 mm on 3840 at 27 inch, 207 mm on 1280 at 24 inch."""
+"""Dots in the measured line: 78 mm on 3840 at 27 inch, 207 mm on 1280 at 24 inch."""
 
 _PITCH_MM = (0.04, 1.0)
 """A telephone has 0.05 mm a dot, a television of 85 inch 0.98 mm."""
 _ASPECT = 0.12
-"""Relative difference of both sides that a screen of square dots may show."""
+"""Tolerated relative difference of both pitches; dots are square."""
 _PLACEHOLDERS = ((160, 90), (160, 100), (16, 9), (16, 10), (1600, 900), (1600, 1000))
-"""What screens and projectors write instead of their size: their aspect ratio, in mm or cm."""
+"""Aspect ratios that screens and projectors report instead of their size, in mm or cm."""
 _UNKNOWN_MM = 25.4 / 96.0
-"""What systems take a dot for where nobody knows."""
+"""Default dot size of systems."""
 
 
 @dataclass(frozen=True, slots=True)
 class ScreenSize:
-    """Size of a screen."""
-
     mm_per_px: float
     known: bool
-    """It was measured, or the screen says something that can be so."""
+    """Measured, or plausible by the screen."""
 
 
 def screen_size(screen: QScreen, ruler_mm: float | None) -> ScreenSize:
-    """Return how large the pixels of a screen are.
+    """Return the size of a screen's pixels.
 
-    Parameters
-    ----------
-    screen
-        What the system says of it.
-    ruler_mm
-        Length of a line of `RULER_PX` dots as somebody measured it; None where nobody did.
+    `ruler_mm`: measured length of a line of `RULER_PX` dots, or None.
     """
     ratio = screen.devicePixelRatio()
     if ruler_mm is not None:
@@ -51,12 +44,9 @@ def screen_size(screen: QScreen, ruler_mm: float | None) -> ScreenSize:
 
 
 def believed_pitch(physical: QSizeF, dots: QSizeF) -> float | None:
-    """Return the size of a dot, mm; None where what a screen says of itself cannot be so.
+    """Return the size of a dot, mm; None if the reported size is implausible.
 
-    Parameters
-    ----------
-    physical
-        Width and height, mm, as the screen says.
+    `physical`: reported width and height, mm.
     """
     if min(physical.width(), physical.height(), dots.width(), dots.height()) <= 0.0:
         return None

@@ -1,4 +1,4 @@
-"""Targets for a finger in a glove: 15 mm in both directions, by the real size of the screen."""
+"""Targets for gloves: 15 mm in both directions, by the physical size of the screen."""
 
 from __future__ import annotations
 
@@ -17,25 +17,19 @@ from PySide6.QtWidgets import (
 )
 
 TARGET_MM = 15.0
-"""A finger in a work glove; the same as decision 88 says where it comes from."""
+"""A gloved finger; source in decision 74."""
 
 _EVERY_MS = 250
-"""Rows and buttons come while somebody works: so long they may be small."""
+"""ms: new rows and buttons may be small for as long."""
 _LEAST, _MOST = "ocmm_least_before", "ocmm_most_before"
 _ROW = Qt.ItemDataRole(Qt.ItemDataRole.UserRole + 97)
 _MOST_PX = 16777215
 _PARTS = ("qt_", "Scroll", "ExtensionButton")
-"""What Qt makes inside its own widgets."""
+"""Names of Qt's internal widgets."""
 
 
 class TouchTargets(QObject):
-    """Keep everything that is pressed in a window at least so large.
-
-    Parameters
-    ----------
-    window
-        Whose.
-    """
+    """Enlarge all controls of a window to a minimum size."""
 
     def __init__(self, window: QWidget) -> None:
         super().__init__(window)
@@ -46,11 +40,11 @@ class TouchTargets(QObject):
         self._timer.timeout.connect(self.fit)
 
     def pixels(self) -> int:
-        """Return the least size of a target, px; zero where there is none."""
+        """Return the minimum size of a target, px; zero for none."""
         return self._px
 
     def use(self, mm_per_px: float | None) -> None:
-        """Make targets of `TARGET_MM` from now on; None leaves everything as it was made."""
+        """Use targets of `TARGET_MM`; None restores the original sizes."""
         px = 0 if mm_per_px is None else math.ceil(TARGET_MM / mm_per_px - 1e-9)
         if px == self._px:
             return
@@ -65,7 +59,6 @@ class TouchTargets(QObject):
             self._timer.stop()
 
     def fit(self) -> None:
-        """Enlarge what has come since."""
         if not self._px:
             return
         for widget in _controls(self._window):
@@ -74,7 +67,7 @@ class TouchTargets(QObject):
 
 
 def small_targets(window: QWidget, px: int) -> Iterator[str]:
-    """Give what is pressed and is smaller than so many pixels; for tests."""
+    """Yield controls smaller than ``px``; for tests."""
     for widget in _controls(window):
         if not widget.isVisible() or widget.visibleRegion().isEmpty():
             continue
@@ -108,7 +101,7 @@ def _is_ours(widget: QWidget) -> bool:
 
 
 def _is_pressed(widget: QWidget) -> bool:
-    """Return whether rows are pressed, or only looked at."""
+    """Return whether rows can be pressed."""
     return bool(widget.focusPolicy().value & Qt.FocusPolicy.ClickFocus.value)
 
 
@@ -132,8 +125,7 @@ def _enlarge(widget: QWidget, px: int) -> None:
     before = widget.property(_LEAST)
     if not isinstance(before, QSize):
         before = least
-    # A least size that is set takes the place of what the words need: it is set only where
-    # they need less.
+    # An explicit minimum size replaces that of the text: it is set only if larger.
     wanted = QSize(before)
     if max(before.height(), 0 if before.height() else hint.height()) < px:
         wanted.setHeight(px)
@@ -185,7 +177,7 @@ def _restore(widget: QWidget) -> None:
 
 
 def _row_heights(view: QListWidget | QTableWidget) -> Iterator[int]:
-    """Give the heights of the rows that are seen at least in part."""
+    """Yield the heights of the rows that are at least partly visible."""
     room = QRect(QPoint(0, 0), view.viewport().size())
     if isinstance(view, QListWidget):
         for row in range(view.count()):

@@ -1,11 +1,10 @@
-"""How large everything is painted: by the screen, and by whoever looks at it.
+"""Scale of the window: by the screen, and by the user.
 
-Pages are laid out in pixels for a screen of 1080 lines. What a pixel is on the screen is one
-factor, which Qt multiplies into everything: type, lines, icons, hit areas, pictures.
-``QT_SCALE_FACTOR`` sets it before the application begins, and that is all that Qt documents. To
-change it while somebody measures, Qt has a function that is exported for its own modules only
-(``QHighDpiScaling::setGlobalFactor``). It is looked up by its name: a version of Qt that lacks it
-costs the change at once, nothing else; the zoom then holds from the next start, and that is told.
+Pages are laid out in pixels for a screen of 1080 lines. Qt multiplies everything by one factor:
+text, lines, icons, hit areas, pictures. ``QT_SCALE_FACTOR`` sets it before the application starts,
+the only documented way. To change it at run time, Qt has a function exported for its own modules
+only (``QHighDpiScaling::setGlobalFactor``), which is looked up by name: with a Qt that lacks it the
+zoom takes effect at the next start, with a message.
 """
 
 from __future__ import annotations
@@ -25,7 +24,7 @@ from PySide6.QtWidgets import QApplication, QWidget
 LEAST_PERCENT, MOST_PERCENT, STEP_PERCENT = 80, 200, 10
 _SCALE = "QT_SCALE_FACTOR"
 _LAID_OUT = QSize(1920, 1080)
-"""The screen that pages are made for; smaller ones are handled by the layouts."""
+"""The screen that pages are made for; layouts handle smaller ones."""
 _MOST = 4.0
 _STEP = 0.05
 _NAMES = {
@@ -36,40 +35,30 @@ _MARK = "ocmm_factor"
 
 
 def zoom_before_start(percent: int) -> None:
-    """Set the zoom for an application that begins, where Qt cannot change it later.
+    """Set the zoom of a starting application if Qt cannot change it later.
 
-    Parameters
-    ----------
-    percent
-        What the settings say.
+    `percent`: by the settings.
     """
     if _setter() is None and percent != 100 and _SCALE not in os.environ:
         os.environ[_SCALE] = f"{percent / 100.0:g}"
 
 
 def screen_factor(size: QSize) -> float:
-    """Return how much larger than laid out everything is on a screen, at least 1.
+    """Return the scale of a screen relative to the layout, at least 1.
 
-    Parameters
-    ----------
-    size
-        Of the screen, in pixels of the system at its own scale.
+    `size`: of the screen, in pixels of the system at its own scale.
     """
     whole = min(size.width() / _LAID_OUT.width(), size.height() / _LAID_OUT.height(), _MOST)
     return max(1.0, int(whole / _STEP + 1e-6) * _STEP)
 
 
 class Zoom(QObject):
-    """The zoom of the application: one for all its windows.
+    """Zoom of the application, common to all its windows.
 
-    Parameters
-    ----------
-    app
-        Keeps which factor holds.
+    `app`: stores the current factor.
     """
 
     changed = Signal()
-    """Everything is painted in another size now."""
 
     def __init__(self, app: QApplication) -> None:
         super().__init__(app)
@@ -77,21 +66,18 @@ class Zoom(QObject):
         self.percent = 100
 
     def can_change(self) -> bool:
-        """Return whether a change is seen at once."""
+        """Return whether a change takes effect immediately."""
         return _setter() is not None
 
     def factor(self) -> float:
-        """Return what a pixel is multiplied by, beyond what the system and its user ask for."""
+        """Return the scale factor in addition to those of system and user."""
         kept = self._app.property(_MARK)
         return float(kept) if isinstance(kept, float) else 1.0
 
     def use(self, percent: int, screen: QScreen | None = None) -> bool:
-        """Paint everything so large from now on; return whether anything changed.
+        """Set the zoom; return whether anything changed.
 
-        Parameters
-        ----------
-        screen
-            For which; None for the first one.
+        `screen`: None for the first one.
         """
         self.percent = min(max(percent, LEAST_PERCENT), MOST_PERCENT)
         screen = screen or self._app.primaryScreen()
@@ -115,7 +101,7 @@ class Zoom(QObject):
         active, focus = self._app.activeWindow(), self._app.focusWidget()
         for one in tops:
             one.hide()
-        # It warns that windows exist. They are made anew, below.
+        # Qt warns that windows exist; they are recreated below.
         told = qInstallMessageHandler(lambda *_: None)
         try:
             setter(_of_user() * after)
@@ -127,7 +113,7 @@ class Zoom(QObject):
             size = _rescaled(one, "size", one.size(), before, after)
             handle = one.windowHandle()
             if handle is not None:
-                # What is on the screen stays as large as it is; what it is made of does not.
+                # The window keeps its size on the screen; its contents change.
                 handle.destroy()
             one.setMinimumSize(least)
             if not (one.isMaximized() or one.isFullScreen()):
@@ -141,11 +127,11 @@ class Zoom(QObject):
 
 
 def _rescaled(window: QWidget, what: str, size: QSize, before: float, after: float) -> QSize:
-    """Return a size in pixels of another factor; it comes back exactly where it was."""
+    """Return a size in pixels of another factor, reversibly."""
     kept = window.property(f"ocmm_{what}")
     dots, led_to = kept if isinstance(kept, tuple) else (None, None)
     if dots is None or led_to != (size.width(), size.height()):
-        # Changed by hand since. Otherwise rounding would add up.
+        # Changed by the user since; otherwise rounding would accumulate.
         dots = (size.width() * before, size.height() * before)
     found = QSize(round(dots[0] / after), round(dots[1] / after))
     window.setProperty(f"ocmm_{what}", (dots, (found.width(), found.height())))
@@ -153,7 +139,7 @@ def _rescaled(window: QWidget, what: str, size: QSize, before: float, after: flo
 
 
 def _of_user() -> float:
-    """Return the factor that the user of the computer has set for all programs of Qt."""
+    """Return the user's scale factor for all Qt programs."""
     try:
         found = float(os.environ.get(_SCALE, "1"))
     except ValueError:
@@ -163,12 +149,12 @@ def _of_user() -> float:
 
 @cache
 def _setter() -> Callable[[float], None] | None:
-    """Return the function of Qt that changes the factor; None where this Qt has none."""
+    """Return Qt's function that changes the factor; None if missing."""
     names = _NAMES.get(sys.platform)
     if names is None:
         return None
     file, symbol = names
-    # In the package it stands beside PySide6.
+    # In the package it is next to PySide6.
     own = Path(PySide6.__file__).parent
     for folder in (
         Path(QLibraryInfo.path(QLibraryInfo.LibraryPath.LibrariesPath)), own / "Qt" / "lib", own,

@@ -1,12 +1,11 @@
-"""The archive in the window: a question, its table and chart, and what still waits to be archived.
+"""The archive in the window: a query, its table and chart, and waiting jobs.
 
 In: an archive and an outbox by the settings. Out: answers as a table and a chart, exported files.
 
-Read `_archive_sheet` (the page), `_asking` (what the process next to the window does);
-then `_recall_panel` (a recall of all archived jobs), `_recall_result` (its findings), `_labelled`
-and `_sheet_texts` (fields and words). The window computes nothing: questions are those of
-`ocmm_core.archive`, recalls those of `ocmm_core.recalls`. It must not know results, operator or
-Maintain.
+Read `_archive_sheet` (the page), `_asking` (the side process); then `_recall_panel` (a recall of
+all archived jobs), `_recall_result` (its findings), `_labelled` and `_sheet_texts` (fields and
+words). Queries are those of `ocmm_core.archive`, recalls those of `ocmm_core.recalls`. It must not
+know results, operator or Maintain.
 """
 
 from __future__ import annotations

@@ -1,7 +1,4 @@
-"""The Archive page: a question and its answer, or a recall of all archived jobs.
-
-A table with the columns of whatever was asked.
-"""
+"""The Archive page: a query and its answer, or a recall of all archived jobs."""
 
 from __future__ import annotations
 
@@ -64,7 +61,7 @@ class AnswerTable(DataTable):
         self.setColumnCount(len(columns))
         if answer is None:
             return
-        # Names of columns are words of the core, which also exports them; they are not data.
+        # Column names are words of the core, which also exports them; they are not data.
         for column, title in enumerate(columns):
             item = QTableWidgetItem(said_word(title))
             item.setTextAlignment(Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter)
@@ -91,7 +88,6 @@ class AnswerTable(DataTable):
         self.horizontalHeader().setStretchLastSection(bool(columns) and not numbers[-1])
 
     def set_theme(self, theme: Theme) -> None:
-        """Write in the colours of ``theme`` from now on."""
         self._colours = theme
         self.show_answer(self._answer)
 
@@ -113,14 +109,10 @@ _MOST_NOTES = 5
 
 
 class ArchiveSheet(WorkSheet):
-    """Ask the archive in a process of its own; the window stays free.
+    """Query the archive in a side process.
 
-    Parameters
-    ----------
-    place
-        Gives archive and outbox by the settings; None where the archive is off.
-    folder
-        Where exported files are proposed.
+    `place`: Returns archive and outbox by the settings; None if the archive is off.
+    `folder`: Proposed for exported files.
     """
 
     def __init__(
@@ -193,12 +185,12 @@ class ArchiveSheet(WorkSheet):
         self._show_fields()
 
     def open(self) -> None:
-        """Ask what was measured today, or what was asked last."""
+        """Query today's jobs, or repeat the last query."""
         self.question.setFocus()
         self.ask()
 
     def ask(self) -> None:
-        """Ask the chosen question, or recall; the window stays free."""
+        """Run the selected query, or recall, in the background."""
         place = self._place_now()
         if place is None:
             return
@@ -220,7 +212,7 @@ class ArchiveSheet(WorkSheet):
             self.fields[missing[0]].setFocus()
 
     def export(self) -> None:
-        """Ask where the table, or the recall, that is shown goes."""
+        """Ask for the file of the displayed table or recall."""
         if self._recalls():
             if self.recall.result.record is None:
                 self.say(tr("Recall first (F8): there are no pages yet."))
@@ -234,7 +226,7 @@ class ArchiveSheet(WorkSheet):
         self.target.ask(self._proposed() / "archive.csv")
 
     def turn_to_recall(self) -> None:
-        """Turn to the recall, or back to the questions."""
+        """Switch between recall and queries."""
         recalls = not self._recalls()
         self.target.hide()
         self._asking.setVisible(not recalls)
@@ -244,7 +236,7 @@ class ArchiveSheet(WorkSheet):
             self.say(tr("Choose what was found wrong, then recall (F8). Nothing is changed."))
 
     def store(self) -> None:
-        """Store the recall that is shown, in the name that was given."""
+        """Store the displayed recall in the given name."""
         if not self._recalls():
             self.say(tr("Turn to the recall first (F10)."))
             return
@@ -253,7 +245,6 @@ class ArchiveSheet(WorkSheet):
             self._begin(tr("Storing the recall"), work)
 
     def set_theme(self, theme: Theme) -> None:
-        """Paint with ``theme`` from now on."""
         self.table.set_theme(theme)
         self.chart.set_theme(theme)
         self.question.set_theme(theme)
@@ -261,11 +252,10 @@ class ArchiveSheet(WorkSheet):
         self.recall.set_theme(theme)
 
     def show_standing(self, standing: HandOver) -> None:
-        """Show how the hand-over stands, in words of the core."""
         self.standing.setText(standing.line or tr("Everything measured here is in the archive."))
 
     def _recalls(self) -> bool:
-        # Also before the page itself is on the screen.
+        # Valid also before the page is shown.
         return not self.recall.isHidden()
 
     def _show(self, answer: object) -> None:

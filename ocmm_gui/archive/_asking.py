@@ -1,4 +1,4 @@
-"""What the process beside the window does: ask the archive, or look how the hand-over stands."""
+"""Work of the side process: query the archive, or read the state of the upload."""
 
 from __future__ import annotations
 
@@ -13,30 +13,27 @@ from ocmm_gui.work import Tell
 
 @dataclass(frozen=True, slots=True)
 class Answered:
-    """An answer with what is known besides."""
+    """An answer with its context."""
 
     answer: ArchiveAnswer | None
-    """Of the question; None where only the archive was looked at."""
+    """None if only the archive was checked."""
     place: str
-    """What people call the archive."""
+    """Display name of the archive."""
     parts: tuple[tuple[str, str], ...]
-    """Parts with their characteristics, to choose from."""
     standing: HandOver
-    """How the hand-over stands."""
+    """State of the upload."""
 
 
 @dataclass(frozen=True, slots=True)
 class Asking:
-    """Ask a question; an empty name only looks at the archive."""
+    """A query; an empty name only checks the archive."""
 
     place: ArchivePlace
-    """Archive and outbox."""
     question: str
     asked: Asked
-    """What it is about."""
 
     def __call__(self, tell: Tell) -> Answered:
-        """Return the answer; errors as those of `open_archive` and of the question."""
+        """Return the answer; errors as those of `open_archive` and of the query."""
         tell(later("Asking the archive"), 0.2)
         standing = hand_over(self.place.outbox)
         with open_archive(

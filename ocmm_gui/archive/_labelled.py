@@ -8,7 +8,6 @@ from ocmm_gui.kit import caption
 
 
 def labelled(name: str, field: QWidget) -> QWidget:
-    """Return a field with its name above it."""
     holder = QWidget()
     layout = QVBoxLayout(holder)
     layout.setContentsMargins(0, 0, 0, 0)

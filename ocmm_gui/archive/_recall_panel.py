@@ -1,7 +1,4 @@
-"""A recall over the archive: the finding, who decides, and the page of what became of the jobs.
-
-What the process beside the window does for a recall: compute it, and store it.
-"""
+"""A recall over the archive: finding, name and results; computed and stored in a side process."""
 
 from __future__ import annotations
 
@@ -26,7 +23,7 @@ from ocmm_gui.work import Teller
 
 @dataclass(frozen=True, slots=True)
 class Recalling:
-    """Recall the archived jobs that a finding touches; nothing is changed by it."""
+    """Recall the archived jobs affected by a finding; changes nothing."""
 
     places: ShopPlaces
     finding: ArchiveFinding | None
@@ -38,14 +35,14 @@ class Recalling:
 
 @dataclass(frozen=True, slots=True)
 class Storing:
-    """Store a recall with its marks, in somebody's name."""
+    """Store a recall with its marks, in a person's name."""
 
     places: ShopPlaces
     record: RecallRecord
     who: str
 
     def __call__(self, tell: Teller) -> RecallRecord:
-        """Return the recall as it was stored; errors as those of `decide_archived`."""
+        """Return the recall as stored; errors as those of `decide_archived`."""
         tell(later("Storing the recall"), 0.5)
         with open_archive(self.places.address, password=self.places.password) as archive:
             tell.commit()
@@ -67,7 +64,7 @@ _FIELDS = (
 
 
 class RecallPanel(QWidget):
-    """Fields of a finding above what became of the jobs; it computes nothing itself."""
+    """Fields of a finding above the results."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -93,7 +90,7 @@ class RecallPanel(QWidget):
         self._show_fields()
 
     def work(self, place: ArchivePlace) -> Recalling:
-        """Return what computes the recall; InputError where a field is missing or wrong."""
+        """Return the work that computes the recall; InputError for a missing or wrong field."""
         text = {key: field.text().strip() for key, field in self.fields.items()}
         kind = _FINDINGS[self.finding.currentIndex()][0]
         finding = None
@@ -116,24 +113,23 @@ class RecallPanel(QWidget):
         return Recalling(self._places, finding)
 
     def storing(self) -> Storing:
-        """Return what stores the recall that is shown; InputError where none is, or no name."""
+        """Return the work that stores the displayed recall; InputError without recall or name."""
         record = self.result.record
         if record is None or self._places is None:
             raise _nothing()
         return Storing(self._places, record, self.fields["who"].text().strip())
 
     def writing(self, path: Path) -> WritingRecall:
-        """Return what writes the recall that is shown; InputError where none is."""
+        """Return the work that writes the displayed recall; InputError without one."""
         if self.result.record is None:
             raise _nothing()
         return WritingRecall(self.result.record, path)
 
     def show_record(self, record: RecallRecord) -> str:
-        """Show what a recall found, and return the sentence about what was looked at."""
+        """Show a recall, and return the sentence about the checked jobs."""
         return self.result.show_record(record)
 
     def set_theme(self, theme: Theme) -> None:
-        """Paint with ``theme`` from now on."""
         self.finding.set_theme(theme)
         self.result.set_theme(theme)
 

@@ -1,7 +1,4 @@
-"""What a recall found: totals in large words, and every verdict in a table.
-
-What a recall found, as a table: one row a characteristic.
-"""
+"""Results of a recall: totals in large words, and a table with a row per characteristic."""
 
 from __future__ import annotations
 
@@ -54,7 +51,7 @@ _MARKS = {Outcome.HOLDS: Mark.GOOD, Outcome.CHANGES: Mark.BAD, Outcome.UNKNOWN: 
 
 
 def mark_of(record: RecallRecord) -> Mark:
-    """Return what a recall looks like as a whole: as its worst verdict does."""
+    """Return the mark of a recall: that of its worst verdict."""
     worst = next(
         (one for one in (Outcome.CHANGES, Outcome.UNKNOWN) if record.count(one)), Outcome.HOLDS
     )
@@ -62,7 +59,7 @@ def mark_of(record: RecallRecord) -> Mark:
 
 
 class RecallTable(DataTable):
-    """One row a characteristic, the jobs that need somebody first."""
+    """One row per characteristic, urgent jobs first."""
 
     def __init__(self) -> None:
         super().__init__(
@@ -76,7 +73,6 @@ class RecallTable(DataTable):
         self.resizeColumnsToContents()
 
     def show_record(self, record: RecallRecord) -> None:
-        """Show what a recall found."""
         self._record = record
         rows = [(job, one) for job in worst_first(record.jobs) for one in job.characteristics]
         self._lines = [f"{job_line(job)} {rests_on(job)}" for job, _ in rows]
@@ -90,12 +86,11 @@ class RecallTable(DataTable):
             self.selectRow(0)
 
     def line(self) -> str:
-        """Return what the chosen row rests on; empty without one."""
+        """Return the evidence of the selected row; empty without one."""
         at = self.currentRow()
         return self._lines[at] if 0 <= at < len(self._lines) else ""
 
     def set_theme(self, theme: Theme) -> None:
-        """Write in the colours of ``theme`` from now on."""
         self._colours = self._rows.theme = theme
         if self._record is not None:
             self.show_record(self._record)
@@ -106,7 +101,7 @@ _MOST_LINES = 3
 
 
 class RecallResult(QWidget):
-    """The record of a recall, whichever jobs it looked at."""
+    """Result of any recall."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -127,7 +122,7 @@ class RecallResult(QWidget):
         self.table.itemSelectionChanged.connect(self._show_job)
 
     def show_record(self, record: RecallRecord) -> str:
-        """Show what a recall found, and return the sentence about what was looked at."""
+        """Show a recall, and return the sentence about the checked jobs."""
         self.record = record
         self._show_words(record)
         self.table.show_record(record)
@@ -139,7 +134,6 @@ class RecallResult(QWidget):
         return self._headline.text()
 
     def set_theme(self, theme: Theme) -> None:
-        """Paint with ``theme`` from now on."""
         self._theme = theme
         self.table.set_theme(theme)
         if self.record is not None:
@@ -157,13 +151,12 @@ class RecallResult(QWidget):
 
 @dataclass(frozen=True, slots=True)
 class WritingRecall:
-    """Write the pages of a recall, in the process beside the window."""
+    """Write the pages of a recall, in the side process."""
 
     record: RecallRecord
     path: Path
 
     def __call__(self, tell: Teller) -> Path:
-        """Return where they are."""
         tell(later("Creating the pages"), 0.3)
         with drawing():
             content = pdf_bytes(self.record)

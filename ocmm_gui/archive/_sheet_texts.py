@@ -1,4 +1,4 @@
-"""Keys, questions and fields of the Archive page, in words, and a day as it is typed."""
+"""Keys, queries and fields of the Archive page, in words, and typed dates."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ USE_WORDS = {
     "plan": later("plan"),
     "reference": later("reference body"),
 }
-"""Kinds of what was used, as they are shown."""
+"""Kinds of equipment, as shown."""
 
 KEYS = (
     ActionInfo("ask", later("Ask"), later("Ask the archive"), ("F8",)),
@@ -58,7 +58,7 @@ FIELDS = (
 
 
 def read_day(text: str, read: Callable[[str], D]) -> D:
-    """Return a day as it was typed; InputError where it is none."""
+    """Return a typed date; InputError if invalid."""
     try:
         return read(text)
     except ValueError:

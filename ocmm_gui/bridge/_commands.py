@@ -36,10 +36,7 @@ def _done(_answer: None = None) -> None:
 class CommandQueue:
     """Send commands to the station.
 
-    Parameters
-    ----------
-    failed
-        Called with errors, on the window's thread.
+    `failed`: Called with errors, on the window's thread.
     """
 
     def __init__(

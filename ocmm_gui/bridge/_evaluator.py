@@ -15,10 +15,7 @@ _PAUSE_S = 0.04
 class Evaluator:
     """Evaluate the job after changes; simultaneous changes cause one evaluation.
 
-    Parameters
-    ----------
-    failed
-        Receives an exception instead: the previous view is no longer valid.
+    `failed`: Receives an exception instead: the previous view is no longer valid.
     """
 
     def __init__(
@@ -33,7 +30,6 @@ class Evaluator:
         self._thread = threading.Thread(target=self._run, name="ocmm-evaluation", daemon=True)
 
     def start(self) -> None:
-        """Start waiting for changes."""
         if not self._thread.is_alive() and not self._stop.is_set():
             self._thread.start()
 

@@ -32,7 +32,6 @@ class JobCommands:
         self._queue.change(lambda session: session.conditions.note_room(typed, who), done)
 
     def undo(self) -> None:
-        """Undo the last point."""
         self._queue.change(lambda session: session.steps.undo())
 
     def redo(self) -> None:
@@ -70,7 +69,6 @@ class JobCommands:
         self._queue.change(lambda session: session.steps.set_order(order))
 
     def toggle_pause(self) -> None:
-        """Pause or resume."""
         if self._shown.job.paused:
             self._queue.change(lambda session: session.pausing.resume())
         else:
@@ -123,7 +121,6 @@ class ChoiceCommands:
             self.select(names[min(max(place, 0), len(names) - 1)])
 
     def delete_point(self, number: int, reason: str) -> None:
-        """Delete a point of its feature."""
         self._queue.change(lambda session: session.points.delete_point(number, reason))
 
     def remove_commanding(self, feature: str) -> None:

@@ -32,14 +32,12 @@ class Bars(Painted):
         self._rows: tuple[Row, ...] = ()
 
     def show_rows(self, rows: Sequence[Row]) -> None:
-        """Show bars from top to bottom."""
         if tuple(rows) != self._rows:
             self._rows = tuple(rows)
             self.setAccessibleDescription(", ".join(f"{row.name} {row.value}" for row in rows))
             self.update()
 
     def words(self) -> tuple[str, ...]:
-        """Return name and value of each bar."""
         return tuple(f"{row.name} {row.value}" for row in self._rows)
 
     def paintEvent(self, event: QPaintEvent) -> None:

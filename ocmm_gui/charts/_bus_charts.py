@@ -104,10 +104,7 @@ class Curve:
 class RecentChart(Chart):
     """Values over the last minutes.
 
-    Parameters
-    ----------
-    reach
-        Minimum half range of the scale.
+    `reach`: Minimum half range of the scale.
     """
 
     def __init__(self, title: str, reach: float, span_s: float, form: str) -> None:
@@ -133,7 +130,6 @@ class RecentChart(Chart):
         self._say(f"{name} {value}".strip())
 
     def paintEvent(self, event: QPaintEvent) -> None:
-        """Paint the scale and the curves."""
         painter = self._painter()
         self._paint_head(painter)
         known = [v for curve in self._curves for v in curve.values if v is not None]

@@ -24,16 +24,10 @@ _COVERAGE = 2.0
 class HistoryChart(Chart):
     """Samples with their uncertainty over days, joined by lines.
 
-    Parameters
-    ----------
-    factor
-        From the unit of the course to that of the title.
-    reach
-        Minimum half range of the scale, in the unit of the title.
-    changes
-        Show differences to the first sample of each course.
-    limit
-        Draw lines at plus and minus this value and centre on zero; zero draws none.
+    `factor`: From the unit of the course to that of the title.
+    `reach`: Minimum half range of the scale, in the unit of the title.
+    `changes`: Show differences to the first sample of each course.
+    `limit`: Draw lines at plus and minus this value and centre on zero; zero draws none.
     """
 
     def __init__(

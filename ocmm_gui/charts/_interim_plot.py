@@ -25,7 +25,6 @@ class InterimPlot(Plot):
         self._say(tr("no checks yet"))
 
     def show_chart(self, chart: InterimChart) -> None:
-        """Show all checks of a chart."""
         self._chart = chart
         if not chart.points:
             self._say(tr("no checks yet"))

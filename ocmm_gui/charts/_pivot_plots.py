@@ -112,7 +112,6 @@ class SpotResiduals(QWidget):
         layout.addWidget(self.histogram, 2)
 
     def show_sweep(self, found: PivotCalibration) -> None:
-        """Show the residuals of the calibrating sweep."""
         residuals = residuals_of(self._rig, found)
         self.sensors.show_residuals(residuals)
         self.histogram.show_residuals(residuals)

@@ -54,7 +54,6 @@ class Plot(Painted):
         self._word = ""
 
     def word(self) -> str:
-        """Return the word at the right of the title."""
         return self._word
 
     def _say(self, word: str) -> None:

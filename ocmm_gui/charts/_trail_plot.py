@@ -48,7 +48,6 @@ class TrailPlot(Plot):
         self.setFocusPolicy(Qt.FocusPolicy.ClickFocus)
 
     def show_trails(self, trails: Sequence[Trail]) -> None:
-        """Show sweeps."""
         self._trails = tuple(_thinned(trail) for trail in trails)
         poses = sum(int(np.isfinite(one.paths_world[:, 0, 0]).sum()) for one in trails)
         leds = trails[0].paths_world.shape[1] if trails else 0
@@ -93,14 +92,12 @@ class TrailPlot(Plot):
         self._pulled = event.position()
 
     def mouseMoveEvent(self, event: QMouseEvent) -> None:
-        """Turn the picture."""
         if self._pulled is not None:
             by = event.position() - self._pulled
             self._pulled = event.position()
             self._turn(-_TURN_PER_PX * by.x(), _TURN_PER_PX * by.y())
 
     def mouseReleaseEvent(self, event: QMouseEvent) -> None:
-        """Let go."""
         self._pulled = None
 
     def keyPressEvent(self, event: QKeyEvent) -> None:

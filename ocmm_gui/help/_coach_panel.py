@@ -36,7 +36,6 @@ class CoachPanel(Painted):
     """Ellipse and U in good order; the probe with an arrow if a turn would help."""
 
     refusal_over = Signal()
-    """The display time of a refusal is over."""
 
     def __init__(self, *, far: bool = False) -> None:
         super().__init__(tr("Coach"), (160, 150), (130, 90))
@@ -198,7 +197,6 @@ class CoachPanel(Painted):
 
 
 def hint_words(hint: Hint) -> str:
-    """Return a hint with its action and benefit."""
     turns = ", ".join(said(turn.words) for turn in hint.turns)
     return tr("{turns}: U {now} → {then} µm").format(
         turns=turns, now=_um(hint.now_mm), then=_um(hint.then_mm)

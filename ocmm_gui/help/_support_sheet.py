@@ -141,7 +141,6 @@ class SupportSheet(Sheet):
         self._worker.close(_CLOSE_S)
 
     def left_out(self) -> tuple[str, ...]:
-        """Return the excluded parts."""
         return tuple(name for name, box in self.parts.items() if not box.isChecked())
 
     def _on_draft(self, draft: BundleDraft) -> None:

@@ -163,7 +163,6 @@ class WhatToDoSheet(Sheet):
         self.field.setFocus()
 
     def search(self, wanted: str) -> None:
-        """Show the matching lines."""
         found = answers(wanted)
         self.table.show_answers(found)
         self.say(tr("%n lines", "1 line", len(found)) if found else tr("Nothing found. Type less."))

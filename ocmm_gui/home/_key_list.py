@@ -167,7 +167,6 @@ class _Capture(PlainLabel):
         self.grabKeyboard()
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
-        """Capture the key with its modifiers."""
         key = Qt.Key(event.key())
         if not self._listens or key in _BARE:
             return

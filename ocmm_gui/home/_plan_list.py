@@ -46,7 +46,6 @@ class PlanList(Sheet):
         self.list.setFocus()
 
     def show_plans(self, plans: tuple[PlanSummary, ...]) -> None:
-        """List plans."""
         self.list.clear()
         for plan in plans:
             remarks = tuple(map(said, plan.remarks))

@@ -237,7 +237,6 @@ def _button(text: str, name: str) -> QPushButton:
 
 
 def _typed(spec: SettingSpec, value: Value) -> str:
-    """Return a value in typed form."""
     text = text_of(value)
     return localised(text) if spec.kind is Kind.NUMBER else text
 

@@ -53,7 +53,6 @@ _APPLY = ActionInfo(
 )  # fmt: skip
 _NOTES_SHOWN = 4
 _HEAD = "report"
-"""Section with a preview."""
 
 
 class SettingsPage(Sheet):
@@ -62,10 +61,7 @@ class SettingsPage(Sheet):
     Values are stored on Return or when leaving the field. Values that a running job cannot adopt
     wait until the job is reopened, by a key.
 
-    Parameters
-    ----------
-    apply
-        Reopens the job; None without an open job.
+    `apply`: Reopens the job; None without an open job.
     """
 
     changed = Signal(object)
@@ -123,7 +119,6 @@ class SettingsPage(Sheet):
         self._show()
 
     def open(self, section: str = "") -> None:
-        """Reread the documents and show a section."""
         self.loaded = self._store.load()
         self._whole.setCurrentIndex(0)
         if section:

@@ -152,7 +152,6 @@ class SoundsPage(QWidget):
             QTimer.singleShot(_NEAR_MS * place, self, lambda hertz=hertz: self._step(hertz))
 
     def close_work(self) -> None:
-        """Stop playing."""
         if self._player is not None:
             self._player.close()
             self._player = None

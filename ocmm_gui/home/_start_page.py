@@ -80,10 +80,7 @@ _PATH = Qt.ItemDataRole.UserRole
 class StartPage(QWidget):
     """Buttons at the left, the station and the last jobs at the right.
 
-    Parameters
-    ----------
-    calls
-        Commands of `START_ACTIONS`, by key; ``continue`` uses `chosen_job`.
+    `calls`: Commands of `START_ACTIONS`, by key; ``continue`` uses `chosen_job`.
     """
 
     job_chosen = Signal(object)

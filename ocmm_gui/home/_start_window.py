@@ -187,7 +187,6 @@ class StartWindow(QMainWindow):
         self._lists.do(lambda: _state(settings), came, failed)
 
     def show_start(self) -> None:
-        """Show the Start page."""
         self._stack.setCurrentWidget(self.page)
         self.page.setFocus()
 
@@ -214,7 +213,6 @@ class StartWindow(QMainWindow):
             self.take_file(path)
 
     def closeEvent(self, event: QCloseEvent) -> None:
-        """Stop reading."""
         self._look.stop()
         if self._has_settings():
             self.settings.close_work()

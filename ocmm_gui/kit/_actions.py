@@ -36,7 +36,6 @@ class ActionInfo:
     is_trigger: bool = False
     """May come from a foot switch, so it is debounced."""
     mode: Mode | None = Mode.INSPECT
-    """Its mode; None for every mode."""
     opens_wizard: bool = False
     """Action of a wizard. Stated here, because importing the wizards would delay the window."""
 

@@ -104,7 +104,6 @@ class AnswerPanel(QFrame):
         return super().event(event)
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
-        """Answer."""
         if event.key() in _YES:
             self.agree()
         elif event.key() == Qt.Key.Key_Escape:

@@ -15,10 +15,7 @@ _LEAST_PX = 9
 class FitText(Painted):
     """One line in the largest type that fits, with an optional mark before it.
 
-    Parameters
-    ----------
-    reserve
-        This text must fit as well; keeps changing digits from changing the type size.
+    `reserve`: This text must fit as well; keeps changing digits from changing the type size.
     """
 
     def __init__(
@@ -54,7 +51,6 @@ class FitText(Painted):
             self.update()
 
     def text(self) -> str:
-        """Return the line."""
         return self._text
 
     def type_pixels(self) -> int:
@@ -86,7 +82,6 @@ class FitText(Painted):
         return fitted(base, text, width, self.height(), self._limit).pixelSize()
 
     def paintEvent(self, event: QPaintEvent) -> None:
-        """Paint the mark and the line."""
         size = self._font_size()
         painter = QPainter(self)
         painter.setFont(digit_font(size) if self._digits else text_font(size, bold=True))

@@ -27,12 +27,8 @@ _FOLDER = "i18n"
 def chosen_language(setting: str, wanted: Sequence[str] | None = None) -> str:
     """Return the language of a setting.
 
-    Parameters
-    ----------
-    setting
-        One of `LANGUAGES`, or ``system``.
-    wanted
-        User languages by preference, such as ``de-AT``; None reads the system's.
+    `setting`: One of `LANGUAGES`, or ``system``.
+    `wanted`: User languages by preference, such as ``de-AT``; None reads the system's.
     """
     if setting in LANGUAGES:
         return setting

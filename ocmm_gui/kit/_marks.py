@@ -33,7 +33,6 @@ def feature_mark(feature: FeatureView, verdict: Verdict | None) -> Mark:
 
 
 def verdict_mark(verdict: Verdict | None) -> Mark:
-    """Return the mark of a verdict."""
     return {
         Verdict.CONFORM: Mark.GOOD,
         Verdict.NOT_CONFORM: Mark.BAD,
@@ -45,7 +44,6 @@ def verdict_mark(verdict: Verdict | None) -> Mark:
 
 
 def status_mark(status: StatusWord) -> Mark:
-    """Return the mark of the status word."""
     return {
         StatusWord.READY: Mark.GOOD,
         StatusWord.MEASURING: Mark.ACTIVE,
@@ -57,7 +55,6 @@ def status_mark(status: StatusWord) -> Mark:
 
 
 def mark_colour(theme: Theme, mark: Mark) -> str:
-    """Return the colour that goes with a mark."""
     return {
         Mark.GOOD: theme.good,
         Mark.BAD: theme.bad,

@@ -250,7 +250,6 @@ def has_failed(live: LiveView | None) -> bool:
 
 
 def next_step(job: JobView, live: LiveView | None = None) -> str:
-    """Return the next instruction."""
     if has_failed(live):
         return tr("Open the job again: Start page, Continue.")
     if job.paused:

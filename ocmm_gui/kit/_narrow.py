@@ -57,10 +57,7 @@ class Fitted:
 def fit_words(text: str, font: QFont, width: float, height: float, *, wraps: bool) -> Fitted | None:
     """Return the layout of a text in a room, largest type first, or None.
 
-    Parameters
-    ----------
-    wraps
-        The painter wraps freely; otherwise one line break at most, made here.
+    `wraps`: The painter wraps freely; otherwise one line break at most, made here.
     """
     pixels = font.pixelSize() if font.pixelSize() > 0 else QFontMetricsF(font).height()
     texts = (text,) if wraps or "\n" in text else (text, halved(text, font))
@@ -115,7 +112,6 @@ class NarrowButton(QPushButton):
     """A button with fully visible text in every language."""
 
     def minimumSizeHint(self) -> QSize:
-        """Return the minimum size in smallest type."""
         hint = super().minimumSizeHint()
         if not is_longer() or not self.text():
             return hint
@@ -197,7 +193,6 @@ class HintField(QLineEdit):
         super().setPlaceholderText("" if is_longer() else text)
 
     def placeholderText(self) -> str:
-        """Return the hint."""
         return self._hint
 
     def fitted(self) -> Fitted | None:

@@ -66,7 +66,6 @@ class NoticeCentre(QObject):
         self._notices: deque[Notice] = deque(maxlen=500)
 
     def post(self, notice: Notice) -> None:
-        """Log and show a notice."""
         self._notices.append(notice)
         self.posted.emit(notice)
 
@@ -79,11 +78,9 @@ class NoticeCentre(QObject):
         return tuple(self._notices)
 
     def inform(self, what: str) -> None:
-        """Show information."""
         self.post(Notice(Level.INFO, what, "", "", datetime.now().astimezone()))
 
     def warn(self, what: str, remedy: str = "") -> None:
-        """Show a warning."""
         self.post(Notice(Level.WARNING, what, remedy, "", datetime.now().astimezone()))
 
     def error(self, error: BaseException) -> None:
@@ -94,7 +91,6 @@ class NoticeCentre(QObject):
         self.post(Notice(Level.ERROR, told.what, told.remedy, detail, when))
 
     def text(self) -> str:
-        """Return all kept notices with their full text."""
         return "\n".join(
             f"{n.when.isoformat()} {n.level.value} {n.what} {n.remedy}\n{n.detail}"
             for n in list(self._notices)

@@ -44,10 +44,7 @@ _COMMAS = ("de",)
 def style_of(language: str, decimal: str = "locale", units: str = "mm") -> NumberStyle:
     """Return the number style of a language.
 
-    Parameters
-    ----------
-    decimal
-        ``locale``: that of the language; ``point`` or ``comma``.
+    `decimal`: ``locale``: that of the language; ``point`` or ``comma``.
     """
     comma = language in _COMMAS if decimal == "locale" else decimal == "comma"
     return NumberStyle(comma, units == "inch", _DAYS.get(language, NumberStyle().day))
@@ -93,17 +90,13 @@ def typed_value(text: str) -> float | None:
 
 
 def unit_word() -> str:
-    """Return the displayed unit of lengths."""
     return "in" if _InUse.style.inch else "mm"
 
 
 def length_number(value_mm: float, *, signed: bool = False, decimals: int = 3) -> str:
     """Return a length in the displayed unit, without its name.
 
-    Parameters
-    ----------
-    decimals
-        For mm; two more in inch.
+    `decimals`: For mm; two more in inch.
     """
     value = value_mm
     if _InUse.style.inch:
@@ -113,7 +106,6 @@ def length_number(value_mm: float, *, signed: bool = False, decimals: int = 3) -
 
 
 def length_words(value_mm: float, *, signed: bool = False, decimals: int = 3) -> str:
-    """Return a length with its unit."""
     return f"{length_number(value_mm, signed=signed, decimals=decimals)} {unit_word()}"
 
 

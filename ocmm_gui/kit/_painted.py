@@ -15,12 +15,8 @@ SCENE_SIZE, SCENE_LEAST = (460, 340), (200, 130)
 class Painted(QWidget):
     """A widget painted in the colours of a theme.
 
-    Parameters
-    ----------
-    size
-        Size hint, px; the layout's stretch decides.
-    least
-        Minimum legible size.
+    `size`: Size hint, px; the layout's stretch decides.
+    `least`: Minimum legible size.
     """
 
     def __init__(self, name: str, size: tuple[int, int], least: tuple[int, int]) -> None:
@@ -37,11 +33,9 @@ class Painted(QWidget):
         self.update()
 
     def sizeHint(self) -> QSize:
-        """Return the size hint."""
         return self._size_hint
 
     def minimumSizeHint(self) -> QSize:
-        """Return the minimum legible size."""
         return self._least_size
 
     def _painter(self) -> QPainter:

@@ -61,12 +61,8 @@ _HIGH_PX = 1 << 14
 class DataTable(QTableWidget):
     """A read-only table.
 
-    Parameters
-    ----------
-    columns
-        Title and explanation of each.
-    font
-        Font of the cells. Fonts set later are overridden by an applied style sheet.
+    `columns`: Title and explanation of each.
+    `font`: Font of the cells. Fonts set later are overridden by an applied style sheet.
     """
 
     def __init__(
@@ -126,7 +122,6 @@ class DataTable(QTableWidget):
         return high
 
     def show_words(self, row: int, words: Sequence[str]) -> None:
-        """Write a row."""
         for column, word in enumerate(words):
             self._write(row, column, word)
 
@@ -138,7 +133,6 @@ class DataTable(QTableWidget):
                 head.setTextAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
 
     def words(self, row: int) -> tuple[str, ...]:
-        """Return the texts of a row."""
         return tuple(self._cell(row, column).text() for column in range(self.columnCount()))
 
     def _cell(self, row: int, column: int) -> QTableWidgetItem:
@@ -188,7 +182,6 @@ class NumberTable(DataTable):
         self.blockSignals(False)
 
     def show_rows(self, rows: Sequence[Sequence[str]]) -> None:
-        """Show rows of words."""
         self.setRowCount(len(rows))
         for row, words in enumerate(rows):
             self.show_words(row, words)
@@ -198,7 +191,6 @@ class NumberTable(DataTable):
 
 
 def panel(layout: QVBoxLayout | QGridLayout) -> QFrame:
-    """Return a framed panel with a layout."""
     frame = QFrame()
     frame.setProperty("role", "panel")
     layout.setContentsMargins(10, 6, 10, 6)

@@ -17,12 +17,8 @@ from ocmm_gui.kit._texts import PlainLabel, tr
 class PathPanel(QFrame):
     """One line: path, Browse, Write, Cancel.
 
-    Parameters
-    ----------
-    what
-        Text before the field, such as ``"Write the report into the folder"``.
-    asked
-        Hint of the field, such as ``"Folder of the report"``.
+    `what`: Text before the field, such as ``"Write the report into the folder"``.
+    `asked`: Hint of the field, such as ``"Folder of the report"``.
     """
 
     given = Signal(object)
@@ -114,7 +110,6 @@ class OwnKeysField(HintField):
         return super().event(event)
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
-        """Leave at Esc."""
         if event.key() == Qt.Key.Key_Escape:
             self.left.emit()
             return

@@ -37,10 +37,7 @@ class Sheet(QWidget):
 
     The keys act only while the sheet has the focus.
 
-    Parameters
-    ----------
-    infos
-        Actions; `LEAVE` is added.
+    `infos`: Actions; `LEAVE` is added.
     """
 
     left = Signal()
@@ -162,7 +159,6 @@ class ChoiceBox(QComboBox):
         self.update()
 
     def paintEvent(self, event: QPaintEvent) -> None:
-        """Paint the choice and its arrow."""
         super().paintEvent(event)
         painter = QPainter(self)
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
@@ -185,7 +181,6 @@ def form_field(name: str, tip: str, text: str = "") -> FormField:
 
 
 def caption(text: str, buddy: QWidget | None = None) -> QLabel:
-    """Return a caption for a field."""
     label = PlainLabel(text)
     label.setFont(text_font(14))
     label.setProperty("role", "muted")

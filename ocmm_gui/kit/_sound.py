@@ -54,10 +54,7 @@ class Sound(Enum):
 def tone_wav(notes: Sequence[tuple[float, float]], volume: int = USUAL_VOLUME) -> bytes:
     """Return notes (Hz, s) as a WAV file, mono, 16 bit.
 
-    Parameters
-    ----------
-    volume
-        Per cent; perceived loudness grows about evenly with it (power of two).
+    `volume`: Per cent; perceived loudness grows about evenly with it (power of two).
     """
     swing = 0.8 * (min(max(volume, 0), 100) / 100.0) ** 2
     parts = []

@@ -27,10 +27,7 @@ class TableImport(QWidget):
 
     Return takes the table over, Esc goes back without.
 
-    Parameters
-    ----------
-    example
-        Columns of such a table, as they are stated.
+    `example`: Columns of such a table, as they are stated.
     """
 
     changed = Signal(object, object)
@@ -87,7 +84,6 @@ class TableImport(QWidget):
         self.decimal.blockSignals(False)
 
     def options(self) -> TableOptions:
-        """Return the statements of the user."""
         return TableOptions(
             self.unit.text().strip(), self.columns.text().strip(), self.decimal.choice(),
             self.skip.text().strip(),

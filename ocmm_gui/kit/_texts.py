@@ -43,14 +43,9 @@ def tr(sentence: str, one: str = "", count: int = -1) -> str:
 
     Its ``format`` writes numbers with the decimal sign in use (`_numbers`).
 
-    Parameters
-    ----------
-    sentence
-        English. With a ``count``, ``%n`` is its placeholder.
-    one
-        English sentence for a count of one; other languages have their own plurals by ``count``.
-    count
-        Negative if nothing is counted.
+    `sentence`: English. With a ``count``, ``%n`` is its placeholder.
+    `one`: English sentence for a count of one; other languages have their own plurals by ``count``.
+    `count`: Negative if nothing is counted.
     """
     text = QCoreApplication.translate("", sentence, one or None, count)
     if count == 1 and one and text == sentence.replace("%n", "1"):
@@ -123,11 +118,9 @@ class PlainLabel(QLabel):
         super().__init__(text, parent, textFormat=Qt.TextFormat.PlainText)
 
     def setToolTip(self, text: str) -> None:
-        """Set a literal tool tip."""
         super().setToolTip(literal(text))
 
     def minimumSizeHint(self) -> QSize:
-        """Return the minimum size in smallest type."""
         hint = super().minimumSizeHint()
         if not is_longer() or self.wordWrap() or not self.text():
             return hint

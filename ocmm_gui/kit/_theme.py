@@ -101,7 +101,6 @@ def verdict_colour(theme: Theme, verdict: Verdict | None) -> str:
 
 
 def status_colour(theme: Theme, status: StatusWord) -> str:
-    """Return the colour of the status word."""
     return {
         StatusWord.READY: theme.good,
         StatusWord.MEASURING: theme.accent,
@@ -163,7 +162,6 @@ def wrapped_pixels(text: str, box: QRectF, limit: int, *, bold: bool = False) ->
 
 
 def make_palette(theme: Theme) -> QPalette:
-    """Return the theme as Qt's palette."""
     role = QPalette.ColorRole
     palette = QPalette()
     for name, colour in (

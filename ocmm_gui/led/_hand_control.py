@@ -53,7 +53,6 @@ class BallLead(QObject):
         self._turned: QPointF | None = None
 
     def set_leading(self, leads: bool) -> None:
-        """Lead the ball or the view from now on."""
         if leads is self._leads:
             return
         self._leads, self._turned = leads, None
@@ -156,9 +155,7 @@ class LedProbe(Protocol):
         """Take it; raise OcmmError if impossible."""
         ...
 
-    def hand_back(self) -> None:
-        """Return it to the robot."""
-        ...
+    def hand_back(self) -> None: ...
 
     def point_at(self, origin_world: Float, toward_world: Float) -> None:
         """Lead the ball over the surface along a ray."""
@@ -172,13 +169,9 @@ class LedProbe(Protocol):
         """Lead the ball nearer to the surface."""
         ...
 
-    def lean(self, right_rad: float, back_rad: float) -> None:
-        """Lean the probe."""
-        ...
+    def lean(self, right_rad: float, back_rad: float) -> None: ...
 
-    def press(self) -> None:
-        """Press its button."""
-        ...
+    def press(self) -> None: ...
 
     def view(self) -> LedSeen: ...
 
@@ -229,7 +222,6 @@ class HandControl(QObject):
         return {"hand": self.toggle, "tour": self.toggle_tour, "take": self.take}
 
     def toggle(self) -> None:
-        """Take or return the probe."""
         hand = self._hand
         if hand is None:
             self._tell_real()
@@ -265,7 +257,6 @@ class HandControl(QObject):
             self._bridge.job.take()
 
     def toggle_tour(self) -> None:
-        """Start or end the tour."""
         if self._hand is None:
             self._tell_real()
             return

@@ -108,15 +108,12 @@ class Tour:
         return 0 if self._place is None else self._place + 1
 
     def begin(self) -> None:
-        """Begin with the first step."""
         self._place, self._begun = 0, None
 
     def end(self) -> None:
-        """End the tour."""
         self._place = None
 
     def skip(self) -> None:
-        """Skip the current step."""
         if self._place is not None:
             self._place = self._place + 1 if self._place + 1 < len(TOUR) else None
             self._begun = None

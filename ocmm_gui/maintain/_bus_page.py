@@ -87,7 +87,6 @@ class CycleAccounts(Painted):
         return (*lines, (tr("elapsed"), str(self._elapsed), "100.000 %" if self._elapsed else "–"))
 
     def paintEvent(self, event: QPaintEvent) -> None:
-        """Paint the bar and the lines."""
         painter = QPainter(self)
         theme = self._theme
         painter.setFont(text_font(13))
@@ -179,7 +178,6 @@ class BusPage(QStackedWidget):
         self._timer.timeout.connect(self.refresh)
 
     def phase(self) -> str:
-        """Return the large word."""
         return self._phase.text()
 
     def trouble(self) -> str:
@@ -188,7 +186,6 @@ class BusPage(QStackedWidget):
         return shown.text()
 
     def notes(self) -> str:
-        """Return the limitations of this computer."""
         return self._notes.text()
 
     def refresh(self) -> None:
@@ -215,7 +212,6 @@ class BusPage(QStackedWidget):
         self._timer.start()
 
     def hideEvent(self, event: QHideEvent) -> None:
-        """Stop refreshing."""
         self._timer.stop()
         super().hideEvent(event)
 

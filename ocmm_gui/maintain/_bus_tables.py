@@ -96,7 +96,6 @@ class BusEventTable(DataTable):
         header.sectionResized.connect(self._fit_rows)
 
     def show_report(self, report: BusReport) -> None:
-        """Show the events of a report."""
         if report.events != self._events:
             self._events = report.events
             self._show_events()

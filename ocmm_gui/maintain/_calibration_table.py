@@ -56,10 +56,7 @@ class Line:
 class EventTable(DataTable):
     """Events, newest first.
 
-    Parameters
-    ----------
-    what, why
-        Columns with the event, and with long text.
+    `what`, `why`: Columns with the event, and with long text.
     """
 
     def __init__(self, columns: Sequence[tuple[str, str]], what: int, why: int) -> None:

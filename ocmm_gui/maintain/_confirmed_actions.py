@@ -39,7 +39,6 @@ class ConfirmedActions:
             self._bridge.maintenance.write_to_cameras()
 
     def mount_tip(self) -> None:
-        """Record that the selected tip was mounted."""
         tip = self._probe.tips.chosen()
         if tip is None:
             self._notices.inform(tr("No tip calibrated yet: calibrate the probe with this tip."))

@@ -120,7 +120,6 @@ class FitsPage(QWidget):
         layout.addWidget(self.table, 1)
 
     def outcome(self) -> str:
-        """Return the overall result."""
         return self._word.text()
 
     def toggle(self) -> None:

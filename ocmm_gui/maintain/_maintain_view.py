@@ -97,18 +97,15 @@ class MaintainView(QWidget):
             widget.setFixedWidth(_SIDE_PX)
 
     def page(self) -> QWidget:
-        """Return the selected page."""
         return self._pages[max(self.list.currentRow(), 0)]
 
     def show_live(self, live: LiveView) -> None:
-        """Show the state of the machine."""
         self._live = live
         colour = status_colour(self._theme, live.status)
         self._word.show_text(said_word(live.status.value), colour, status_mark(live.status))
         self._word.setToolTip(literal(said(live.reason)))
 
     def status(self) -> str:
-        """Return the status word."""
         return self._word.text()
 
     def set_theme(self, theme: Theme) -> None:

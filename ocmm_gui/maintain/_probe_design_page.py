@@ -139,11 +139,9 @@ class ProbeDesignPage(QWidget):
         self._wait(False)
 
     def number(self) -> str:
-        """Return the large number."""
         return self._number.text()
 
     def words(self) -> str:
-        """Return the sentences of the page."""
         parts = (self._sentence, self._nearest, self._mechanics)
         return "\n".join([self._labels.text(), *(part.text() for part in parts)])
 
@@ -324,7 +322,6 @@ class PointBudgetTable(DataTable):
         self._terms: tuple[BudgetTerm, ...] = ()
 
     def show_terms(self, terms: tuple[BudgetTerm, ...]) -> None:
-        """Show all sources."""
         self._terms = terms
         self.setRowCount(len(terms))
         for row, term in enumerate(terms):

@@ -111,13 +111,11 @@ class RecallSheet(WorkSheet):
         self._begin(tr("Storing the recall"), _Deciding(record, places, self._who()))
 
     def ask_for_pages(self) -> None:
-        """Ask for the file of the report."""
         record, _ = self._shown()
         if record is not None:
             self.pages.ask(self._folder() / f"recall-{record.made_utc[:10]}.pdf")
 
     def write(self, path: Path) -> None:
-        """Write the recall report."""
         record, _ = self._shown()
         if record is not None:
             self._begin(tr("Creating the pages"), WritingRecall(record, path))

@@ -47,15 +47,10 @@ H = TypeVar("H")
 class StatusPage(QWidget, Generic[V, H]):
     """A large status word, its meaning, and facts; refreshed while visible.
 
-    Parameters
-    ----------
-    pull_overview
-        Returns the contents of the store; called on opening and after status changes, as it reads
-        many files.
-    in_order, design
-        Texts for good order, and for a virtual rig.
-    in_doubt
-        Opens the jobs with suspect points.
+    `pull_overview`: Returns the contents of the store; called on opening and after status changes,
+      as it reads many files.
+    `in_order`, `design`: Texts for good order, and for a virtual rig.
+    `in_doubt`: Opens the jobs with suspect points.
     """
 
     def __init__(
@@ -106,15 +101,12 @@ class StatusPage(QWidget, Generic[V, H]):
         raise NotImplementedError
 
     def word(self) -> str:
-        """Return the large word."""
         return self._word.text()
 
     def sentence(self) -> str:
-        """Return the sentence below the word."""
         return self._sentence.text()
 
     def notes(self) -> str:
-        """Return the warnings."""
         return self._notes.text()
 
     def fault(self) -> str:
@@ -134,7 +126,6 @@ class StatusPage(QWidget, Generic[V, H]):
         self._timer.start()
 
     def hideEvent(self, event: QHideEvent) -> None:
-        """Stop refreshing."""
         self._timer.stop()
         super().hideEvent(event)
 

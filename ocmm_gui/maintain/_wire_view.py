@@ -32,7 +32,6 @@ class WireView(Painted):
         self._wire: WirePicture | None = None
 
     def show_report(self, report: BusReport) -> None:
-        """Show the wire of a report."""
         wire = wire_picture(report)
         if wire != self._wire:
             self._wire = wire

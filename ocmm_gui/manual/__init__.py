@@ -1,6 +1,6 @@
-"""The manual in the window: read, searched, and opened at the section of the page one is on.
+"""The manual in the window: reading, search, and context help.
 
-In: documents of `ocmm_core.manual`, and the page from which somebody asks. Out: a sheet.
+In: documents of `ocmm_core.manual`, and the current page. Out: a sheet.
 
 Read `_places` (page to section), `_manual_sheet` (contents, search, text), `_reading` (one
 document, painted by Qt).

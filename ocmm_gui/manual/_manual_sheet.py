@@ -1,7 +1,4 @@
-"""The manual as a sheet: chapters and search at the left, the text at the right.
-
-The field in which somebody types what the manual is searched for, and a hit in words.
-"""
+"""The manual as a sheet: chapters and search at the left, the text at the right."""
 
 from __future__ import annotations
 
@@ -37,13 +34,12 @@ from ocmm_gui.manual._reading import Reading
 
 
 class SearchField(FormField):
-    """Up and Down move in what was found."""
+    """Search field; Up and Down move in the hits."""
 
     moved = Signal(int)
 
     @classmethod
     def of(cls, name: str, tip: str) -> SearchField:
-        """Return the field with its names."""
         field = cls("")
         field.setAccessibleName(name)
         field.setToolTip(literal(tip))
@@ -52,7 +48,6 @@ class SearchField(FormField):
         return field
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
-        """Move in the list, or type."""
         if step := list_step(event):
             self.moved.emit(step)
             return
@@ -60,7 +55,7 @@ class SearchField(FormField):
 
 
 def hit_words(hit: ManualHit) -> str:
-    """Return a hit as it stands in the list: where, and the words around it."""
+    """Return a hit for the list: place, and surrounding words."""
     where = hit.title if hit.title == hit.chapter else f"{hit.chapter}: {hit.title}"
     return f"{where}\n{hit.excerpt}" if hit.excerpt else where
 
@@ -95,19 +90,16 @@ _MOST_PLACES = 200
 
 @dataclass(frozen=True, slots=True)
 class _Read:
-    """Where somebody was, and with which words marked."""
+    """A visited place, with the marked words."""
 
     place: Place
     words: tuple[str, ...] = ()
 
 
 class ManualSheet(Sheet):
-    """Chapters, a search, and the text.
+    """Chapters, search, and text.
 
-    Parameters
-    ----------
-    manual
-        None for the one that belongs to this program, read when the sheet is opened first.
+    `manual`: None for that of this program, read when the sheet is first opened.
     """
 
     def __init__(self, manual: Manual | None = None) -> None:
@@ -161,28 +153,28 @@ class ManualSheet(Sheet):
         self._tell()
 
     def open(self, reference: str = "") -> None:
-        """Show a section, ``document.md#section``; without one, where the manual begins."""
+        """Show a section, ``document.md#section``, by default the first."""
         self.field.clear()
         self._go(_Read(Place.of(reference or FIRST)))
         if self.text is not None:
             self.text.setFocus()
 
     def come_from(self, page: QWidget | None) -> None:
-        """Remember the page that is shown before the manual is, and what has the keyboard there."""
+        """Remember the page shown before the manual, and its focus widget."""
         if page is not self:
             self._came_from = (page, QApplication.focusWidget())
 
     def came_from(self) -> tuple[QWidget | None, QWidget | None]:
-        """Return that page, and what had the keyboard, where it is still there."""
+        """Return that page, and its focus widget if it still exists."""
         page, focus = self._came_from
         return page, focus if focus is not None and isValid(focus) else None
 
     def place(self) -> Place | None:
-        """Return where the manual is open; None where there is no manual."""
+        """Return the current place; None without a manual."""
         return self._read[self._now].place if self._read else None
 
     def _go(self, read: _Read) -> None:
-        """Open a place and remember it; what was ahead of it is forgotten."""
+        """Open a place and add it to the history, truncated after the current place."""
         self._remember_scroll()
         del self._read[self._now + 1 :]
         if not self._read or self._read[-1] != read:
@@ -198,7 +190,7 @@ class ManualSheet(Sheet):
             self._show()
 
     def _remember_scroll(self) -> None:
-        """Keep the section that was read to, so that the way back leads there."""
+        """Store the section read last, to return there."""
         at = self.text.place() if self.text is not None else None
         if at is not None and 0 <= self._now < len(self._read):
             old = self._read[self._now]
@@ -230,7 +222,7 @@ class ManualSheet(Sheet):
             )
 
     def _remark_on(self, chapter: Chapter | None) -> None:
-        """Say where a page is not in the language of the window, or not as new as the English."""
+        """Remark on a page that is not translated, or older than the English."""
         told = ""
         if chapter is not None and chapter.language != self._language:
             told = tr("This page is in English only.")
@@ -255,7 +247,7 @@ class ManualSheet(Sheet):
         self._go(_Read(place))
 
     def _list(self) -> None:
-        """List what was found; the chapters where nothing is searched for."""
+        """List the hits; the chapters without a search."""
         self.list.clear()
         if self._manual is None:
             return

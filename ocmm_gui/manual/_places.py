@@ -1,25 +1,25 @@
-"""Which section of the manual explains which page."""
+"""Section of the manual for each page."""
 
 from __future__ import annotations
 
 from PySide6.QtWidgets import QWidget
 
 PLACES = {
-    # Where one begins.
+    # Start.
     "StartPage": "start.md#the-start-page",
     "PlanList": "start.md#choosing-a-plan",
     "FileBrowser": "start.md#opening-a-file",
     "SettingsPage": "settings.md#settings",
     "ManualSheet": "start.md#the-manual",
     "KeysSheet": "start.md#all-keys",
-    # Measuring, and what came of it.
+    # Measuring, and results.
     "DeskView": "inspecting.md#measure",
     "FarView": "inspecting.md#measure",
     "JobSheet": "inspecting.md#start-j",
     "PlanSheet": "plans.md#in-the-window",
     "AlignmentSheet": "inspecting.md#alignment-f5",
     "ResultsSheet": "inspecting.md#results-f3",
-    "ReportSheet": "exports.md#the-paper-template-and-head",
+    "ReportSheet": "exports.md#report-template-and-head",
     "CompareSheet": "exports.md#a-batch",
     "ArchiveSheet": "archive.md#questions",
     "RecallSheet": "recall.md#recalculating",
@@ -45,7 +45,7 @@ PLACES = {
     "Wizard qualification": "tip.md#how-it-is-done",
     "Wizard tip-check": "tip.md#how-it-is-done",
 }
-"""By the class of the page; a wizard has its procedure behind it."""
+"""By the class of the page; for a wizard also by its procedure."""
 
 FIRST = "start.md"
 
@@ -53,8 +53,8 @@ FIRST = "start.md"
 def place_of(page: QWidget | None) -> str:
     """Return the section that explains a page, as ``document.md#section``.
 
-    A page that holds others says which is shown (``page()``), one of several kinds which it is
-    (``topic()``).
+    Container pages return the current one in ``page()``, pages of several kinds their kind in
+    ``topic()``.
     """
     shown = page
     inner = getattr(shown, "page", None)

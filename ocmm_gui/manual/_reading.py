@@ -1,4 +1,4 @@
-"""One document of the manual as it is read: painted by Qt, with headings that can be gone to."""
+"""One document of the manual, painted by Qt, with headings as link targets."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ from ocmm_gui.kit import DEFAULT_THEME, THEMES, Theme, text_font, tr
 _BODY_PX = 16
 _LEAST_PX, _MOST_PX = 12, 30
 _HEADINGS = {1: 1.7, 2: 1.35, 3: 1.12}
-"""Of the size of the text, by level."""
+"""Relative to the text size, by level."""
 
 _CODE = 0.94
 _MARGIN_PX = 20
@@ -46,16 +46,13 @@ _GITHUB = (
 
 
 class Reading(QTextBrowser):
-    """A document; arrows and page keys scroll, Tab goes from link to link, Return follows one.
+    """A document; arrows and page keys scroll, Tab moves between links, Return follows one.
 
-    Parameters
-    ----------
-    manual
-        Gives the pictures.
+    `manual`: provides the pictures.
     """
 
     link_wanted = Signal(str)
-    """Emits where a link leads, as the document has it."""
+    """Emits the target of a link, as in the document."""
 
     def __init__(self, manual: Manual) -> None:
         super().__init__()
@@ -66,14 +63,14 @@ class Reading(QTextBrowser):
         self._words: tuple[str, ...] = ()
         self.setAccessibleName(tr("Text of the manual"))
         self.setAccessibleDescription(tr("Tab goes to the next link, Return follows it"))
-        # Where a link leads is decided by the manual; nothing is fetched from anywhere.
+        # The manual resolves links; nothing is fetched from anywhere.
         self.setOpenLinks(False)
         self.setOpenExternalLinks(False)
         self.setUndoRedoEnabled(False)
         self.anchorClicked.connect(lambda url: self.link_wanted.emit(url.toString()))
 
     def show_place(self, place: Place, words: Sequence[str] = ()) -> None:
-        """Show a section at the top, with the words that were searched for marked."""
+        """Show a section at the top, with the search words marked."""
         chapter = self._manual.chapter(place.document)
         if chapter is None:
             return
@@ -85,7 +82,7 @@ class Reading(QTextBrowser):
         self.go_to(place.anchor)
 
     def go_to(self, anchor: str) -> None:
-        """Scroll to a section; to the top where there is none of this name."""
+        """Scroll to a section; to the top if unknown."""
         block = self._heading(anchor)
         bar = self.verticalScrollBar()
         if block is None:
@@ -97,7 +94,7 @@ class Reading(QTextBrowser):
         bar.setValue(round(box.top()))
 
     def place(self) -> Place | None:
-        """Return the section at the top of what is shown."""
+        """Return the section at the top of the view."""
         if self._chapter is None:
             return None
         top = self.verticalScrollBar().value() + _MARGIN_PX
@@ -110,19 +107,18 @@ class Reading(QTextBrowser):
         return Place(self._chapter.name, found)
 
     def zoom(self, steps: int) -> None:
-        """Make letters larger or smaller, and keep the place."""
+        """Change the text size, keeping the place."""
         pixels = min(max(self._pixels + 2 * steps, _LEAST_PX), _MOST_PX)
         if pixels != self._pixels:
             self._pixels = pixels
             self._fill_again()
 
     def set_theme(self, theme: Theme) -> None:
-        """Paint with ``theme`` from now on."""
         self._theme = theme
         self._fill_again()
 
     def loadResource(self, kind: int, name: QUrl | str) -> Any:
-        """Return a picture of the manual, no wider than the page; nothing from anywhere else."""
+        """Return a picture of the manual, no wider than the page; nothing from elsewhere."""
         link = name.toString() if isinstance(name, QUrl) else name
         if kind != QTextDocument.ResourceType.ImageResource.value or self._chapter is None:
             return None
@@ -164,7 +160,7 @@ class Reading(QTextBrowser):
         self._dress()
 
     def _dress(self) -> None:
-        """Give headings, links, code and tables the sizes and colours of the theme."""
+        """Format headings, links, code and tables by the theme."""
         theme, document = self._theme, self.document()
         cursor = QTextCursor(document)
         cursor.beginEditBlock()
@@ -198,7 +194,7 @@ class Reading(QTextBrowser):
         cursor.endEditBlock()
 
     def _spaced(self, had: QTextBlockFormat, level: int, *, code: bool) -> QTextBlockFormat:
-        """Return the format of a paragraph with room around it; long lines of code are broken."""
+        """Return the format of a paragraph with margins; long lines of code wrap."""
         style = QTextBlockFormat(had)
         style.setNonBreakableLines(False)
         style.setTopMargin(_HEADING_PX if level > 1 else 0.0)
@@ -219,9 +215,9 @@ class Reading(QTextBrowser):
         table.setFormat(style)
 
     def _mark(self) -> None:
-        """Mark the words of a search wherever they begin a word, in German stand in one."""
+        """Mark the search words at starts of words, in German also inside."""
         text = " ".join(self._words)
-        # Qt takes "ss" and "ß" for two things.
+        # Qt distinguishes "ss" and "ß".
         words = (*search_words(text), *(word for word in text.lower().split() if "ß" in word))
         joins = self._chapter is not None and self._chapter.language != ENGLISH
         marks: list[QTextEdit.ExtraSelection] = []
@@ -246,13 +242,12 @@ class Reading(QTextBrowser):
         self.setExtraSelections(marks)
 
     def marked(self) -> int:
-        """Return how many places are marked."""
         return len(self.extraSelections())
 
     def headings(self) -> Iterator[tuple[str, QTextBlock]]:
-        """Give the anchor of every heading, with its place in the document."""
+        """Yield the anchor of every heading, with its block."""
         blocks = [one for one in _blocks(self.document()) if one.blockFormat().headingLevel()]
-        # Those of a German page are the English ones.
+        # Anchors of a German page are the English ones.
         anchors = {} if self._chapter is None else self._chapter.anchors_by_heading()
         for shown, block in zip(anchors_of(one.text() for one in blocks), blocks, strict=True):
             yield anchors.get(shown, shown), block
@@ -269,7 +264,7 @@ def _blocks(document: QTextDocument) -> Iterator[QTextBlock]:
 
 
 def _runs(block: QTextBlock) -> list[tuple[int, int, QTextCharFormat]]:
-    """Return where each run of one format begins, how long it is, and its format."""
+    """Return start, length and format of each run."""
     found = []
     turn = block.begin()
     while not turn.atEnd():

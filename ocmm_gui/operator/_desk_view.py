@@ -77,7 +77,6 @@ class CameraBar(QFrame):
         layout.addWidget(button)
 
     def show_live(self, live: LiveView) -> None:
-        """Show the camera counts."""
         counts = np.isfinite(live.spots).all(axis=2).sum(axis=1).tolist()
         # Without frames no camera is blind: the line must not mislead.
         silent = not any(counts) and not live.frames_per_second
@@ -201,7 +200,6 @@ class DeskView(CoachedView):
         self._folder = folder
 
     def show_live(self, live: LiveView) -> None:
-        """Show the state of the machine."""
         self.strip.show_live(live)
         self.readout.show_live(live)
         self.guidance.show_live(live)
@@ -211,7 +209,6 @@ class DeskView(CoachedView):
             self.cameras.show_live(live)
 
     def show_job(self, job: JobView) -> None:
-        """Show the job as it stands."""
         done = sum(feature.state is FeatureState.DONE for feature in job.features)
         self._heading.setText(
             tr(
@@ -237,7 +234,6 @@ class DeskView(CoachedView):
         super().resizeEvent(event)
 
     def toggle_cameras(self) -> None:
-        """Show or hide the camera images."""
         self.cameras.setVisible(self.cameras.isHidden())
 
     def _left(self, actions: dict[str, QAction]) -> QWidget:

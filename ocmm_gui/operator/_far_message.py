@@ -28,7 +28,6 @@ class FarMessage(Painted):
             self.update()
 
     def text(self) -> str:
-        """Return the main sentence."""
         return self._trouble or self._step
 
     def is_trouble(self) -> bool:
@@ -43,7 +42,6 @@ class FarMessage(Painted):
         return fitted(bold, self._step, first.width(), first.height(), far_type(self)).pixelSize()
 
     def paintEvent(self, event: QPaintEvent) -> None:
-        """Paint the sentences."""
         painter = self._painter()
         first = self._first()
         painter.setFont(text_font(self.type_pixels(), bold=True))

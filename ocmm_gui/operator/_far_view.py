@@ -168,7 +168,6 @@ class FarView(CoachedView):
                 child.setMinimumSize(1, 1)
 
     def show_live(self, live: LiveView) -> None:
-        """Show the state of the machine."""
         turned = has_failed(live) and not has_failed(self._live)
         self._live = live
         if turned and self._job is not None:
@@ -179,7 +178,6 @@ class FarView(CoachedView):
         self._show_ring()
 
     def show_job(self, job: JobView) -> None:
-        """Show the active feature."""
         self._job = job
         # The readout shows the machine's reason instead of digits.
         feature = job.shown
@@ -324,7 +322,6 @@ class _Air:
             self._across, self._down = layout.horizontalSpacing(), layout.verticalSpacing()
 
     def use(self, share: float) -> None:
-        """Use a share of the spacing."""
         self._layout.setContentsMargins(self._margins * share)
         if isinstance(self._layout, QGridLayout):
             self._layout.setHorizontalSpacing(round(self._across * share))

@@ -102,7 +102,6 @@ class CharacteristicList(QWidget):
         return QSize(200, round(_LINE_PX * (len(self._results) + 1)))
 
     def minimumSizeHint(self) -> QSize:
-        """Return a size available in any window."""
         return QSize(160, 0)
 
     def paintEvent(self, event: QPaintEvent) -> None:

@@ -264,7 +264,6 @@ class FeaturePanel(QFrame):
         return self._values[name].text()
 
     def verdict(self) -> str:
-        """Return the verdict word."""
         return self._verdict.text()
 
     def outliers(self) -> str:

@@ -27,7 +27,6 @@ class Feedback:
             self._sounds.play(sound)
 
     def taken(self, point: MeasuredPoint) -> None:
-        """Signal a recorded point."""
         self.play(Sound.TAKEN)
         self._readout().flash(good=True)
 
@@ -67,6 +66,5 @@ class Feedback:
         )
 
     def close(self) -> None:
-        """Stop playing."""
         if self._sounds is not None:
             self._sounds.close()

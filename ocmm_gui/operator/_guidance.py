@@ -61,7 +61,6 @@ class Guidance(QFrame):
         self._show_trouble()
 
     def step(self) -> str:
-        """Return the instruction."""
         return self._step.text()
 
     def mode(self) -> str:

@@ -27,10 +27,7 @@ _LEFT = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter
 class PartVerdictView(Painted):
     """Sign and word of the verdict, counts, and names of failed or missing features.
 
-    Parameters
-    ----------
-    least
-        Minimum pixel size of a reason: names that do not fit are counted.
+    `least`: Minimum pixel size of a reason: names that do not fit are counted.
     """
 
     def __init__(self, limit: int, least: int) -> None:
@@ -39,7 +36,6 @@ class PartVerdictView(Painted):
         self._job: JobView | None = None
 
     def show_job(self, job: JobView) -> None:
-        """Show the verdict on the part of a job."""
         if job is self._job:
             return
         self._job = job
@@ -53,11 +49,9 @@ class PartVerdictView(Painted):
             self.update()
 
     def word(self) -> str:
-        """Return the word of the verdict."""
         return "" if self._job is None else said_word(self._job.part_verdict.word.value)
 
     def lines(self) -> tuple[str, ...]:
-        """Return the lines below the word."""
         if self._job is None:
             return ()
         part = self._job.part_verdict

@@ -47,7 +47,6 @@ class PointChoice(QObject):
             self.choose((*feature.outliers, numbers[-1])[0])
 
     def delete(self) -> None:
-        """Ask for the reason of the deletion; points that command the fit are their own reason."""
         feature = self._feature()
         if self._chosen:
             self.panel.ask(self._chosen)

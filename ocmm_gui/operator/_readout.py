@@ -97,7 +97,6 @@ class Readout(QWidget):
         self.update()
 
     def forget_refusal(self) -> None:
-        """Show the digits again."""
         self._refusal = None
         self.update()
 
@@ -111,7 +110,6 @@ class Readout(QWidget):
         return "", ""
 
     def withdraw(self, reason: str) -> None:
-        """Hide the numbers and show the reason."""
         self._show((DASHES, DASHES, DASHES), reason)
 
     def values(self) -> tuple[str, str, str]:

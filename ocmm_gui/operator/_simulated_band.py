@@ -40,7 +40,6 @@ class SimulatedBand(Painted):
         self._fit()
 
     def paintEvent(self, event: QPaintEvent) -> None:
-        """Paint the band and its words."""
         painter = QPainter(self)
         painter.fillRect(self.rect(), QColor(self._theme.warn))
         painter.setPen(QColor(self._theme.background))

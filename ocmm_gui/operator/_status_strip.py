@@ -96,7 +96,6 @@ class StatusStrip(QFrame):
         layout.addLayout(grid)
 
     def show_live(self, live: LiveView) -> None:
-        """Show the state of the machine."""
         self._live = live
         if is_held(self._job, live):
             self._word.show_text(tr(PAUSED), self._theme.warn, Mark.DOUBT)
@@ -139,7 +138,6 @@ class StatusStrip(QFrame):
             self._values["Reference"].setStyleSheet(f"color: {self._theme.bad};" if lost else "")
 
     def status(self) -> str:
-        """Return the status word."""
         return self._word.text()
 
     def counter(self, name: str) -> str:

@@ -56,7 +56,6 @@ class TipLine(QFrame):
         layout.addWidget(self._text, 1)
 
     def show_probe(self, view: ProbeView, place: TrustPlace) -> None:
-        """Show the probe status for a place."""
         pixels = _NEAR_PX
         if place is TrustPlace.FAR:
             pixels = round((_CALM_SHARE if _is_calm(view) else 1.0) * far_type(self))
@@ -97,7 +96,6 @@ class TipLine(QFrame):
 
 
 def tip_mark(view: ProbeView) -> Mark:
-    """Return the mark of a status."""
     if view.uncalibrated:
         return Mark.BAD
     return {

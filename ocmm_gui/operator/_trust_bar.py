@@ -111,7 +111,6 @@ class MarkView(QWidget):
         self.update()
 
     def paintEvent(self, event: QPaintEvent) -> None:
-        """Paint the mark."""
         mark, colour, inside = self._shown
         paint_mark(QPainter(self), mark, QRectF(self.rect()), colour, inside)
 

@@ -1,13 +1,13 @@
-"""A plan is written in the window: features, characteristics, alignment, pictures.
+"""Plan editor: features, characteristics, alignment, pictures.
 
 In: a plan, keys, tables, STEP files, a job to teach from. Out: a plan that is checked and saved.
 
-Read `_plan_sheet` (the editor), `_draft` (the plan that is written, with its past), `_plan_items`
-(the list); the form of one item is the room `form`.
-`_plan_changes` and `_plan_parts` are what its keys do, and its parts.
-`_from_models` is all that comes from a model or a table: `_importing` reads,
-`_model_choice` chooses (a `_part_choice`), `_tolerance_account` is agreed to.
-`_plan_checks`, `_proposals`, `_teaching` and `_drawn` do what their names say.
+Read `_plan_sheet` (the editor), `_draft` (the edited plan, with undo), `_plan_items` (the list);
+the form of one item is package `form`.
+`_plan_changes` and `_plan_parts` are the actions of its keys, and its parts.
+`_from_models` is the import from models and tables: `_importing` reads, `_model_choice` selects (a
+`_part_choice`), `_tolerance_account` confirms.
+`_plan_checks`, `_proposals`, `_teaching` and `_drawn` are named by their content.
 Rules of plans are in `inspection.plan`. It must not know the other sheets.
 """
 

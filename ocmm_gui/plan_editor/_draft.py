@@ -1,4 +1,4 @@
-"""The plan that is written: its file, its past and what was undone."""
+"""The edited plan: its file and history."""
 
 from __future__ import annotations
 
@@ -9,12 +9,9 @@ from ocmm_gui.kit import tr
 
 
 class PlanDraft:
-    """One plan; every change can be taken back.
+    """One plan with undo.
 
-    Parameters
-    ----------
-    path
-        Its file; None where it has none yet.
+    `path`: None if it has no file yet.
     """
 
     def __init__(self, plan: Plan, path: Path | None) -> None:
@@ -25,28 +22,26 @@ class PlanDraft:
 
     @property
     def plan(self) -> Plan:
-        """Return the plan as it is now."""
         return self._plans[self._at]
 
     @property
     def is_saved(self) -> bool:
-        """Return whether the plan is the one that was opened or saved last."""
         return self.plan == self._saved
 
     @property
     def folder(self) -> Path | None:
-        """Return where the pictures of the plan are; None where it has no file."""
+        """Return the folder of the plan's pictures; None without a file."""
         return None if self.path is None else self.path.absolute().parent
 
     @property
     def words(self) -> str:
-        """Return which plan it is and whether it is saved."""
+        """Return name, file and saved state in words."""
         where = tr("no file yet") if self.path is None else self.path.name
         saved = tr("saved") if self.is_saved else tr("not saved yet")
         return f"{self.plan.name}, {where}, {saved}."
 
     def did(self, plan: Plan) -> bool:
-        """Take a changed plan over and say whether it is another one."""
+        """Accept a changed plan; return whether it differs."""
         if plan == self.plan:
             return False
         self._plans = [*self._plans[: self._at + 1], plan]
@@ -54,26 +49,23 @@ class PlanDraft:
         return True
 
     def undo(self) -> bool:
-        """Go back one change and say whether there was one."""
+        """Undo one change; return whether there was one."""
         if not self._at:
             return False
         self._at -= 1
         return True
 
     def redo(self) -> bool:
-        """Do again what was undone and say whether there was something."""
+        """Redo one change; return whether there was one."""
         if self._at + 1 >= len(self._plans):
             return False
         self._at += 1
         return True
 
     def save(self, path: Path) -> Path:
-        """Write the plan, read it back and compare; its pictures and its model go with it.
+        """Write the plan with its pictures and model, read it back and compare.
 
-        Raises
-        ------
-        OcmmError
-            As `save_plan`, `carry_pictures` and `carry_model`.
+        Raises OcmmError as `save_plan`, `carry_pictures` and `carry_model`.
         """
         save_plan(self.plan, path)
         before, self.path = self.folder, path

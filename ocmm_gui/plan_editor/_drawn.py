@@ -1,4 +1,4 @@
-"""What is drawn for an item of a plan."""
+"""Drawing of an item of a plan."""
 
 from __future__ import annotations
 
@@ -11,9 +11,9 @@ from ocmm_gui.plan_editor._plan_items import ItemKey, item_of
 
 
 def drawn_of(plan: Plan, key: ItemKey) -> NominalFeature | None:
-    """Return the feature that is drawn for an item: itself, or the first that it is about.
+    """Return the feature drawn for an item: itself, or the first that it is about.
 
-    Of a construction it is what the nominals make of it. None where there is nothing to draw.
+    A construction is drawn from its nominals. None if there is nothing to draw.
     """
     name = key.name
     if key.group == "characteristics":

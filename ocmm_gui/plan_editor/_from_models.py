@@ -1,8 +1,6 @@
-"""What models and tables bring into the plan: read, shown, chosen, agreed to, taken over.
+"""Import from models and tables: read, show, select, confirm, accept.
 
-The widgets stand in the place of the editor while something is chosen, and give it back.
-
-Faces of the model that a part is aligned by: chosen on the part or in the list, by name.
+The widgets replace the editor during the selection.
 """
 
 from __future__ import annotations
@@ -38,7 +36,7 @@ from ocmm_gui.plan_editor._tolerance_account import ToleranceAccount
 
 
 class FaceChoice(PartChoice):
-    """All faces that have an exact surface; emits the chosen `ModelFace`s, a tuple."""
+    """All faces with an exact surface; emits the selected `ModelFace`s, a tuple."""
 
     def __init__(self) -> None:
         self._faces: tuple[ModelFace, ...] = ()
@@ -54,7 +52,7 @@ class FaceChoice(PartChoice):
         )
 
     def show_faces(self, part: PartModel, plan: Plan) -> None:
-        """Show the faces of a part; those that the plan is aligned by are chosen."""
+        """Show the faces of a part; those of the plan's alignment are selected."""
         rule = plan.alignment
         before = {one.number for one in rule.faces} if isinstance(rule, ModelBestFit) else set()
         exact = [(place, face) for place, face in enumerate(part.faces) if face.spline is not None]
@@ -68,11 +66,10 @@ class FaceChoice(PartChoice):
         )
 
     def chosen(self) -> tuple[ModelFace, ...]:
-        """Return the chosen faces, in the order of the model."""
         return tuple(self._faces[row] for row in self.chosen_rows())
 
     def said(self) -> str:
-        """Return how many faces are chosen, or what they have to do."""
+        """Return the number of selected faces, or the instruction."""
         if not self._faces:
             return tr("The model has no face with an exact surface.")
         count = len(self.chosen_rows())
@@ -87,7 +84,7 @@ class FaceChoice(PartChoice):
 
 
 def face_words(face: ModelFace) -> str:
-    """Return a line: what the model or the import calls a face, its number, its kind."""
+    """Return a line: name in model or import, number, kind."""
     number = tr("face {number}").format(number=face.number)
     named = face.name or face.feature
     kind = {
@@ -98,29 +95,23 @@ def face_words(face: ModelFace) -> str:
 
 
 Did = Callable[[Callable[[], Plan], ItemKey], bool]
-"""Makes a change of the plan, and says whether it could be made."""
+"""Makes a change of the plan; returns whether it succeeded."""
 
 
 class FromModels(QObject):
-    """Importing, with its choices.
+    """Importing, with its selections.
 
-    Parameters
-    ----------
-    draft
-        Gives the plan that is written.
-    in_use
-        Gives the cameras and the probe that models are imported for.
+    `draft`: returns the edited plan. `in_use`: returns the cameras and the probe for models.
     """
 
     opened = Signal()
-    """Something is to be chosen: the editor makes room."""
+    """A selection starts: the editor makes room."""
     closed = Signal()
     """The editor comes back."""
     told = Signal(str)
     warned = Signal(str)
-    """As told, but not as good news."""
+    """As `told`, but not as good news."""
     failed = Signal(object)
-    """An `OcmmError`."""
 
     def __init__(
         self, draft: Callable[[], PlanDraft], did: Did, in_use: Callable[[], InUse] | None
@@ -152,18 +143,16 @@ class FromModels(QObject):
         self.tolerances.declined.connect(lambda: self._answer_tolerances("nothing"))
 
     def add_to(self, body: QVBoxLayout) -> None:
-        """Put the widgets where they are shown."""
         for widget in (self.choice, self.faces, self.table, self.tolerances):
             body.addWidget(widget, 1)
         body.addWidget(self.importing)
 
     def read(self, path: Path, *, relocate: bool) -> None:
-        """Read a table or a model, or the frame of a document."""
         self.table.open_table(path)
         self.importing.read(self._draft().plan, path, relocate=relocate)
 
     def choose_faces(self) -> bool:
-        """Read the part of the plan, to align it by its faces; say so where it has none."""
+        """Read the part of the plan, to align it by its faces; report if it has none."""
         draft = self._draft()
         if draft.plan.model is None or draft.folder is None:
             self.told.emit(tr("No CAD model in this plan. Save it (F8), import one (Shift+F9)."))
@@ -172,7 +161,6 @@ class FromModels(QObject):
         return True
 
     def close(self) -> None:
-        """Give the editor back."""
         self._read = None
         self.choice.hide()
         self.faces.hide()
@@ -183,7 +171,7 @@ class FromModels(QObject):
         self.importing.read(self._draft().plan, path, relocate=False, options=options)
 
     def _on_previewed(self, found: TablePreview[FeatureTable]) -> None:
-        """Show a table in the place of the editor before anything is taken."""
+        """Show a table in the place of the editor for confirmation."""
         self.opened.emit()
         self.table.show_preview(found)
 
@@ -205,7 +193,7 @@ class FromModels(QObject):
         self.faces.show_faces(found.model, self._draft().plan)
 
     def _take_faces(self, faces: tuple[ModelFace, ...]) -> None:
-        """Align by the chosen faces; what cannot be done is said, and the choice stays."""
+        """Align by the selected faces; on failure the selection stays."""
         plan = self._draft().plan
         radius = USUAL_BALL_RADIUS if self._in_use is None else self._in_use()[1].tip_radius
         before = len(plan.features)
@@ -220,7 +208,6 @@ class FromModels(QObject):
             self.told.emit(words.format(count=count))
 
     def _on_offered(self, read: ReadModel) -> None:
-        """Show what a model offers in the place of the editor."""
         self._read = read
         self.opened.emit()
         self.choice.show_model(read)
@@ -249,12 +236,11 @@ class FromModels(QObject):
         elif found.account is not None:
             self._ask_tolerances(found, found.account)
         elif self._did(lambda: found.plan, found.chosen):
-            # What was left out is no good news, and does not go away by itself.
+            # Omissions are no good news, and remain displayed.
             (self.warned if found.is_doubtful else self.told).emit(found.words)
             self.closed.emit()
 
     def _ask_tolerances(self, found: Imported, account: Account) -> None:
-        """Show what became of the tolerances of a model before they are taken over."""
         self._asked = found
         count = len(found.plan.characteristics) - len(found.before.characteristics)
         self.opened.emit()

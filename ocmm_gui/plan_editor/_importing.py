@@ -1,4 +1,4 @@
-"""What other files bring into a plan: features of a table or a model, the frame of a document."""
+"""Import into a plan: features of a table or a model, the frame of a document."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ from ocmm_gui.plan_editor._plan_items import ALIGNMENT, HEAD, ItemKey
 from ocmm_gui.work import Worker, WorkLine
 
 InUse: TypeAlias = tuple[Rig, ProbeBody]
-"""The cameras and the probe that the station measures with."""
+"""Cameras and probe of the station."""
 _FRAME = ".toml"
 _UP = "+z"
 _LIMIT_MM = 0.1
@@ -58,11 +58,10 @@ _LIMIT_MM = 0.1
 
 @dataclass(frozen=True, slots=True)
 class Imported:
-    """The plan before and with what was imported, which item is new, and a sentence about it.
+    """The plan before and after an import, the new item, and a message.
 
-    With an account, the plan has what was taken of the tolerances of a model, and ``bare`` is the
-    plan without them. It is doubtful where something that was chosen was left out, or was not
-    asked.
+    With an account, the plan has the imported tolerances of a model, and ``bare`` is the plan
+    without them. It is doubtful if selected items were left out or not checked.
     """
 
     before: Plan
@@ -74,35 +73,27 @@ class Imported:
     is_doubtful: bool = False
 
     def without_tolerances(self) -> Imported:
-        """Return what was imported without the tolerances of a model."""
         return replace(self, plan=self.bare or self.plan, account=None, bare=None)
 
 
 @dataclass(frozen=True, slots=True)
 class ReadModel:
-    """A model that was read: what it offers is chosen from before the plan is changed."""
+    """A model that was read, for the selection."""
 
     path: Path
     model: StepModel
-    """With its part."""
     offers: tuple[Offer, ...]
-    """All that can become features."""
+    """All surfaces that can become features."""
     up: str
     """Axis of the model that points up."""
 
     def account(self, taken: Sequence[Offer], refused: Sequence[LeftOut] = ()) -> FacesAccount:
-        """Return what became of each face of the file, see `faces_account`."""
+        """Return the result of each face of the file, see `faces_account`."""
         return faces_account(self.model, taken, refused)
 
 
 def with_table(plan: Plan, table: FeatureTable) -> Imported:
-    """Return the plan with the features of a table.
-
-    Raises
-    ------
-    InputError
-        The plan could not be measured with them.
-    """
+    """Return the plan with the features of a table; InputError if it became unmeasurable."""
     found = _with_features(plan, table.account.path, table.features)
     return replace(found, plan=table.added_to(plan))
 
@@ -114,21 +105,10 @@ def model_of(
     given_up: Callable[[], bool],
     progress: Callable[[str], None],
 ) -> ReadModel:
-    """Return what a model offers, for the probe before the cameras that are in use.
+    """Return the offers of a model, for the probe and cameras in use; InputError if unusable.
 
-    Parameters
-    ----------
-    up
-        Axis of the model that points up.
-    in_use
-        None for the standard probe before the recommended rig.
-    given_up, progress
-        As `read_model` has them: it takes up to a minute.
-
-    Raises
-    ------
-    InputError
-        The file cannot be used.
+    `up`: axis of the model that points up. `in_use`: None for the standard probe and the
+    recommended rig. `given_up`, `progress`: as of `read_model`; it takes up to a minute.
     """
     request = msgspec.structs.replace(usual_request(), up=up_of(up))
     setting = None
@@ -151,24 +131,15 @@ def with_offers(
     given_up: Callable[[], bool] = lambda: False,
     progress: Callable[[str], None] = lambda _: None,
 ) -> Imported:
-    """Return the plan with what was chosen of a model, and with its tolerances.
+    """Return the plan with the selection from a model, and with its tolerances.
 
-    What a large model was not asked about is asked now, see `ask_for_chosen`.
+    Checks omitted for a large model are made now, see `ask_for_chosen`.
 
-    Parameters
-    ----------
-    plan_file
-        Where the plan is, with its model beside it; None where it was never saved, and no model is
-        kept.
-    zone_mm
-        Width of the zone of the profile of free forms; None where none was chosen.
+    `plan_file`: Path of the plan, with its model next to it; None if never saved: no model is kept.
+    `zone_mm`: Width of the zone of the profile of free forms; None without any.
 
-    Raises
-    ------
-    StorageError
-        The model cannot be copied beside the plan.
-    InputError
-        The plan could not be measured with it.
+    Raises StorageError if the model cannot be copied next to the plan, and InputError if the plan
+    would become unmeasurable.
     """
     reach = ask_for_chosen(read.model, taken, given_up, progress)
     taken = reach.taken
@@ -198,7 +169,7 @@ def with_offers(
     if not account.items:
         return replace(found, plan=bare)
     bare = with_account(bare, read.model, account, read.path, NOT_IMPORTED)
-    # In the datum system that the tolerances bring, where they bring one.
+    # In the datum system of the tolerances, if they have one.
     toleranced = with_account(more_of(toleranced), read.model, account, read.path)
     return replace(found, plan=toleranced, account=account, bare=bare)
 
@@ -215,7 +186,7 @@ def _with_features(plan: Plan, path: Path, found: Sequence[NominalFeature]) -> I
 
 
 def what_is_missing() -> str:
-    """Return what has to be installed before a CAD model can be imported; empty for nothing."""
+    """Return the requirement for importing a CAD model; empty if met."""
     if has_step():
         return ""
     return tr("CAD models (STEP) need an extra of some {size} MB: {command}.").format(
@@ -235,24 +206,19 @@ def _with_frame(plan: Plan, path: Path, *, relocate: bool) -> Imported:
 
 
 class Importing(WorkLine):
-    """Reads a file beside the window and shows that it does; nothing while it does not.
+    """Read a file in the background and show progress; hidden otherwise.
 
-    Parameters
-    ----------
-    in_use
-        Gives what the station measures with; None where there is no station.
+    `in_use`: returns the equipment of the station; None without one.
     """
 
     imported = Signal(object)
-    """Emits what was `Imported`."""
     offered = Signal(object)
-    """Emits a `ReadModel`: its features are to be chosen."""
+    """Emits a `ReadModel`: its features are to be selected."""
     previewed = Signal(object)
     """Emits the `TablePreview` of a table: it is to be confirmed."""
     part_read = Signal(object)
-    """Emits the `PartOfPlan`: what the model of a plan is."""
+    """Emits the `PartOfPlan` of a plan's model."""
     failed = Signal(object)
-    """Emits the exception: why nothing was."""
     _reading = Signal(str)
 
     def __init__(self, in_use: Callable[[], InUse] | None = None) -> None:
@@ -261,7 +227,7 @@ class Importing(WorkLine):
         self._worker = Worker("ocmm-import", self)
         self._given_up = threading.Event()
         self._reads = False
-        # The thread that reads tells it, and the window shows it when it comes to it.
+        # Emitted by the reading thread, shown by the window.
         self._reading.connect(self._show_progress, Qt.ConnectionType.QueuedConnection)
 
     def read(
@@ -273,16 +239,10 @@ class Importing(WorkLine):
         up: str = _UP,
         options: TableOptions | None = None,
     ) -> None:
-        """Start to read a file; another one that is being read is given up.
+        """Start to read a file, cancelling an earlier one.
 
-        Parameters
-        ----------
-        relocate
-            Find a frame again at its control points instead of using it as saved.
-        up
-            Axis of a model that points up.
-        options
-            Statements of the user about a table.
+        `relocate`: relocate a frame at its control points instead of using it as saved. `up`: axis
+        of a model that points up. `options`: user's statements about a table.
         """
         self._given_up.set()
         given_up = self._given_up = threading.Event()
@@ -305,7 +265,7 @@ class Importing(WorkLine):
         )
 
     def read_part(self, plan: Plan, folder: Path | None) -> None:
-        """Begin with the part of a plan, which is kept or read from its model."""
+        """Start to load the part of a plan, cached or read from its model."""
         self._given_up.set()
         given_up = self._given_up = threading.Event()
         self._reads = True
@@ -324,7 +284,7 @@ class Importing(WorkLine):
         plan_file: Path | None,
         zone_mm: float | None = None,
     ) -> None:
-        """Put what was chosen of a model into a plan; see `with_offers`."""
+        """Add the selection from a model to a plan; see `with_offers`."""
         self._given_up.set()
         given_up = self._given_up = threading.Event()
         self._reads = True
@@ -338,14 +298,14 @@ class Importing(WorkLine):
         )
 
     def give_up(self) -> bool:
-        """Read no more, and say whether something was being read."""
+        """Cancel reading; return whether a file was being read."""
         reads, self._reads = self._reads, False
         self._given_up.set()
         self.end()
         return reads
 
     def close_work(self, limit_s: float) -> None:
-        """Give up, and wait for the end of the thread; call it before the window goes."""
+        """Cancel, and wait for the end of the thread; call it before the window closes."""
         self.give_up()
         self._worker.close(limit_s)
 

@@ -1,4 +1,4 @@
-"""What a model offers, beside its picture: which surfaces become features is chosen here."""
+"""Selection of a model's surfaces as features, next to its picture."""
 
 from __future__ import annotations
 
@@ -25,10 +25,10 @@ UPS = ("+z", "-z", "+y", "-y", "+x", "-x")
 
 
 class ModelChoice(PartChoice):
-    """All surfaces that a model offers; emits the chosen `Offer`s, a tuple."""
+    """All surfaces offered by a model; emits the selected `Offer`s, a tuple."""
 
     up_changed = Signal(str)
-    """Emits the axis of the model that is to point up: what is within reach changes with it."""
+    """Emits the upward axis of the model, which changes reachability."""
 
     def __init__(self) -> None:
         self._read: ReadModel | None = None
@@ -53,13 +53,13 @@ class ModelChoice(PartChoice):
         self._up.textActivated.connect(self.up_changed)
 
     def show_model(self, read: ReadModel) -> None:
-        """Show a part and what it offers; surfaces without a reason against them are chosen."""
+        """Show a part and its offers; surfaces without a reason against them are selected."""
         self._read, self._offers = read, read.offers
         self._up.setCurrentText(read.up)
         has_free = any(offer.free_form is not None for offer in self._offers)
         self.zone.setVisible(has_free)
         self._zone_words.setVisible(has_free)
-        # Nobody but the drawing knows the zone of a free form.
+        # The zone of a free form is known only from the drawing.
         self.show_lines(
             read.model.part,
             [
@@ -72,11 +72,11 @@ class ModelChoice(PartChoice):
         )  # fmt: skip
 
     def chosen(self) -> tuple[Offer, ...]:
-        """Return what is chosen, in the order of the model."""
+        """Return the selection, in the order of the model."""
         return tuple(self._offers[row] for row in self.chosen_rows())
 
     def zone_mm(self) -> float | None:
-        """Return the zone of free forms; None where none is chosen, or no zone is given."""
+        """Return the zone of free forms; None without any, or without a zone."""
         typed, unit = split_unit(self.zone.text())
         found = typed_value(typed)
         value = None if found is None else to_mm(found, unit)
@@ -84,13 +84,13 @@ class ModelChoice(PartChoice):
         return value if has_free and value is not None and value > 0.0 else None
 
     def can_be_taken(self) -> bool:
-        """Return whether something is chosen, with its zone where it needs one."""
+        """Return whether something is selected, with its zone if needed."""
         chosen = self.chosen()
         lacks_zone = self.zone_mm() is None and any(one.free_form is not None for one in chosen)
         return bool(chosen) and not lacks_zone
 
     def said(self) -> str:
-        """Return how many surfaces are chosen, and whether a zone is missing."""
+        """Return the number of selected surfaces, and whether a zone is missing."""
         count = len(self.chosen_rows())
         words = tr("%n of {all} surfaces are chosen.", "1 of {all} surfaces is chosen.", count)
         words = words.format(all=len(self._offers))
@@ -100,7 +100,7 @@ class ModelChoice(PartChoice):
         return words if self._read is None else f"{words}\n{self._faces(self._read)}"
 
     def _faces(self, read: ReadModel) -> str:
-        """Return how many faces of the file are taken, and reasons against those of no surface."""
+        """Return the number of imported faces, and reasons against the others."""
         account = read.account(self.chosen())
         listed = {offer.against for offer in self._offers}
         others = [
@@ -112,7 +112,7 @@ class ModelChoice(PartChoice):
         return "\n".join((" ".join(filter(None, sentences)), *others))
 
     def about(self, row: int) -> str:
-        """Return what stands against a surface, or that nothing does."""
+        """Return the reason against a surface, or that there is none."""
         offer = self._offers[row]
         name = offer.feature.name
         if offer.against:
@@ -124,7 +124,7 @@ class ModelChoice(PartChoice):
 
 
 def _words(offer: Offer) -> str:
-    """Return a line: name, shape, size, and what stands against it."""
+    """Return a line: name, shape, size, and reason against it."""
     feature = offer.feature
     size = f"\N{LATIN CAPITAL LETTER O WITH STROKE} {millimetres(feature.diameter)}"
     if not feature.diameter:

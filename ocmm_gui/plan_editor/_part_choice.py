@@ -1,4 +1,4 @@
-"""The part with what is chosen in colour, and a list of all that can be: by mouse or keyboard."""
+"""Selection of faces on a part and in a list, by mouse or keyboard."""
 
 from __future__ import annotations
 
@@ -36,20 +36,20 @@ _LIST_PX = 430
 
 @dataclass(frozen=True, slots=True)
 class ChoiceLine:
-    """What can be chosen."""
+    """A selectable item."""
 
     words: str
-    """What stands in the list."""
+    """Text in the list."""
     places: tuple[int, ...]
     """Its faces in the part, from 0."""
     is_chosen: bool = False
     tip: str = ""
-    """More words, where the mouse rests."""
+    """More words, as a tool tip."""
 
 
 @dataclass(frozen=True, slots=True)
 class ChoiceWords:
-    """What a choice is called, for eyes and for screen readers."""
+    """Names of a selection, for display and screen readers."""
 
     choice: str
     list: str
@@ -60,16 +60,15 @@ class ChoiceWords:
 
 
 class PartChoice(QFrame):
-    """Faces of a part are chosen: what they are is for a subclass to say.
+    """Selection of a part's faces; subclasses define their meaning.
 
-    A click on a face chooses its line or takes the choice back, as Space does in the list. Return
-    takes the chosen ones over, Esc goes back without.
+    A click on a face toggles its line, as Space does in the list. Return accepts the selection, Esc
+    discards it.
     """
 
     taken = Signal(object)
-    """Emits what is chosen, a tuple."""
+    """Emits the selection, a tuple."""
     declined = Signal()
-    """Nothing is taken."""
 
     def __init__(self, words: ChoiceWords) -> None:
         super().__init__()
@@ -104,7 +103,7 @@ class PartChoice(QFrame):
         self.hide()
 
     def show_lines(self, part: PartModel | None, lines: Sequence[ChoiceLine]) -> None:
-        """Show a part and what can be chosen of it, the first line with the keyboard."""
+        """Show a part and its selectable items, with the focus on the first line."""
         self._lines = tuple(lines)
         self._row_of = {place: row for row, line in enumerate(lines) for place in line.places}
         self.list.blockSignals(True)
@@ -123,28 +122,27 @@ class PartChoice(QFrame):
         self.list.setFocus()
 
     def add_row(self, *widgets: QWidget) -> None:
-        """Put more under the list, beside each other; the last one is the widest."""
+        """Add widgets under the list in a row; the last one is the widest."""
         row = QHBoxLayout()
         for widget in widgets:
             row.addWidget(widget, int(widget is widgets[-1]))
         self._more.addLayout(row)
 
     def chosen_rows(self) -> list[int]:
-        """Return the lines that are chosen, from 0."""
+        """Return the selected lines, from 0."""
         return [row for row in range(len(self._lines)) if self._is_chosen(row)]
 
     def words(self) -> str:
-        """Return what is said of the choice."""
+        """Return the message about the selection."""
         return f"{self._told.text()} {self._about.text()}".strip()
 
     def set_theme(self, theme: Theme) -> None:
-        """Paint with ``theme`` from now on."""
         self.theme = theme
         self.list.set_theme(theme)
         self.show_choice()
 
     def show_choice(self) -> None:
-        """Colour what is chosen, and say what it is; call it when anything has changed."""
+        """Show the selection in colour and words; call it after changes."""
         marked: dict[int, str] = {}
         for row in self.chosen_rows():
             marked.update(dict.fromkeys(self._lines[row].places, self.theme.good))
@@ -157,19 +155,19 @@ class PartChoice(QFrame):
         self._about.setText(self.about(row) if row < len(self._lines) else "")
 
     def chosen(self) -> tuple[object, ...]:
-        """Return what is chosen, in the order of the list."""
+        """Return the selection, in the order of the list."""
         raise NotImplementedError
 
     def can_be_taken(self) -> bool:
-        """Return whether what is chosen is enough."""
+        """Return whether the selection is sufficient."""
         return bool(self.chosen_rows())
 
     def said(self) -> str:
-        """Return how much is chosen, and what is missing."""
+        """Return the size of the selection, and what is missing."""
         raise NotImplementedError
 
     def about(self, row: int) -> str:
-        """Return what is to be said of the line that the keyboard is on."""
+        """Return the message about the current line."""
         raise NotImplementedError
 
     def _is_chosen(self, row: int) -> bool:
@@ -180,7 +178,7 @@ class PartChoice(QFrame):
             self.taken.emit(self.chosen())
 
     def _on_face(self, place: int) -> None:
-        """Choose the line of a face, or take the choice back; the places count from 0."""
+        """Toggle the line of a face, from 0."""
         row = self._row_of.get(place)
         if row is None:
             return
@@ -210,12 +208,9 @@ class PartChoice(QFrame):
 
 
 class ChoiceList(QListWidget):
-    """A line for each surface; Return and Esc are its own.
+    """A line for each surface; handles Return and Esc.
 
-    Parameters
-    ----------
-    name
-        Accessible name.
+    `name`: accessible name.
     """
 
     taken = Signal()
@@ -231,8 +226,7 @@ class ChoiceList(QListWidget):
         self.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
 
     def set_theme(self, theme: Theme) -> None:
-        """Paint with ``theme`` from now on."""
-        # The style's own empty box cannot be seen on a dark panel.
+        # The style's own empty box is invisible on a dark panel.
         self.setStyleSheet(
             f"QListView::indicator {{ width: 14px; height: 14px; border: 1px solid {theme.muted};"
             f" border-radius: 3px; }} QListView::indicator:checked {{ background: {theme.good};"
@@ -240,7 +234,7 @@ class ChoiceList(QListWidget):
         )
 
     def event(self, event: QEvent) -> bool:
-        """Take Return and Esc before the sheet does."""
+        """Handle Return and Esc before the sheet does."""
         is_mine = event.type() is QEvent.Type.ShortcutOverride and isinstance(event, QKeyEvent)
         if is_mine and isinstance(event, QKeyEvent) and event.key() in (*_TAKE, Qt.Key.Key_Escape):
             event.accept()
@@ -248,7 +242,6 @@ class ChoiceList(QListWidget):
         return super().event(event)
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
-        """Take over with Return, go back with Esc."""
         if event.key() in _TAKE:
             self.taken.emit()
         elif event.key() == Qt.Key.Key_Escape:

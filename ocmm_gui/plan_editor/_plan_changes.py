@@ -1,4 +1,4 @@
-"""What the keys of the editor change in a plan: a change that may fail, and what is chosen then."""
+"""Changes of a plan by the editor's keys, which may fail, and the item selected afterwards."""
 
 from __future__ import annotations
 
@@ -27,16 +27,13 @@ from ocmm_gui.views import read_picture
 
 @dataclass(frozen=True, slots=True)
 class PlanChange:
-    """A change of a plan."""
-
     make: Callable[[], Plan]
-    """Returns the other plan; raises `OcmmError` where it cannot be."""
+    """Returns the other plan; raises `OcmmError` if impossible."""
     chosen: ItemKey
-    """What the editor shows after it."""
 
 
 def with_feature(plan: Plan, chosen: ItemKey) -> PlanChange:
-    """Return a plan with a feature like the chosen one, after it."""
+    """Return a change that adds a feature like the selected one, after it."""
     feature, place = new_feature(plan, chosen), _place_after(plan, chosen, "features")
     return PlanChange(
         lambda: add_feature(plan, feature, place), ItemKey("features", feature.name)
@@ -44,7 +41,7 @@ def with_feature(plan: Plan, chosen: ItemKey) -> PlanChange:
 
 
 def with_construction(plan: Plan, chosen: ItemKey) -> PlanChange | None:
-    """Return a plan with a construction of the chosen feature; None without features."""
+    """Return a change that adds a construction of the selected feature; None without features."""
     item, place = new_construction(plan, chosen), _place_after(plan, chosen, "constructions")
     if item is None:
         return None
@@ -54,7 +51,7 @@ def with_construction(plan: Plan, chosen: ItemKey) -> PlanChange | None:
 
 
 def with_characteristic(plan: Plan, chosen: ItemKey) -> PlanChange | None:
-    """Return a plan with a characteristic of the chosen feature; None where none is chosen."""
+    """Return a change that adds a characteristic of the selected feature; None without one."""
     item = new_characteristic(plan, chosen)
     if item is None:
         return None
@@ -62,7 +59,7 @@ def with_characteristic(plan: Plan, chosen: ItemKey) -> PlanChange | None:
 
 
 def with_item(plan: Plan, chosen: ItemKey, item: Any) -> PlanChange:
-    """Return a plan in which the chosen item is what the form says."""
+    """Return a change of the selected item to the form's content."""
     if chosen == HEAD:
         return PlanChange(lambda: with_head(plan, item), chosen)
     if chosen == ALIGNMENT:
@@ -73,7 +70,7 @@ def with_item(plan: Plan, chosen: ItemKey, item: Any) -> PlanChange:
 
 
 def without(plan: Plan, chosen: ItemKey) -> PlanChange | None:
-    """Return a plan without the chosen item or alignment; None where neither is chosen."""
+    """Return a change that removes the selected item or alignment; None if neither."""
     if chosen == ALIGNMENT:
         return PlanChange(lambda: with_alignment(plan, None), chosen)
     if chosen.group not in LISTS:
@@ -82,19 +79,16 @@ def without(plan: Plan, chosen: ItemKey) -> PlanChange | None:
 
 
 def moved(plan: Plan, chosen: ItemKey, way: int) -> PlanChange | None:
-    """Return a plan with the chosen item further up or down; None where it cannot go there."""
+    """Return a change that moves the selected item up or down; None if impossible."""
     if chosen.group not in LISTS or (place := place_of(plan, chosen) + way) < 0:
         return None
     return PlanChange(lambda: move_item(plan, chosen.name, place, chosen.group), chosen)
 
 
 def with_picture_of(plan: Plan, path: Path | None, chosen: ItemKey, picture: Path) -> Plan:
-    """Return a plan with a picture at the step of the chosen feature.
+    """Return a plan with a picture for the selected feature.
 
-    Raises
-    ------
-    InputError
-        It is no picture, or the plan has no file yet.
+    Raises InputError if it is no picture, or the plan has no file yet.
     """
     if picture.is_file() and read_picture(picture) is None:
         raise InputError(
@@ -105,5 +99,5 @@ def with_picture_of(plan: Plan, path: Path | None, chosen: ItemKey, picture: Pat
 
 
 def _place_after(plan: Plan, chosen: ItemKey, group: str) -> int | None:
-    """Return the place after the chosen item of a list; None for its end."""
+    """Return the index after the selected item of a list; None for its end."""
     return place_of(plan, chosen) + 1 if chosen.group == group else None

@@ -1,4 +1,4 @@
-"""Whether the plan that is written can be measured, in a sentence."""
+"""Validity of the edited plan, in a sentence."""
 
 from __future__ import annotations
 
@@ -19,11 +19,11 @@ _MOST_SHOWN = 3
 """Errors come first; the others follow once these are corrected."""
 
 _FIELD = re.compile(r"field '(\w+)(?:\[(\d+)\])?\.?([^'\[]*)")
-"""Part of the plan, place in its list, and field, in a sentence of the core."""
+"""Part of the plan, index in its list, and field, in a sentence of the core."""
 
 
 class PlanChecks(QWidget):
-    """In order, or what is wrong and what to do."""
+    """Valid, or the error and its remedy."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -35,11 +35,10 @@ class PlanChecks(QWidget):
         layout.addWidget(self._label)
 
     def text(self) -> str:
-        """Return what is said."""
         return self._label.text()
 
     def show_fault(self, fault: OcmmError) -> None:
-        """Say why something is not taken over."""
+        """Show why something is not applied."""
         self._say(
             tr("✖  Not applied: {what} {remedy}").format(
                 what=said(fault.what), remedy=said(fault.remedy)
@@ -48,7 +47,7 @@ class PlanChecks(QWidget):
         )
 
     def show_good(self, draft: PlanDraft) -> None:
-        """Show the contradictions of the plan, or that it is in order; and missing pictures."""
+        """Show the contradictions of the plan, or that it is valid; and missing pictures."""
         words = tr("✔  The plan is valid and can be measured.")
         tone: Tone = "good"
         found = plan_findings(draft.plan)
@@ -75,7 +74,6 @@ class PlanChecks(QWidget):
         self._say(words, tone)
 
     def set_theme(self, theme: Theme) -> None:
-        """Paint with ``theme`` from now on."""
         self._theme = theme
         self._say(self.text(), self._tone)
 
@@ -89,7 +87,7 @@ class PlanChecks(QWidget):
 
 
 def faulty_field(fault: OcmmError, plan: Plan, key: ItemKey) -> str:
-    """Return the field of an item that a fault is about; empty where it is about another item."""
+    """Return the field of an item that a fault is about; empty if about another item."""
     if fault.code.startswith("plan.form."):
         return fault.code.removeprefix("plan.form.")
     found = _FIELD.search(fault.what)

@@ -1,4 +1,4 @@
-"""The list of what is in a plan."""
+"""List of the items of a plan."""
 
 from __future__ import annotations
 
@@ -13,13 +13,13 @@ from ocmm_gui.kit import literal, said_word, text_font, tr
 from ocmm_gui.plan_editor.form import choice_word
 
 LISTS = ("features", "constructions", "characteristics")
-"""Lists of a plan, in the order in which they are shown."""
+"""Lists of a plan, in the order shown."""
 
 _ROW_PX = 34
 
 
 class ItemKey(NamedTuple):
-    """What is chosen: a part of the plan, and a name where the part is a list."""
+    """A part of the plan, and a name if the part is a list."""
 
     group: str
     name: str = ""
@@ -34,7 +34,7 @@ class PlanItems(QListWidget):
     """The plan itself, its alignment, features, constructions and characteristics."""
 
     item_chosen = Signal(object)
-    """Emits the `ItemKey` that was chosen."""
+    """Emits the selected `ItemKey`."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -45,7 +45,7 @@ class PlanItems(QListWidget):
         self.currentRowChanged.connect(self._on_row)
 
     def show_plan(self, plan: Plan, chosen: ItemKey) -> None:
-        """Show the items of a plan; ``chosen`` is chosen if it is among them."""
+        """Show the items of a plan; ``chosen`` is selected if it exists."""
         self.blockSignals(True)
         self.clear()
         self._keys = []
@@ -78,11 +78,10 @@ class PlanItems(QListWidget):
         self.blockSignals(False)
 
     def choose(self, key: ItemKey) -> None:
-        """Choose an item, or the plan where it is not there."""
+        """Select an item, or the plan if it does not exist."""
         self.setCurrentRow(self._keys.index(key) if key in self._keys else 0)
 
     def chosen(self) -> ItemKey:
-        """Return the chosen item."""
         row = self.currentRow()
         return self._keys[row] if 0 <= row < len(self._keys) else HEAD
 
@@ -98,7 +97,7 @@ class PlanItems(QListWidget):
 
 
 def item_of(plan: Plan, key: ItemKey) -> Any:
-    """Return an item of a plan, or the plan; KeyError if there is none."""
+    """Return an item of a plan, or the plan; KeyError if unknown."""
     if key == HEAD:
         return plan
     if key == ALIGNMENT:
@@ -107,7 +106,7 @@ def item_of(plan: Plan, key: ItemKey) -> Any:
 
 
 def place_of(plan: Plan, key: ItemKey) -> int:
-    """Return the place of an item in its list; KeyError if it is in none."""
+    """Return the index of an item in its list; KeyError if unknown."""
     for index, item in enumerate(getattr(plan, key.group) if key.group in LISTS else ()):
         if item.name == key.name:
             return index

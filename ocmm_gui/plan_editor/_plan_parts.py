@@ -1,4 +1,4 @@
-"""The parts of the plan editor: its forms, what asks for files, and where they stand."""
+"""Parts of the plan editor: its forms, its file panels, and their layout."""
 
 from __future__ import annotations
 
@@ -17,7 +17,6 @@ from ocmm_gui.plan_editor.form import ItemForm
 
 
 def item_forms() -> dict[str, ItemForm]:
-    """Return a form for each group of items."""
     left_out = tuple(name for name in Plan.__struct_fields__ if name not in HEAD_FIELDS)
     return {
         HEAD.group: ItemForm(tr("Plan settings"), Plan, left_out),
@@ -29,7 +28,7 @@ def item_forms() -> dict[str, ItemForm]:
 
 
 def path_panels() -> tuple[PathPanel, PathPanel, PathPanel, PathPanel]:
-    """Return what asks for the files of plan, import, picture and another plan."""
+    """Return the panels for the files of plan, import, picture and another plan."""
     return (
         PathPanel(tr("Write the plan into the file"), tr("File of the plan"), tr("Write")),
         PathPanel(
@@ -45,7 +44,7 @@ def path_panels() -> tuple[PathPanel, PathPanel, PathPanel, PathPanel]:
 def lay_out(
     editor: QWidget, items: QWidget, form: QWidget, right: Sequence[tuple[QWidget, int]]
 ) -> None:
-    """Put list, form and, above each other by their shares, what stands at the right."""
+    """Lay out list, form and, stacked by their shares, the right column."""
     middle, column = QVBoxLayout(), QVBoxLayout()
     middle.addWidget(form)
     for widget, share in right:

@@ -1,7 +1,4 @@
-"""The plan editor: a list of what is in the plan, a form, and what is wrong with it in words.
-
-The keys of the plan editor and what each does, in words.
-"""
+"""The plan editor: a list of the plan's items, a form, and errors in words."""
 
 from __future__ import annotations
 
@@ -73,28 +70,23 @@ KEYS = (
 
 
 _END_S = 1.0
-"""So long at most the window waits for a file that is still being read."""
+"""s: maximum wait for a file that is still being read."""
 
 
 class PlanSheet(Sheet):
     """List on the left, form in the middle, picture and checks on the right.
 
-    Parameters
-    ----------
-    plan, path
-        The plan that is measured, and its file where that is known.
-    job_path
-        Gives the file of the running job, whose part can be the master.
-    in_use
-        Gives the cameras and the probe that models are imported for.
+    `plan`, `path`: The current plan of the station, and its file if known.
+    `job_path`: Returns the file of the running job, whose part can be the master.
+    `in_use`: Returns the cameras and the probe for imported models.
     """
 
     warned = Signal(str)
-    """Emits what was done, but not wholly as it was asked for."""
+    """Emits a result that differs from the request."""
     saved = Signal(object)
     """Emits the `Path` that the plan was written to."""
     measure_wanted = Signal(object)
-    """Emits the `Path` of a plan that a job is to be begun by."""
+    """Emits the `Path` of a plan for a new job."""
 
     def __init__(
         self,
@@ -162,68 +154,63 @@ class PlanSheet(Sheet):
         self._refresh(HEAD)
 
     def open(self) -> None:
-        """Go on writing where it was left."""
         self.models.close()
         self._refresh(self.items.chosen())
 
     def use_plan(self, plan: Plan, path: Path | None) -> None:
-        """Show the plan that is measured now, unless another one has changes that are not saved."""
+        """Show the plan now measured, unless another one has unsaved changes."""
         if self.draft.is_saved:
             self._show_other(plan, path)
 
     def add_feature(self) -> None:
-        """Add a feature like the chosen one, under a name of its own."""
+        """Add a feature like the selected one, under a unique name."""
         self._add(with_feature(self.draft.plan, self.items.chosen()))
 
     def add_construction(self) -> None:
-        """Add a construction from the chosen feature, or one like the chosen construction."""
+        """Add a construction from the selected feature, or one like the selected construction."""
         made = with_construction(self.draft.plan, self.items.chosen())
         self._add(made, tr("Add the features to construct from first."))
 
     def add_characteristic(self) -> None:
-        """Add a characteristic of the chosen feature."""
         made = with_characteristic(self.draft.plan, self.items.chosen())
         self._add(made, tr("Select the feature to tolerance first."))
 
     def align(self) -> None:
-        """Show the alignment with the keyboard in its form."""
         self.items.choose(ALIGNMENT)
         self.form().focus_first()
 
     def choose_faces(self) -> None:
-        """Show the faces of the plan's model, to align the part by those that are chosen."""
+        """Show the faces of the plan's model, to select those to align by."""
         if self.models.choose_faces():
             self.items.choose(ALIGNMENT)
 
     def remove(self) -> None:
-        """Remove the chosen item; one that others need stays, and they are named."""
+        """Remove the selected item; if others need it, it stays and they are named."""
         self._change(without(self.draft.plan, self.items.chosen()))
 
     def undo(self) -> None:
-        """Take the last change back."""
         if not self.draft.undo():
             self.told.emit(tr("Nothing to undo."))
         self._refresh(self.items.chosen())
 
     def redo(self) -> None:
-        """Do again what was taken back."""
         if not self.draft.redo():
             self.told.emit(tr("Nothing to redo."))
         self._refresh(self.items.chosen())
 
     def teach(self) -> None:
-        """Take the nominals of all measured features from the part of the running job."""
+        """Teach the nominals of all measured features from the part of the running job."""
         self._teaching.toggle(self._job_path(), self.draft.plan)
 
     def ask_import(self) -> None:
-        """Ask for a file to import, or give up the one that is being read."""
+        """Ask for a file to import, or cancel the current reading."""
         if not self.models.importing.give_up():
             self.source.ask(self._folder())
             if missing := what_is_missing():
                 self.told.emit(missing)
 
     def import_file(self, path: Path) -> None:
-        """Add the features of a table or of a model, or take the frame of a document."""
+        """Add the features of a table or a model, or use the frame of a document."""
         relocate = self.forms[ALIGNMENT.group].choice() == "relocation"
         self.models.read(path, relocate=relocate)
         self.items.setFocus()
@@ -233,45 +220,42 @@ class PlanSheet(Sheet):
         self.items.setFocus()
 
     def attach_picture(self, path: Path) -> None:
-        """Attach a picture to the step of the chosen feature; it is copied beside the plan."""
+        """Attach a picture to the selected feature; it is copied next to the plan."""
         plan, key = self.draft.plan, self.items.chosen()
 
         if self._did(lambda: with_picture_of(plan, self.draft.path, key, path), key):
             self.items.setFocus()
 
     def save(self) -> None:
-        """Ask for the file; the one of this plan is proposed."""
+        """Ask for the file, proposing the current one."""
         path = self.draft.path
         if path is None or is_shipped(path):
-            # What is shipped with the program stays as it is.
+            # Shipped files are never overwritten.
             path = Path.home() / f"{file_stem(self.draft.plan.name)}.toml"
         self.file.ask(path)
 
     def save_as(self, path: Path) -> None:
-        """Write the plan, read it back and compare; its pictures go with it."""
+        """Write the plan with its pictures, read it back and compare."""
         if self.attempt(lambda: self.draft.save(path)) is not None:
             self.saved.emit(path)
             self.items.setFocus()
         self._refresh(self.items.chosen())
 
     def open_file(self, path: Path) -> None:
-        """PlanChange the plan of another file from now on."""
         self._change_to(lambda: load_plan(path), path)
 
     def measure(self) -> None:
-        """Ask for a job by this plan."""
         if self.draft.path is None or not self.draft.is_saved:
             self.told.emit(tr("Save the plan first (F8): a job starts from its file."))
         else:
             self.measure_wanted.emit(self.draft.path)
 
     def close_work(self) -> None:
-        """Give up what is calculated; call it before the window goes."""
+        """Cancel background work; call it before the window closes."""
         self._teaching.cancel()
         self.models.importing.close_work(_END_S)
 
     def form(self) -> ItemForm:
-        """Return the form of the chosen item."""
         return self.forms[self.items.chosen().group]
 
     def _folder(self) -> Path:
@@ -304,7 +288,7 @@ class PlanSheet(Sheet):
         self.picture.show_step(drawn, self.draft.folder)
 
     def _take(self) -> None:
-        """Take what is filled in over into the plan, or say why not."""
+        """Apply the form to the plan, or show why not."""
         try:
             made = with_item(self.draft.plan, self.items.chosen(), self.form().item())
             changed = made.make()
@@ -327,7 +311,7 @@ class PlanSheet(Sheet):
             self._did(made.make, made.chosen)
 
     def _did(self, change: Callable[[], Plan], chosen: ItemKey) -> bool:
-        """Make a change of the plan and say whether it could be made."""
+        """Make a change of the plan; return whether it succeeded."""
         changed = self.attempt(change)
         if changed is None:
             return False

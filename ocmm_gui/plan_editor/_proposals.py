@@ -1,4 +1,4 @@
-"""Proposals for what is added to a plan."""
+"""Default items added to a plan."""
 
 from __future__ import annotations
 
@@ -13,13 +13,13 @@ from ocmm_gui.plan_editor._plan_items import ItemKey, item_of
 
 
 def fresh_plan() -> Plan:
-    """Return a plan with one feature, to begin with."""
+    """Return a plan with one feature, to start with."""
     empty = new_plan(tr("PLAN"), tr("PART"))
     return add_feature(empty, new_feature(empty, ItemKey("plan")))
 
 
 def new_feature(plan: Plan, chosen: ItemKey) -> NominalFeature:
-    """Return a feature like the chosen one, or a plane, under a name that is free."""
+    """Return a feature like the selected one, or a plane, under a free name."""
     if chosen.group == "features":
         feature: NominalFeature = item_of(plan, chosen)
         return msgspec.structs.replace(
@@ -34,9 +34,9 @@ def new_feature(plan: Plan, chosen: ItemKey) -> NominalFeature:
 
 
 def new_construction(plan: Plan, chosen: ItemKey) -> Construction | None:
-    """Return a construction like the chosen one, or the chosen feature under another name.
+    """Return a construction like the selected one, or the selected feature under another name.
 
-    None where neither is chosen and the plan has no feature.
+    None if neither is selected and the plan has no feature.
     """
     if chosen.group == "constructions":
         like: Construction = item_of(plan, chosen)
@@ -49,9 +49,9 @@ def new_construction(plan: Plan, chosen: ItemKey) -> Construction | None:
 
 
 def new_characteristic(plan: Plan, chosen: ItemKey) -> Characteristic | None:
-    """Return the usual characteristic of the chosen feature; None where none is chosen.
+    """Return the usual characteristic of the selected feature; None without one.
 
-    Of a construction it is the distance from the first feature.
+    For a construction it is the distance from the first feature.
     """
     if chosen.group == "constructions":
         return _of(plan, [plan.features[0].name, chosen.name], "distance", 0.0, -0.1)

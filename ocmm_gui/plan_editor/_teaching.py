@@ -1,4 +1,4 @@
-"""Nominals from the part of a job file; calculated in a process of its own."""
+"""Nominals from the part of a job file, computed in a side process."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from ocmm_gui.work import SideProcess, Tell
 
 
 class Teaching(QProgressBar):
-    """Shows how far it is, and nothing while nothing is calculated."""
+    """Progress of teaching; hidden otherwise."""
 
     taught = Signal(object)
     """Emits the `Plan` with its new nominals."""
@@ -34,7 +34,7 @@ class Teaching(QProgressBar):
         self._process.advanced.connect(self._on_advanced)
 
     def toggle(self, job: Path, plan: Plan) -> None:
-        """Begin with the part of a job, or give up what is under way."""
+        """Start with the part of a job, or cancel."""
         if self._process.is_running():
             self.cancel()
             return
@@ -43,7 +43,6 @@ class Teaching(QProgressBar):
         self._process.start(partial(taught_of_file, job, plan))
 
     def cancel(self) -> None:
-        """Give up what is under way."""
         self._process.cancel()
         self.hide()
 
@@ -61,12 +60,9 @@ class Teaching(QProgressBar):
 
 
 def taught_of_file(path: Path, plan: Plan, tell: Tell) -> Plan:
-    """Return a plan with the nominals of what a job has measured, in its part frame.
+    """Return a plan with the nominals measured in a job, in its part frame.
 
-    Raises
-    ------
-    OcmmError
-        The job cannot be read, or its part frame is not measured.
+    Raises OcmmError if the job cannot be read, or its part frame is not measured.
     """
     tell(later("Reading the job"), 0.2)
     job = reopen_job(path)

@@ -1,4 +1,4 @@
-"""What became of the tolerances of a model, shown before they are taken over into the plan."""
+"""Account of a model's tolerances, shown for confirmation."""
 
 from __future__ import annotations
 
@@ -34,19 +34,17 @@ _GROUPS = {
 
 
 class ToleranceAccount(QWidget):
-    """How many items were taken, and each with its reason: those refused first.
+    """Number of imported items, and each with its reason: refused ones first.
 
-    Datum references and labels are counted; they follow what they belong to.
-
-    Return takes the tolerances over with the features, Esc nothing; a button the features alone.
+    Datum references and labels are counted; they follow their items. Return accepts features and
+    tolerances, Esc nothing; a button the features alone.
     """
 
     agreed = Signal()
-    """The features are wanted, with what was taken of the tolerances."""
+    """Accept the features with the imported tolerances."""
     without = Signal()
-    """The features are wanted alone."""
+    """Accept the features alone."""
     declined = Signal()
-    """Nothing is wanted."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -84,12 +82,9 @@ class ToleranceAccount(QWidget):
         self.hide()
 
     def show_account(self, account: Account, characteristics: int) -> None:
-        """Show an account, and ask whether its characteristics are wanted.
+        """Show an account, and ask whether to add its characteristics.
 
-        Parameters
-        ----------
-        characteristics
-            How many the plan would get.
+        `characteristics`: their number in the plan.
         """
         told = []
         for group, counts in account.counts().items():
@@ -113,12 +108,10 @@ class ToleranceAccount(QWidget):
         )
 
     def close_account(self) -> None:
-        """Show it no more; it has been answered."""
         self.question.hide()
         self.hide()
 
     def set_theme(self, theme: Theme) -> None:
-        """Paint with ``theme`` from now on."""
         self._theme = theme
         self.question.set_theme(theme)
         self._fill()

@@ -1,12 +1,11 @@
-"""The report on paper: PDF with symbols, plots and a picture, all drawn as paths.
+"""Printed reports: PDF with symbols, plots and a picture, all drawn as paths.
 
-In: the frozen data of a report, or of a recall. Out: a PDF, read back before it counts, or a
-preview.
+In: the frozen data of a report, or of a recall. Out: a PDF, verified by reading back, or a preview.
 
-Read `_pdf` (the report), `_paper_head`, `_sections`, `_part_picture` and `_paper_end`
-(its parts), `_canvas` (pages that fill) and `_drawing` (without a window), `_messages`,
-`_pdf_writer` (the file with other files in it), `_recall`, `_certificate` (papers about the
-machine), `_batch`, `_preview`. `_side` writes in a process of its own.
+Read `_pdf` (the report), `_paper_head`, `_sections`, `_part_picture` and `_paper_end` (its parts),
+`_canvas` (page layout) and `_drawing` (without a window), `_messages`, `_pdf_writer` (the file with
+attachments), `_recall`, `_certificate` (certificates of the machine), `_batch`, `_preview`. `_side`
+writes in a side process.
 Numbers come from `export.report`, none is computed here. It must not know sheets or the station.
 """
 

@@ -17,7 +17,7 @@ from ocmm_gui.reports._pdf import write_pdf
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Write the reports; return 0, 2 where one could not be made, 3 where nobody foresaw why."""
+    """Write the reports; return 0, 2 if one failed, 3 after an unexpected error."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("jobs", nargs="+", type=Path)
     parser.add_argument("--out", type=Path, required=True)
@@ -31,7 +31,7 @@ def main(arguments: list[str] | None = None) -> int:
 
     def write(job: Path) -> None:
         opened = reopen_job(job, options.probes, calibrations=options.calibrations)
-        # Read for each job: one that cannot be drawn is told, and the others are written.
+        # Read for each job: one that cannot be drawn is reported, and the others are written.
         data = replace(report_of_job(opened), paper=paper_of(job, given, options.template))
         path = write_pdf(data, options.out, incomplete=options.incomplete)
         sys.stdout.write(f"{path}\n")

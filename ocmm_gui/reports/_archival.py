@@ -34,7 +34,7 @@ from PySide6.QtCore import QPointF
 from PySide6.QtGui import QColor, QColorSpace, QPainter, QPdfWriter, QPen
 
 _OFF = -9000
-"""Of the marks, tenths of a millimetre: far off the page."""
+"""Position of the marks, tenths of a millimetre: far off the page."""
 _MARK = re.compile(rb"-9000 -(\d+) m\n-9000 -\d+ l\nS\n")
 _RANGE = re.compile(rb"^(<\w{4}> <\w{4}> )(.*)$", re.MULTILINE)
 """Of a font's codes, and the characters that they are copied as."""
@@ -60,15 +60,13 @@ class PageTag:
 
     role: str
     parent: int = -1
-    """Index of the element around it; -1 for the document."""
+    """Index of the enclosing element; -1 for the document."""
     words: str = ""
     """Alternative text of a figure."""
 
 
 @dataclass(frozen=True, slots=True)
 class PdfFacts:
-    """Metadata of a PDF file."""
-
     title: str
     language: str
     software: str
@@ -81,7 +79,7 @@ def paint_tag(painter: QPainter, number: int) -> None:
     if isinstance(painter.device(), QPdfWriter):
         painter.save()
         painter.setClipping(False)
-        # Another pen than the default one, which Qt strokes as an area.
+        # Not the default pen, which Qt strokes as an area.
         painter.setPen(QPen(QColor("black"), 2.0))
         painter.drawLine(QPointF(_OFF, -number - 2), QPointF(_OFF, -number - 3))
         painter.restore()
@@ -92,10 +90,7 @@ def archival_pdf(
 ) -> bytes:
     """Return drawn pages as PDF/A-3a with associated files.
 
-    Parameters
-    ----------
-    files
-        Data of the pages by name, ending in ``.json``, ``.xml`` or ``.csv``.
+    `files`: data of the pages by name, ending in ``.json``, ``.xml`` or ``.csv``.
     """
     writer = PdfWriter(clone_from=io.BytesIO(drawn))
     writer.pdf_header = "%PDF-1.7"
@@ -108,7 +103,7 @@ def archival_pdf(
     ).encode()  # fmt: skip
     for page in writer.pages:
         _clean_fonts(page)
-    # Qt's has the time of writing.
+    # Qt's metadata contain the time of writing.
     cast("StreamObject", root["/Metadata"].get_object()).set_data(xmp)
     root[_n("Lang")] = TextStringObject(facts.language)
     root[_n("MarkInfo")] = _dict(Marked=BooleanObject(value=True))
@@ -134,13 +129,7 @@ def archival_pdf(
 
 
 def attached(pdf: bytes) -> tuple[int, dict[str, bytes]]:
-    """Return the number of pages and the associated files of a PDF.
-
-    Raises
-    ------
-    ValueError
-        It cannot be read.
-    """
+    """Return the number of pages and the associated files; ValueError if unreadable."""
     try:
         reader = PdfReader(io.BytesIO(pdf), strict=True)
         return len(reader.pages), {name: one[0] for name, one in reader.attachments.items()}
@@ -184,9 +173,9 @@ def _structure(writer: PdfWriter, tags: Sequence[PageTag]) -> IndirectObject:
 
 
 def _marked(content: bytes, tags: Sequence[PageTag]) -> tuple[list[int], bytes]:
-    """Return the elements on a page in their order, and the page with marked content.
+    """Return the elements on a page in order, and the page with marked content.
 
-    All that has no tag is an artifact: lines, fields of colour, feet.
+    Untagged content is an artifact: lines, coloured fields, page footers.
     """
     found: list[int] = []
 
@@ -201,7 +190,7 @@ def _marked(content: bytes, tags: Sequence[PageTag]) -> tuple[list[int], bytes]:
 
 
 def _clean_fonts(page: PageObject) -> None:
-    """Correct what Qt writes of fonts: spaces copied as tabs, incomplete lists of characters."""
+    """Correct Qt's fonts: spaces copied as tabs, incomplete lists of characters."""
     for font in cast("DictionaryObject", page["/Resources"]).get("/Font", {}).values():
         for under in font.get("/DescendantFonts", ()):
             # Optional in PDF/A-3 (6.2.11.4.2).

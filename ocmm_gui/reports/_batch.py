@@ -107,10 +107,9 @@ def _values(found: Comparison) -> bytes:
 
 @dataclass(frozen=True, slots=True)
 class BatchPrinting:
-    """Write the pages of a batch, in a process of its own."""
+    """Write the pages of a batch, in a side process."""
 
     found: Comparison
-    """What is shown."""
     path: Path
 
     def __call__(self, tell: Teller) -> Path:
@@ -176,7 +175,7 @@ def _reasons(canvas: Canvas, reasons: tuple[str, ...]) -> None:
 
 
 def _paint_chart(painter: QPainter, box: QRectF, *, trend: Trend, canvas: Canvas) -> None:
-    """Draw one dot a part with its U, the tolerance as a field, and the lines of the chart."""
+    """Draw one dot per part with its U, the tolerance as a field, and the lines of the chart."""
     plot = box.adjusted(_SCALE, 10.0, -10.0, -50.0)
     low, high = trend.span()
 
@@ -199,7 +198,7 @@ def _paint_chart(painter: QPainter, box: QRectF, *, trend: Trend, canvas: Canvas
     for name, value, style in levels:
         painter.setPen(QPen(QColor(INK.text), 2.5, style))
         painter.drawLine(QPointF(plot.left(), y(value)), QPointF(plot.right(), y(value)))
-        # Two words on one another can be read by nobody.
+        # Overlapping words are illegible.
         if all(abs(y(value) - other) > 34.0 for other in taken):
             taken.append(y(value))
             told = QRectF(box.left(), y(value) - 18.0, _SCALE - 12.0, 36.0)
@@ -235,7 +234,7 @@ def _paint_parts(painter: QPainter, plot: QRectF, trend: Trend, low: float, high
         marks.append((place, counted in warned))
         before = place
     painter.setPen(QPen(QColor(INK.text), 1.5))
-    # Those that ask for attention last: nothing hides them.
+    # Points that need attention last, so that nothing hides them.
     for place, odd in sorted(marks, key=lambda one: one[1]):
         painter.setBrush(QColor(INK.bad if odd else INK.text))
         if odd:
@@ -246,7 +245,7 @@ def _paint_parts(painter: QPainter, plot: QRectF, trend: Trend, low: float, high
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Write the pages; return 0, 2 where they could not be made, 3 where nobody foresaw why."""
+    """Write the pages; return 0, 2 on failure, 3 after an unexpected error."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("jobs", nargs="+", type=Path)
     parser.add_argument("--out", type=Path, required=True)

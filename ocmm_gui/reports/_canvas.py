@@ -1,7 +1,7 @@
-"""Pages that fill from top to bottom, in tenths of a millimetre.
+"""Page layout from top to bottom, in tenths of a millimetre.
 
-What is drawn is kept as functions and painted afterwards, so that the same pages go into a PDF, a
-preview on the screen and a picture for a test, and every page knows how many there are.
+Drawings are kept as functions and painted later, so that the same pages go into a PDF, a preview
+and a test picture, and every page knows the total number.
 """
 
 from __future__ import annotations
@@ -19,12 +19,11 @@ from ocmm_gui.kit import THEMES, text_font
 from ocmm_gui.reports._archival import PageTag, paint_tag
 
 INK = THEMES["light"]
-"""Paper is white whatever the window looks like."""
+"""Paper is white in every theme of the window."""
 
 PAGE = (2100.0, 2970.0)
-"""A4."""
 _LEAST = 0.6
-"""Of the size of type, where a word has little room."""
+"""Minimum relative type size of words in narrow places."""
 LEFT, RIGHT, TOP, BOTTOM = 150.0, 1950.0, 140.0, 2800.0
 WIDTH = RIGHT - LEFT
 
@@ -33,7 +32,7 @@ Draw = Callable[[QPainter], None]
 
 @dataclass(frozen=True, slots=True)
 class Style:
-    """How a text looks: height of its letters in tenths of a millimetre, weight and colour."""
+    """Style of a text: height of letters in tenths of a millimetre, weight and colour."""
 
     size: float = 30.0
     bold: bool = False
@@ -46,10 +45,7 @@ TITLE, HEADING = Style(58.0, bold=True), Style(38.0, bold=True)
 
 @dataclass(frozen=True, slots=True)
 class Column:
-    """A column of a table: heading, width, whether it holds numbers, and whether these are lengths.
-
-    The unit of lengths stands in the heading.
-    """
+    """A column of a table; the unit of lengths is in the heading."""
 
     title: str
     width: float
@@ -59,7 +55,7 @@ class Column:
 
 @dataclass(frozen=True, slots=True)
 class PageField:
-    """A cell: text in a style, or whatever ``draw`` paints into its box."""
+    """A cell: text in a style, or a drawing in its box."""
 
     text: str = ""
     style: Style = BODY
@@ -71,17 +67,14 @@ class Canvas:
     """Pages under construction."""
 
     speech: Speech = field(default_factory=Speech)
-    """The language of the paper: headings are in it, and whoever writes text asks it."""
     lengths: PaperLengths = field(default_factory=PaperLengths)
-    """The unit of the paper, which stands in every heading above lengths."""
+    """Unit of the report, shown in every heading above lengths."""
     pages: list[list[Draw]] = field(default_factory=lambda: [[]])
-    """What is drawn on each."""
     tags: list[PageTag] = field(default_factory=list)
-    """Structure of the document."""
     y: float = TOP
-    """Where the next thing goes on the last page."""
+    """Next position on the last page."""
     last: tuple[int, float] = (0, TOP)
-    """Where the last drawing starts on the last page: its index and its top."""
+    """Index and top of the last drawing on the last page."""
 
     def room(self, height: float) -> None:
         """Start a new page if ``height`` does not fit on this one."""
@@ -91,7 +84,7 @@ class Canvas:
         self.last = len(self.pages[-1]), self.y
 
     def room_with_last(self, height: float) -> None:
-        """Start a new page if need be, and move the last drawing there: none is alone on a page."""
+        """Start a new page if necessary, moving the last drawing to it: no orphans."""
         first, top = self.last
         if self.y + height <= BOTTOM or not first or self.y - top + height > BOTTOM - TOP:
             self.room(height)
@@ -113,7 +106,6 @@ class Canvas:
         return paint
 
     def skip(self, height: float) -> None:
-        """Leave a gap."""
         self.y += height
 
     def draw(
@@ -129,7 +121,6 @@ class Canvas:
         self.y += height
 
     def text(self, text: str, style: Style = BODY, *, left: float = LEFT) -> None:
-        """Write a paragraph."""
         height = text_height(text, style, RIGHT - left)
         self.room(height)
         box = QRectF(left, self.y, RIGHT - left, height)
@@ -139,7 +130,7 @@ class Canvas:
         self.y += height + 6.0
 
     def heading(self, text: str, below: float) -> None:
-        """Write a heading together with ``below`` of what follows it."""
+        """Write a heading, kept together with ``below`` of the following content."""
         self.skip(24.0)
         self.room(60.0 + below)
         self.text(self.speech.word(text), HEADING)
@@ -188,7 +179,7 @@ class Canvas:
         self, columns: Sequence[Column], row: Sequence[PageField], height: float, table: int,
         role: str = "TD", line: float = 1.0,
     ) -> None:  # fmt: skip
-        """Draw a row; without a table its cells are decoration, as repeated headings are."""
+        """Draw a row; without a table its cells are decoration, like repeated headings."""
         x, y = LEFT, self.y
         self.last = len(self.pages[-1]), y
         if table >= 0:
@@ -204,12 +195,12 @@ class Canvas:
 
 
 def whole_words(text: str, style: Style, width: float) -> Style:
-    """Return a style, if need be a smaller one, in which each word stands on one line."""
+    """Return a style, reduced if necessary, in which no word is broken."""
     return on_one_line(max(text.split(), key=len, default=""), style, width)
 
 
 def on_one_line(text: str, style: Style, width: float) -> Style:
-    """Return a style, if need be a smaller one, in which a text stands on one line."""
+    """Return a style, reduced if necessary, in which a text fits on one line."""
     smaller = style
     while smaller.size > _LEAST * style.size:
         if _face(smaller.size, smaller.bold)[1].horizontalAdvance(text) <= width:
@@ -219,7 +210,7 @@ def on_one_line(text: str, style: Style, width: float) -> Style:
 
 
 def _unbroken(cell: PageField, column: Column) -> PageField:
-    # A number that is broken reads as another one, whose last digits are gone.
+    # A broken number reads as another one without its last digits.
     if not column.right or not cell.text:
         return cell
     return replace(cell, style=whole_words(cell.text, cell.style, column.width - 16.0))
@@ -227,26 +218,25 @@ def _unbroken(cell: PageField, column: Column) -> PageField:
 
 @lru_cache(maxsize=64)
 def _face(size: float, bold: bool) -> tuple[QFont, QFontMetricsF]:
-    """Return font and metrics of a style: a large report asks for the same few 50,000 times."""
+    """Return font and metrics of a style, cached: large reports query 50,000 times."""
     font = text_font(size, bold=bold)
     return font, QFontMetricsF(font)
 
 
 def forget_faces() -> None:
-    """Let the fonts go; to be called before the application that they belong to ends."""
+    """Release the fonts; call it before their application ends."""
     _face.cache_clear()
 
 
 def text_height(text: str, style: Style, width: float) -> float:
-    """Return how high a text is when it is written into a width."""
     _, metrics = _face(style.size, style.bold)
     box = QRectF(0.0, 0.0, width, 1e6)
     return metrics.boundingRect(box, _wrapping(metrics, text, width), text).height()
 
 
 def _wrapping(metrics: QFontMetricsF, text: str, width: float) -> int:
-    """Return how a text is broken: between words, or anywhere where a word has no room."""
-    # Most words are short: measuring each of a report costs more than drawing it.
+    """Return the line breaking of a text: between words, or anywhere if a word does not fit."""
+    # Most words are short: measuring each costs more than drawing.
     longest = max(text.split(), key=len, default="")
     wide = metrics.horizontalAdvance(longest) > width
     return int(Qt.TextFlag.TextWrapAnywhere if wide else Qt.TextFlag.TextWordWrap)
@@ -259,7 +249,7 @@ def paint_line(
     style: Style,
     align: Qt.AlignmentFlag = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignTop,
 ) -> None:
-    """Write a text into one line of a box; what has no room is left out, with dots."""
+    """Write a text into one line of a box, elided if too long."""
     font, metrics = _face(style.size, style.bold)
     shown = metrics.elidedText(text, Qt.TextElideMode.ElideRight, box.width())
     painter.setFont(font)
@@ -274,7 +264,6 @@ def paint_text(
     style: Style,
     align: Qt.AlignmentFlag = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignTop,
 ) -> None:
-    """Write a text into a box."""
     font, metrics = _face(style.size, style.bold)
     painter.setFont(font)
     painter.setPen(QColor(style.colour))

@@ -92,7 +92,7 @@ def lay_out(paper: Certificate) -> Canvas:
     _state(canvas, "After adjustment", paper.not_after)
     table_of_values(canvas, paper)
     if len({abs(line.reference) for run in paper.runs for line in run.lines}) > 1:
-        # Over one length alone a graph says no more than the table.
+        # Over a single length a graph adds nothing to the table.
         graph = "Errors between the permissible errors (MPE)"
         canvas.heading(graph, _PLOT)
         paint = partial(_paint_errors, paper=paper, speech=speech, lengths=canvas.lengths)
@@ -102,7 +102,7 @@ def lay_out(paper: Certificate) -> Canvas:
 
 
 def _state(canvas: Canvas, name: str, why: str) -> None:
-    """Say that a state was not determined, and why; nothing where it was."""
+    """Report a state that could not be determined, with the reason."""
     if why:
         speech = canvas.speech
         canvas.heading(f"{speech.word(name)}: {speech.word('not determined')}", 120.0)
@@ -113,7 +113,7 @@ def _state(canvas: Canvas, name: str, why: str) -> None:
 def certificate_pdf(paper: Certificate, files: Mapping[str, bytes]) -> bytes:
     """Return the pages as PDF with these files inside; StorageError as `written_pdf`."""
     canvas = lay_out(paper)
-    # A page that was copied alone must not be taken for another one either.
+    # A single copied page must not be mistaken either.
     states = (canvas.speech.say(state.partition(":")[0]) for state in paper.states)
     foot = "   ".join((paper.number, *states, f"OCMM {__version__}"))
     return written_pdf(
@@ -143,7 +143,7 @@ def _run(canvas: Canvas, run: CertificateRun) -> None:
 
 
 def _line_said(name: str, speech: Speech) -> str:
-    """Return what was measured where: the sign of a quantity stays, its place is said."""
+    """Translate quantity and place of a line; the sign of a quantity stays."""
     whole = speech.say(name)
     if whole != name:
         return whole
@@ -222,9 +222,9 @@ def _paint_errors(
 
 
 def _round_end(reach: float) -> float:
-    """Return the end of a scale, mm: half and whole of it are numbers that need no rounding.
+    """Return the end of a scale, mm, whose half and whole need no rounding.
 
-    A tick at 34.5 µm that says 34 makes every point beside it look wrong.
+    A tick at 34.5 µm labelled 34 makes all nearby points look wrong.
     """
     wanted = max(1.1 * reach, 1e-6)
     power = 10.0 ** math.floor(math.log10(wanted))
@@ -278,10 +278,7 @@ def _paint_scales(
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Write pages, DCC and signature.
-
-    Returns 0, 2 where they could not be made, and 3 where nobody foresaw why.
-    """
+    """Write pages, DCC and signature; return 0, 2 on failure, 3 after an unexpected error."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("folder", type=Path)
     parser.add_argument("--tip", default="")

@@ -1,4 +1,4 @@
-"""Values of a certificate that have no limit, with U, and as they were before an adjustment."""
+"""Values of a certificate without limit, with U, also before an adjustment."""
 
 from __future__ import annotations
 
@@ -34,13 +34,13 @@ _UNITS = {
 
 
 def table_of_values(canvas: Canvas, paper: Certificate) -> None:
-    """Lay the table out; nothing where there are no such values."""
+    """Lay out the table, if there are such values."""
     if not paper.values:
         return
     speech, lengths = canvas.speech, canvas.lengths
     values = [_in_unit(one, lengths) for one in paper.values]
     if not paper.values_before:
-        # Those of the state before stand in its table.
+        # Earlier values are in the table of their state.
         adjusted = len(paper.runs) > 1
         words = "Further values, after the adjustment" if adjusted else "Further values"
         canvas.heading(words, 120.0)
@@ -63,7 +63,7 @@ def table_of_values(canvas: Canvas, paper: Certificate) -> None:
 
 
 def _in_unit(one: CertificateValue, lengths: PaperLengths) -> CertificateValue:
-    """Return a length in the unit of the paper; everything else is what it is."""
+    """Return a length in the unit of the report; other values unchanged."""
     if one.unit != _LENGTH:
         return one
     wide = None if one.expanded is None else one.expanded * lengths.per_mm
@@ -98,7 +98,7 @@ def _change(old: CertificateValue | None, one: CertificateValue, speech: Speech)
 
 
 def _places(expanded: float) -> int | None:
-    """Return the decimal places of two digits of U; None where powers of ten read better."""
+    """Return the decimal places of two digits of U; None if powers of ten are more legible."""
     if not expanded > 0.0:
         return None
     places = max(1 - math.floor(math.log10(expanded)), 0)

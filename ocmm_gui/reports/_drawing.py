@@ -1,4 +1,4 @@
-"""Drawing without a window: in a process that has no application yet, and needs no screen."""
+"""Drawing without a window, in a process without an application or a screen."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ from ocmm_gui.reports._canvas import forget_faces
 
 @contextmanager
 def drawing() -> Iterator[None]:
-    """Have what fonts and painters need, for as long as it is held."""
+    """Provide the application that fonts and painters need, while held."""
     if sys.platform == "linux":
-        # A report needs no screen, and a screen may not be there.
+        # A report needs no screen, and there may be none.
         os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
     application = QGuiApplication.instance() or QGuiApplication([])
     try:
@@ -29,15 +29,10 @@ def drawing() -> Iterator[None]:
 
 
 def draw(write: Callable[[], None], part: str, safe: str) -> int:
-    """Draw and write in a program of its own, and return its exit code.
+    """Draw and write in a separate program, and return its exit code.
 
-    It is 0, 2 where it could not be done, and 3 where nobody foresaw why; a line of the standard
-    error says so then.
-
-    Parameters
-    ----------
-    part, safe
-        What failed, and what is not lost, as for `contained`.
+    0, 2 on failure, and 3 after an unexpected error, with a line on stderr. `part`, `safe`: the
+    failed part and what is not lost, as for `contained`.
     """
     try:
         with drawing():

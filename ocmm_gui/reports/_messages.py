@@ -1,4 +1,4 @@
-"""What the report says in words about features and results."""
+"""Words of the report about features and results."""
 
 from __future__ import annotations
 
@@ -13,18 +13,16 @@ from ocmm_gui.kit import numbers_in_use, style_of, use_numbers
 
 
 def speech_of(data: ReportData) -> Speech:
-    """Return how the report of a job speaks."""
     return Speech(data.paper.template.language)
 
 
 def lengths_of(data: ReportData) -> PaperLengths:
-    """Return in which unit the report of a job is."""
     return PaperLengths(data.paper.template.lengths)
 
 
 @contextlib.contextmanager
 def numbers_of(data: ReportData) -> Iterator[None]:
-    """Write what is shared with the screen (scales, marks) in unit and decimal sign of a paper."""
+    """Use unit and decimal sign of a report in code shared with the screen (scales, marks)."""
     before, template = numbers_in_use(), data.paper.template
     use_numbers(style_of(template.language, units=template.lengths))
     try:
@@ -34,13 +32,13 @@ def numbers_of(data: ReportData) -> Iterator[None]:
 
 
 def count_words(seen: FeatureView) -> str:
-    """Return how many points a feature has, and of how many where it is not done."""
+    """Return the number of points of a feature, and of how many if not done."""
     unfinished = seen.provisional and seen.taken < seen.needed
     return f"{seen.taken} of {seen.needed}" if unfinished else str(seen.taken)
 
 
 def element_words(element: Element, speech: Speech, lengths: PaperLengths) -> str:
-    """Return an element in up to three lines: where it is, where it points to, how large it is."""
+    """Return an element in up to three lines: position, direction, size."""
     parts = ["x {}  y {}  z {}".format(*(lengths.number(float(x)) for x in element.point))]
     if element.direction is not None:
         parts.append("i {:z.5f}  j {:z.5f}  k {:z.5f}".format(*element.direction))
@@ -56,7 +54,6 @@ def element_words(element: Element, speech: Speech, lengths: PaperLengths) -> st
 
 
 def measurand(item: ReportedResult, speech: Speech) -> str:
-    """Return what was measured of which features."""
     axis = f" {item.asked.axis}" if item.asked is not None and item.asked.axis else ""
     of = speech.word("of")
     return f"{speech.word(item.result.kind)}{axis} {of} {', '.join(item.result.features)}"

@@ -1,4 +1,4 @@
-"""The end of a report: its records, what it relates to, who signs it, that nothing comes after."""
+"""End of a report: records, statements, signatures, end mark."""
 
 from __future__ import annotations
 
@@ -30,7 +30,6 @@ _SAID = Style(26.0)
 
 
 def closing(canvas: Canvas, data: ReportData) -> None:
-    """Write statements, signatures and the end of a report."""
     told = [canvas.speech.say(one) for one in statements(data)]
     end = f"End of report {report_number(data)}"
     write_end(canvas, told, data.paper.template.signatures, end)
@@ -64,7 +63,7 @@ def _paint_signatures(painter: QPainter, box: QRectF, *, words: list[str]) -> No
 
 
 _CODE_SIDE = 300.0
-"""30 mm: half a millimetre a module, which any telephone reads."""
+"""30 mm: half a millimetre a module, legible for any telephone."""
 
 
 _CODE_WORDS = (
@@ -95,7 +94,7 @@ def records(canvas: Canvas, data: ReportData) -> None:
 
 
 def _seal(canvas: Canvas, data: ReportData) -> None:
-    """Write to which step of the job the report goes, with the code that proves the file by it."""
+    """Write the step of the job that the report covers, with the code that proves the file."""
     seal = data.seal
     if seal is None:
         return
@@ -117,7 +116,7 @@ def _paint_code(painter: QPainter, box: QRectF, *, line: str, speech: Speech) ->
     side = _CODE_SIDE / len(rows)
     painter.setPen(Qt.PenStyle.NoPen)
     painter.setBrush(QColor(INK.text))
-    # One path: squares that are painted one by one leave hairlines between them.
+    # One path: squares painted one by one leave hairlines between them.
     path = QPainterPath()
     path.setFillRule(Qt.FillRule.WindingFill)
     for y, row in enumerate(rows):

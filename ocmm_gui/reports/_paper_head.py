@@ -1,4 +1,4 @@
-"""The head of a report: whose paper it is, for whom, what was measured, where, when, with what."""
+"""Head of a report: laboratory, customer, part, place, time, equipment."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ from ocmm_gui.reports._canvas import (
 
 _LOGO = (420.0, 150.0)
 _MOST_PX = 4096
-"""A picture of a template may say that it is as large as a house."""
+"""Limit of a template's picture, which may declare any size."""
 
 _NAMED, _SAID, _UNSAID = (
     Style(25.0, colour=INK.muted), Style(25.0), Style(25.0, colour=INK.muted)
@@ -35,19 +35,18 @@ _GROUP = Style(27.0, bold=True)
 _NAME_WIDTH, _GAP = 225.0, 40.0
 _HALF = 0.5 * (WIDTH - _GAP)
 _LONG = 240
-"""Signs beyond which a fact gets the whole width, below the two columns."""
+"""Characters beyond which a fact gets the whole width, below the two columns."""
 
 _COLUMNS = ((("laboratory", "Laboratory"), ("customer", "Customer"), ("item", "Item measured"),
              ("instrument", "Instrument")), (("measurement", "Measurement"),))  # fmt: skip
 
 
 def letterhead(canvas: Canvas, data: ReportData) -> None:
-    """Write the laboratory with its logo across the top of the first page, where it is known."""
+    """Write the laboratory with its logo across the top of the first page, if known."""
     paper_letterhead(canvas, data.paper)
 
 
 def paper_letterhead(canvas: Canvas, paper: Paper) -> None:
-    """Write the letterhead of a paper."""
     house = paper.template.laboratory
     logo = _picture(paper.logo)
     if not house.name and logo is None:
@@ -71,7 +70,7 @@ def paper_letterhead(canvas: Canvas, paper: Paper) -> None:
 
 
 def head_facts(canvas: Canvas, data: ReportData) -> None:
-    """Write the facts of the head in two columns; long ones below them, as wide as the page."""
+    """Write the facts of the head in two columns; long ones below them, at full width."""
     facts = [
         replace(fact, name=canvas.speech.word(fact.name), value=canvas.speech.say(fact.value))
         for fact in paper_facts(data, canvas.lengths)
@@ -136,7 +135,6 @@ def _paint_columns(
 
 
 def _picture(content: bytes) -> QImage | None:
-    """Return the logo; None without one."""
     if not content:
         return None
     image = QImage.fromData(content)

@@ -1,6 +1,6 @@
-"""The part as measured, as large as its page lets it be, with words that cover neither each other.
+"""Picture of the measured part, as large as possible, with labels that do not overlap.
 
-Words stand beside what they name, or as near as there is room, at the end of a thin line.
+Labels are next to their items, or as near as possible, at the end of a thin line.
 """
 
 from __future__ import annotations
@@ -24,9 +24,9 @@ from ocmm_gui.views import SCALE_PX, deviation_part, deviations_of, job_items, p
 def deviation_scale(
     canvas: Canvas, data: ReportData, seen: DeviationPicture, reach_mm: float | None
 ) -> None:
-    """Draw the scale of the whiskers below the picture; nothing where the job has none.
+    """Draw the scale of the whiskers below the picture, if there are any.
 
-    The part is coloured up to ``reach_mm`` from a point; None where it is not.
+    The part is coloured up to ``reach_mm`` from a point; None if it is not.
     """
     if not seen.whiskers:
         return
@@ -49,9 +49,9 @@ def deviation_scale(
 
 
 _BOLDER = 2.2
-"""Screen sizes are too fine on paper."""
+"""Screen line widths are too fine on paper."""
 _SHARPER = 3.0
-"""Pixels of the part for each of a screen: some 350 an inch."""
+"""Pixels of the part per screen pixel: some 350 an inch."""
 _MOST_HIGH, _LEAST_HIGH = 1150.0, 500.0
 _ELEVATIONS = (38.0, 50.0, 62.0)
 _MARGIN = 1.12
@@ -61,7 +61,7 @@ _RINGS, _STEP, _TURNS = 14, 34.0, 16
 
 
 def picture(canvas: Canvas, data: ReportData) -> None:
-    """Draw the points and features of the job as they lie in the world."""
+    """Draw the points and features of the job in the world frame."""
     items, reach = job_items(data.view, INK)
     if not len(reach):
         return
@@ -74,7 +74,7 @@ def picture(canvas: Canvas, data: ReportData) -> None:
     canvas.heading("The part as measured", height)
 
     def paint(painter: QPainter, box: QRectF) -> None:
-        # Lines and dots are as large as on a screen, which is too fine for paper.
+        # Line and dot sizes of a screen are too fine for paper.
         painter.save()
         painter.setClipRect(box)
         painter.translate(box.topLeft())
@@ -103,7 +103,7 @@ def picture(canvas: Canvas, data: ReportData) -> None:
     places = orbit.project(np.array([tag.point for tag in tags]).reshape(-1, 3), WIDTH, height)
     written = sum(1 for _ in placed_words(QRectF(0.0, 0.0, WIDTH, height), tags, places))
     if written < len(tags):
-        # A name that is missing must not look as if its feature were.
+        # A missing label must not suggest a missing feature.
         canvas.text(
             canvas.speech.say(f"{len(tags) - written} of {len(tags)} names have no room here."),
             SMALL,
@@ -112,7 +112,7 @@ def picture(canvas: Canvas, data: ReportData) -> None:
 
 
 def _best_view(reach: Float, up: Float) -> tuple[Orbit, float]:
-    """Return the view from above that shows the part largest, and how high its picture is."""
+    """Return the view from above that shows the part largest, and the height of its picture."""
     views = [
         _sized(reach, Orbit(np.zeros(3), azimuth, elevation, 200.0, up))
         for elevation in np.radians(_ELEVATIONS).tolist()
@@ -123,9 +123,9 @@ def _best_view(reach: Float, up: Float) -> tuple[Orbit, float]:
 
 
 def _sized(reach: Float, view: Orbit) -> tuple[float, Orbit, float]:
-    """Return how large a view shows the part, the view, and how high its picture is then."""
+    """Return the scale of the part in a view, the view, and the height of its picture."""
     wide, high = np.maximum(np.ptp(reach @ view.axes()[:2].T, axis=0), 1.0)
-    # As high as the width of the page makes it, within what a page has.
+    # Height for the full page width, within the limits of a page.
     height = float(np.clip(WIDTH * high / wide, _LEAST_HIGH, _MOST_HIGH))
     return float(min(WIDTH / wide, height / high)), view, height
 
@@ -145,19 +145,14 @@ def _paint_words(painter: QPainter, box: QRectF, tags: Sequence[Tag], places: Fl
 def placed_words(
     box: QRectF, tags: Sequence[Tag], places: Float
 ) -> Iterator[tuple[Tag, QPointF, QRectF]]:
-    """Yield every word with what it names and where it stands; no two of them overlap.
+    """Yield every label with its item and position; no two overlap.
 
-    Words take the nearest free place round their point, in rings. One for which there is none, of
-    more than a page holds, is left out.
-
-    Parameters
-    ----------
-    places
-        (n, 2 or 3): where the points of ``tags`` are, from its upper left corner.
+    Labels take the nearest free position round their point, in rings. Those without one are left
+    out. `places`: (n, 2 or 3), points of ``tags``, from the upper left corner.
     """
     metrics = QFontMetricsF(text_font(_WORD.size, bold=True))
     height = metrics.height()
-    # Left, top, right and bottom of the words that are there: one look instead of thousands.
+    # Left, top, right and bottom of placed labels, for one vectorised comparison.
     taken, count = np.empty((len(tags), 4)), 0
     for tag, place in zip(tags, places, strict=True):
         anchor = QPointF(box.left() + place[0], box.top() + place[1])
@@ -181,11 +176,11 @@ _OUTWARD = _STEP * np.arange(1, _RINGS + 1)[:, None]
 
 
 def _spots(anchor: QPointF, width: float, height: float) -> Float:
-    """Return (n, 4) left, top, right, bottom of the places round a point, nearest first."""
+    """Return (n, 4) left, top, right, bottom of the positions round a point, nearest first."""
     along = np.cos(_AROUND)
     x = anchor.x() + _OUTWARD * along
     y = anchor.y() - _OUTWARD * np.sin(_AROUND)
-    # A word to the left of its point ends there, one to the right begins there.
+    # A label to the left of its point ends there, one to the right starts there.
     left = (x - width * (0.5 - 0.5 * along)).ravel()
     top = (y - 0.5 * height).ravel()
     return np.stack([left, top, left + width, top + height], axis=1)

@@ -1,7 +1,4 @@
-"""The report as PDF, with the same numbers inside as a file that programs can read.
-
-Plots of the report: deviations in their tolerances.
-"""
+"""The report as PDF, with its numbers in machine-readable attachments, and deviation plots."""
 
 from __future__ import annotations
 
@@ -36,7 +33,7 @@ from ocmm_gui.reports._sections import basis, features, title, verdicts, why_not
 _ROW = 52.0
 _NAME = 520.0
 _BEYOND = 1.5
-"""Deviations are drawn up to so many half tolerances; farther ones get an arrow."""
+"""Deviations beyond this many half tolerances are drawn as an arrow."""
 
 
 def deviations(canvas: Canvas, data: ReportData) -> None:
@@ -52,7 +49,7 @@ def deviations(canvas: Canvas, data: ReportData) -> None:
 
 
 def _place(item: ReportedResult) -> tuple[float, float] | None:
-    """Return deviation and U in half tolerances from the middle; None where there is no such."""
+    """Return deviation and U in half tolerances from the middle; None if undefined."""
     result = item.result
     half = 0.5 * (result.upper - result.lower)
     if result.stated is None or half <= 0.0:
@@ -112,7 +109,7 @@ def _paint_deviation(
 _LONGEST_TITLE, _LONGEST_NUMBER = 200, 60
 
 _BAND_TOP, _BAND_HIGH = 40.0, 72.0
-"""Above what is laid out, so that it covers no number; tenths of a millimetre."""
+"""Above the layout, so that it covers no number; tenths of a millimetre."""
 
 
 SECTION_PAINTERS: dict[Section, Callable[[Canvas, ReportData], None]] = {
@@ -123,11 +120,10 @@ SECTION_PAINTERS: dict[Section, Callable[[Canvas, ReportData], None]] = {
     "features": features,
     "basis": basis,
 }
-"""What a template orders; a test holds them to `export.report.SECTIONS`."""
+"""Sections of a template; a test compares them with `export.report.SECTIONS`."""
 
 
 def lay_out(data: ReportData) -> Canvas:
-    """Return the pages of the report."""
     canvas = Canvas(speech_of(data), lengths_of(data))
     with numbers_of(data):
         letterhead(canvas, data)
@@ -141,7 +137,7 @@ def lay_out(data: ReportData) -> Canvas:
 
 
 def page_picture(canvas: Canvas, index: int, data: ReportData, width: int = 1240) -> QImage:
-    """Return one page as a picture, as for a preview."""
+    """Return one page as a picture, for a preview."""
     scale = width / PAGE[0]
     image = QImage(width, round(scale * PAGE[1]), QImage.Format.Format_RGB32)
     image.fill(QColor("white"))
@@ -154,7 +150,7 @@ def page_picture(canvas: Canvas, index: int, data: ReportData, width: int = 1240
 
 
 def _told_nobody(_page: int, _pages: int) -> None:
-    """Nobody watches."""
+    """Ignore the progress."""
 
 
 def pdf_bytes(
@@ -164,15 +160,8 @@ def pdf_bytes(
 ) -> bytes:
     """Return the report as a PDF file with other files inside.
 
-    Parameters
-    ----------
-    progress
-        Told before each page is painted: which of how many.
-
-    Raises
-    ------
-    StorageError
-        What was read back from it is not what was put in.
+    `progress`: receives index and number of pages before each is painted. Raises StorageError if
+    the file read back differs from the input.
     """
     canvas = lay_out(data)
 
@@ -201,12 +190,8 @@ def pdf_file(
 def write_pdf(data: ReportData, folder: Path, *, incomplete: bool = False) -> Path:
     """Write ``<job>_report.pdf`` with the JSON report inside, and its seal; return its path.
 
-    Raises
-    ------
-    MeasuringError
-        The job is not complete, and ``incomplete`` was not given.
-    StorageError
-        As `pdf_bytes`, or the folder cannot be written.
+    Raises MeasuringError for an incomplete job without ``incomplete``, StorageError as `pdf_bytes`
+    or if the folder cannot be written.
     """
     if not incomplete:
         # Before the pages are made, which takes a second.
@@ -217,12 +202,11 @@ def write_pdf(data: ReportData, folder: Path, *, incomplete: bool = False) -> Pa
 
 
 def paint_page(painter: QPainter, canvas: Canvas, index: int, data: ReportData) -> None:
-    """Paint a page with its foot, and with what the report must not be taken for above it."""
     if data.states:
         _paint_band(painter, data)
-    # Every page says to which report it belongs (ISO/IEC 17025, 7.8.2.1 d).
+    # Every page identifies its report (ISO/IEC 17025, 7.8.2.1 d).
     number = report_number(data)
-    # Shortened, so that the states behind it are on every page; whole among the facts.
+    # Shortened, so that the states after it fit on every page; complete among the facts.
     short = number if len(number) <= _LONGEST_NUMBER else f"{number[: _LONGEST_NUMBER - 1]}…"
     named = "   ".join((short, *map(speech_of(data).word, data.states), f"OCMM {data.written_by}"))
     with numbers_of(data):
@@ -230,7 +214,7 @@ def paint_page(painter: QPainter, canvas: Canvas, index: int, data: ReportData) 
 
 
 def _paint_band(painter: QPainter, data: ReportData) -> None:
-    """Paint what the report must not be taken for across the top of a page, above all else."""
+    """Paint the states of the report across the top of a page, above all else."""
     band = QRectF(LEFT, _BAND_TOP, WIDTH, _BAND_HIGH)
     painter.setPen(Qt.PenStyle.NoPen)
     painter.setBrush(QColor(INK.warn))

@@ -1,4 +1,4 @@
-"""Pages as a PDF file with their data inside, read back before it counts (decision 18)."""
+"""Pages as a PDF file with their data inside, verified by reading back (decision 18)."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from ocmm_gui.reports._canvas import BOTTOM, LEFT, SMALL, WIDTH, Canvas, paint_l
 _RESOLUTION = 1200
 _UNITS_PER_INCH = 254.0
 _NUMBER = 320.0
-"""Of the page: nothing runs into it."""
+"""Width reserved for the page number."""
 
 
 def written_pdf(
@@ -28,21 +28,11 @@ def written_pdf(
 ) -> bytes:
     """Return pages as PDF/A-3a with their data as associated files.
 
-    Parameters
-    ----------
-    canvas
-        What is on the pages.
-    paint
-        Paints the page of an index, see `paint_with_foot`; in tenths of a millimetre.
-    attachments
-        Files by name.
-    title, software, utc
-        As in `PdfFacts`.
+    `paint`: Paints the page of an index, see `paint_with_foot`; in tenths of a millimetre.
+    `attachments`: Files by name.
+    `title`, `software`, `utc`: As in `PdfFacts`.
 
-    Raises
-    ------
-    StorageError
-        What was read back from it is not what was put in.
+    Raises StorageError if the file read back differs from the input.
     """
     content = QByteArray()
     buffer = QBuffer(content)
@@ -67,7 +57,7 @@ def written_pdf(
 
 
 def paint_with_foot(painter: QPainter, canvas: Canvas, index: int, foot: str) -> None:
-    """Paint a page with its foot: whose page it is, and which of how many."""
+    """Paint a page with its foot: identification, page number and count."""
     for draw in canvas.pages[index]:
         draw(painter)
     box = QRectF(LEFT, BOTTOM + 30.0, WIDTH, 60.0)

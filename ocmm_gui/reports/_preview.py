@@ -1,4 +1,4 @@
-"""The pages of the report on the screen, before anything is written."""
+"""Preview of the report's pages on the screen."""
 
 from __future__ import annotations
 
@@ -10,15 +10,14 @@ from ocmm_gui.reports._side import PagePicture
 
 _GAP_PX = 12
 _LEAST_PX, _MOST_PX = 300, 1240
-"""A page that is wider than that is no easier to read, and costs the window its time."""
+"""Wider pages are no more legible, and slow down the window."""
 _SAME_PX = 8
 
 
 class PagePreview(QScrollArea):
-    """All pages below each other, as wide as there is room; Page up and down move on."""
+    """All pages stacked, at the available width; scrolled by Page up and down."""
 
     widened = Signal()
-    """There is another room for the pages than they were drawn for."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -36,12 +35,12 @@ class PagePreview(QScrollArea):
         self._width = 0
 
     def width_in(self, room: int) -> int:
-        """Return how wide a page is to be drawn where there is ``room``, pixels."""
+        """Return the width of a page for ``room``, pixels."""
         inside = room - self.verticalScrollBar().sizeHint().width() - 2 * _GAP_PX
         return min(max(inside, _LEAST_PX), _MOST_PX)
 
     def show_page(self, picture: PagePicture) -> None:
-        """Show a page; the first one begins a report, and what was shown before goes."""
+        """Show a page; the first one replaces an earlier report."""
         if picture.index == 0:
             self.clear()
             self.verticalScrollBar().setValue(0)
@@ -54,15 +53,14 @@ class PagePreview(QScrollArea):
         self._show_near()
 
     def page_count(self) -> int:
-        """Return how many pages are shown; for tests."""
+        """Return the number of pages; for tests."""
         return self._pages.count()
 
     def unpacked(self) -> list[bool]:
-        """Return which pages have their pixels in the window now; for tests."""
+        """Return which pages are unpacked; for tests."""
         return [not page.pixmap().isNull() for page, _ in self._pictures]
 
     def clear(self) -> None:
-        """Show no page."""
         self._pictures.clear()
         while (item := self._pages.takeAt(0)) is not None:
             old = item.widget()
@@ -70,20 +68,19 @@ class PagePreview(QScrollArea):
                 old.deleteLater()
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """Ask for pages that are as wide as there is room now."""
         super().resizeEvent(event)
         self._show_near()
         if self._width and abs(self.width_in(self.width()) - self._width) > _SAME_PX:
             self.widened.emit()
 
     def _show_near(self) -> None:
-        """Unpack the pages that are looked at, and those beside them; let all others go."""
+        """Unpack the visible pages and their neighbours; release all others."""
         if not self._pictures:
             return
         top, high = self.verticalScrollBar().value(), max(self.viewport().height(), _LEAST_PX)
         y = self._pages.contentsMargins().top()
         for page, picture in self._pictures:
-            # By their sizes: pages that have just come are not laid out yet.
+            # By their sizes: new pages are not laid out yet.
             near = y < top + 2 * high and y + picture.height > top - high
             if near and page.pixmap().isNull():
                 page.setPixmap(QPixmap.fromImage(picture.image()))
@@ -92,5 +89,4 @@ class PagePreview(QScrollArea):
             y += picture.height + _GAP_PX
 
     def minimumSizeHint(self) -> QSize:
-        """Return the size below which nothing can be read."""
         return QSize(_LEAST_PX, _LEAST_PX)

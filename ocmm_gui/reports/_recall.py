@@ -42,7 +42,7 @@ _COLOURS = {Outcome.HOLDS: INK.good, Outcome.CHANGES: INK.bad, Outcome.UNKNOWN: 
 
 
 def lay_out(record: RecallRecord) -> Canvas:
-    """Return the pages: totals first, then job by job, those that need somebody first."""
+    """Return the pages: totals first, then jobs in order of urgency."""
     canvas = Canvas()
     canvas.text("Recall", TITLE)
     canvas.text(headline(record), HEADING)
@@ -78,10 +78,7 @@ def lay_out(record: RecallRecord) -> Canvas:
 def pdf_bytes(record: RecallRecord) -> bytes:
     """Return the recall as a PDF file with the sealed record inside.
 
-    Raises
-    ------
-    StorageError
-        What was read back from it is not what was put in.
+    Raises StorageError if the file read back differs from the input.
     """
     canvas = lay_out(record)
     last = foot(record)
@@ -96,7 +93,7 @@ def pdf_bytes(record: RecallRecord) -> bytes:
 
 
 def foot(record: RecallRecord) -> str:
-    """Return what every page ends with: which recall it is, and what is SIMULATED in it."""
+    """Return the foot of every page: the recall's identity, and SIMULATED if applicable."""
     named = f"Recall SHA-256 {record_hash(record)}"
     simulated = sum(job.simulated for job in record.jobs)
     if not simulated:
@@ -107,7 +104,7 @@ def foot(record: RecallRecord) -> str:
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Write the pages; return 0, 2 where they could not be made, 3 where nobody foresaw why."""
+    """Write the pages; return 0, 2 on failure, 3 after an unexpected error."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("recall", type=Path)
     parser.add_argument("pdf", type=Path)

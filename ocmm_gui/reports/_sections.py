@@ -1,6 +1,6 @@
-"""The parts of the report: the verdict, results, features, uncertainty, records and hashes.
+"""Sections of the report: verdict, results, features, uncertainty, records and hashes.
 
-Symbols of geometrical tolerances as paths (ISO 1101, ISO 7083): fonts lack most of them.
+Symbols of geometrical tolerances are paths (ISO 1101, ISO 7083): fonts lack most of them.
 """
 
 from __future__ import annotations
@@ -35,13 +35,12 @@ from ocmm_gui.reports._canvas import (
 from ocmm_gui.reports._messages import count_words, element_words, measurand, speech_of
 
 _STROKE = 0.07
-"""Width of a line against the height of the symbol (ISO 7083: a tenth of the letters)."""
+"""Line width relative to the height of the symbol (ISO 7083: a tenth of the letters)."""
 
 _BOW = QRectF(0.1, 0.3, 0.8, 0.8)
 
 
 def paint_symbol(painter: QPainter, symbol: Symbol, box: QRectF, colour: Qt.GlobalColor) -> None:
-    """Paint the symbol of a kind of characteristic into a box."""
     side = min(box.width(), box.height())
     painter.save()
     painter.setRenderHint(QPainter.RenderHint.Antialiasing)
@@ -122,7 +121,7 @@ BASIS_COLUMNS = (
 
 
 def title(canvas: Canvas, data: ReportData) -> None:
-    """Write the name of the part and the verdict on it, with its reasons."""
+    """Write the name of the part and its verdict with reasons."""
     canvas.draw(150.0, partial(_paint_title, data=data), role="H1")
     canvas.skip(20.0)
     part = data.part
@@ -146,7 +145,7 @@ def title(canvas: Canvas, data: ReportData) -> None:
 
 
 def _shortened(line: str, speech: Speech) -> str:
-    """Return a reason with as many names as are read; all of them stand in the results."""
+    """Return a reason with a limited number of names; the results list all."""
     names = line.split(", ")
     if len(names) <= _MOST_NAMES:
         return speech.say(line)
@@ -156,7 +155,6 @@ def _shortened(line: str, speech: Speech) -> str:
 
 
 def verdicts(canvas: Canvas, data: ReportData) -> None:
-    """Write the table of all characteristics."""
     canvas.heading("Results", 200.0)
     rows = []
     remarks: list[str] = []
@@ -178,7 +176,7 @@ def verdicts(canvas: Canvas, data: ReportData) -> None:
 def _table_without(
     canvas: Canvas, columns: Sequence[Column], rows: list[list[PageField]], title: str
 ) -> None:
-    """Lay a table out; a column that is empty in every row gives its width to the names."""
+    """Lay out a table; a column empty in every row gives its width to the names."""
     place = [column.title for column in columns].index(title)
     if any(row[place].text not in ("", "–") for row in rows):
         canvas.table(columns, rows)
@@ -190,7 +188,7 @@ def _table_without(
 
 
 def why_not(canvas: Canvas, data: ReportData) -> None:
-    """Write why results are not CONFORM, and what to do about each."""
+    """Write why results are not CONFORM, and the remedies."""
     if not data.explanations:
         return
     canvas.heading("Why, and what to do", 260.0)
@@ -212,7 +210,7 @@ def why_not(canvas: Canvas, data: ReportData) -> None:
 
 
 def features(canvas: Canvas, data: ReportData) -> None:
-    """Write what was found of every feature."""
+    """Write the results of every feature."""
     canvas.heading("Features", 200.0)
     rows = []
     for feature in data.features:
@@ -253,7 +251,7 @@ def features(canvas: Canvas, data: ReportData) -> None:
 
 
 def _verdict_field(summary: VerdictSummary, speech: Speech, *, undone: bool) -> PageField:
-    """Return the verdict on a feature, how many share it, which decides, and what is missing."""
+    """Return verdict, count, deciding characteristic and missing items of a feature."""
     lines = [speech.word(INCOMPLETE)] if undone else []
     if summary.verdict is None:
         colour = INK.warn if undone else INK.muted
@@ -269,7 +267,7 @@ def _verdict_field(summary: VerdictSummary, speech: Speech, *, undone: bool) -> 
 
 
 def basis(canvas: Canvas, data: ReportData) -> None:
-    """Write what the results rest on: frame, association, interval, what noise alone would show."""
+    """Write the basis of the results: frame, association, interval, and noise of form."""
     rows, number, quantity = [], canvas.speech.number, canvas.lengths.quantity
     for item in data.reported:
         result = item.result
@@ -302,7 +300,7 @@ def basis(canvas: Canvas, data: ReportData) -> None:
 
 
 def _symbol(item: ReportedResult, shapes: Mapping[str, Shape]) -> Symbol | None:
-    """Return the symbol that stands for a result; None where it is written as words."""
+    """Return the symbol of a result; None if it is written in words."""
     return symbol_of(item.result.kind, shapes.get(item.result.features[0]))
 
 
@@ -353,20 +351,20 @@ def _paint_symbol(painter: QPainter, box: QRectF, *, symbol: Symbol) -> None:
 
 def _paint_title(painter: QPainter, box: QRectF, *, data: ReportData) -> None:
     part = data.part
-    # Nothing runs below the verdict: long names stand whole among the facts.
+    # Nothing extends below the verdict: long names are given in full among the facts.
     beside = box.adjusted(0.0, 0.0, -_VERDICT - 30.0, 0.0)
     speech = speech_of(data)
     paint_line(painter, beside, speech.say(data.paper.template.title), TITLE)
     named = f"{one_line(data.head.part)}   {speech.word('no.')} {one_line(data.head.serial)}"
     paint_line(painter, beside.adjusted(0.0, 84.0, 0.0, 0.0), named, Style(38.0))
-    # What is missing is a warning on paper, where nobody can go on measuring.
+    # On paper missing features are a warning, because measuring cannot be resumed.
     undone = part.word is PartWord.NOT_COMPLETE
     colour = INK.warn if undone else verdict_colour(INK, part.verdict)
     frame = QRectF(box.right() - _VERDICT, box.top(), _VERDICT, 136.0)
     painter.setPen(QPen(QColor(colour), 6.0))
     painter.setBrush(Qt.BrushStyle.NoBrush)
     painter.drawRoundedRect(frame, 14.0, 14.0)
-    # NOT COMPLETE says it itself; the band above has all states.
+    # NOT COMPLETE already implies it; the band above has all states.
     told = [state for state in data.states if not (undone and state == INCOMPLETE)]
     if told:
         states = QRectF(frame.left(), frame.top() + 8.0, frame.width(), 36.0)

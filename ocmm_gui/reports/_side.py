@@ -1,4 +1,4 @@
-"""Reports drawn and written in a process of their own, from the frozen job that it is given."""
+"""Reports drawn and written in a side process, from a frozen job."""
 
 from __future__ import annotations
 
@@ -22,9 +22,9 @@ from ocmm_gui.reports._pdf import lay_out, page_picture, pdf_file
 from ocmm_gui.work import Teller
 
 _MOST_LINES = 400
-"""A cloud of points is shown by its beginning."""
+"""Only the beginning of a cloud of points is shown."""
 _FAST = 1
-"""Of zlib: 20 ms a page, and two of a hundred bytes are left."""
+"""Level of zlib: 20 ms a page, and compression to 2 %."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,13 +32,10 @@ class Writing:
     """Write reports, all files or none."""
 
     data: ReportData
-    """The job, frozen."""
     formats: tuple[str, ...]
-    """Names of `FORMATS`."""
     folder: Path
-    """Where the files go."""
     incomplete: bool
-    """Somebody asked for the report although the job may not be complete."""
+    """The user requested the report of a possibly incomplete job."""
 
     def __call__(self, tell: Teller) -> tuple[Path, ...]:
         """Return the paths of the files; errors as `write_report` and `pdf_file`."""
@@ -63,12 +60,11 @@ class Writing:
 
 @dataclass(frozen=True, slots=True)
 class CertificateWriting:
-    """Write the papers of records: pages, DCC and its signature, all files or none."""
+    """Write the certificates of records: pages, DCC and its signature, all files or none."""
 
     source: Path
     """Folder of the records of a rig or a probe, or the file of an acceptance record."""
     folder: Path
-    """Where the files go."""
     tip: str = ""
     """Of the probe; empty for everything else."""
 
@@ -85,7 +81,7 @@ class CertificateWriting:
         return tuple(files)
 
     def _papers(self) -> tuple[Certificate, ...]:
-        """Return the papers of the records: of cameras their verification and their calibration."""
+        """Return the certificates; for cameras, of verification and calibration."""
         sheet = load_paper(template_in_use(), Particulars())
         if self.tip or self.source.is_file():
             return (certificate_of_folder(self.source, sheet, self.tip),)
@@ -102,7 +98,7 @@ class CertificateWriting:
 
 @dataclass(frozen=True, slots=True)
 class FormatText:
-    """The beginning of what a format will hold, or why there is nothing, as text."""
+    """The beginning of a format's content, or the reason for its absence, as text."""
 
     name: str
     text: str
@@ -114,34 +110,31 @@ class PagePicture:
 
     index: int
     count: int
-    """`index`, `count`: Which page of how many, from zero."""
+    """`index`, `count`: From zero; number of pages."""
     width: int
     height: int
     """`width`, `height`: Pixels."""
     packed: bytes
-    """32 bits a pixel, as ``QImage.Format_RGB32``, compressed: a page is mostly white, and a
-    hundred of them are half a gigabyte."""
+    """Compressed, 32 bits a pixel, as ``QImage.Format_RGB32``: a page is mostly white, and a
+    hundred uncompressed ones are half a gigabyte."""
 
     @property
     def content(self) -> bytes:
-        """Return the pixels."""
         return zlib.decompress(self.packed)
 
     def image(self) -> QImage:
-        """Return the picture."""
         return QImage(self.content, self.width, self.height, QImage.Format.Format_RGB32)
 
 
 @dataclass(frozen=True, slots=True)
 class Previewing:
-    """Show what all formats will hold: texts first, then the pages one by one."""
+    """Preview all formats: texts first, then the pages one by one."""
 
     data: ReportData
-    """The job, frozen."""
     width: int
 
     def __call__(self, tell: Teller) -> None:
-        """Give a `FormatText` for every format of the core, then every `PagePicture`."""
+        """Send a `FormatText` for every format of the core, then every `PagePicture`."""
         for name in EXPORTERS:
             tell.give(FormatText(name, _text(self.data, name)))
         with drawing():
@@ -154,12 +147,9 @@ class Previewing:
 
 
 def template_page(settings: Settings, width: int) -> PagePicture:
-    """Return the first page of a report of nothing, as the settings make it.
+    """Return the first page of an empty report with the current settings.
 
-    Raises
-    ------
-    InputError
-        The template or the logo cannot be used: file, line and field, and what to do.
+    Raises InputError if template or logo cannot be used, naming file, line and field.
     """
     data = replace(specimen_report(), paper=headed_paper(settings))
     with drawing():

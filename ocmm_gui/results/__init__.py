@@ -1,13 +1,13 @@
-"""The results of a job: all characteristics, why each is as uncertain as it is, and the reports.
+"""Results of a job: characteristics, uncertainties with reasons, and reports.
 
 In: the running job, or a job file opened read-only. Out: tables, budgets, trials, comparisons,
 reports.
 
 Read `_results_sheet` with `_job_source` and `_opening`, `_result_table`, `_result_detail` with
-`_budget_view` and `_drill`, then the other sheets: `_alignment_sheet`,
-`_compare_sheet`, `_report_sheet` with `_report_writer`.
-What takes long is computed in a process of its own. It must not know operator, plan editor,
-Maintain or wizards.
+`_budget_view` and `_drill`, then the other sheets: `_alignment_sheet`, `_compare_sheet`,
+`_report_sheet` with `_report_writer`.
+Long computations run in side processes. It must not know operator, plan editor, Maintain or
+wizards.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""How the part lies: residuals and what is still free, before the alignment is accepted."""
+"""Alignment of the part: residuals and open degrees of freedom, before acceptance."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ _COLUMNS = (
 
 
 class AlignmentSheet(Sheet):
-    """Residuals on the left; on the right the frame, what is free, and what to know of it."""
+    """Residuals on the left; on the right the frame, open degrees of freedom, and remarks."""
 
     def __init__(self, bridge: StationBridge) -> None:
         super().__init__(tr("Alignment"), _KEYS)
@@ -96,12 +96,12 @@ class AlignmentSheet(Sheet):
         self.use_keys({"again": self.compute, "accept": self.accept}, primary="accept")
 
     def open(self) -> None:
-        """Compute the alignment from the points that are there now."""
+        """Compute the alignment from the current points."""
         self.compute()
         self.table.setFocus()
 
     def compute(self) -> None:
-        """Compute residuals and freedom from the job file, in a process of its own."""
+        """Compute residuals and freedom from the job file, in a side process."""
         self._report, self._of, self._is_old = None, self._bridge.shown.job, False
         self._paint()
         self.progress.setRange(0, 0)
@@ -109,7 +109,7 @@ class AlignmentSheet(Sheet):
         self._process.start(partial(alignment_of_file, self._bridge.station.job.path))
 
     def accept(self) -> None:
-        """Write into the job file what was seen and that it was accepted."""
+        """Store the displayed alignment and its acceptance in the job file."""
         report = self._report
         if report is None or self._is_old or not report.can_be_accepted:
             self.told.emit(tr("No alignment to accept yet."))
@@ -123,7 +123,7 @@ class AlignmentSheet(Sheet):
             self.left.emit()
 
     def job_changed(self, job: JobView) -> None:
-        """Say so where the frame rests on other points by now than what is shown."""
+        """Warn if the frame now depends on other points than shown."""
         report = self._report
         if report is None or self._of is None or self._is_old:
             return
@@ -133,20 +133,17 @@ class AlignmentSheet(Sheet):
             self._paint()
 
     def close_work(self) -> None:
-        """Give up what is calculated; call it before the window goes."""
+        """Cancel the computation; call it before the window closes."""
         self._process.cancel()
         self.progress.hide()
 
     def state(self) -> str:
-        """Return the degrees of freedom in words."""
         return self._state.text()
 
     def is_busy(self) -> bool:
-        """Return whether it is being computed."""
         return self._process.is_running()
 
     def set_theme(self, theme: Theme) -> None:
-        """Paint with ``theme`` from now on."""
         self._theme = theme
         self._paint()
 
@@ -201,9 +198,9 @@ class AlignmentSheet(Sheet):
 
 
 def _points_of(job: JobView, names: set[str]) -> object:
-    """Return the job and the numbers of the points of features; of all where one is made of them.
+    """Return job and point numbers of features; of all points if one is constructed.
 
-    What a constructed feature is made of is not known here.
+    The inputs of a constructed feature are not available here.
     """
     all_of_them = not names <= {item.name for item in job.features}
     return job.job, tuple(

@@ -48,7 +48,7 @@ class BudgetTable(NumberTable):
         """Show the sources of one result; None hides the table."""
         rows = shown_rows(budget)
         self.setVisible(bool(rows))
-        # What is not needed for rows is left to the bars.
+        # Rest of the height for the bars.
         self.setMaximumHeight(round((len(rows) + 1.6) * _LINE_PX))
         self.show_rows(
             [
@@ -70,21 +70,20 @@ class BudgetTable(NumberTable):
 
 
 def shown_rows(budget: Budget | None) -> tuple[BudgetRow, ...]:
-    """Return the sources that a screen has room for, greatest first."""
+    """Return the sources that fit on a screen, greatest first."""
     if budget is None:
         return ()
     return tuple(row for row in budget.rows if row.share >= _LEAST_SHARE)[:_MOST_ROWS]
 
 
 class BudgetBars(Painted):
-    """One bar a source, as long as its standard uncertainty; below them the whole."""
+    """One bar per source, as long as its standard uncertainty; below them the total."""
 
     def __init__(self) -> None:
         super().__init__(tr("Uncertainty budget as bars"), (240, 150), (160, 60))
         self._budget: Budget | None = None
 
     def show_budget(self, budget: Budget | None) -> None:
-        """Show the sources of one result."""
         self._budget = budget
         self.setAccessibleDescription(
             "; ".join(f"{row.name} {100.0 * row.share:.0f} %" for row in shown_rows(budget))
@@ -92,7 +91,7 @@ class BudgetBars(Painted):
         self.update()
 
     def paintEvent(self, event: QPaintEvent) -> None:
-        """Paint as many bars as there is room for; the whole is always there."""
+        """Paint as many bars as fit, always with the total."""
         budget = self._budget
         if budget is None or budget.standard <= 0.0:
             return

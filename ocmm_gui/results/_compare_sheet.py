@@ -1,4 +1,4 @@
-"""Jobs of a batch side by side: a table of all characteristics, and the chart of the chosen one."""
+"""Comparison of the jobs of a batch: a table of characteristics, and a chart."""
 
 from __future__ import annotations
 
@@ -57,14 +57,14 @@ _COLUMNS = (
 )
 _NUMBERS = range(1, 7)
 _MOST_REASONS = 8
-"""Why values are not counted: the chart needs the room."""
+"""Reasons for not counting values: the chart needs the room."""
 _MOST_TOLD = 4
 """Of the last signals: the table has all of them."""
 
 
 @dataclass(frozen=True, slots=True)
 class _Reading:
-    """What the process does: compare the jobs of a folder."""
+    """Work of the side process: compare the jobs of a folder."""
 
     folder: Path
     probes: Path | None
@@ -75,14 +75,13 @@ class _Reading:
 
 
 class TrendTable(DataTable):
-    """One row a characteristic."""
+    """One row per characteristic."""
 
     def __init__(self) -> None:
         super().__init__(tr("Characteristics of the batch"), with_unit(tr_all(_COLUMNS)))
         self._trends: tuple[Trend, ...] = ()
 
     def show_trends(self, trends: tuple[Trend, ...]) -> None:
-        """Show the characteristics of a batch."""
         self._trends = trends
         self.setRowCount(len(trends))
         for row, trend in enumerate(trends):
@@ -93,12 +92,10 @@ class TrendTable(DataTable):
         self.resizeColumnsToContents()
 
     def set_theme(self, theme: Theme) -> None:
-        """Write in the colours of ``theme`` from now on."""
         self._colours = theme
         self.show_trends(self._trends)
 
     def chosen(self) -> Trend | None:
-        """Return the characteristic of the chosen row."""
         row = self.currentRow()
         return self._trends[row] if 0 <= row < len(self._trends) else None
 
@@ -108,12 +105,9 @@ class TrendTable(DataTable):
 
 
 class CompareSheet(WorkSheet):
-    """Read the jobs of a folder in a process of their own and show them side by side.
+    """Read the jobs of a folder in a side process and compare them.
 
-    Parameters
-    ----------
-    records
-        Gives where records of probes and of calibrations are kept; None is that of this user.
+    `records`: returns the folders of records of probes and calibrations; None is that of this user.
     """
 
     def __init__(
@@ -175,12 +169,11 @@ class CompareSheet(WorkSheet):
         self.read(folder)
 
     def read(self, folder: Path) -> None:
-        """Read the jobs of a folder; the window stays free."""
+        """Read the jobs of a folder in the background."""
         self._folder = folder
         self._begin(tr("Starting"), _Reading(folder, *self._records()))
 
     def set_theme(self, theme: Theme) -> None:
-        """Paint with ``theme`` from now on."""
         self.table.set_theme(theme)
         self.chart.set_theme(theme)
 
@@ -204,7 +197,7 @@ class CompareSheet(WorkSheet):
         self.table.setFocus()
 
     def export(self) -> None:
-        """Ask where the table of what is shown goes."""
+        """Ask for the file of the displayed table."""
         if self._shown is None:
             self.say(tr("Select the folder with the jobs of the batch."))
             return
@@ -229,7 +222,7 @@ class CompareSheet(WorkSheet):
         self.say(tr("Table of the batch written to {path}.").format(path=path))
 
     def _filter(self) -> None:
-        """Show what is about the feature in the field; everything while it is none."""
+        """Show the trends of the feature in the field; all without one."""
         if self._found is None:
             return
         try:
@@ -251,14 +244,14 @@ class CompareSheet(WorkSheet):
         told = [said(able.words if able is not None else trend.why_not)]
         if trend.chart is not None:
             counted = [part for part in trend.parts if part.value is not None]
-            # The names of the rules are those of the books, and are not translated.
+            # Names of the rules are those of the literature, and not translated.
             told += [said(trend.caution)] if trend.caution else []
             told += [
                 f"{counted[i].job}: {why.rule}, {said_word(why.value)}."
                 for i, why in trend.chart.signals[-_MOST_TOLD:]
             ]
         self.words.setText(" ".join(told))
-        # What could not be read at all stands first.
+        # Unreadable jobs first.
         why = (*self._left_out, *trend.left_out)
         more = tr("And %n more.", "", len(why) - _MOST_REASONS) if len(why) > _MOST_REASONS else ""
         self.left_out.setText(" ".join((*why[:_MOST_REASONS], more)).strip())

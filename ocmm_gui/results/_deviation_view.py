@@ -1,4 +1,4 @@
-"""The part with its deviations as whiskers, and the scale below them."""
+"""The part with its deviations as whiskers, and their scale."""
 
 from __future__ import annotations
 
@@ -45,18 +45,15 @@ class DeviationView(OrbitView):
         self.hide()
 
     def show_job(self, job: JobView, up: Float | None) -> None:
-        """Show the deviations of a job; a job without any hides it.
+        """Show the deviations of a job; hidden without any.
 
-        Parameters
-        ----------
-        up
-            (3,), unit, world: upright in the picture; None leaves it as it is.
+        `up`: (3,), unit, world, upright in the picture; None leaves it unchanged.
         """
         if job is self._job:
             return
         self._job = job
         self._seen = deviations_of(job)
-        # A part that nobody has aligned is not where the points are.
+        # An unaligned part does not coincide with the points.
         placed = job.placed_part
         self._part.place(None if placed is None or placed.is_rough else placed)
         self._part.show_deviations(self._seen)
@@ -75,13 +72,11 @@ class DeviationView(OrbitView):
         self.update()
 
     def set_theme(self, theme: Theme) -> None:
-        """Paint with ``theme`` from now on."""
         self._theme = theme
         self._make()
         self.update()
 
     def paintEvent(self, event: QPaintEvent) -> None:
-        """Paint the part, its whiskers and the scale."""
         painter = self._painter()
         self._paint_panel(painter)
         inside = self._inside()
@@ -96,7 +91,7 @@ class DeviationView(OrbitView):
         paint_scale(painter, below, self._seen, self._theme, reach_mm=self._part.reach_mm)
 
     def is_painted(self) -> bool:
-        """Return whether what is shown is all there is to show; for tests and screenshots."""
+        """Return whether painting is complete; for tests and screenshots."""
         still = self._still_scene(self._scene_box(self._inside()))
         return self._part.is_coloured() and self._layer.shows(still)
 
@@ -111,12 +106,10 @@ class DeviationView(OrbitView):
         return self._still.made((self._items, self._orbit, part), (size, ratio), make)
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """Show all of it in the new size."""
         super().resizeEvent(event)
         self._fit()
 
     def fit(self) -> None:
-        """Show all of it."""
         self._fit()
         self.update()
 

@@ -1,4 +1,4 @@
-"""What is computed from a job file for the drill-down; runs in a process of its own."""
+"""Computations from a job file for the drill-down, run in a side process."""
 
 from __future__ import annotations
 
@@ -27,19 +27,19 @@ from ocmm_gui.work import Tell
 
 @dataclass(frozen=True, slots=True)
 class Budgets:
-    """What is behind the results of a job, by the name of the characteristic."""
+    """Details of a job's results, by the name of the characteristic."""
 
     found: Mapping[str, Budget]
     missing: Mapping[str, str]
     """`found`, `missing`: Budgets, and why others have none."""
     explained: Mapping[str, Explanation] = field(default_factory=dict)
-    """Why those are not good that are NOT CONFORM or NOT PROVEN, and what to do."""
+    """Reasons and remedies of NOT CONFORM or NOT PROVEN."""
     up: Float | None = None
-    """(3,), unit, world: upright as the cameras of the job stand; None before anything is known."""
+    """(3,), unit, world: upright by the cameras of the job; None if unknown."""
 
 
 def budgets_of_file(path: Path, tell: Tell) -> Budgets:
-    """Return budgets and explanations of a job file; OcmmError where it cannot be read."""
+    """Return budgets and explanations of a job file; OcmmError if unreadable."""
     job, evaluated = _evaluated(path, tell)
     known = uncertainty_of(evaluated)
     tell(later("Looking for causes"), 0.7)
@@ -48,12 +48,9 @@ def budgets_of_file(path: Path, tell: Tell) -> Budgets:
 
 
 def trials_of_file(path: Path, name: str, tell: Tell) -> MonteCarloValue:
-    """Return what trials say about one result of a job file.
+    """Return the trials of one result of a job file.
 
-    Raises
-    ------
-    OcmmError
-        The file cannot be read, or the result has no value that could be tried.
+    Raises OcmmError if the file cannot be read, or the result has no value to simulate.
     """
     for task in uncertainty_of(_evaluated(path, tell)[1]).tasks:
         own = tuple(item for item in task.characteristics if item.name == name)
@@ -68,12 +65,9 @@ def trials_of_file(path: Path, name: str, tell: Tell) -> MonteCarloValue:
 
 
 def alignment_of_file(path: Path, tell: Tell) -> AlignmentReport:
-    """Return how the part of a job file lies.
+    """Return the alignment of a job file.
 
-    Raises
-    ------
-    OcmmError
-        The file cannot be read, or its plan has no alignment.
+    Raises OcmmError if the file cannot be read, or its plan has no alignment.
     """
     tell(later("Reading the job"), 0.2)
     job = reopen_job(path)

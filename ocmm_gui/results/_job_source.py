@@ -1,4 +1,4 @@
-"""Where the shown results come from: the job that is measured, or a job file opened read-only."""
+"""Source of the displayed results: the running job, or a job file opened read-only."""
 
 from __future__ import annotations
 
@@ -15,38 +15,34 @@ from ocmm_gui.results._opening import OpenedJob
 from ocmm_gui.work import Failed
 
 Ask = Callable[[Callable[[ReportData], None], Failed], None]
-"""Asks for a report; one of both is told, at once or later, on the window's thread."""
+"""Requests a report; one callback is called, now or later, on the window's thread."""
 
 
 @dataclass(frozen=True, slots=True)
 class JobSource:
-    """One job to look at."""
+    """A job to view."""
 
     file: Callable[[], Path]
-    """Gives its file."""
     view: Callable[[], JobView]
-    """Gives the job as it was shown last."""
     report: Ask
-    """Gives all that a report can say about it as it stands."""
+    """Requests the full report data of its current state."""
     lost: Callable[[], OcmmError | None] = lambda: None
-    """Gives why the job is no longer on the disk under its name; None while it is."""
+    """Returns why the job is not on the disk under its name; None while it is."""
     read_only: bool = False
-    """It was opened from its file."""
+    """Opened from its file."""
     calibration: str = ""
-    """How cameras and probe stood; empty for the running job, of which the station tells."""
+    """State of cameras and probe; empty for the running job, for which the station reports it."""
     doubts: tuple[str, ...] = ()
-    """All that speaks against the file, in sentences."""
+    """Findings against the file, in sentences."""
     remarks: tuple[str, ...] = ()
-    """What should be known beside, and speaks against nothing."""
+    """Remarks that are no findings."""
 
     @property
     def path(self) -> Path:
-        """Return its file."""
         return self.file()
 
     @classmethod
     def of_bridge(cls, bridge: StationBridge) -> JobSource:
-        """Return the job that is measured."""
         job = bridge.station.job
         return cls(
             lambda: job.path, lambda: bridge.shown.job, bridge.results.report, lambda: job.lost
@@ -54,7 +50,6 @@ class JobSource:
 
     @classmethod
     def of_opened(cls, opened: OpenedJob) -> JobSource:
-        """Return a job that was opened from its file."""
         report = opened.report
         return cls(
             lambda: opened.path,
@@ -71,13 +66,13 @@ class JobSource:
         )
 
     def state(self) -> object:
-        """Return what changes whenever the job does."""
+        """Return a value that changes whenever the job does."""
         job = self.view()
         numbers = tuple(point.number for feature in job.features for point in feature.points)
         return (self.path, numbers, job.active)
 
     def words(self, job: JobView) -> str:
-        """Return which job is shown, and what speaks against it."""
+        """Return the displayed job, and findings against it."""
         who = header_words(job)
         if not self.read_only:
             return tr("Current job {job}, part {part}. {who}.").format(

@@ -1,4 +1,4 @@
-"""What a report says that no job knows: typed beside its preview, which follows, and kept."""
+"""Form for report data that are not in the job, next to the preview; stored with the job."""
 
 from __future__ import annotations
 
@@ -38,10 +38,10 @@ _SEPARATOR = ";"
 
 
 class PaperForm(QWidget):
-    """Fields of the paper; what stays empty is "not stated" there."""
+    """Fields of the report; empty ones are printed as "not stated"."""
 
     changed = Signal()
-    """Something was typed, or the file of the template was changed."""
+    """A field was edited, or the file of the template was changed."""
     left = Signal()
     """Escape in a field."""
 
@@ -56,7 +56,7 @@ class PaperForm(QWidget):
             rows.addRow(caption(tr(title), field), field)
             field.textEdited.connect(lambda _text: self._on_typed())
             field.left.connect(self.left)
-        # The sheet puts it where there is room for a sentence.
+        # The sheet places it where there is room for a sentence.
         self.fault = sentence_label(tr("Fault of the template"), 15)
         self.fault.hide()
         self._job: Path | None = None
@@ -66,7 +66,7 @@ class PaperForm(QWidget):
         self._watcher.fileChanged.connect(lambda _path: self.changed.emit())
 
     def open(self, job: Path) -> None:
-        """Show what was kept with a job; InputError where that cannot be read."""
+        """Show the data stored with a job; InputError if unreadable."""
         if job == self._job:
             return
         self._job, self._typed, self._kept = job, False, Particulars()
@@ -78,39 +78,30 @@ class PaperForm(QWidget):
             self.fields["deviations"].setText(f"{_SEPARATOR} ".join(self._kept.deviations))
 
     def paper(self) -> Paper:
-        """Return the paper as it is typed.
+        """Return the report sheet as typed.
 
-        Raises
-        ------
-        InputError
-            The template cannot be used, or what was read off in the room is no reading.
+        Raises InputError if the template or an ambient reading is invalid.
         """
         path = self._template()
         self._watch(path)
         given = self._given()
-        # A field that holds no reading is told beside the fields, as a template is.
+        # Invalid readings are reported next to the fields, like faults of a template.
         surroundings(given)
         return load_paper(path, given)
 
     def keep(self) -> None:
-        """Keep what was typed with the job.
-
-        Raises
-        ------
-        OcmmError
-            It cannot be kept.
-        """
+        """Store the typed data with the job; OcmmError if that fails."""
         if self._typed and self._job is not None:
             self._typed = False
             keep_given(self._job, self._given())
 
     def keep_template(self) -> None:
-        """Keep the typed template for every report of this station; errors as `keep`."""
+        """Store the typed template for every report of this station; errors as `keep`."""
         if self.fields["template"].text().strip():
             keep_template(self._template())
 
     def show_fault(self, error: OcmmError | None) -> None:
-        """Say what is wrong with the template beside its field; None: nothing."""
+        """Show a fault of the template next to its field; None clears it."""
         self.fault.setVisible(error is not None)
         self.fault.setText("" if error is None else said(f"{error.what} {error.remedy}"))
 
@@ -121,7 +112,7 @@ class PaperForm(QWidget):
     def _given(self) -> Particulars:
         typed = {name: field.text().strip() for name, field in self.fields.items()}
         told = (part.strip() for part in typed["deviations"].split(_SEPARATOR))
-        # What has no field here, such as remarks, stays as it was kept.
+        # Data without a field here, such as remarks, are kept.
         return replace(
             self._kept,
             customer=typed["customer"],
@@ -141,8 +132,8 @@ class PaperForm(QWidget):
         self.changed.emit()
 
     def _watch(self, path: Path) -> None:
-        """Follow the file of the template, which its author edits elsewhere."""
-        # Programs that replace a file end the watch of the one before.
+        """Watch the file of the template, which its author edits elsewhere."""
+        # Programs that replace a file end the watch of the former one.
         old, new = self._watcher.files(), str(path.absolute())
         if old != [new]:
             if old:

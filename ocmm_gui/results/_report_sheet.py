@@ -1,4 +1,4 @@
-"""The reports of a job: what will be in them is shown before anything is written."""
+"""Reports of a job with a preview of their contents."""
 
 from __future__ import annotations
 
@@ -47,22 +47,18 @@ _NAME = Qt.ItemDataRole.UserRole
 _LIST_PX, _ROW_PX = 320, 36
 _GIVE_UP = later("F8 cancels.")
 _SETTLE_MS = 300
-"""Whoever widens a window is not yet done for so long."""
+"""Delay after a change of the window's size."""
 _TYPED_MS = 600
-"""Nor is who types."""
+"""Delay after typing."""
 
 
 class ReportSheet(Sheet):
-    """Formats on the left, on the right what the chosen one will hold.
+    """Formats on the left, preview of the selected one on the right.
 
-    Parameters
-    ----------
-    folder
-        Where reports go, as far as that is known.
+    `folder`: of reports, if known.
     """
 
     written = Signal(object)
-    """Emits what was `_report_writer.Written`."""
 
     def __init__(self, folder: Callable[[], Path]) -> None:
         super().__init__(tr("Report"), _KEYS)
@@ -142,7 +138,6 @@ class ReportSheet(Sheet):
         self.use_keys({"mark": self.mark, "write": self.write}, primary="write")
 
     def open(self, source: JobSource) -> None:
-        """Show what would be written about a job."""
         self._source = source
         self._texts = {}
         self.pages.clear()
@@ -157,7 +152,7 @@ class ReportSheet(Sheet):
         self.formats.setFocus()
 
     def preview(self) -> None:
-        """Make the preview of all formats from the job as it stands; the window stays free."""
+        """Preview all formats of the current job in the background."""
         source = self._source
         if source is None:
             return
@@ -174,7 +169,7 @@ class ReportSheet(Sheet):
             try:
                 paper = self.paper.paper()
             except OcmmError as error:
-                # Beside the field: who is typing a path is not done with it.
+                # Next to the field: the path may be incomplete while typing.
                 self.paper.show_fault(error)
                 self._on_ended()
                 return
@@ -190,42 +185,40 @@ class ReportSheet(Sheet):
         source.report(done, failed)
 
     def job_changed(self) -> None:
-        """Make the preview again where it is that of the running job."""
+        """Update the preview of the running job."""
         if self.isVisible() and self._source is not None and not self._source.read_only:
             self._fresh = False
             if not self._previewing.is_running():
                 self._settling.start(_SETTLE_MS)
 
     def is_previewing(self) -> bool:
-        """Return whether the preview is being made."""
         return self._previewing.is_running()
 
     def close_work(self) -> None:
-        """Give up preview and report; call it before the window goes."""
+        """Cancel preview and report; call it before the window closes."""
         self._asked += 1
         self._settling.stop()
         self._previewing.cancel()
         self._writer.cancel()
 
     def mark(self) -> None:
-        """Mark the chosen format to be written, or not."""
+        """Toggle the mark of the selected format."""
         if self.formats.currentRow() >= 0:
             self._marked ^= {str(self.formats.currentItem().data(_NAME))}
             self._write_marks()
 
     def mark_formats(self, names: Sequence[str]) -> None:
-        """Mark these formats and no others: those of the station."""
+        """Mark exactly these formats: those of the station."""
         self._marked = set(names)
         self._write_marks()
 
     def marked(self) -> tuple[str, ...]:
-        """Return the names of the marked formats."""
         return tuple(name for name in FORMATS if name in self._marked)
 
     def write(self) -> None:
-        """Write the marked formats, or give up what is being written.
+        """Write the marked formats, or cancel writing.
 
-        Every file is read back and compared before it counts; an incomplete job is asked about.
+        Every file is verified by reading back; an incomplete job needs confirmation.
         """
         if self._writer.is_busy():
             if self._writer.give_up():
@@ -243,14 +236,13 @@ class ReportSheet(Sheet):
             self._writer.write(self._source, self.marked(), folder, paper)
 
     def _keep(self) -> None:
-        """Keep what was typed with the job; where that is not possible, the report is."""
+        """Store the typed data with the job; if that fails, the report is still written."""
         try:
             self.paper.keep()
         except OcmmError as error:
             self.failed.emit(error)
 
     def is_writing(self) -> bool:
-        """Return whether a report is being written."""
         return self._writer.is_busy()
 
     def _write_marks(self) -> None:
@@ -299,7 +291,7 @@ class ReportSheet(Sheet):
             self.work.end()
 
     def _on_paper(self) -> None:
-        """Make the preview again when nobody has typed for a moment."""
+        """Update the preview after a pause in typing."""
         if self._source is not None:
             self._fresh = False
             self._settling.start(_TYPED_MS)

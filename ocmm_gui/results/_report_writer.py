@@ -1,4 +1,4 @@
-"""Reports written beside the window: asked first where a job is not complete, shown, given up."""
+"""Writing of reports in the background: confirmed if incomplete, shown, cancelled."""
 
 from __future__ import annotations
 
@@ -19,14 +19,14 @@ from ocmm_gui.work import SideProcess
 
 @dataclass(frozen=True, slots=True)
 class Written:
-    """Files that were written, and what was missing in the job; empty where it was complete."""
+    """Written files, and missing features of the job."""
 
     job: str
     paths: tuple[Path, ...]
     missing: tuple[str, ...]
 
     def tell(self, notices: NoticeCentre) -> None:
-        """Tell where the files are, and that they say little where the job is not complete."""
+        """Show the folder of the files, with a warning if the job is incomplete."""
         folder = self.paths[0].parent if self.paths else ""
         if self.missing:
             files = tr("%n files", "1 file", len(self.paths))
@@ -53,20 +53,17 @@ class _Request:
 
 
 class ReportWriter(QObject):
-    """Write one report at a time, in a process of its own."""
+    """Write one report at a time, in a side process."""
 
     asked = Signal(str)
-    """The job is not complete: emits the question that `agree` answers with yes."""
+    """The job is incomplete: emits the question confirmed by `agree`."""
     begun = Signal()
-    """Something is being written from now on."""
     advanced = Signal(str, float)
-    """What is done next, and the share that is done."""
+    """Next step, and the share done."""
     ended = Signal()
-    """Nothing is written any more, whatever came of it."""
     written = Signal(object)
-    """Emits what was `Written`."""
     failed = Signal(object)
-    """Emits an `OcmmError`: why nothing was written."""
+    """Emits an `OcmmError`."""
 
     def __init__(self, parent: QObject | None = None) -> None:
         super().__init__(parent)
@@ -80,15 +77,14 @@ class ReportWriter(QObject):
         self._process.failed.connect(self._on_failed)
 
     def is_busy(self) -> bool:
-        """Return whether something is being written."""
         return self._gathering or self._process.is_running()
 
     def write(
         self, source: JobSource, formats: tuple[str, ...], folder: Path, paper: Paper | None = None
     ) -> None:
-        """Write a report of a job as it stands, or ask first where it is not complete.
+        """Write a report of the current job, or ask first if it is incomplete.
 
-        Without a paper, it is that of the station, with what was given with the job.
+        Without a paper, that of the station is used, with the data stored with the job.
         """
         if not self.is_busy():
             lost = source.lost()
@@ -105,20 +101,20 @@ class ReportWriter(QObject):
                 self._gather()
 
     def agree(self) -> None:
-        """Write the report that was asked for although the job is not complete."""
+        """Write the requested report of an incomplete job."""
         if self._request is not None and not self.is_busy():
             self._request = replace(self._request, incomplete=True)
             self._gather()
 
     def give_up(self) -> bool:
-        """Write nothing after all, and say whether it was early enough; files are whole or none."""
+        """Cancel writing; return whether in time; files are complete or absent."""
         if not self._process.give_up():
             return False
         self._end()
         return True
 
     def cancel(self) -> None:
-        """Give up what is written; call it before the window goes."""
+        """Cancel writing; call it before the window closes."""
         self._process.cancel()
         self._end()
 
@@ -133,7 +129,7 @@ class ReportWriter(QObject):
         return True
 
     def _gather(self) -> None:
-        """Freeze the job; the window does not wait for it."""
+        """Freeze the job in the background."""
         request = self._request
         if request is None:
             return
@@ -163,7 +159,7 @@ class ReportWriter(QObject):
         self._end()
         lost = None if request is None else request.source.lost()
         if lost is not None and isinstance(paths, tuple):
-            # Nothing on paper refers to a job that cannot be found.
+            # No report may refer to a job that cannot be found.
             for path in paths:
                 path.unlink(missing_ok=True)
             self.failed.emit(lost)

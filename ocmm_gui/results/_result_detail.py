@@ -1,4 +1,4 @@
-"""Why a result is what it is: decision, calibration, budget, and trials on demand."""
+"""Details of a result: decision, calibration, budget, and trials on demand."""
 
 from __future__ import annotations
 
@@ -44,14 +44,13 @@ _BUSY = later("Calculating the budget from the job file.")
 class ResultDetail(QFrame):
     """Verdict, bar, sentences, budget as table and bars, trials with progress.
 
-    Budgets of all results are computed at once in a process of their own, and once for every state
-    of the job: the window stays free.
+    A side process computes the budgets of all results once for every state of the job.
     """
 
     explained = Signal(object)
-    """Emits the `Explanation` of the shown result, or None; None also while it is computed."""
+    """Emits the `Explanation` of the shown result, or None, also during the computation."""
     failed = Signal(object)
-    """An `OcmmError`: why there is no budget or no trial."""
+    """An `OcmmError` of a budget or trial."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -104,7 +103,7 @@ class ResultDetail(QFrame):
         layout.addWidget(self.progress)
 
     def show_result(self, source: JobSource, result: CharacteristicResult, status: str) -> None:
-        """Show a result of a job; ``status`` is how cameras and probe stand."""
+        """Show a result of a job; ``status`` is the state of cameras and probe."""
         self._source, self._result = source, result
         self.bar.show_result(result)
         self._rule.setText(decision_words(result))
@@ -116,7 +115,7 @@ class ResultDetail(QFrame):
         self._show_numbers()
 
     def simulate(self) -> None:
-        """Check the uncertainty of the shown result by trials, or give up those that run."""
+        """Check the uncertainty of the shown result by trials, or cancel running ones."""
         if self._simulation.is_running():
             self._simulation.cancel()
             self.progress.hide()
@@ -127,21 +126,18 @@ class ResultDetail(QFrame):
             self._simulation.start(partial(trials_of_file, self._source.path, self._result.name))
 
     def cancel(self) -> None:
-        """Give up all that is calculated; call it before the window goes."""
+        """Cancel all computations; call it before the window closes."""
         self._drill.cancel()
         self._simulation.cancel()
         self.progress.hide()
 
     def is_busy(self) -> bool:
-        """Return whether something is being calculated."""
         return self._drill.is_running() or self._simulation.is_running()
 
     def trials(self) -> str:
-        """Return what the trials say."""
         return self._check.text()
 
     def set_theme(self, theme: Theme) -> None:
-        """Paint with ``theme`` from now on."""
         self._theme = theme
         self._paint_verdict()
 
@@ -174,14 +170,14 @@ class ResultDetail(QFrame):
             )
 
     def explanation(self) -> Explanation | None:
-        """Return why the shown result is not good; None where it is, or nobody knows yet."""
+        """Return why the shown result is not good; None if it is, or not yet known."""
         result = self._result
         found = None if result is None else self._budgets.explained.get(result.name)
-        # What was computed before the job changed says nothing of the verdict of now.
+        # Explanations from before a change do not apply to the current verdict.
         return found if result is not None and found and _is_of(found, result) else None
 
     def up(self) -> Float | None:
-        """Return what is upright in the world of the job; None before that is known."""
+        """Return the upright direction in the world of the job; None if not yet known."""
         return self._budgets.up
 
     def _show_explanation(self) -> None:
@@ -193,23 +189,22 @@ class ResultDetail(QFrame):
         self._now.setToolTip(literal("" if found is None else said(found.finding.evidence)))
         self._why.setVisible(bool(self._why.text()))
         self._now.setVisible(bool(self._now.text()))
-        # The note of a result in doubt is the suggestion itself.
+        # The note of a suspect result is the suggestion itself.
         doubted = found is not None and found.cause is Cause.DOUBT
         self._note.setVisible(bool(self._note.text()) and not doubted)
         self._make_room()
         self.explained.emit(found)
 
     def _make_room(self) -> None:
-        """Leave out the bars where words need their room: they say what the table says."""
+        """Hide the bars if words need their room: the table has the same data."""
         self.bars.setVisible(self._now.isHidden() or self.height() >= _ROOMY_PX)
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """Show the bars where there is room for them."""
         super().resizeEvent(event)
         self._make_room()
 
     def _look_again(self) -> None:
-        """Compute the budgets of a job that has changed, after what is computed is done."""
+        """Recompute the budgets of a changed job, after the current computation."""
         source, result = self._source, self._result
         if source is None or result is None or result.measured is None:
             return
@@ -280,7 +275,7 @@ def decision_words(result: CharacteristicResult) -> str:
 
 
 def trial_words(result: CharacteristicResult, trials: MonteCarloValue) -> str:
-    """Return what trials say beside linear propagation, in sentences."""
+    """Return the trials compared with linear propagation, in sentences."""
     low, high = (quantity(result, value) for value in trials.symmetric)
     small = "m°" if result.unit == "deg" else "µm"
     off = 1e3 * max(trials.off_low, trials.off_high)

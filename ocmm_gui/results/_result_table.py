@@ -32,7 +32,7 @@ VERDICT_SIGNS = {
     Verdict.NOT_MEASURED: "○",
     Verdict.PROVISIONAL: "◌",
 }
-"""A sign for each verdict, so that nothing hangs on colour."""
+"""A sign for each verdict, so that nothing depends on colour."""
 
 _COLUMNS = (
     (later("Characteristic"), later("as in the plan")),
@@ -53,10 +53,10 @@ _SMALLER_PX = 12, 11
 
 
 class ResultTable(DataTable):
-    """Rows can be chosen with the arrow keys."""
+    """Rows can be selected with the arrow keys."""
 
     result_chosen = Signal(str)
-    """Emits the name of the characteristic whose row is chosen."""
+    """Emits the name of the selected characteristic."""
 
     def __init__(self) -> None:
         super().__init__(tr("Characteristics"), with_unit(tr_all(_COLUMNS)))
@@ -72,11 +72,11 @@ class ResultTable(DataTable):
         self.currentCellChanged.connect(lambda row, *_: self._on_row(row))
 
     def show_job(self, job: JobView) -> None:
-        """Show all characteristics of a job; the chosen row stays chosen, else the deciding one."""
+        """Show all characteristics of a job; keep the selection, by default the deciding one."""
         chosen = self.chosen()
         deciding = job.part_verdict.summary.deciding
         before, self._results = self._results, job.characteristics
-        # A job of hundreds of characteristics changes a few of them with a point.
+        # A point changes few of hundreds of characteristics.
         new = [
             row
             for row, result in enumerate(self._results)
@@ -114,18 +114,16 @@ class ResultTable(DataTable):
             self._on_row(self.currentRow())
 
     def chosen(self) -> str:
-        """Return the name of the characteristic whose row is chosen; empty where none is."""
         row = self.currentRow()
         return self._results[row].name if 0 <= row < len(self._results) else ""
 
     def choose(self, name: str) -> None:
-        """Choose the row of a characteristic; an unknown one changes nothing."""
+        """Select the row of a characteristic; an unknown one changes nothing."""
         for row, result in enumerate(self._results):
             if result.name == name:
                 self.setCurrentCell(row, 0)
 
     def set_theme(self, theme: Theme) -> None:
-        """Write in the colours of ``theme`` from now on."""
         self._colours = self._rows.theme = theme
         for row, result in enumerate(self._results):
             for column, word in enumerate(self.words(row)):
@@ -133,13 +131,13 @@ class ResultTable(DataTable):
                 self._write(row, column, word, judged if column == _VERDICT else None)
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """Give what is left of the width to the second column."""
+        """Give the remaining width to the second column."""
         super().resizeEvent(event)
         self._least = 0
         self._share_width()
 
     def _share_width(self, new: Sequence[int] = ()) -> None:
-        """Give every column its width, and ``new`` rows, or all, letters of a size that fits."""
+        """Set the width of columns, and the letter size of ``new`` rows, or all."""
         narrow = self.width() < _NARROW_PX
         pixels = self._least or (13 if narrow else 15)
         rows = new if pixels == self._pixels else range(self.rowCount())
@@ -155,14 +153,14 @@ class ResultTable(DataTable):
                 font = digit_font if column in _NUMBERS else text_font
                 self._cell(row, column).setFont(font(pixels, bold=bold))
         self.resizeColumnsToContents()
-        # Kind and features stand beside the table as well.
+        # Kind and features are also next to the table.
         self.setColumnHidden(1, narrow)
         wide = 0 if self.isColumnHidden(1) else 1
         rest = sum(self.columnWidth(c) for c in range(self.columnCount()) if c != wide)
         room = self.viewport().width() - rest - 4
         smaller = next((size for size in _SMALLER_PX if size < pixels), 0)
         if smaller and room < (self.columnWidth(0) if wide == 0 else 60):
-            # Long words get smaller letters, so that the verdict stays in sight.
+            # Long words get smaller letters, so that the verdict stays visible.
             self._least = smaller
             self._share_width()
             return

@@ -1,7 +1,4 @@
-"""The results of a job: verdicts in a table, beside it why the chosen one is what it is.
-
-Where the points lie that drive a value: features in 3-D, these points marked by shape.
-"""
+"""Results of a job: a table of verdicts, reasons of the selected one, and driving points in 3-D."""
 
 from __future__ import annotations
 
@@ -45,7 +42,7 @@ from ocmm_gui.work import SideProcess, WorkLine
 _START = np.radians(38.0)
 _UP = np.array([0.0, 0.0, 1.0])
 _ROOM = 1.5
-"""Of the points and their features to the edge of the picture."""
+"""Margin of points and features in the picture."""
 
 
 class DrivingPoints(OrbitView):
@@ -60,12 +57,9 @@ class DrivingPoints(OrbitView):
         self._reach = np.empty((0, 3))
 
     def show_points(self, job: JobView | None, explained: Explanation | None, up: Float) -> None:
-        """Mark the points of an explanation in a job; without any nothing is shown.
+        """Mark the points of an explanation in a job; empty without any.
 
-        Parameters
-        ----------
-        up
-            (3,), unit, world: upright in the picture.
+        `up`: (3,), unit, world, upright in the picture.
         """
         if job is self._job and explained == self._explained:
             return
@@ -85,20 +79,17 @@ class DrivingPoints(OrbitView):
         self.update()
 
     def marked(self) -> tuple[int, ...]:
-        """Return the numbers of the points that are marked."""
         if self._job is None or self._explained is None:
             return ()
         there = {point.number for item in self._job.features for point in item.points}
         return tuple(number for number in self._explained.points if number in there)
 
     def set_theme(self, theme: Theme) -> None:
-        """Paint with ``theme`` from now on."""
         self._theme = theme
         self._make()
         self.update()
 
     def paintEvent(self, event: QPaintEvent) -> None:
-        """Paint the features, and the marks above them."""
         painter = self._painter()
         inside = self._paint_panel(painter).adjusted(2, 2, -2, -2)
         if self._job is not None:
@@ -108,11 +99,9 @@ class DrivingPoints(OrbitView):
             )  # fmt: skip
 
     def resizeEvent(self, event: object) -> None:
-        """Show all of it in the new size."""
         self._fit()
 
     def fit(self) -> None:
-        """Show all of it."""
         self._fit()
         self.update()
 
@@ -138,7 +127,7 @@ class DrivingPoints(OrbitView):
         marks = (
             [Diamonds(np.stack(list(places.values())), self._theme.text, 17.0)] if places else []
         )
-        # The words of the marks have the right of way.
+        # Labels of the marks have priority.
         self._items = (*tags, *items, *marks)
         near = [point.surface_world for item in touched for point in item.points]
         self._reach = np.array(near) if near else np.empty((0, 3))
@@ -162,20 +151,15 @@ _KEYS = (
 
 
 class ResultsSheet(Sheet):
-    """Table on the left, budget and decision of the chosen characteristic on the right.
+    """Table on the left, budget and decision of the selected characteristic on the right.
 
-    Parameters
-    ----------
-    running
-        Gives the job that is measured now.
-    calibration
-        Says how cameras and probe stand now.
-    records
-        Gives where records of probes and of calibrations are kept; None is that of this user.
+    `running`: Returns the running job.
+    `calibration`: Returns the state of cameras and probe.
+    `records`: Returns the folders of records of probes and calibrations; None is that of this user.
     """
 
     report_wanted = Signal(object)
-    """Emits the `JobSource` that is to be reported."""
+    """Emits the `JobSource` to be reported."""
     batch_wanted = Signal(object)
     """Emits the folder whose jobs are to be compared."""
 
@@ -234,23 +218,22 @@ class ResultsSheet(Sheet):
         )
 
     def open(self) -> None:
-        """Show the running job as it stands, or the file that was opened before."""
+        """Show the running job, or the file opened before."""
         self._refresh()
         self.table.setFocus()
 
     def show_running(self) -> None:
-        """Show the job that is measured now."""
         self._source = self._running
         self._refresh()
 
     def forget_file(self) -> None:
-        """Show the running job when the sheet is opened next."""
+        """Show the running job at the next opening of the sheet."""
         self._opening.cancel()
         self.opening.end()
         self._source = self._running
 
     def ask_for_file(self) -> None:
-        """Ask which job is to be opened, or give up the one that is being opened."""
+        """Ask for a job to open, or cancel the current opening."""
         if self._opening.is_running():
             self._opening.cancel()
             self.opening.end()
@@ -259,9 +242,9 @@ class ResultsSheet(Sheet):
             self.file.ask(Path.home())
 
     def open_file(self, path: Path) -> None:
-        """Show a job from its own file, computed anew and compared; nothing is written to it.
+        """Show a job from its own file, recalculated and compared, read-only.
 
-        That takes some seconds, in a process of its own; what was shown before stays so long.
+        That takes some seconds, in a side process, during which the former results stay.
         """
         probes, calibrations = self._records()
         self._opening.start(partial(opened_job, path, probes=probes, calibrations=calibrations))
@@ -269,14 +252,13 @@ class ResultsSheet(Sheet):
         self.table.setFocus()
 
     def is_opening(self) -> bool:
-        """Return whether a job is being opened."""
         return self._opening.is_running()
 
     def job_changed(self) -> None:
-        """Show what was measured since, where the running job is shown.
+        """Update the results if the running job is shown.
 
-        A file that was left gives way to the job that goes on: who comes back for its results must
-        not read those of another part.
+        A file that was left is replaced by the running job: an inspector who returns for its
+        results must not read those of another part.
         """
         if self._source is self._running:
             if self.isVisible():
@@ -285,21 +267,20 @@ class ResultsSheet(Sheet):
             self.forget_file()
 
     def hideEvent(self, event: QHideEvent) -> None:
-        """Remember where the running job stood."""
+        """Remember the state of the running job."""
         super().hideEvent(event)
         self._left_at = self._running.state()
 
     def close_work(self) -> None:
-        """Give up what is being calculated; call it before the window goes."""
+        """Cancel computations; call it before the window closes."""
         self._opening.cancel()
         self.detail.cancel()
 
     def summary(self) -> str:
-        """Return the verdicts of all characteristics, counted."""
+        """Return the counted verdicts of all characteristics."""
         return self._summary.text()
 
     def set_theme(self, theme: Theme) -> None:
-        """Paint with ``theme`` from now on."""
         self._theme = theme
         if self._job is not None:
             self._show_summary(self._job)
@@ -310,7 +291,6 @@ class ResultsSheet(Sheet):
             self.show_source(JobSource.of_opened(opened))
 
     def show_source(self, source: JobSource) -> None:
-        """Show a job of a file that was opened."""
         self._source = source
         self._refresh()
 

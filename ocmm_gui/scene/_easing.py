@@ -41,14 +41,12 @@ class Easing(QObject):
             self.finish()
 
     def finish(self) -> None:
-        """Jump to the target."""
         goal = self.goal
         self.stop()
         if goal is not None:
             self.moved.emit(goal)
 
     def stop(self) -> None:
-        """Stop at the current view."""
         self._timer.stop()
         self._start = self.goal = None
 

@@ -120,11 +120,9 @@ class OrbitView(Painted):
             self._clicked(event.position())
 
     def mouseDoubleClickEvent(self, event: QMouseEvent) -> None:
-        """Fit the view to the work."""
         self.fit()
 
     def wheelEvent(self, event: QWheelEvent) -> None:
-        """Zoom."""
         self._moved(self._orbit.zoomed(0.999 ** event.angleDelta().y()))
 
     def keyPressEvent(self, event: QKeyEvent) -> None:

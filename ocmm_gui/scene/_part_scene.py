@@ -129,14 +129,9 @@ class PartDrawing(QObject):
     ) -> PartScene | None:  # fmt: skip
         """Return the part for painting, or None.
 
-        Parameters
-        ----------
-        place
-            World from model.
-        marked
-            Colours ``#rrggbb`` by face index.
-        colours
-            (n, 3) of its vertices, instead of face colours.
+        `place`: World from model.
+        `marked`: Colours ``#rrggbb`` by face index.
+        `colours`: (n, 3) of its vertices, instead of face colours.
         """
         if self._model is None or self._whole is None:
             return None

@@ -75,12 +75,8 @@ class KeptScene:
     ) -> StillScene:
         """Return the scene, created by ``make`` if an input changed.
 
-        Parameters
-        ----------
-        things
-            Inputs with arrays, such as orbits and items, compared by identity.
-        values
-            Inputs compared by value.
+        `things`: Inputs with arrays, such as orbits and items, compared by identity.
+        `values`: Inputs compared by value.
         """
         made_of = (*things, *values)
         count = len(things)
@@ -226,7 +222,6 @@ class _Canvases:
         return True
 
     def take(self, width: int, height: int) -> Canvas:
-        """Return an unused canvas."""
         for canvas in self._free:
             if (canvas.width, canvas.height) == (width, height):
                 self._free.remove(canvas)
@@ -235,7 +230,6 @@ class _Canvases:
         return Canvas(width, height)
 
     def give_back(self, canvas: Canvas | None) -> None:
-        """Return a canvas that is not shown any longer."""
         if canvas is not None and len(self._free) < 2:
             self._free.append(canvas)
 

@@ -45,16 +45,11 @@ def place_labels(
 ) -> list[QRectF | None]:
     """Return the place of each label, px; None without room near its point.
 
-    Parameters
-    ----------
-    anchors, sizes
-        Point of each label, and its width and height, px. Earlier labels have priority.
-    bounds
-        Area of the labels; those with points outside are omitted.
-    taken
-        Label-free areas.
-    marks
-        Places (n, 2), px, of marks, covered only if there is no other room nearby.
+    `anchors`, `sizes`: Point of each label, and its width and height, px. Earlier labels have
+      priority.
+    `bounds`: Area of the labels; those with points outside are omitted.
+    `taken`: Label-free areas.
+    `marks`: Places (n, 2), px, of marks, covered only if there is no other room nearby.
     """
     walls = [_edges(rect) for rect in taken]
     placed: list[QRectF | None] = []
@@ -167,14 +162,9 @@ class ScenePainter:
     Faces and dots are painted from far to near. Labels do not overlap, and cover marks only without
     other room nearby; distant ones have a leader line. Earlier ones have priority.
 
-    Parameters
-    ----------
-    taken
-        Label-free areas, px from the upper left corner of ``box``.
-    depth
-        Part that hides lines and dots; None hides nothing.
-    ghost
-        Opacity of hidden items, 0 to 1.
+    `taken`: Label-free areas, px from the upper left corner of ``box``.
+    `depth`: Part that hides lines and dots; None hides nothing.
+    `ghost`: Opacity of hidden items, 0 to 1.
     """
 
     def __init__(

@@ -160,7 +160,6 @@ class CameraPlot(QWidget):
             label.setPos(*spots[slot])
 
     def _add_labels(self, count: int) -> None:
-        """Create labels up to this number."""
         while len(self._labels) < count:
             label = pg.TextItem()
             label.setFont(text_font(12, bold=True))

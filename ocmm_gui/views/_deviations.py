@@ -44,12 +44,10 @@ SCALE_PX = (340.0, 80.0)
 
 
 def deviations_of(job: JobView) -> DeviationPicture:
-    """Return the deviations of a job as whiskers."""
     return deviation_picture(job.characteristics, job.held)
 
 
 def deviation_colour(theme: Theme, kind: DeviationClass) -> str:
-    """Return the colour of a whisker."""
     if kind is DeviationClass.LESS:
         return _BLUES[0 if QColor(theme.panel).lightnessF() > 0.5 else 1]
     return {
@@ -125,12 +123,8 @@ def paint_scale(
 ) -> None:  # fmt: skip
     """Paint the scale: too little, within, too much, with limits at the middle's ends.
 
-    Parameters
-    ----------
-    scale
-        Type size relative to the screen's.
-    reach_mm
-        Colour reach of a point; None without colours.
+    `scale`: Type size relative to the screen's.
+    `reach_mm`: Colour reach of a point; None without colours.
     """
     if not picture.whiskers:
         return

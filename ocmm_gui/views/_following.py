@@ -33,7 +33,6 @@ class Work:
 
     ball: Float = field(default_factory=_none)
     target: Target | None = None
-    """Next target; None if unknown."""
     active: Float = field(default_factory=_none)
     whole: Float = field(default_factory=_none)
     """The part, as far as known."""
@@ -53,10 +52,7 @@ def side_for(
 ) -> Orbit:
     """Return the view turned to make the next place visible; the same object if it is.
 
-    Parameters
-    ----------
-    is_hidden
-        Whether the part is between the next place and an eye in a direction (3,).
+    `is_hidden`: Whether the part is between the next place and an eye in a direction (3,).
     """
     toward = orbit.axes()[2]
     normals = np.array([one.normal_world for one in later[:_LATER]]).reshape(-1, 3)
@@ -67,10 +63,7 @@ def side_for(
 def following(orbit: Orbit, work: Work, width: float, height: float, *, turned: bool) -> Orbit:
     """Return a view that shows the work; the same object while sufficient.
 
-    Parameters
-    ----------
-    turned
-        Just turned: refit in any case.
+    `turned`: Just turned: refit in any case.
     """
     everything = work.all()
     if not len(everything):

@@ -29,10 +29,7 @@ _NO_PLACES = np.empty((0, 3))
 class PlacedScene(PartDrawing):
     """Holder of a placed part; empty without one.
 
-    Parameters
-    ----------
-    parent
-        Owner.
+    `parent`: Owner.
     """
 
     _field_made = Signal(object, object)

@@ -68,12 +68,8 @@ class PointView(OrbitView):
 
     Orbit with the left button or the arrow keys, pan with the right one, zoom with the wheel.
 
-    Parameters
-    ----------
-    rig, body
-        In use.
-    animated
-        View changes take some tenths of a second.
+    `rig`, `body`: In use.
+    `animated`: View changes take some tenths of a second.
     """
 
     def __init__(self, rig: Rig, body: ProbeBody, *, animated: bool = False) -> None:

@@ -22,10 +22,7 @@ _WORDS_PX = 26.0
 class Overview:
     """Small overview of the rig in a free corner.
 
-    Parameters
-    ----------
-    lines
-        Its cameras, segments (n, 2, 3), mm, world.
+    `lines`: Its cameras, segments (n, 2, 3), mm, world.
     """
 
     def __init__(self, rig: Rig, orbit: Orbit, lines: Float) -> None:
@@ -59,7 +56,6 @@ class Overview:
         paint_scene(painter, dots, self._orbit, corner, text_font(10), theme.background)
 
     def _picture(self, size: QSizeF, ratio: float, theme: Theme) -> QImage:
-        """Return its static image."""
         image = QImage(
             (size * ratio).toSize() + QSize(1, 1), QImage.Format.Format_ARGB32_Premultiplied
         )
@@ -128,7 +124,6 @@ def words_place(box: QRectF, words: str) -> QRectF:
 
 
 def paint_words(painter: QPainter, place: QRectF, words: str, theme: Theme) -> None:
-    """Paint a prominent sentence."""
     painter.setPen(QPen(QColor(theme.warn), 1.4))
     painter.setBrush(QColor(theme.panel))
     painter.drawRoundedRect(place, 4, 4)

@@ -1,12 +1,12 @@
-"""The main window and what it opens: sheets, the pages of Maintain, and its files.
+"""The main window and its sheets, Maintain pages, and files.
 
 In: the bridge of a station, and settings of the start. Out: one window with all screens.
 
-Read `_main_window` (what there is, and what each key calls), `_pages` (which of them is shown),
+Read `_main_window` (contents, and the action of each key), `_pages` (the current page),
 `_running_job` (the live readout and the job on it), `_sheets` (results, reports, plan, alignment,
-job), `_maintenance` (Maintain and the wizards, and what they lead to), `_output` (files
-that a key writes), `_keys_sheet` (all keys on one page).
-It joins rooms that do not know each other. Only `ocmm_gui.app` imports it.
+job), `_maintenance` (Maintain and the wizards, and their follow-ups), `_output` (files written by
+keys), `_keys_sheet` (all keys on one page).
+It joins packages that do not know each other. Only `ocmm_gui.app` imports it.
 """
 
 from __future__ import annotations

@@ -1,8 +1,7 @@
 """Acceptance tests, artefacts, studies and certificates, joined to the window.
 
-All of it is made, and loaded, when it is first wanted: the window is on the screen before that.
-
-The certificates that are written on a key: pages, DCC and signature, in a process of its own.
+All are made, and loaded, at their first use: the window is shown before that. Certificates are
+written by a key: pages, DCC and signature, in a side process.
 """
 
 from __future__ import annotations
@@ -24,14 +23,9 @@ from ocmm_gui.work import SideProcess, WorkLine
 
 
 class Papers(QObject):
-    """Ask where the files go, and write them.
+    """Ask for the place of certificates, and write them.
 
-    Parameters
-    ----------
-    notices
-        Where errors and news go.
-    parent
-        What it goes with.
+    `notices`: shows errors and news.
     """
 
     written = Signal(object)
@@ -53,12 +47,12 @@ class Papers(QObject):
         self._work.failed.connect(self._fail)
 
     def ask(self, source: Path, tip: str, proposal: Path) -> None:
-        """Ask for the folder of the papers of what ``source`` holds."""
+        """Ask for the folder of the certificates of ``source``."""
         self._source, self._tip = source, tip
         self.panel.ask(proposal)
 
     def cancel(self) -> None:
-        """Give up what is written; call it before the window goes."""
+        """Cancel writing; call it before the window closes."""
         self._work.cancel()
 
     def _write(self, folder: Path) -> None:
@@ -86,24 +80,16 @@ S = TypeVar("S", bound=Sheet)
 
 
 class AcceptanceRooms(MadeLate):
-    """Make the desk and the sheets when they are wanted.
+    """Make desk and sheets at their first use.
 
-    Parameters
-    ----------
-    bench
-        What can be tested; None where nothing is known of it.
-    notices
-        Where errors and news go.
-    feedback
-        What is heard.
-    folder
-        Where files go unless somebody says otherwise.
+    `bench`: Testable items; None if unknown.
+    `folder`: Default for files.
     """
 
     made = Signal(object)
-    """Emits a widget that is new and fills the window, for its stack."""
+    """Emits a new page, for the stack of the window."""
     wanted = Signal(object)
-    """Emits the widget that is to be shown with keys of its own."""
+    """Emits the page to be shown with its own keys."""
     left = Signal()
     """Back to the pages of Maintain."""
 
@@ -122,12 +108,10 @@ class AcceptanceRooms(MadeLate):
 
     @property
     def bench(self) -> AcceptanceBench | None:
-        """Return what can be tested."""
         return self._bench
 
     @cached_property
     def desk(self) -> AcceptanceDesk:
-        """Return where tests run."""
         from ocmm_gui.acceptance import AcceptanceDesk
 
         bridge = self._bridge
@@ -146,14 +130,12 @@ class AcceptanceRooms(MadeLate):
 
     @cached_property
     def page(self) -> TestsPage:
-        """Return the page of Maintain."""
         from ocmm_gui.acceptance import TestsPage
 
         return TestsPage(self._required())
 
     @cached_property
     def artefacts(self) -> ArtefactSheet:
-        """Return the register of artefacts."""
         from ocmm_gui.acceptance import ArtefactSheet
 
         bridge = self._bridge
@@ -161,7 +143,6 @@ class AcceptanceRooms(MadeLate):
 
     @cached_property
     def study(self) -> StudySheet:
-        """Return the gauge studies."""
         from ocmm_gui.acceptance import StudySheet
 
         station, instruments = self._bridge.station, self._bridge.station.instruments
@@ -170,7 +151,6 @@ class AcceptanceRooms(MadeLate):
         return self._join(StudySheet(lambda: station.job.path.parent, probes, cameras))
 
     def calls(self) -> dict[str, Callable[[], None]]:
-        """Return what the keys do, by key of the action."""
         return {
             "acceptance": lambda: self._open_desk(""),
             "interim": lambda: self._open_desk("INTERIM"),
@@ -179,7 +159,7 @@ class AcceptanceRooms(MadeLate):
         }
 
     def ask_for_paper(self, source: Path | None, tip: str, why_not: str) -> None:
-        """Ask where the certificate of some records goes; without records say why there is none."""
+        """Ask for the place of a certificate of records; report why if there are none."""
         if source is None:
             self._notices.error(
                 InputError("certificate.none", tr("No certificate can be written."), why_not)
@@ -188,7 +168,7 @@ class AcceptanceRooms(MadeLate):
         self.papers.ask(source, tip, self._folder())
 
     def close_work(self) -> None:
-        """Give up what runs; call it before the window goes."""
+        """Cancel running work; call it before the window closes."""
         self.papers.cancel()
         for name in ("desk", "page", "artefacts", "study"):
             if self.is_made(name):

@@ -1,4 +1,4 @@
-"""All keys of the window and what they do, on one page."""
+"""All keys of the window and their actions, on one page."""
 
 from __future__ import annotations
 
@@ -30,12 +30,9 @@ _SIGNS = {".": later(". (full stop)"), ",": later(", (comma)")}
 
 
 class KeysSheet(Sheet):
-    """A table of `ACTIONS`: what belongs to measuring first.
+    """A table of `ACTIONS`: those of measuring first.
 
-    Parameters
-    ----------
-    changed
-        Gives the keys that somebody chose, by action.
+    `changed`: returns the user's keys by action.
     """
 
     def __init__(self, changed: Callable[[], Mapping[str, Sequence[str]]]) -> None:
@@ -61,7 +58,6 @@ class KeysSheet(Sheet):
         self.use_keys({})
 
     def open(self) -> None:
-        """Give the table the keyboard."""
         self._show()
         self.table.resizeRowsToContents()
         self.table.setFocus()

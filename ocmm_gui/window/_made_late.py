@@ -1,4 +1,4 @@
-"""What is made, and loaded, when it is first wanted."""
+"""Parts made, and loaded, at their first use."""
 
 from __future__ import annotations
 
@@ -6,9 +6,9 @@ from PySide6.QtCore import QObject
 
 
 class MadeLate(QObject):
-    """Has parts that are made when they are first wanted, each a `cached_property`."""
+    """Base of objects with late parts, each a `cached_property`."""
 
     def is_made(self, name: str) -> bool:
-        """Return whether the part of this name was wanted before."""
-        # `cached_property` keeps what it made under its name.
+        """Return whether the part of this name was used before."""
+        # `cached_property` stores its value under its name.
         return name in self.__dict__

@@ -52,28 +52,16 @@ START, REOPEN = "start", "reopen"
 class MainWindow(QMainWindow):
     """Inspect in two densities, Maintain, each on one key; closing it stops the station.
 
-    Parameters
-    ----------
-    notices
-        Where errors and news go.
-    sounds
-        Player, or None for silence.
-    theme
-        Name of the theme to begin with.
-    out
-        Folder of the report; None asks for one in the window.
-    bench
-        Acceptance tests that can be made; None where there are none.
-    store
-        The settings; None for those of this user.
-    hand
-        The probe of a virtual rig, for whoever wants to hold it; None where it is real.
-    practice
-        Where wizards are practised at a virtual rig; None where they are meant.
+    `sounds`: Player, or None for silence.
+    `theme`: Name of the initial theme.
+    `out`: Folder of the report; None asks for one in the window.
+    `bench`: Possible acceptance tests, or None.
+    `store`: The settings; None for those of this user.
+    `hand`: The probe of a virtual rig, held by the user; None if real.
+    `practice`: Virtual rig for practising wizards; None for real work.
     """
 
     closed = Signal()
-    """The station has stopped and the window is going away."""
 
     def __init__(
         self,
@@ -92,7 +80,7 @@ class MainWindow(QMainWindow):
         self.setMinimumSize(1024, 640)
         self.setAcceptDrops(True)
         self.after = ""
-        """What is wanted once it has closed: `START`, `REOPEN`, or nothing."""
+        """Request for after closing: `START`, `REOPEN`, or nothing."""
         self._bridge = bridge
         self._notices = notices
         self.close_seconds = 0.0
@@ -136,8 +124,8 @@ class MainWindow(QMainWindow):
             self.choice.panel, self.tests.papers.panel,
         )  # fmt: skip
         self._preload = Preload()
-        # What listens goes with the window: Qt keeps the calls of one that has no parent, and in
-        # them the window with the whole station, for as long as the program lives.
+        # Parents delete the listeners: Qt keeps connections of one without a parent, and with them
+        # window and station, for the life of the program.
         for part in (
             self.choice, self.output, self.sheets, self.tests, self.maintenance, self.pages,
             self.running,
@@ -183,7 +171,7 @@ class MainWindow(QMainWindow):
 
     def _connect(self, bridge: StationBridge) -> None:
         self.desk.plan.feature_chosen.connect(bridge.choice.select)
-        # Methods, which Qt holds weakly: a lambda with the window in it would keep it for ever.
+        # Methods, which Qt references weakly: a lambda would keep the window forever.
         self.pages.mode_wanted.connect(self.output.hide)
         self.sheets.settings_changed.connect(self._on_settings)
         self.sheets.reopen_wanted.connect(self._reopen)
@@ -196,33 +184,28 @@ class MainWindow(QMainWindow):
         self._close_for(REOPEN)
 
     def _add(self, view: QWidget) -> None:
-        """Take a view into the stack that was made because it is wanted."""
         self.pages.stack.addWidget(view)
         dress(view, self._theme)
 
     def show_mode(self, mode: Mode) -> None:
-        """Show Inspect, as it was left, or Maintain."""
+        """Show Inspect, in its last state, or Maintain."""
         self.pages.show_mode(mode)
 
     def mode(self) -> Mode:
-        """Return what the window is for at the moment."""
         return self.pages.mode()
 
     def show_far(self, far: bool) -> None:
-        """Show the far view or the desk view."""
         self.pages.show_far(far)
 
     def use_theme(self, name: str) -> None:
-        """Dress the application in a theme of the table."""
         self._theme = THEMES[name]
         apply_theme(self, self._theme)
 
     def is_far(self) -> bool:
-        """Return whether the far view is shown."""
         return self.pages.is_far()
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
-        """Let Esc put a notice or the export panel away, and nothing else."""
+        """Close a notice or the export panel on Esc."""
         if event.key() == Qt.Key.Key_Escape:
             for widget in (*self._lines, self.search):
                 widget.hide()
@@ -230,11 +213,11 @@ class MainWindow(QMainWindow):
         super().keyPressEvent(event)
 
     def load_the_rest(self) -> None:
-        """Load what sheets, Maintain and wizards need, behind the window; call it once."""
+        """Load sheets, Maintain and wizards in the background; call it once."""
         self._preload.start()
 
     def closeEvent(self, event: QCloseEvent) -> None:
-        """Stop the station before the window goes; every point is stored already."""
+        """Stop the station before the window closes; every point is stored already."""
         begun = time.monotonic()
         self._preload.close()
         self.hand.close()
@@ -303,7 +286,7 @@ class MainWindow(QMainWindow):
         names = list(THEMES)
         after = names[(names.index(self._theme.name) + 1) % len(names)]
         self.use_theme(after)
-        # It is the same next time; where it cannot be kept, nobody who measures needs to know.
+        # Kept for the next start; a failure is not worth a message while measuring.
         with contextlib.suppress(OcmmError):
             self._store.change({"window.theme": after})
 
@@ -322,7 +305,7 @@ class MainWindow(QMainWindow):
         self.search.ask(self.pages.keys(), self.pages.others())
 
     def _open_manual(self) -> None:
-        """Open the manual at the section of the page one is on."""
+        """Open the manual at the section of the current page."""
         self.sheets.open_manual(self.pages.shown())
 
     def _on_page(self) -> None:
@@ -336,12 +319,12 @@ class MainWindow(QMainWindow):
         self.close()
 
     def dragEnterEvent(self, event: QDragEnterEvent) -> None:
-        """Take one plan or job, where no procedure is under way."""
+        """Accept one plan or job, unless a procedure is running."""
         if dropped_file(event.mimeData()) is not None and self.pages.may_be_left():
             event.acceptProposedAction()
 
     def dropEvent(self, event: QDropEvent) -> None:
-        """Look at a job, or ask who measures by a plan; what is measured goes on."""
+        """Open a job, or ask for the operator of a plan; the running measurement continues."""
         path = dropped_file(event.mimeData())
         if path is None or not self.pages.may_be_left():
             return

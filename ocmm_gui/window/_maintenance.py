@@ -1,6 +1,6 @@
-"""What looks after rig and probe: the pages of Maintain, the wizards, and what they lead to.
+"""Maintenance of rig and probe: the pages of Maintain, the wizards, and their follow-ups.
 
-All of it is made, and loaded, when it is first wanted: the window is on the screen before that.
+All are made, and loaded, at their first use: the window is shown before that.
 """
 
 from __future__ import annotations
@@ -39,26 +39,18 @@ if TYPE_CHECKING:
 
 
 class Maintenance(MadeLate):
-    """Make the pages and the wizards when they are wanted, and join them to the station.
+    """Make pages and wizards at their first use, and join them to the station.
 
-    Parameters
-    ----------
-    notices
-        Where errors and news go.
-    feedback
-        What is heard in the wizards.
-    actions
-        By key.
-    tests
-        Acceptance tests and certificates.
-    practice
-        Where wizards are practised; None where they are meant.
+    `feedback`: Sounds of the wizards.
+    `actions`: By key.
+    `tests`: Acceptance tests and certificates.
+    `practice`: Virtual rig for practising wizards; None for real work.
     """
 
     made = Signal(object)
-    """Emits a widget that is new and fills the window, for its stack."""
+    """Emits a new page, for the stack of the window."""
     wanted = Signal(object)
-    """Emits the widget that is to be shown with keys of its own."""
+    """Emits the page to be shown with its own keys."""
     left = Signal()
     """Back to the pages."""
 
@@ -84,14 +76,12 @@ class Maintenance(MadeLate):
 
     @cached_property
     def bus(self) -> BusPage:
-        """Return the page of the bus."""
         from ocmm_gui.maintain import BusPage
 
         return BusPage(self._bridge.station.looks.bus)
 
     @cached_property
     def calibration(self) -> CalibrationPage:
-        """Return the page of the cameras' calibration."""
         from ocmm_gui.maintain import CalibrationPage
 
         instruments = self._bridge.station.instruments
@@ -101,7 +91,6 @@ class Maintenance(MadeLate):
 
     @cached_property
     def probe(self) -> ProbePage:
-        """Return the page of probe and tip."""
         from ocmm_gui.maintain import ProbePage
 
         instruments = self._bridge.station.instruments
@@ -109,7 +98,6 @@ class Maintenance(MadeLate):
 
     @cached_property
     def probe_design(self) -> ProbeDesignPage:
-        """Return the page of the probe's design."""
         from ocmm_gui.maintain import ProbeDesignPage, plain_body
 
         instruments = self._bridge.station.instruments
@@ -117,14 +105,12 @@ class Maintenance(MadeLate):
 
     @cached_property
     def fits(self) -> FitsPage:
-        """Return the page on which fits are checked."""
         from ocmm_gui.maintain import FitsPage
 
         return FitsPage()
 
     @cached_property
     def view(self) -> MaintainView:
-        """Return the pages side by side."""
         from ocmm_gui.maintain import MaintainView, Page
         from ocmm_gui.wizards import WIZARDS, Subject
 
@@ -153,7 +139,6 @@ class Maintenance(MadeLate):
 
     @cached_property
     def wizard(self) -> Wizard:
-        """Return where the wizards are shown."""
         from ocmm_gui.wizards import Wizard, practice_site, site_of
 
         room = self._practice
@@ -169,7 +154,6 @@ class Maintenance(MadeLate):
 
     @cached_property
     def definition(self) -> DefinitionPage:
-        """Return the page on which a probe is defined."""
         from ocmm_gui.wizards.pages import DefinitionPage
 
         page = DefinitionPage()
@@ -185,7 +169,6 @@ class Maintenance(MadeLate):
         return ConfirmedActions(self._bridge, self._notices, self.probe)
 
     def calls(self) -> dict[str, Callable[[], None]]:
-        """Return what the keys of Maintain do, by key of the action."""
         deeds: dict[str, Callable[[], None]] = {
             "mount": lambda: self._confirmed.mount_tip(),
             "define": self.open_definition,
@@ -205,7 +188,7 @@ class Maintenance(MadeLate):
         return (Page(tr("Acceptance"), tip, self.tests.page, keys),)
 
     def _write_certificate(self) -> None:
-        """Ask for the place of the certificate of what the page shows."""
+        """Ask for the place of the current page's certificate."""
         instruments = self._bridge.station.instruments
         shown = self.view.page()
         if shown is self.calibration:
@@ -233,7 +216,7 @@ class Maintenance(MadeLate):
         self.wizard.open(kind)
 
     def open_definition(self) -> None:
-        """Show the page on which a probe is defined, filled in with the one that is measured with.
+        """Show the page that defines a probe, filled with the current one.
 
         Its keys are its own until it is left.
         """
@@ -247,11 +230,11 @@ class Maintenance(MadeLate):
 
     @property
     def practises(self) -> bool:
-        """Return whether a virtual hand does what the wizards ask for."""
+        """Return whether a virtual hand does the wizards' work."""
         return self._practice is not None
 
     def close_work(self) -> None:
-        """Give up what is being calculated or taken; call it before the window goes."""
+        """Cancel computations and recordings; call it before the window closes."""
         if self.is_made("view"):
             self.probe_design.cancel()
             self.fits.cancel()

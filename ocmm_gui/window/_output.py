@@ -1,4 +1,4 @@
-"""The files that are written on a key: reports, the report of the bus, the log."""
+"""Files written by keys: reports, the report of the bus, the log."""
 
 from __future__ import annotations
 
@@ -20,20 +20,14 @@ _SHORT = {
     "polyworks": later("PolyWorks"), "qif": later("QIF"), "dfq": later("Q-DAS"),
     "xlsx": later("XLSX"), "json": later("JSON"), "fai": later("AS9102"), "pdf": later("PDF"),
 }  # fmt: skip
-"""Names of products and formats as a button has room for them."""
+"""Short names of products and formats for a button."""
 
 
 class Output(QObject):
-    """Write files into the folder that was given at the start, or ask for one in the window.
+    """Write files into the folder given at the start, or ask for one in the window.
 
-    Parameters
-    ----------
-    notices
-        Where errors and news go.
-    out
-        Folder of the report; None asks.
-    far
-        Says whether the window is looked at from afar.
+    `out`: Folder of the report; None asks.
+    `far`: Returns whether the far view is shown.
     """
 
     exported = Signal(object)
@@ -78,40 +72,36 @@ class Output(QObject):
         )
 
     def calls(self) -> dict[str, Callable[[], None]]:
-        """Return what the keys do, by key of the action."""
         return {"export": self._export, "bus_text": self._save_bus_text, "log": self._save_log}
 
     def use_formats(self, formats: tuple[str, ...], action: QAction) -> None:
-        """Write these formats on the key from now on, all or none; the button says which."""
+        """Write these formats, all or none; the button names them."""
         self.formats = formats
         first, more = tr(_SHORT[formats[0]]), len(formats) - 1
         named = tr("{format} + {count}").format(format=first, count=more) if more else first
         titles = ", ".join(FORMATS[name].title for name in formats)
-        # The bar has room for a word: the first format, and how many go with it.
+        # The bar has room for a word: the first format, and the number of others.
         action.setProperty(SHORT, named)
         action.setToolTip(literal(tr("Write the report files: {titles}").format(titles=titles)))
 
     def folder(self) -> Path:
-        """Return where files go unless somebody says otherwise."""
         out = self._out if self._out is not None else Path.home() / "ocmm-out"
         return out.expanduser().absolute()
 
     def hide(self) -> None:
-        """Put away what asks for a place."""
+        """Hide the panels that ask for a place."""
         self.export_panel.hide()
         self.bus_panel.hide()
         self.question.hide()
 
     def is_writing(self) -> bool:
-        """Return whether a report is being written."""
         return self._writer.is_busy()
 
     def close_work(self) -> None:
-        """Give up what is being written; call it before the window goes."""
+        """Cancel writing; call it before the window closes."""
         self._writer.cancel()
 
     def tell_written(self, written: Written) -> None:
-        """Tell of a report that was written."""
         written.tell(self._notices)
         self.exported.emit(written.paths)
 

@@ -1,4 +1,4 @@
-"""Which page of the window is shown, and which keys it leaves to the window."""
+"""The current page of the window, and the keys it leaves to the window."""
 
 from __future__ import annotations
 
@@ -16,28 +16,23 @@ from ocmm_gui.window._maintenance import Maintenance
 from ocmm_gui.window._sheets import Sheets
 
 _IN_WIZARDS = ("theme", "log", "manual", "zoom_in", "zoom_out", "zoom_reset", "gloves")
-"""Actions of the window that a wizard leaves as they are."""
+"""Actions of the window that remain in a wizard."""
 _ON_SHEETS = (*_IN_WIZARDS, "settings", "start", "find", "what_to_do", "support")
-"""The same of a sheet, on which nothing is lost."""
+"""The same for a sheet, which can be left without loss."""
 
 
 class Pages(QObject):
-    """The far view and the desk view, the sheets, Maintain with its wizards: one is shown.
+    """Far view, desk view, sheets, and Maintain with its wizards: one is shown.
 
-    Parameters
-    ----------
-    sheets, maintenance, tests
-        What makes the other pages, each when it is wanted first.
-    actions
-        Those of the window, by their keys in the table.
-    banner
-        As large as the page under it wants it.
+    `sheets`, `maintenance`, `tests`: Make the other pages at their first use.
+    `actions`: Of the window, by key.
+    `banner`: Sized by the page under it.
     """
 
     mode_wanted = Signal()
-    """Inspect or Maintain is about to be shown: what asks for the name of a file goes away."""
+    """Inspect or Maintain is about to be shown: file panels close."""
     turned = Signal()
-    """Another page is there, and shows nothing yet."""
+    """Another, still empty page is shown."""
 
     def __init__(
         self,
@@ -51,14 +46,13 @@ class Pages(QObject):
     ) -> None:
         super().__init__()
         self.stack = PageStack()
-        """The pages that were made."""
         self._desk, self._far = desk, far
         self._inspect: QWidget = desk
         self._sheets, self._maintenance, self._tests = sheets, maintenance, tests
         self._actions, self._banner = actions, banner
         for view in (desk, far):
             self.stack.addWidget(view)
-        # Methods, which Qt holds weakly: a lambda with the window in it would keep it for ever.
+        # Methods, which Qt references weakly: a lambda would keep the window forever.
         sheets.wanted.connect(self.leave_keys_to)
         sheets.left.connect(self._to_inspect)
         sheets.left_manual.connect(self._leave_manual)
@@ -67,17 +61,14 @@ class Pages(QObject):
         maintenance.left.connect(self._to_maintain)
 
     def shown(self) -> QWidget | None:
-        """Return the page that is shown."""
         return self.stack.currentWidget()
 
     def mode(self) -> Mode:
-        """Return what the window is for at the moment."""
         shown = self.shown()
         inspects = shown in (self._desk, self._far) or self._sheets.holds(shown)
         return Mode.INSPECT if inspects else Mode.MAINTAIN
 
     def is_far(self) -> bool:
-        """Return whether the far view is shown."""
         return self.shown() is self._far
 
     def measures(self) -> bool:
@@ -85,7 +76,7 @@ class Pages(QObject):
         return self.shown() in (self._desk, self._far)
 
     def practises(self) -> bool:
-        """Return whether a guided page is shown at which the virtual hand works."""
+        """Return whether a guided page with the virtual hand is shown."""
         shown = self.shown()
         guided = (self._maintenance.is_made("wizard") and shown is self._maintenance.wizard) or (
             self._tests.is_made("desk") and shown is self._tests.desk
@@ -98,7 +89,7 @@ class Pages(QObject):
         return "desk" if shown is self._desk else "far" if shown is self._far else "other"
 
     def show_mode(self, mode: Mode) -> None:
-        """Show Inspect, as it was left, or Maintain."""
+        """Show Inspect, in its last state, or Maintain."""
         maintain = mode is Mode.MAINTAIN
         show_mode(self._actions, mode)
         self.mode_wanted.emit()
@@ -112,11 +103,10 @@ class Pages(QObject):
         self._maintenance.view.list.setFocus()
 
     def other_mode(self) -> None:
-        """Show Inspect where Maintain is, and the other way round."""
+        """Toggle between Inspect and Maintain."""
         self.show_mode(Mode.INSPECT if self.mode() is Mode.MAINTAIN else Mode.MAINTAIN)
 
     def show_far(self, far: bool) -> None:
-        """Show the far view or the desk view."""
         self._inspect = self._far if far else self._desk
         self.stack.setCurrentWidget(self._inspect)
         self._banner.use_far(far=far)
@@ -125,12 +115,11 @@ class Pages(QObject):
         self._inspect.setFocus()
 
     def to_desk(self) -> None:
-        """Show the desk view, from wherever one is."""
         self.show_mode(Mode.INSPECT)
         self.show_far(False)
 
     def leave_keys_to(self, view: QWidget) -> None:
-        """Show a sheet or a wizard, which has keys of its own."""
+        """Show a sheet or a wizard, which has its own keys."""
         kept = _ON_SHEETS if self._is_free(view) else _IN_WIZARDS
         for info in ACTIONS:
             self._actions[info.key].setEnabled(info.key in kept)
@@ -138,21 +127,19 @@ class Pages(QObject):
         self._banner.use_far(far=False)
 
     def focus(self) -> None:
-        """Give the keyboard to the page that is shown."""
         page = self.shown()
         if page is not None:
             page.setFocus()
 
     def keys(self) -> dict[str, QAction]:
-        """Return the actions that the page has of its own, with those of the window."""
         page = self.shown()
         own = page.keys if isinstance(page, Sheet) else {}
         return {**own, **self._actions}
 
     def others(self) -> dict[str, QAction]:
-        """Return the actions of the window that are done on another page than this one.
+        """Return the actions of the window that belong to another page.
 
-        A wizard is not left for them, and what a pedal does is done where one sees it.
+        A wizard is not left for them, and a pedal acts only on its visible page.
         """
         on_sheet = self._sheets.holds(self.shown())
         if not self.may_be_left():
@@ -166,12 +153,12 @@ class Pages(QObject):
         }
 
     def may_be_left(self) -> bool:
-        """Return whether another page may be shown instead: a wizard has an end of its own."""
+        """Return whether the page may be left: a wizard has its own end."""
         return self._is_free(self.shown())
 
     def _is_free(self, page: QWidget | None) -> bool:
         if self._sheets.is_made("manual") and page is self._sheets.manual:
-            # From there one comes back to where it was opened, which may be a wizard.
+            # The manual returns to its origin, which may be a wizard.
             page = self._sheets.manual.came_from()[0] or self._desk
         measures = page in (self._desk, self._far)
         return measures or self._sheets.holds(page) or self._is_maintenance(page)
@@ -193,7 +180,7 @@ class Pages(QObject):
         self.show_mode(Mode.MAINTAIN)
 
     def _leave_manual(self) -> None:
-        """Show what was shown before, with the keyboard where it was."""
+        """Restore the former page and its focus."""
         page, focus = self._sheets.manual.came_from()
         if page is None or page in (self._desk, self._far):
             self.show_mode(Mode.INSPECT)

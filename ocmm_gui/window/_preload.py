@@ -1,4 +1,4 @@
-"""What the sheets, Maintain and the wizards need, loaded behind the shown window."""
+"""Background loading of sheets, Maintain and wizards."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ _LATER = (
     ("ocmm_gui.wizards", "WIZARDS Wizard"),
     ("ocmm_gui.wizards.pages", "DefinitionPage"),
 )
-"""Rooms, and the names on their faces; the first is wanted first."""
+"""Packages and their public names, in order."""
 
 
 class Preload:
-    """Load them one after the other on a thread, so that the first look at them waits for none.
+    """Load packages on a thread, so that their first use does not wait.
 
-    A thread that imports makes no widget; the window makes each when it is wanted.
+    The thread only imports; the window makes widgets at their first use.
     """
 
     def __init__(self) -> None:
@@ -26,11 +26,10 @@ class Preload:
         self._thread = threading.Thread(target=self._run, name="ocmm-preload")
 
     def start(self) -> None:
-        """Begin."""
         self._thread.start()
 
     def close(self) -> None:
-        """Stop after the room that is being loaded, some tenths of a second at the most."""
+        """Stop after the current package, some tenths of a second at most."""
         self._stopping.set()
         if self._thread.ident is not None:
             self._thread.join()

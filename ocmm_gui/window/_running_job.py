@@ -1,4 +1,4 @@
-"""The running job on whichever page is shown: live readout, results so far, state of the tip."""
+"""The running job on any page: live readout, results so far, state of the tip."""
 
 from __future__ import annotations
 
@@ -41,16 +41,11 @@ _PART = "The window"
 
 
 class RunningJob(QObject):
-    """Show what the station tells; what cannot be shown takes away what was shown before it.
+    """Show the state of the station; if that fails, former values are cleared.
 
-    Parameters
-    ----------
-    notices, feedback
-        Where news, and where sounds go.
-    pages
-        Which page is shown; it gets what is known as soon as it is.
-    choice, hand
-        The chosen point, and the hand that holds a virtual probe.
+    `notices`, `feedback`: News, and sounds.
+    `pages`: The current page, which gets the state as soon as it is shown.
+    `choice`, `hand`: The selected point, and the hand of a virtual probe.
     """
 
     def __init__(
@@ -101,7 +96,7 @@ class RunningJob(QObject):
         try:
             self._show_live(live)
         except Exception as error:
-            # What cannot be shown must not leave standing what was shown before it.
+            # A failed display must not leave former values visible.
             self._bridge.station.faults.fail(error, _PART)
             for readout in (self._desk.readout, self._far.readout):
                 readout.withdraw(self._why_failed())
@@ -168,7 +163,7 @@ class RunningJob(QObject):
             )
             return
         self._feedback.play(Sound.REFUSED)
-        # It stands on every screen as long as it lasts.
+        # Shown on every screen while it lasts.
         self._notices.keep(
             Notice(
                 Level.ERROR,

@@ -1,7 +1,6 @@
 """The sheets of the window: results, reports, plan, alignment, job.
 
-A sheet is made, and what it needs is loaded, when it is first wanted: the window is on the screen
-before that.
+A sheet is made, with its imports, at its first use: the window is shown before that.
 """
 
 from __future__ import annotations
@@ -44,28 +43,21 @@ S = TypeVar("S", bound=Sheet)
 
 
 class Sheets(MadeLate):
-    """Make each sheet when it is first wanted, and join it to the station.
+    """Make each sheet at its first use, and join it to the station.
 
-    Parameters
-    ----------
-    notices
-        Where errors and news go.
-    folder
-        Where files go unless somebody says otherwise.
-    written
-        Told of a report that was written.
+    `folder`: Default for files.
+    `written`: Receives a written report.
     """
 
     made = Signal(object)
-    """Emits a `Sheet` that is new, for the stack of the window."""
+    """Emits a new `Sheet`, for the stack of the window."""
     wanted = Signal(object)
-    """Emits the `Sheet` that is to be shown."""
     left = Signal()
-    """Back to the measuring."""
+    """Back to measuring."""
     settings_changed = Signal(object)
-    """Emits the `LoadedSettings` that hold now."""
+    """Emits the current `LoadedSettings`."""
     reopen_wanted = Signal()
-    """The job is to be opened again with the settings as they are now."""
+    """Reopen the job with the current settings."""
     left_manual = Signal()
     """Back to the page from which the manual was opened."""
     left_to_maintain = Signal()
@@ -104,7 +96,6 @@ class Sheets(MadeLate):
 
     @cached_property
     def report(self) -> ReportSheet:
-        """Return what is in the reports before they are written."""
         from ocmm_gui.results import ReportSheet
 
         sheet = ReportSheet(self._folder)
@@ -114,42 +105,36 @@ class Sheets(MadeLate):
 
     @cached_property
     def alignment(self) -> AlignmentSheet:
-        """Return how the part lies."""
         from ocmm_gui.results import AlignmentSheet
 
         return self._join(AlignmentSheet(self._bridge), self.left)
 
     @cached_property
     def job(self) -> JobSheet:
-        """Return who measures which part."""
         sheet = JobSheet(self._bridge)
         sheet.propose_operators(self._loaded.settings.job_operators)
         return self._join(sheet, self.left)
 
     @cached_property
     def batch(self) -> CompareSheet:
-        """Return many jobs side by side."""
         from ocmm_gui.results import CompareSheet
 
         return self._join(CompareSheet(partial(_records, self._bridge)), self.open_results)
 
     @cached_property
     def keys(self) -> KeysSheet:
-        """Return the table of keys."""
         return self._join(
             KeysSheet(lambda: usable_keys(self._loaded.settings.window_keys)), self.left
         )
 
     @cached_property
     def manual(self) -> ManualSheet:
-        """Return the manual."""
         from ocmm_gui.manual import ManualSheet
 
         return self._join(ManualSheet(), self.left_manual)
 
     @cached_property
     def settings(self) -> SettingsPage:
-        """Return the settings."""
         from ocmm_gui.home import SettingsPage
 
         page = SettingsPage(self._store, self.reopen_wanted.emit)
@@ -157,27 +142,25 @@ class Sheets(MadeLate):
         return self._join(page, self.left)
 
     def read_settings(self) -> None:
-        """Show what a key has changed, where the settings have been opened."""
+        """Update the settings page, if made, after a change by a key."""
         if self.is_made("settings"):
             self.settings.read_again()
 
     @cached_property
     def what_to_do(self) -> WhatToDoSheet:
-        """Return the page of symptoms and remedies."""
         from ocmm_gui.help import WhatToDoSheet
 
         return self._join(WhatToDoSheet(self.open_support), self.left)
 
     @cached_property
     def support(self) -> SupportSheet:
-        """Return what would be packed for support."""
         from ocmm_gui.help import SupportSheet
 
         return self._join(SupportSheet(self._support_site, self._folder), self.left)
 
     @cached_property
     def recall(self) -> RecallSheet:
-        """Return the recall of older jobs. It is opened from Maintain, and left to there."""
+        """Return the recall of older jobs, opened from Maintain."""
         from ocmm_gui.maintain import RecallSheet
 
         bridge, station = self._bridge, self._bridge.station
@@ -191,7 +174,7 @@ class Sheets(MadeLate):
 
     @cached_property
     def archive(self) -> ArchiveSheet:
-        """Return the archive of all stations. It is opened from Maintain, and left to there."""
+        """Return the archive of all stations, opened from Maintain."""
         from ocmm_core.station.archiving import archive_place
         from ocmm_gui.archive import ArchiveSheet
 
@@ -200,7 +183,6 @@ class Sheets(MadeLate):
 
     @cached_property
     def plan(self) -> PlanSheet:
-        """Return the editor of plans."""
         from ocmm_gui.plan_editor import PlanSheet
 
         station = self._bridge.station
@@ -222,11 +204,10 @@ class Sheets(MadeLate):
         return sheet
 
     def holds(self, widget: QWidget | None) -> bool:
-        """Return whether a widget is one of the sheets."""
         return any(sheet is widget for sheet in self._made)
 
     def open_results(self) -> None:
-        """Show the results of the running job, or of the file that was opened before."""
+        """Show the results of the running job, or of the file opened before."""
         self.wanted.emit(self.results)
         self.results.open()
 
@@ -236,22 +217,18 @@ class Sheets(MadeLate):
         self.job.open(self._bridge.shown.job)
 
     def open_plan(self) -> None:
-        """Write or change a plan."""
         self.wanted.emit(self.plan)
         self.plan.open()
 
     def open_alignment(self) -> None:
-        """Show how the part lies."""
         self.wanted.emit(self.alignment)
         self.alignment.open()
 
     def open_keys(self) -> None:
-        """Show all keys of the window."""
         self.wanted.emit(self.keys)
         self.keys.open()
 
     def open_manual(self, page: QWidget | None) -> None:
-        """Show the section of the manual that explains a page."""
         from ocmm_gui.manual import place_of
 
         self.manual.come_from(page)
@@ -259,13 +236,12 @@ class Sheets(MadeLate):
         self.manual.open(place_of(page))
 
     def open_what_to_do(self) -> None:
-        """Search what to do; in trouble, with what the last refusal says."""
+        """Search remedies, starting with the last refusal."""
         self.wanted.emit(self.what_to_do)
         refusal = self._bridge.shown.job.refusal
         self.what_to_do.open("" if refusal is None else refusal.code.value)
 
     def open_support(self) -> None:
-        """Show what would be packed for support."""
         self.wanted.emit(self.support)
         self.support.open()
 
@@ -287,7 +263,6 @@ class Sheets(MadeLate):
         )
 
     def open_settings(self) -> None:
-        """Show the settings."""
         self.wanted.emit(self.settings)
         self.settings.open()
 
@@ -298,17 +273,15 @@ class Sheets(MadeLate):
             self.job.propose_operators(loaded.settings.job_operators)
 
     def open_recall(self) -> None:
-        """Recalculate older jobs whose calibration failed later."""
         self.wanted.emit(self.recall)
         self.recall.open()
 
     def open_archive(self) -> None:
-        """Ask what was measured at all stations."""
         self.wanted.emit(self.archive)
         self.archive.open()
 
     def job_changed(self, job: JobView) -> None:
-        """Let the sheets show what was measured since; one that is made later asks by itself."""
+        """Update the sheets; sheets made later read the job themselves."""
         if self.is_made("results"):
             self.results.job_changed()
         if self.is_made("report"):
@@ -317,7 +290,7 @@ class Sheets(MadeLate):
             self.alignment.job_changed(job)
 
     def close_work(self) -> None:
-        """Give up what is being calculated; call it before the window goes."""
+        """Cancel computations; call it before the window closes."""
         for sheet in self._made:
             sheet.close_work()
 
@@ -344,7 +317,7 @@ class Sheets(MadeLate):
         self.left.emit()
 
     def look_at(self, path: Path) -> None:
-        """Show a job that cannot be gone on with, read-only."""
+        """Show a job that cannot be resumed, read-only."""
         RecentPlaces().note_job(path)
         self.open_results()
         self.results.open_file(path)
@@ -359,7 +332,7 @@ class Sheets(MadeLate):
 
 
 def _records(bridge: StationBridge) -> tuple[Path | None, Path | None]:
-    """Return where records of probes and of calibrations are kept; None for that of this user."""
+    """Return the folders of records of probes and calibrations; None for that of this user."""
     instruments = bridge.station.instruments
     return (
         _folder_of(instruments.probe_in_use.store),
@@ -368,7 +341,6 @@ def _records(bridge: StationBridge) -> tuple[Path | None, Path | None]:
 
 
 def _folder_of(store: RecordStore[Any] | None) -> Path | None:
-    """Return the folder that holds a store and those of other rigs or probes."""
     return None if store is None else store.folder.parent
 
 

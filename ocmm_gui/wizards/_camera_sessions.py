@@ -28,7 +28,6 @@ _BAR = "Length bar document"
 
 
 def known_points_fields(site: WizardSite) -> tuple[Field, ...]:
-    """Return the fields of a camera calibration."""
     return (
         WHO,
         TEMPERATURE,
@@ -56,12 +55,10 @@ def begin_known_points(
 
 
 def resume_known_points(place: SessionPlace, path: Path) -> KnownPointsProcedure:
-    """Return the procedure of a session file."""
     return KnownPointsProcedure.resume(path, place.rig, CalibrationStore(place.folder))
 
 
 def relocation_fields(_site: WizardSite) -> tuple[Field, ...]:
-    """Return the fields of a relocation."""
     return (
         WHO,
         TEMPERATURE,
@@ -121,13 +118,11 @@ def begin_relocation(
 
 
 def resume_relocation(place: SessionPlace, path: Path) -> RelocationProcedure:
-    """Return the procedure of a session file."""
     store = CalibrationStore(place.folder)
     return RelocationProcedure.resume(path, place.rig, place.body, store)
 
 
 def verification_fields(_site: WizardSite) -> tuple[Field, ...]:
-    """Return the fields of a verification."""
     return (
         WHO,
         TEMPERATURE,
@@ -161,6 +156,5 @@ def begin_verification(
 
 
 def resume_verification(place: SessionPlace, path: Path) -> VerificationProcedure:
-    """Return the procedure of a session file."""
     store = CalibrationStore(place.folder)
     return VerificationProcedure.resume(path, place.rig, place.body, store)

@@ -50,10 +50,7 @@ _log = logging.getLogger(__name__)
 class WizardDriver(QObject):
     """Drive one procedure; created and used on the window's thread.
 
-    Parameters
-    ----------
-    predict
-        Predicts the quality of the result so far; None if unsupported.
+    `predict`: Predicts the quality of the result so far; None if unsupported.
     """
 
     seen = Signal(object)
@@ -140,7 +137,6 @@ class WizardDriver(QObject):
         return Seen(self._view, self._automatic, since)
 
     def take(self) -> None:
-        """Take the current observation."""
         self._commands.put(self._take)
 
     def drop(self) -> None:
@@ -152,7 +148,6 @@ class WizardDriver(QObject):
         self.do(lambda now: self.procedure.advance(now))
 
     def back(self) -> None:
-        """Return to the previous step."""
         self.do(lambda now: self.procedure.back(now))
 
     def accept(self, reason: str) -> None:
@@ -180,7 +175,6 @@ class WizardDriver(QObject):
         self._worker.start()
 
     def cancel(self) -> None:
-        """Cancel the running calculation."""
         self._calculation.cancel()
 
     def _run(self) -> None:

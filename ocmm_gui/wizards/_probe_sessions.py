@@ -24,7 +24,6 @@ _SPHERE_FILE = "the document of the sphere"
 
 
 def pivot_fields(site: WizardSite) -> tuple[Field, ...]:
-    """Return the fields of a probe calibration."""
     return (
         WHO,
         TEMPERATURE,
@@ -50,12 +49,10 @@ def begin_pivot(place: SessionPlace, values: Mapping[str, str], now: datetime) -
 
 
 def resume_pivot(place: SessionPlace, path: Path) -> PivotProcedure:
-    """Return the procedure of a session file."""
     return PivotProcedure.resume(path, place.rig, place.body, ProbeStore(place.folder))
 
 
 def qualification_fields(site: WizardSite) -> tuple[Field, ...]:
-    """Return the fields of a tip qualification."""
     nominal = "" if site.probe is None else localised(f"{2.0 * site.probe.design.tip_radius:g}")
     ball = Field("nominal", later("Ball, mm"), later("Nominal diameter"), nominal)
     return (WHO, TEMPERATURE, _mounted(site), ball, _SPHERE, _CONE)
@@ -75,7 +72,6 @@ def begin_qualification(
 
 
 def resume_qualification(place: SessionPlace, path: Path) -> TipQualificationProcedure:
-    """Return the procedure of a session file."""
     return TipQualificationProcedure.resume(
         path, place.rig, place.body, ProbeStore(place.folder), cameras=_cameras(place),
         hold_s=place.hold_s,
@@ -83,7 +79,6 @@ def resume_qualification(place: SessionPlace, path: Path) -> TipQualificationPro
 
 
 def tip_check_fields(site: WizardSite) -> tuple[Field, ...]:
-    """Return the fields of a tip check."""
     return (WHO, TEMPERATURE, _mounted(site), _SPHERE, _CONE)
 
 
@@ -101,7 +96,6 @@ def begin_tip_check(
 
 
 def resume_tip_check(place: SessionPlace, path: Path) -> TipCheckProcedure:
-    """Return the procedure of a session file."""
     return TipCheckProcedure.resume(
         path, place.rig, place.body, ProbeStore(place.folder), cameras=_cameras(place),
         hold_s=place.hold_s,

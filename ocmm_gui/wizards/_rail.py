@@ -39,7 +39,6 @@ class Rail(Painted):
             self.update()
 
     def paintEvent(self, event: QPaintEvent) -> None:
-        """Paint the rows."""
         painter = self._painter()
         theme = self._theme
         row = min(_ROW_PX, self.height() / max(len(self._steps), 1))

@@ -61,14 +61,9 @@ GO_ON_MS = 1500
 class Runner(QWidget):
     """Show a procedure and forward commands; contains no logic.
 
-    Parameters
-    ----------
-    driver
-        Not started; closed by `close_driver`.
-    extra
-        Commands of the actions ``skip``, ``repeat`` and ``anew``, if available.
-    practice
-        Results do not count, as every heading states.
+    `driver`: Not started; closed by `close_driver`.
+    `extra`: Commands of the actions ``skip``, ``repeat`` and ``anew``, if available.
+    `practice`: Results do not count, as every heading states.
     """
 
     left = Signal()
@@ -132,13 +127,11 @@ class Runner(QWidget):
         return ended
 
     def page(self) -> StepPage:
-        """Return the current page."""
         page = self._stack.currentWidget()
         assert isinstance(page, StepPage)  # noqa: S101 - nothing else is in the stack
         return page
 
     def show_seen(self, seen: Seen) -> None:
-        """Show the snapshot."""
         self._seen = seen
         base = seen.view.base
         page = self.pages[base.step.name]
@@ -165,7 +158,6 @@ class Runner(QWidget):
             self.driver.calculate()
 
     def show_page(self, page: StepPage) -> None:
-        """Show a page and its buttons."""
         self._stack.setCurrentWidget(page)
         self._show_buttons(page)
 

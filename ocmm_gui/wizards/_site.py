@@ -55,7 +55,6 @@ class WizardSite:
     blocker: tuple[str, str] = ("", "")
     """Why no calibrations are kept, and the remedy; empty if they are."""
     probe: ProbeSite | None = None
-    """Site of probe wizards; None if not needed."""
     practice: PracticeRoom | None = None
     """Practice with a virtual hand; None for real use."""
 
@@ -82,9 +81,7 @@ class PracticeRoom(Protocol):
         ...
 
     @property
-    def probe(self) -> Path:
-        """Return the folder of the practised records of the probe."""
-        ...
+    def probe(self) -> Path: ...
 
     @property
     def points(self) -> Path:
@@ -95,9 +92,7 @@ class PracticeRoom(Protocol):
         """Activate initial records; raise OcmmError if impossible."""
         ...
 
-    def hand(self, procedure: ShownProcedure, failed: Callable[[OcmmError], None]) -> Tap:
-        """Return the hand that performs the steps of a procedure."""
-        ...
+    def hand(self, procedure: ShownProcedure, failed: Callable[[OcmmError], None]) -> Tap: ...
 
 
 def practice_site(bridge: StationBridge, room: PracticeRoom) -> WizardSite:
@@ -114,7 +109,6 @@ def _look_away(block: FrameBlock) -> None:
 
 
 def site_of(bridge: StationBridge) -> WizardSite:
-    """Return the site of a running inspection."""
     station = bridge.station
     in_use = station.instruments.calibration_in_use
     blocker = (
@@ -196,7 +190,6 @@ class SessionPlace:
 
     @property
     def sessions(self) -> Path:
-        """Return the folder of the sessions."""
         return self.folder / SESSIONS
 
 
@@ -207,7 +200,6 @@ class DirectCalculation:
         self._procedure = procedure
 
     def run(self) -> None:
-        """Calculate."""
         self._procedure.compute()
 
     def cancel(self) -> None:
@@ -255,7 +247,6 @@ def named(values: Mapping[str, str]) -> str:
 
 
 def chosen(value: str, possible: tuple[C, ...]) -> C:
-    """Return the choice with this value."""
     return next(one for one in possible if one == value)
 
 

@@ -39,7 +39,6 @@ _PAST = ("session.rig", "session.empty")
 
 
 def fields(site: WizardSite, spec: WizardSpec[Any]) -> tuple[Field, ...]:
-    """Return the fields of a session."""
     return tuple(
         Field(one.key, one.label, one.tip, site.who) if one is WHO else one
         for one in spec.fields(site)
@@ -122,7 +121,6 @@ class Wizard(GuidedStack):
         self.addWidget(self.tables)
 
     def topic(self) -> str:
-        """Return the manual topic of the procedure."""
         return self._spec.kind.value
 
     def open(self, kind: ProcedureKind) -> None:

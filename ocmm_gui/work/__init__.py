@@ -1,10 +1,10 @@
-"""Long work beside the window: a thread or a process, how far it is, and how it is stopped.
+"""Background work: a thread or a process, its progress, and cancellation.
 
-In: what is to be computed. Out: the answer or what went wrong, by signals; the window stays free.
+In: a computation. Out: the answer or the error, by signals; the window stays free.
 
-Read `_side_process` (a process of its own, given up at once) and `_worker` (a thread), `_work_line`
-(how far it is, and the key that stops it), `_work_sheet` (a sheet that works).
-It must not know what is computed.
+Read `_side_process` (a process, killed immediately) and `_worker` (a thread), `_work_line`
+(progress, and the key that cancels), `_work_sheet` (a sheet with work).
+It must not know the computations.
 """
 
 from __future__ import annotations

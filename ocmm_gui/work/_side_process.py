@@ -1,6 +1,6 @@
-"""A calculation of some seconds in a process of its own, watched by a timer of the window.
+"""A computation of some seconds in a side process, polled by a timer of the window.
 
-The window stays free, and a calculation that is given up is gone at once.
+The window stays free, and a cancelled computation ends immediately.
 """
 
 from __future__ import annotations
@@ -32,28 +32,23 @@ _LOOK_MS = 50
 _END_S = 1.0
 _NICE = 5
 _TURN_S = 0.01
-"""So long at most the messages of one look are taken in."""
+"""s: maximum time per poll for messages."""
 
 Tell = Callable[[str, float], None]
-"""Told what is calculated next, and the share that is done."""
+"""Receives the next step, and the share done."""
 
 
 class Teller:
-    """Tells the window how far the calculation is; belongs to the process that calculates.
+    """Report progress to the window, from the side process.
 
-    Parameters
-    ----------
-    sender
-        Goes to the window.
-    whole
-        Held from where what is done is done as a whole, and not given up any more.
+    `sender`: to the window. `whole`: held from where the work is atomic and cannot be cancelled.
     """
 
     def __init__(self, sender: Connection, whole: Lock) -> None:
         self._sender, self._whole = sender, whole
 
     def __call__(self, what: str, share: float) -> None:
-        """Tell what is calculated next, and the share that is done."""
+        """Report the next step, and the share done."""
         self._sender.send(_Step(what, share))
 
     def give(self, part: object) -> None:
@@ -61,7 +56,7 @@ class Teller:
         self._sender.send(_Part(part))
 
     def commit(self) -> None:
-        """Keep the process from being given up from now on; where it already was, never return.
+        """Forbid cancellation from now on; never returns if already cancelled.
 
         It is not undone: between the end of the work and its answer it is too late as well.
         """
@@ -69,7 +64,7 @@ class Teller:
 
 
 Work = Callable[[Teller], object]
-"""What is calculated; can be sent to another process, and its answer back."""
+"""A picklable computation with a picklable answer."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -89,22 +84,17 @@ class _Done:
 
 
 class SideProcess(QObject):
-    """One calculation at a time; a new one ends the one before.
+    """One computation at a time; a new one cancels the former.
 
-    Parameters
-    ----------
-    helpers
-        The calculation may start processes of its own; they end with it.
+    `helpers`: the computation may start processes, which end with it.
     """
 
     advanced = Signal(str, float)
-    """What is calculated next, and the share that is done."""
+    """Next step, and the share done."""
     came = Signal(object)
     """A part of the answer, ahead of the rest."""
     finished = Signal(object)
-    """The answer."""
     failed = Signal(object)
-    """An `OcmmError`: why there is none."""
 
     def __init__(self, parent: QObject | None = None, *, helpers: bool = False) -> None:
         super().__init__(parent)
@@ -118,11 +108,10 @@ class SideProcess(QObject):
         self._timer.timeout.connect(self._look)
 
     def is_running(self) -> bool:
-        """Return whether something is calculated."""
         return self._process is not None
 
     def start(self, work: Work) -> None:
-        """Calculate; the answer comes by signal."""
+        """Start a computation; the answer comes by signal."""
         self._end()
         context = process_context()
         receiver, sender = context.Pipe(duplex=False)
@@ -138,7 +127,7 @@ class SideProcess(QObject):
         )
         self._process.start()
         if self._helpers:
-            # Its exit would wait for one that is no daemon.
+            # Exit would wait for a process that is not a daemon.
             atexit.register(self._process.kill)
         sender.close()
         given.close()
@@ -149,10 +138,9 @@ class SideProcess(QObject):
         self._timer.start()
 
     def give_up(self) -> bool:
-        """End what is calculated, and say whether it was.
+        """Cancel the computation; return whether it was cancelled.
 
-        What is done as a whole or not at all is not interrupted: it is over in a moment, and
-        answers.
+        An atomic step is not interrupted: it ends soon, and answers.
         """
         if self._whole is not None and not self._whole.acquire(block=False):
             return False
@@ -160,9 +148,9 @@ class SideProcess(QObject):
         return True
 
     def cancel(self) -> None:
-        """Give up what is calculated, and wait until it is gone; nothing is told any more.
+        """Cancel the computation, and wait until it has ended; no more signals.
 
-        What is being written as a whole may end first, for as long as a window may take to close.
+        An atomic write may finish first, within the closing time of a window.
         """
         if self._process is not None and not (self._whole and self._whole.acquire(block=False)):
             self._process.join(_END_S)
@@ -171,7 +159,7 @@ class SideProcess(QObject):
             ending.join()
 
     def _end(self) -> threading.Thread | None:
-        """Let the process go; the end of a large one takes longer than a window may wait."""
+        """Release the process; the end of a large one takes longer than a window may wait."""
         self._timer.stop()
         process, self._process, self._whole = self._process, None, None
         if process is None:
@@ -188,7 +176,7 @@ class SideProcess(QObject):
         while self._process is not None and self._mail:
             said = self._mail.popleft()
             if isinstance(said, _Step):
-                # The other process knows no language.
+                # The side process has no language.
                 self.advanced.emit(tr(said.what), said.share)
             elif isinstance(said, _Part):
                 self.came.emit(said.part)
@@ -199,7 +187,7 @@ class SideProcess(QObject):
                 elif isinstance(said, OcmmError):
                     self.failed.emit(said)
             if time.monotonic() >= until:
-                # The rest at the next look: the window has other things to do.
+                # The rest at the next poll, to keep the window responsive.
                 return
 
 
@@ -211,12 +199,12 @@ _DIED = CalibrationError(
 
 
 def _converse(work: Work, giver: Connection, receiver: Connection, mail: deque[object]) -> None:
-    """Send the work and take in what is said of it; in a thread of its own.
+    """Send the work and receive its messages, in a separate thread.
 
-    A pipe takes little before the new process reads, which is a second later, and a picture of a
-    page comes in many pieces: the window waits for neither.
+    A pipe blocks until the new process reads, which is a second later, and pictures of pages come
+    in many pieces: the window waits for neither.
     """
-    # A process that was given up meanwhile reads and says nothing any more.
+    # A process cancelled meanwhile neither reads nor writes.
     with contextlib.suppress(OSError), giver:
         giver.send(work)
     with receiver:
@@ -233,23 +221,23 @@ def _end_process(process: BaseProcess, scratch: Path) -> None:
     if process.is_alive():
         process.kill()
         process.join()
-    # A process that began meanwhile looks after the ended ones, too, and may have been first.
+    # A process that started meanwhile also reaps ended ones, and may have been first.
     with contextlib.suppress(ValueError):
         process.close()
-    # It had no time to clear up after itself.
+    # It had no time to clean up.
     shutil.rmtree(scratch, ignore_errors=True)
 
 
 def _run(given: Connection, sender: Connection, whole: Lock, scratch: Path) -> None:
-    """Calculate and answer; what runs in the process."""
+    """Compute and answer; runs in the process."""
     said: _Done | OcmmError
-    # What is done as a whole goes on also where the window was killed.
+    # Atomic work continues even if the window was killed.
     end_with_parent(lambda: whole.acquire(block=False))
-    # Tracking and window come first where there are few processors.
+    # Tracking and window have priority on few processors.
     HOST.stand_back(_NICE)
     try:
         with contextlib.suppress(OSError):
-            # Whoever cannot make his own files says so himself.
+            # A user who cannot create files is told elsewhere.
             if keep_folder(scratch):
                 tempfile.tempdir = str(scratch)
         work: Work = given.recv()

@@ -1,4 +1,4 @@
-"""How far something is that takes a while, and the key that gives it up, in one line."""
+"""Progress of background work, and the key that cancels it, in one line."""
 
 from __future__ import annotations
 
@@ -12,12 +12,9 @@ _PARTS = 1000
 
 
 class WorkLine(QFrame):
-    """What is done, a bar, and the key that ends it; takes no keyboard and no place while hidden.
+    """Step, progress bar, and cancel key; takes no focus, and no room while hidden.
 
-    Parameters
-    ----------
-    name
-        Accessible name.
+    `name`: accessible name.
     """
 
     def __init__(self, name: str) -> None:
@@ -45,25 +42,24 @@ class WorkLine(QFrame):
         self.hide()
 
     def begin(self, what: str, key: str = "") -> None:
-        """Show that something has begun; ``key`` says how it is given up, if it can be."""
+        """Show the start of work; ``key`` describes its cancellation, if possible."""
         self._bar.setRange(0, 0)
         self._label.setText(what)
         self._key.setText(key)
         self.show()
 
     def advance(self, what: str, share: float) -> None:
-        """Show what is done next, and the share that is done."""
+        """Show the next step, and the share done."""
         self._bar.setRange(0, _PARTS)
         self._bar.setValue(round(_PARTS * share))
         self._label.setText(what)
         self._bar.setAccessibleDescription(f"{what}: {share:.0%}")
 
     def end(self) -> None:
-        """Go away."""
         self.hide()
 
     def words(self) -> str:
-        """Return what is done, and how it is given up; empty while nothing is."""
+        """Return step and cancel key; empty while idle."""
         if self.isHidden():
             return ""
         return f"{self._label.text()} {self._key.text()}".rstrip()

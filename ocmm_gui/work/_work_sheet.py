@@ -1,4 +1,4 @@
-"""A sheet whose work is done by a process of its own, and can be stopped."""
+"""A sheet with work in a side process that can be stopped."""
 
 from __future__ import annotations
 
@@ -10,16 +10,10 @@ from ocmm_gui.work._work_line import WorkLine
 
 
 class WorkSheet(Sheet):
-    """Show how far the work is; F9 stops it, and what was shown stays.
+    """Show progress; F9 stops the work, and displayed results stay.
 
-    Whoever is made of it puts ``working`` into its body and answers in `_show`.
-
-    Parameters
-    ----------
-    title, infos
-        As those of `Sheet`; one of ``infos`` is ``stop``.
-    working
-        Accessible name of the line that says how far it is.
+    Subclasses put ``working`` into their body and answer in `_show`. `title`, `infos`: as of
+    `Sheet`; one of ``infos`` is ``stop``. `working`: accessible name of the progress line.
     """
 
     def __init__(self, title: str, infos: Sequence[ActionInfo], working: str) -> None:
@@ -31,17 +25,17 @@ class WorkSheet(Sheet):
         self._work.failed.connect(self._fail)
 
     def stop(self) -> None:
-        """Give up what is computed; what was shown stays."""
+        """Cancel the work; displayed results stay."""
         if self._work.is_running() and self._work.give_up():
             self.working.end()
             self.say(tr("Stopped; nothing was changed."))
 
     def close_work(self) -> None:
-        """Give up what is computed; call it before the window goes."""
+        """Cancel the work; call it before the window closes."""
         self._work.cancel()
 
     def is_working(self) -> bool:
-        """Return whether something is computed; for tests."""
+        """Return whether work is running; for tests."""
         return self._work.is_running()
 
     def _begin(self, what: str, work: Work) -> None:
@@ -58,5 +52,4 @@ class WorkSheet(Sheet):
         self._show(answer)
 
     def _show(self, answer: object) -> None:
-        """Show what came of the work."""
         raise NotImplementedError

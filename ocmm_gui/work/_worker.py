@@ -1,8 +1,8 @@
-"""Calls in a thread of their own, one after the other, and their answers on the window's thread.
+"""Calls in a thread, one after the other, with answers on the window's thread.
 
-For what takes milliseconds but may have to wait: the job is locked while it is evaluated, and a
-disk may be slow. What computes for long belongs into a process (`maintain.side_process`), because
-a long call into a numerical library may keep the window from its turn also from another thread.
+For calls of milliseconds that may have to wait: the job is locked while it is evaluated, and a disk
+may be slow. Long computations belong into a process (`_side_process`), because a long call into a
+numerical library may block the window even from another thread.
 """
 
 from __future__ import annotations
@@ -17,11 +17,11 @@ from PySide6.QtCore import QObject, Qt, Signal
 
 T = TypeVar("T")
 Failed = Callable[[Exception], None]
-"""Told why a call has no answer."""
+"""Receives the exception of a call."""
 
 
 class Worker(QObject):
-    """Carry calls out in their order."""
+    """Execute calls in order."""
 
     _back = Signal(object)
 
@@ -29,17 +29,15 @@ class Worker(QObject):
         super().__init__(parent)
         self._calls: SimpleQueue[Callable[[], None] | None] = SimpleQueue()
         self._closed = False
-        # A call that hangs on a dead disk does not keep the program from its end.
+        # A call that hangs on a dead disk must not block the exit.
         self._thread = threading.Thread(target=self._run, name=name, daemon=True)
         self._back.connect(self._give, Qt.ConnectionType.QueuedConnection)
 
     def do(self, call: Callable[[], T], done: Callable[[T], None], failed: Failed) -> None:
-        """Carry out a call after those before it; returns at once.
+        """Queue a call; returns immediately.
 
-        Parameters
-        ----------
-        done, failed
-            Get what it returned or raised, on the window's thread; neither does after `close`.
+        `done`, `failed`: get its result or exception, on the window's thread; neither after
+        `close`.
         """
         if self._closed:
             return
@@ -58,7 +56,7 @@ class Worker(QObject):
         self._calls.put(carry_out)
 
     def close(self, limit_s: float) -> bool:
-        """Carry out what was asked for, for so long at most, and say whether all of it was."""
+        """Finish queued calls within a time limit; return whether all were."""
         self._closed = True
         if self._thread.ident is None:
             return True
@@ -71,7 +69,7 @@ class Worker(QObject):
             call()
 
     def _tell(self, answer: Callable[[], None]) -> None:
-        # Who closed without waiting may be deleted by now, and nobody wants the answer.
+        # After a close without waiting the receiver may be deleted, and the answer is not needed.
         if not self._closed:
             with contextlib.suppress(RuntimeError):
                 self._back.emit(answer)

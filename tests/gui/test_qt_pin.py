@@ -1,4 +1,4 @@
-"""The pin of PySide6 (docs/decisions/0002): void calls must not lose references of None."""
+"""The pin of PySide6 (docs/decisions/0056): void calls must not lose references of None."""
 
 from __future__ import annotations
 

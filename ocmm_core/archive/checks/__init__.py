@@ -1,6 +1,6 @@
-"""An archive made anew from job files alone, and one that is held against them.
+"""Rebuild of an archive from job files, and its verification against them.
 
-In: an archive, job files. Out: an archive with the same rows, or where they differ.
+In: an archive, job files. Out: an archive with the same rows, or the differences.
 
 Read `_rebuild`, then `_verify`. It must not know how jobs come.
 """

@@ -1,4 +1,4 @@
-"""An archive made anew from job files alone."""
+"""Rebuild of an archive from job files alone."""
 
 from __future__ import annotations
 
@@ -19,17 +19,15 @@ Tell = Callable[[str, float], None]
 
 _AT_ONCE = 50
 _KEY = re.compile(r"[0-9a-f]{16,}")
-"""As much of a fingerprint as people are shown, or more."""
+"""Length of a fingerprint as displayed, or more."""
 
 
 @dataclass(frozen=True, slots=True)
 class Rebuilt:
-    """What became of the files."""
-
     kept: int
-    """How many jobs are in the archive now."""
+    """Number of jobs now in the archive."""
     unread: tuple[str, ...]
-    """Why files are not, a sentence each."""
+    """Reasons for unread files, a sentence each."""
 
 
 def rebuild(
@@ -44,9 +42,9 @@ def rebuild(
     Parameters
     ----------
     contents
-        Name and bytes of each file; all versions of a job may be among them.
+        Name and bytes of each file; may include all versions of a job.
     stations
-        Name of the station by the fingerprint of the key that signed, or by its beginning.
+        Name of the station by the fingerprint of its key, or a prefix of it.
 
     Raises
     ------
@@ -71,7 +69,7 @@ def rebuild(
             made.append((name, extract(content, name, "", None)))
         except OcmmError as error:
             unread.append(f"{name}: {error.what}")
-    # Versions of a job in the order in which they came to be: each is held against those before.
+    # Versions of a job in chronological order: each is compared with the earlier ones.
     made.sort(key=lambda one: (one[1].record.job.changed_utc, one[1].record.job.steps))
     heads: dict[tuple[str, str], dict[int, str]] = {}
     waiting: list[Delivery] = []
@@ -100,7 +98,7 @@ def rebuild(
 
 
 def files_of(folders: Iterable[Path], unread: Callable[[str], None]) -> Iterator[tuple[str, bytes]]:
-    """Give name and bytes of all job files in folders; ``unread`` is told of those it cannot."""
+    """Yield name and bytes of all job files in folders; ``unread`` gets faults."""
     for folder in folders:
         for path in sorted(folder.rglob(f"*{SUFFIX}")) if folder.is_dir() else [folder]:
             try:
@@ -110,15 +108,15 @@ def files_of(folders: Iterable[Path], unread: Callable[[str], None]) -> Iterator
 
 
 def files_in(archive: Archive) -> Iterator[tuple[str, bytes]]:
-    """Give the job files that an archive keeps, whatever its rows say."""
+    """Yield the job files in an archive, regardless of its rows."""
     for (sha256,) in archive.ask("SELECT sha256 FROM file ORDER BY sha256").rows:
         yield f"{str(sha256)[:12]}{SUFFIX}", archive.content(str(sha256))
 
 
 def stations_of(archive: Archive) -> dict[str, str]:
-    """Return the name of the station by the fingerprint of the key that signed its jobs.
+    """Return the station by the fingerprint of the key that signed its jobs.
 
-    A station that proved to have the key counts; of an older archive, the first that sent.
+    A station that proved possession of the key counts; in an older archive, the first sender.
     """
     proven = stations_by_key(archive)
     found: dict[str, str] = {}
@@ -131,13 +129,7 @@ def stations_of(archive: Archive) -> dict[str, str]:
 
 
 def key_and_name(text: str) -> tuple[str, str]:
-    """Return the beginning of a fingerprint, and the station, of ``KEY=STATION``.
-
-    Raises
-    ------
-    InputError
-        It is something else.
-    """
+    """Return fingerprint prefix and station of ``KEY=STATION``; InputError otherwise."""
     shown, _, name = text.partition("=")
     key = shown.replace("-", "").lower()
     if not _KEY.fullmatch(key) or not name.strip():
@@ -152,11 +144,11 @@ def key_and_name(text: str) -> tuple[str, str]:
 def _named(stations: Mapping[str, str], signer: str) -> str:
     found = [name for key, name in stations.items() if key and signer.startswith(key)]
     if found:
-        # What was named last by hand comes after what an old archive says.
+        # Names given by hand override those of an old archive.
         return found[-1]
     return f"key {signer[:8]}" if signer else "unknown station"
 
 
 def _box(box: str, station: str) -> str:
-    """Return an outbox for each station, as the archive keeps one name for each."""
+    """Return an outbox for each station, because the archive keeps one name for each."""
     return str(uuid.UUID(bytes=hashlib.sha256(f"{box} {station}".encode()).digest()[:16]))

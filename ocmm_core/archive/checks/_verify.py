@@ -1,7 +1,7 @@
-"""An archive held against its own files, against job files, and against another archive.
+"""Verification of an archive against its own files, job files, and another archive.
 
-Rows follow from a file (`records.extract_job`): every column of every row is computed again from
-the file and compared, also where row and file both have a fault, and each difference is named.
+Rows follow from a file (`records.extract_job`): every column of every row is recomputed from the
+file and compared, even if row and file both have a fault, and each difference is named.
 """
 
 from __future__ import annotations
@@ -30,9 +30,9 @@ from ocmm_core.seals import Signed
 from ocmm_core.storage import JobFile
 
 _MOST_NAMED = 8
-"""Differences of one job that a sentence names."""
+"""Maximum number of named differences of one job."""
 _OFF = (
-    # What rows of a job repeat of it, for their indices.
+    # Columns that repeat the job's, for their indices.
     ("a result has the part or the start of another job",
      "EXISTS (SELECT 1 FROM result r WHERE r.job = j.id"
      " AND (r.part <> j.part OR r.created_utc <> j.created_utc))"),
@@ -42,28 +42,25 @@ _OFF = (
     ("its delivery came by another login",
      "NOT EXISTS (SELECT 1 FROM delivery d WHERE d.job = j.id AND d.role = j.role)"),
 )  # fmt: skip
-"""Rows that contradict their job, whatever its file says."""
+"""Rows that contradict their job, regardless of its file."""
 
 
 @dataclass(frozen=True, slots=True)
 class Checked:
-    """What an archive and its files say of each other."""
-
     looked_at: int
-    """How many jobs."""
     faults: tuple[tuple[str, str], ...]
-    """Identity of a job, empty for none, and what is wrong in a sentence."""
+    """Identity of a job, empty for none, and its fault in a sentence."""
     suspect: frozenset[str] = frozenset()
-    """Jobs of which the version that counts is at fault; copies of others displace nothing."""
+    """Jobs whose valid version is faulty; foreign copies displace nothing."""
 
 
 @dataclass(slots=True)
 class _Versions:
-    """The sound versions of a job by their station, as their files say."""
+    """The sound versions of a job by station, from their files."""
 
     heads: dict[str, dict[int, str]] = field(default_factory=lambda: defaultdict(dict))
     longest: tuple[int, str] = (0, "")
-    """Steps and file of the version that goes furthest."""
+    """Steps and file of the longest version."""
 
 
 def verify_archive(
@@ -73,12 +70,9 @@ def verify_archive(
     tell: Tell = lambda what, share: None,
     extract: Extract = extract_job,
 ) -> Checked:
-    """Hold every row of an archive against its job file.
+    """Compare every row of an archive with its job file.
 
-    Parameters
-    ----------
-    deep
-        Compute its rows again; otherwise only the hash of the file.
+    `deep`: recompute its rows; otherwise only check the hash of the file.
     """
     rows = archive.ask("SELECT id, job_uuid, sha256, station FROM job ORDER BY id").rows
     faults: list[_Fault] = []
@@ -91,7 +85,7 @@ def verify_archive(
                 continue
             known = jobs[str(job)].heads[str(station)]
             stored = archive.record(int(str(number)))
-            # A fault begins with the name of the file at its station, which is no fact of it.
+            # A fault begins with the file name at its station, which is not part of the fact.
             name = stored.job.fault.partition(":")[0]
             name = name if name.endswith(SUFFIX) else f"{str(sha256)[:12]}{SUFFIX}"
             made = extract(content, name, str(station), known or None).record
@@ -120,7 +114,7 @@ _Fault = tuple[Cell, str, str]
 
 
 def _differs(stored: JobRecord, made: JobRecord) -> str:
-    """Return in a sentence where a row is not what its file says."""
+    """Return in a sentence the differences of a row from its file."""
     named = [
         f"{name} {_shown(one)}, by the file {_shown(other)}"
         for name, one, other in _fields(stored.job, made.job)
@@ -152,7 +146,7 @@ def _shown(value: object) -> str:
 
 
 def _forked(archive: Archive, jobs: Mapping[str, _Versions]) -> Iterator[_Fault]:
-    """Name jobs of which two stations sent versions that do not continue one another."""
+    """Yield jobs of which two stations sent versions that do not continue one another."""
     for job, versions in jobs.items():
         sent = {station: heads for station, heads in versions.heads.items() if heads}
         if len(sent) < 2:
@@ -171,14 +165,14 @@ def _forked(archive: Archive, jobs: Mapping[str, _Versions]) -> Iterator[_Fault]
 
 
 def _beside(archive: Archive) -> Iterator[_Fault]:
-    """Name rows that contradict the job that they belong to."""
+    """Yield rows that contradict their job."""
     for why, off in _OFF:
         for number, job in archive.ask(f"SELECT j.id, j.job_uuid FROM job j WHERE {off}").rows:  # noqa: S608
             yield number, str(job), f"Altered in the archive: {why}."
 
 
 def _claims(archive: Archive) -> Iterator[_Fault]:
-    """Name keys and deliveries whose signature is not that of their station, and strange jobs."""
+    """Yield keys and deliveries with a wrong signature, and jobs of other stations."""
     stations = stations_by_key(archive)
     for claimant, key in archive.ask("SELECT station, key FROM archive_station_key").rows:
         if str(claimant) not in stations.get(str(key), ()):
@@ -192,7 +186,7 @@ def _claims(archive: Archive) -> Iterator[_Fault]:
         if not any(verifies(Signed.DELIVERY, claim, key, str(signature)) for key in own):
             why = f"Delivery {sequence!s} was not signed by station {_shown(station)}."
             yield number, str(job), why
-    # A copy that another station sent of what its own station sent as well says nothing new.
+    # A copy of a job that its own station also sent is harmless.
     for number, job, station, key in archive.ask(
         "SELECT j.id, j.job_uuid, j.station, j.key FROM job j WHERE j.sound = 1 AND NOT EXISTS"
         " (SELECT 1 FROM job o JOIN station_key k ON k.station = o.station AND k.key = o.key"
@@ -206,9 +200,9 @@ def _claims(archive: Archive) -> Iterator[_Fault]:
 
 
 def verify_files(archive: Archive, folders: Iterable[Path]) -> Checked:
-    """Hold job files in folders against what was archived of them.
+    """Compare job files in folders with their archived versions.
 
-    One whose audit does not hold the archived step as it was then was altered after that.
+    A file whose audit lacks the archived step was altered afterwards.
     """
     faults: list[tuple[str, str]] = []
     looked = 0
@@ -238,7 +232,7 @@ def verify_files(archive: Archive, folders: Iterable[Path]) -> Checked:
 
 
 def mark_altered(archive: Archive, checked: Checked, who: str) -> int:
-    """Take jobs with faults out of statistics by marks that name them; return how many."""
+    """Exclude faulty jobs from statistics by signed marks; return how many."""
     utc = datetime.now(UTC).isoformat(timespec="milliseconds")
     marks = [
         MarkRow(job_uuid=job, kind="altered", holds=True, why=why[:3000], who=who, utc=utc)
@@ -251,14 +245,14 @@ def mark_altered(archive: Archive, checked: Checked, who: str) -> int:
 
 
 def records_of(archive: Archive) -> Iterator[JobRecord]:
-    """Give the rows of all jobs in an order that does not depend on how they came in."""
+    """Yield the rows of all jobs in an order independent of their arrival."""
     rows = archive.ask("SELECT id FROM job ORDER BY job_uuid, steps, head, sound, station").rows
     for (number,) in rows:
         yield archive.record(int(str(number)))
 
 
 def differences(first: Archive, second: Archive, most: int = 100) -> list[str]:
-    """Return in sentences where two archives do not hold the same rows; empty where they do."""
+    """Return the differences between two archives' rows in sentences; empty if none."""
     found: list[str] = []
     one, two = ({_key(r): r for r in records_of(archive)} for archive in (first, second))
     for key in sorted(one.keys() | two.keys()):

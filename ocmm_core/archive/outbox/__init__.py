@@ -1,11 +1,11 @@
-"""How jobs come into the archive: an outbox on each station, and the process that hands over.
+"""Upload of jobs to the archive: an outbox on each station, and the process that delivers.
 
-In: job files as they stand. Out: each once in the archive, however often something was killed or
-cut; marks that the station holds back by.
+In: current job files. Out: each once in the archive, despite kills and power cuts; marks by which
+the station holds jobs.
 
-Read `_outbox` with `_outbox_file` and `_outbox_rows` (durable, with their files), `_notes` (jobs
-that are being measured, so that a killed program forgets none), `_courier` (hands over), `_learn`
-(marks come back), `_follow` (the process that does both), `_status` (how it stands, in words).
+Read `_outbox` with `_outbox_file` and `_outbox_rows` (durable, with their files), `_notes` (running
+jobs, so that none is lost with a killed program), `_courier` (delivery), `_learn` (marks come
+back), `_follow` (the process of both), `_status` (state in words).
 It must not know a running station, and measuring never waits for it.
 """
 

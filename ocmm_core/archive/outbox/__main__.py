@@ -1,4 +1,4 @@
-"""Start the hand-over: ``python -m ocmm_core.archive.outbox ADDRESS STATION OUTBOX [PASSWORD]``."""
+"""Start the upload: ``python -m ocmm_core.archive.outbox ADDRESS STATION OUTBOX [PASSWORD]``."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
-"""Hands over what waits in an outbox: with growing pauses, and so often until it is acknowledged.
+"""Delivery of an outbox, with growing pauses, until acknowledged.
 
-Killed at any moment it loses nothing and doubles nothing: a job is noted as delivered after the
-archive has it, and the archive keeps what it knows already only once.
+Safe against kills at any moment: a job is marked as delivered after the archive has it, and the
+archive stores each job once.
 """
 
 from __future__ import annotations
@@ -40,19 +40,19 @@ _log = logging.getLogger(__name__)
 
 @dataclass(frozen=True, slots=True)
 class Handed:
-    """What a round came to."""
+    """Result of a round."""
 
     sent: int = 0
     aside: int = 0
     again: int = 0
-    """`sent`, `aside`, `again`: Jobs that the archive has now; that it cannot take; that it had
-    lost and gets again."""
+    """`sent`, `aside`, `again`: Jobs delivered; refused by the archive; requeued because the
+    archive had lost them."""
     error: OcmmError | None = None
-    """Why the round ended early; None where nothing waits any more."""
+    """Why the round ended early; None if nothing waits."""
 
 
 def sender_of(outbox: Outbox, station: str) -> Sender:
-    """Return who hands over; ``station`` empty is the name of this computer."""
+    """Return the sender; an empty ``station`` is the name of this computer."""
     host = _shown(socket.gethostname()) or "unknown"
     try:
         user = _shown(getpass.getuser())
@@ -67,25 +67,19 @@ def sender_of(outbox: Outbox, station: str) -> Sender:
 
 
 def _signature(what: Signed, content: bytes) -> Signature:
-    """Return the signature of this station; empty if its key cannot be used: the job goes on."""
+    """Return the signature of this station; empty if its key cannot be used: delivery continues."""
     with contextlib.suppress(OcmmError):
         return sign(KeyFolder().station_key(), what, content)
     return Signature("", "")
 
 
 class Courier:
-    """Hand over the jobs of an outbox; used by one thread, and one process a box.
+    """Deliver the jobs of an outbox; for one thread, and one process per box.
 
     Parameters
     ----------
-    outbox
-        Where they wait.
     connect
-        Opens the archive; called anew after every failure.
-    station
-        Name of the station; empty is that of this computer.
-    extract
-        Rows of a job.
+        Opens the archive; called again after every failure.
     """
 
     def __init__(
@@ -102,18 +96,15 @@ class Courier:
         self._again = 0
 
     def close(self) -> None:
-        """Let go of the archive; may be called twice."""
+        """Close the connection; may be called twice."""
         if self._archive is not None:
             self._archive.close()
             self._archive = None
 
     def send_waiting(self, stop: Callable[[], bool] = lambda: False) -> Handed:
-        """Hand over everything that waits; never raises what an archive or a job is to blame for.
+        """Deliver everything that waits; faults of archive or jobs are returned, not raised.
 
-        Raises
-        ------
-        StorageError
-            The outbox itself cannot be read or written.
+        Raises StorageError if the outbox itself cannot be read or written.
         """
         sent = aside = 0
         self._again = 0
@@ -133,7 +124,7 @@ class Courier:
             learn_marks(archive)
             self._exchange_heads(archive, now=sent > 0)
         except Exception as caught:
-            # Whatever an archive says, the process that hands over lives on and tries again.
+            # Regardless of the archive's errors, the process survives and retries.
             error = contained(caught, "The hand-over to the archive")
             if error.code.startswith("outbox."):
                 raise
@@ -149,7 +140,7 @@ class Courier:
         try:
             exchange_heads(archive, sender_of(self._outbox, self._station).station)
         except OcmmError as error:
-            # An archive whose owner has not run set-up again; jobs are handed over all the same.
+            # The owner of the archive has not run set-up again; delivery continues.
             _log.warning("The ends of histories are not in the archive: %s", error)
             self.close()
 
@@ -158,13 +149,13 @@ class Courier:
             self._archive = self._connect()
             self._send_again_what_was_lost(self._archive)
         else:
-            # Whether it is still there, and of our version: also where nothing waits.
+            # Check existence and version, even if nothing waits.
             self._archive.last_sequence(self._outbox.identity)
         self._outbox.note_contact(None)
         return self._archive
 
     def _send_again_what_was_lost(self, archive: SqlArchive) -> None:
-        """Let wait again what the archive has acknowledged and does not have: it was restored."""
+        """Requeue acknowledged jobs that the archive lacks, after a restore from backup."""
         last = archive.last_sequence(self._outbox.identity)
         lost = self._outbox.sent_after(last)
         if not lost:
@@ -176,7 +167,7 @@ class Courier:
                 self._again += 1
 
     def _hand_over(self, archive: SqlArchive, item: Item) -> bool:
-        """Hand over one job and say whether the archive has it; raises what stops the round."""
+        """Deliver one job; return whether the archive has it; raises what stops the round."""
         try:
             made = self._made(archive, item)
             receipt = archive.put(made)
@@ -194,14 +185,14 @@ class Courier:
         content = self._outbox.content(item)
         try:
             made = self._extract(content, item.name, sender.station, None)
-            # What other stations have sent of it says nothing of this file: readers judge both.
+            # Versions from other stations do not affect this file: readers judge both.
             known = archive.heads(made.record.job.job_uuid, sender.station)
             if known:
                 made = self._extract(content, item.name, sender.station, known)
         except OcmmError:
             raise
         except Exception as error:
-            # A job that breaks the program must not keep the others from being handed over.
+            # A job that crashes the reader must not block the others.
             raise contained(error, f"The reading of {item.name}") from error
         claim = delivery_claim(sender.outbox, item.sequence, made.record.job.sha256)
         return Delivery(
@@ -215,24 +206,17 @@ class Courier:
 
 
 class BackOff:
-    """Pauses between tries: twice as long after each failure, and never all stations at once.
-
-    Parameters
-    ----------
-    rng
-        Draws a part of each pause.
-    """
+    """Randomised exponential pauses between retries."""
 
     def __init__(self, rng: random.Random) -> None:
         self._rng = rng
         self._failures = 0
 
     def good(self) -> None:
-        """Begin anew with the shortest pause."""
         self._failures = 0
 
     def next_s(self) -> float:
-        """Return how long to wait after another failure, s."""
+        """Return the pause after another failure, s."""
         longest = min(FIRST_PAUSE_S * 2.0**self._failures, LONGEST_PAUSE_S)
         self._failures = min(self._failures + 1, 30)
         return longest * self._rng.uniform(0.5, 1.0)

@@ -1,7 +1,6 @@
-"""The process that hands over: started by a window, a station or systemd, one for each outbox.
+"""The delivering process, one per outbox: started by a window, a station or systemd.
 
-It gives way to whatever measures (nice), ends when whoever started it has gone, and leaves the box
-to another one that is at it already.
+It runs at low priority, ends with its parent, and yields to another process on the same box.
 """
 
 from __future__ import annotations
@@ -25,14 +24,14 @@ from ocmm_core.host import HOST
 from ocmm_core.side_files import open_guarded
 
 _LOOK_S = 2.0
-"""How long a job waits at most before it is seen."""
+"""Polling interval of the outbox, s."""
 _NICE = 10
 _END_S = 2.0
 
 
 @dataclass(frozen=True, slots=True)
 class ArchivePlace:
-    """What a hand-over needs to know.
+    """Places of archive and outbox.
 
     Attributes
     ----------
@@ -42,13 +41,11 @@ class ArchivePlace:
 
     address: str
     station: str
-    """Name of the station; empty is that of this computer."""
+    """Empty is the name of this computer."""
     outbox: Path
-    """Folder of the outbox."""
     password: Path | None = None
 
     def courier(self, outbox: Outbox) -> Courier:
-        """Return what hands over from an open outbox."""
         return Courier(
             outbox, lambda: open_archive(self.address, password=self.password), self.station
         )
@@ -56,7 +53,7 @@ class ArchivePlace:
 
 @contextlib.contextmanager
 def only_one(folder: Path) -> Iterator[bool]:
-    """Give whether nobody else hands over from this outbox; it is held until the end."""
+    """Yield whether no other process delivers from this outbox; locked until the end."""
     folder.mkdir(parents=True, exist_ok=True)
     descriptor = open_guarded(folder / "lock", flags=os.O_RDWR | os.O_CREAT)
     try:
@@ -71,7 +68,7 @@ def only_one(folder: Path) -> Iterator[bool]:
 
 
 def follow(place: ArchivePlace, stop: threading.Event, rng: random.Random) -> None:
-    """Hand over whatever is put into the outbox until told to stop."""
+    """Deliver from the outbox until stopped."""
     HOST.stand_back(_NICE)
     with only_one(place.outbox) as alone:
         if not alone:
@@ -95,20 +92,14 @@ def follow(place: ArchivePlace, stop: threading.Event, rng: random.Random) -> No
 
 
 class HandOverProcess:
-    """Starts the process that hands over, and ends it; no call waits for the archive.
-
-    Parameters
-    ----------
-    place
-        What it needs to know.
-    """
+    """Starts and ends the delivering process, without waiting for the archive."""
 
     def __init__(self, place: ArchivePlace) -> None:
         self._place = place
         self._process: subprocess.Popen[bytes] | None = None
 
     def start(self) -> None:
-        """Start it; what goes wrong then stands in the outbox."""
+        """Start it; it reports errors in the outbox."""
         place = self._place
         password = [] if place.password is None else [str(place.password)]
         self._process = subprocess.Popen(  # noqa: S603 - our own interpreter and module
@@ -120,7 +111,7 @@ class HandOverProcess:
         )  # fmt: skip
 
     def close(self) -> None:
-        """End it within two seconds; a job that is under way is sent again by the next one."""
+        """End it within two seconds; a job in transfer is sent again by the next one."""
         if self._process is None:
             return
         process, self._process = self._process, None
@@ -135,7 +126,7 @@ class HandOverProcess:
 
 
 def main(arguments: list[str]) -> int:
-    """Hand over until the standard input is closed; return the exit code."""
+    """Deliver until stdin is closed; return the exit code."""
     address, station, outbox, *password = arguments
     stop = threading.Event()
 
@@ -150,6 +141,6 @@ def main(arguments: list[str]) -> int:
     try:
         follow(place, stop, random.Random(os.getpid()))  # noqa: S311 - pauses only
     except OcmmError:
-        # The outbox itself cannot be used: whoever puts the next job in is told so.
+        # The outbox is unusable, which whoever queues the next job is told.
         return 1
     return 0

@@ -1,4 +1,4 @@
-"""A station learns what became known of jobs, and holds back what it shows of them."""
+"""Later findings on jobs from the archive, by which the station holds them."""
 
 from __future__ import annotations
 
@@ -13,29 +13,22 @@ from ocmm_core.storage import HeldJobs, read_held_jobs, write_held_jobs
 
 _MOST, _LONGEST = 200, 1_000_000
 _JOBS = "".join(('{"content":', '{"jobs":'))
-"""Beginning of a list of `signed_job_heads`."""
+"""Start of a list of `signed_job_heads`."""
 """Newest lists of ends that are read; each holds all ends of its station."""
 
 
 def learn_marks(archive: Archive, path: Path | None = None) -> int:
-    """Take in the marks that this computer does not know yet; return how many there were.
+    """Store new marks on this computer; return how many.
 
-    Parameters
-    ----------
-    path
-        Where it is kept; None: for this user.
-
-    Raises
-    ------
-    StorageError
-        The archive cannot be read, or what it says cannot be kept.
+    `path`: None for the file of this user. Raises StorageError if the archive cannot be read, or
+    the marks cannot be stored.
     """
     known = read_held_jobs(path)
-    # Another archive counts its marks anew; what the former one held back is not taken for good.
+    # Another archive numbers its marks from 1; holds of the former one are not final.
     after = known.after if known.archive in ("", archive.place) else 0
     newest = archive.ask("SELECT id FROM archive_mark ORDER BY id DESC LIMIT 1", {}, int).rows
     if not newest or int(str(newest[0][0])) < after:
-        # It was restored from a backup, and counts anew from there.
+        # It was restored from a backup, and continues numbering from there.
         after = 0
     marks = archive.marks(after)
     if not marks:
@@ -55,14 +48,10 @@ def learn_marks(archive: Archive, path: Path | None = None) -> int:
 
 
 def exchange_heads(archive: Archive, station: str) -> None:
-    """Store the ends of histories and jobs of this station in the archive, and learn others.
+    """Store the ends of this station's histories and jobs in the archive, and read others'.
 
-    So a second computer, or this one after its memory was set back, recognizes older copies.
-
-    Raises
-    ------
-    StorageError
-        The archive cannot be read or written, or this station has no key.
+    Thus a second computer, or this one after a loss of memory, recognises older copies. Raises
+    StorageError if the archive cannot be read or written, or this station has no key.
     """
     keys = KeyFolder()
     for which, signed in (("<>", signed_heads), ("=", signed_job_heads)):
@@ -74,7 +63,7 @@ def exchange_heads(archive: Archive, station: str) -> None:
         ).rows  # fmt: skip
         known = [str(text) for (text,) in rows]
         for text in reversed(known):
-            # A station that is not trusted here teaches nothing.
+            # Untrusted stations are ignored.
             with contextlib.suppress(StorageError):
                 learn_heads(text, archive.place, keys)
         own = signed(keys, known)

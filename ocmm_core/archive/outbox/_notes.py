@@ -1,7 +1,7 @@
-"""Jobs that are being measured and shall be archived, noted so that a killed program forgets none.
+"""Notes of running jobs, so that none is lost with a killed program.
 
-A note is a file beside the outbox that its program holds locked. Whoever finds one that nobody
-holds puts its job in as it stands: the program ended between saving and handing over.
+A note is a file in the outbox that its program keeps locked. The job of an unlocked note is queued
+by the next sweep: its program ended between saving and queueing.
 """
 
 from __future__ import annotations
@@ -23,13 +23,7 @@ _TRIES = 20
 
 
 class JobNote:
-    """Note that a job is being measured; durable when this returns.
-
-    Raises
-    ------
-    StorageError
-        It cannot be written.
-    """
+    """Note a running job; durable on return; StorageError if it cannot be written."""
 
     def __init__(self, folder: Path, path: Path) -> None:
         self.path = path
@@ -40,7 +34,7 @@ class JobNote:
             self._file.parent.mkdir(parents=True, exist_ok=True)
             descriptor = _held(self._file)
             if descriptor is None:
-                # Another program notes the same job: that is as good.
+                # Another program notes the same job, which is equivalent.
                 return
             self._descriptor = descriptor
             os.ftruncate(descriptor, 0)
@@ -56,9 +50,9 @@ class JobNote:
             ) from error
 
     def done(self) -> None:
-        """Say that the job is in the outbox as far as it ever went."""
+        """Remove the note after the job was queued completely."""
         if self._descriptor is not None:
-            # An open file can be removed on some systems only; elsewhere the next sweep does it.
+            # Some systems cannot remove open files; there the next sweep does.
             with contextlib.suppress(OSError):
                 self._file.unlink(missing_ok=True)
         self.let_go()
@@ -71,15 +65,11 @@ class JobNote:
 
 
 def sweep(outbox: Outbox) -> int:
-    """Put in the jobs whose program ended before it did; return how many there were.
+    """Queue the jobs whose program ended before it did; return how many.
 
-    A job without a point, or that is gone, is none. One that cannot be read is put in as its bytes
-    are: the hand-over sets it aside and names it.
-
-    Raises
-    ------
-    StorageError
-        The outbox cannot be read or written.
+    Missing jobs and jobs without points are skipped. Unreadable ones are queued as they are: the
+    delivery sets them aside and names them. Raises StorageError if the outbox cannot be read or
+    written.
     """
     found = 0
     for note in sorted((outbox.folder / _FOLDER).glob("*")):
@@ -122,7 +112,7 @@ def _put(outbox: Outbox, path: Path) -> bool:
 
 
 def _held(file: Path, *, make: bool = True) -> int | None:
-    """Return the descriptor of a note that this process holds now; None where another one does."""
+    """Lock a note and return its descriptor; None if another process holds it."""
     for _ in range(_TRIES):
         descriptor = open_guarded(file, follow=False, flags=os.O_RDWR | os.O_CREAT * make)
         try:
@@ -130,7 +120,7 @@ def _held(file: Path, *, make: bool = True) -> int | None:
         except BlockingIOError:
             os.close(descriptor)
             return None
-        # Whoever held it before may have removed it: then it is another file by now.
+        # Its former holder may have removed it: then the path is another file.
         if HOST.is_at(descriptor, file):
             return descriptor
         os.close(descriptor)

@@ -1,11 +1,10 @@
-"""The outbox of a station: jobs that wait for the archive, durable before anybody says so.
+"""Outbox of a station: queued jobs, durable before they are acknowledged.
 
-A job is put in as it stands, file and all, by whoever measures; a process of its own hands it over.
-What was put in stays until the archive has acknowledged it, and a copy for some time after that: an
-archive that was restored from a backup gets again what it lost.
+Measuring programs queue complete job files; a separate process delivers them. Files are kept until
+acknowledged, and a copy for some time after that, for an archive that is restored from a backup.
 
-The files are named by their SHA-256. A row is written when its file is on the disk, so that a row
-without a file does not happen, and a file without a row is a leftover.
+Files are named by their SHA-256. A row is written after its file, so that no row lacks a file, and
+a file without a row is a leftover.
 """
 
 from __future__ import annotations
@@ -29,21 +28,15 @@ from ocmm_core.errors import OcmmError, StorageError
 from ocmm_core.side_files import LARGEST_JOB, read_guarded
 
 KEPT = timedelta(days=30)
-"""How long a copy of what was delivered is kept, for an archive that goes back to a backup."""
+"""Retention of delivered copies, for an archive that is restored from a backup."""
 
 
 def default_outbox() -> Path:
-    """Return the folder of the outbox of this user."""
     return platformdirs.user_data_path("ocmm") / "outbox"
 
 
 class Outbox(OutboxFile):
-    """Jobs that wait; for one thread, many processes.
-
-    Parameters
-    ----------
-    folder
-        Where it is; made where there is none.
+    """Queued jobs; for one thread, many processes.
 
     Raises
     ------
@@ -52,22 +45,15 @@ class Outbox(OutboxFile):
     """
 
     def put(self, path: Path) -> Item | None:
-        """Put a job in as it stands now; it is durable when this returns.
+        """Queue a job in its current state; durable on return.
 
-        Returns
-        -------
-        item
-            None where the job went in just so before.
-
-        Raises
-        ------
-        StorageError
-            The job cannot be read, or the outbox cannot be written.
+        Returns None if the identical job was queued before. Raises StorageError if the job cannot
+        be read, or the outbox cannot be written.
         """
         return self.put_content(snapshot(path), path)
 
     def put_content(self, content: bytes, path: Path) -> Item | None:
-        """Put in a job file that was read already; as `put`."""
+        """Queue the content of a job file; as `put`."""
         sha256 = hashlib.sha256(content).hexdigest()
         place = str(path.absolute())
         try:
@@ -94,19 +80,18 @@ class Outbox(OutboxFile):
         return Item(sequence, sha256, path.name, place, put_utc, ItemState.WAITING, "")
 
     def waiting(self, most: int = 100) -> list[Item]:
-        """Return the jobs that wait, oldest first."""
+        """Return the waiting jobs, oldest first."""
         return self._items("state = 'waiting' ORDER BY sequence LIMIT ?", (most,))
 
     def aside(self) -> list[Item]:
-        """Return the jobs that the archive cannot take, newest first."""
+        """Return the jobs refused by the archive, newest first."""
         return self._items("state = 'aside' ORDER BY sequence DESC LIMIT ?", (1000,))
 
     def sent_after(self, sequence: int) -> list[Item]:
-        """Return the jobs with a higher number that were delivered, oldest first."""
+        """Return the delivered jobs with a higher number, oldest first."""
         return self._items("state = 'sent' AND sequence > ? ORDER BY sequence", (sequence,))
 
     def count(self, state: ItemState) -> int:
-        """Return how many stand so."""
         with self._reading() as db:
             (found,) = db.execute(
                 "SELECT count(*) FROM item WHERE state = ?", (state.value,)
@@ -114,12 +99,9 @@ class Outbox(OutboxFile):
         return int(found)
 
     def content(self, item: Item) -> bytes:
-        """Return the file of a job as it was put in, or as it is where the copy is gone.
+        """Return the queued file of a job, or the current one if the copy is gone.
 
-        Raises
-        ------
-        StorageError
-            Neither is there, or the copy is damaged.
+        Raises StorageError if neither exists, or the copy is damaged.
         """
         file = self._file(item.sha256)
         try:
@@ -129,7 +111,7 @@ class Outbox(OutboxFile):
         except OSError as error:
             raise self._fault(error) from error
         if hashlib.sha256(content).hexdigest() != item.sha256:
-            # The job itself may still be there; what it holds is verified when it is opened.
+            # The job itself may still exist; its content is verified when it is opened.
             with contextlib.suppress(OcmmError):
                 return snapshot(Path(item.path))
             raise StorageError(
@@ -141,7 +123,7 @@ class Outbox(OutboxFile):
         return content
 
     def settle(self, item: Item, state: ItemState, said: str = "") -> None:
-        """Note what became of a job; durable when this returns."""
+        """Note the result of a job; durable on return."""
         with self._writing() as db:
             db.execute(
                 "UPDATE item SET state = ?, said = ?, sent_utc = ? WHERE sequence = ?",
@@ -149,7 +131,6 @@ class Outbox(OutboxFile):
             )
 
     def note_contact(self, error: OcmmError | None, clock_off_s: float | None = None) -> None:
-        """Note what a try came to."""
         with self._writing() as db:
             if error is None:
                 db.execute(
@@ -165,7 +146,6 @@ class Outbox(OutboxFile):
                 )
 
     def contact(self) -> Contact:
-        """Return what the last tries came to."""
         with self._reading() as db:
             row = db.execute(
                 "SELECT code, said, since_utc, good_utc, clock_off_s FROM contact"
@@ -173,15 +153,15 @@ class Outbox(OutboxFile):
         return Contact(*row)
 
     def prune(self, now: datetime | None = None) -> int:
-        """Remove copies of what was delivered long ago, and return how many.
+        """Remove expired copies, and return how many.
 
-        None where the clock here and that of the archive differ: by a wrong one all is long ago.
+        Nothing is removed while the clocks here and at the archive differ.
         """
         if abs(self.contact().clock_off_s) > CLOCK_TELL_S:
             return 0
         before = ((now or datetime.now(UTC)) - KEPT).isoformat(timespec="milliseconds")
         removed = 0
-        # Under the write lock, so that nobody puts the same file in meanwhile.
+        # Under the write lock, so that the same file is not queued meanwhile.
         with self._writing() as db:
             needed = {
                 row[0]
@@ -197,15 +177,15 @@ class Outbox(OutboxFile):
         return removed
 
     def try_aside_again(self) -> None:
-        """Let everything wait again that was set aside."""
+        """Requeue everything that was set aside."""
         with self._writing() as db:
             db.execute("UPDATE item SET state = 'waiting', said = '' WHERE state = 'aside'")
 
     def renew(self) -> None:
-        """Give this outbox another identity, for a computer whose disk was copied.
+        """Give this outbox a new identity, for a computer whose disk was copied.
 
-        Everything that was delivered under the old one is sent again: the archive knows its jobs by
-        their content.
+        Everything delivered under the old one is sent again: the archive recognises its jobs by
+        content.
         """
         with self._writing() as db:
             identity, machine = str(uuid.uuid4()), machine_identity()

@@ -1,4 +1,4 @@
-"""The file of an outbox: made, opened, and changed in durable transactions."""
+"""File of an outbox: created, opened, and changed in durable transactions."""
 
 from __future__ import annotations
 
@@ -22,17 +22,9 @@ _WAIT_S = 5.0
 
 
 class OutboxFile:
-    """Open the file of an outbox; made where there is none.
+    """Open the file of an outbox, creating it if missing.
 
-    Parameters
-    ----------
-    folder
-        Where it is.
-
-    Raises
-    ------
-    StorageError
-        It cannot be read or written, is damaged, or of a later version.
+    Raises StorageError if it cannot be read or written, is damaged, or of a later version.
     """
 
     def __init__(self, folder: Path) -> None:
@@ -57,7 +49,7 @@ class OutboxFile:
             raise
 
     def _prepare(self, db: sqlite3.Connection) -> None:
-        # Nothing for a file of this program; others are converted once.
+        # No effect on files of this program; others are converted once.
         db.execute("PRAGMA journal_mode = WAL").fetchall()
         db.execute("PRAGMA synchronous = FULL")
         found = int(db.execute("PRAGMA user_version").fetchone()[0])
@@ -71,7 +63,7 @@ class OutboxFile:
         self.identity, self.machine = db.execute("SELECT outbox, machine FROM box").fetchone()
 
     def close(self) -> None:
-        """Let go; may be called twice."""
+        """Close the file; may be called twice."""
         if self._db is not None:
             self._db.close()
             self._db = None
@@ -129,16 +121,13 @@ class OutboxFile:
         )
 
     def __enter__(self) -> Self:
-        """Return the outbox."""
         return self
 
     def __exit__(self, *_: object) -> None:
-        """Let go."""
         self.close()
 
 
 def _fill(db: sqlite3.Connection) -> None:
-    """Make the tables of a new outbox."""
     for statement in TABLES:
         db.execute(statement)
     db.execute(
@@ -149,5 +138,5 @@ def _fill(db: sqlite3.Connection) -> None:
 
 
 def utc_now() -> str:
-    """Return the time as an outbox keeps it."""
+    """Return the current time in the format of an outbox."""
     return datetime.now(UTC).isoformat(timespec="milliseconds")

@@ -1,4 +1,4 @@
-"""What stands in an outbox: its tables, a job in it, and what the last tries came to."""
+"""Tables of an outbox, its jobs, and the state of the connection."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ VERSION = 1
 TABLES = (
     """CREATE TABLE box (id INTEGER PRIMARY KEY CHECK (id = 1), outbox TEXT NOT NULL,
         machine TEXT NOT NULL, made_utc TEXT NOT NULL)""",
-    # AUTOINCREMENT: a number is never used twice, also when rows were removed.
+    # AUTOINCREMENT: numbers are never reused, even if rows were removed.
     """CREATE TABLE item (sequence INTEGER PRIMARY KEY AUTOINCREMENT, sha256 TEXT NOT NULL,
         name TEXT NOT NULL, path TEXT NOT NULL, put_utc TEXT NOT NULL,
         state TEXT NOT NULL CHECK (state IN ('waiting', 'sent', 'aside')),
@@ -30,53 +30,49 @@ TABLES = (
 
 
 class ItemState(Enum):
-    """Where a job in the outbox stands."""
-
     WAITING = "waiting"
     SENT = "sent"
     ASIDE = "aside"
-    """The archive cannot take it; it is kept and named."""
+    """Refused by the archive; kept and named."""
 
 
 @dataclass(frozen=True, slots=True)
 class Item:
-    """One job in the outbox."""
+    """A queued job."""
 
     sequence: int
-    """Its number, from 1."""
+    """From 1."""
     sha256: str
     name: str
     path: str
-    """`sha256`, `name`, `path`: Of its file as it was put in; its name for people; where the job
-    file was then."""
+    """`sha256`, `name`, `path`: Of the file as queued; display name; place of the job file then."""
     put_utc: str
-    """When."""
     state: ItemState
     said: str
-    """`state`, `said`: Where it stands; why it is set aside."""
+    """`state`, `said`: State; why it was set aside."""
 
 
 @dataclass(frozen=True, slots=True)
 class Contact:
-    """What the last tries came to."""
+    """State of the connection."""
 
     code: str = ""
     said: str = ""
-    """`code`, `said`: The error of the last one; empty where it was good."""
+    """`code`, `said`: Error of the last try; empty if it succeeded."""
     since_utc: str = ""
-    """Since when there is no good one; empty where there is."""
+    """Start of the failures; empty if none."""
     good_utc: str = ""
-    """The last good one; empty for none."""
+    """Last success; empty if none."""
     clock_off_s: float = 0.0
-    """How far the clock here is ahead of that of the archive."""
+    """Lead of the local clock over the archive's."""
 
 
 def machine_identity() -> str:
-    """Return what tells this computer from others: that of its installation, as a hash."""
+    """Return the hashed identity of this computer's installation."""
     for place in ("/etc/machine-id", "/var/lib/dbus/machine-id"):
         with contextlib.suppress(OSError):
             text = Path(place).read_text("ascii", "replace").strip()
             if text:
-                # The number itself is not handed out (machine-id(5)).
+                # The machine id itself must stay confidential (machine-id(5)).
                 return hashlib.sha256(f"ocmm archive {text}".encode()).hexdigest()[:32]
     return hashlib.sha256(f"ocmm archive node {uuid.getnode()}".encode()).hexdigest()[:32]

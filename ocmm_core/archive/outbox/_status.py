@@ -1,4 +1,4 @@
-"""How the hand-over stands, in words: for the Start page, the Archive page and the terminal."""
+"""State of the upload in words, for the start page, the Archive page and the terminal."""
 
 from __future__ import annotations
 
@@ -13,28 +13,24 @@ from ocmm_core.archive.stores import CLOCK_TELL_S
 
 @dataclass(frozen=True, slots=True)
 class HandOver:
-    """How the hand-over to the archive stands."""
-
     waiting: int
     """Jobs that the archive does not have yet."""
     aside: tuple[Item, ...]
-    """Jobs that it cannot take, newest first, with why."""
+    """Jobs refused by it, newest first, with reasons."""
     contact: Contact
-    """What the last tries came to."""
 
     @property
     def needs_attention(self) -> bool:
-        """Return whether somebody should do something."""
         return bool(self.aside or self.contact.code or abs(self.contact.clock_off_s) > CLOCK_TELL_S)
 
     @property
     def line(self) -> str:
-        """Return all of it in a line; empty where nothing waits and nothing is wrong."""
+        """Return all sentences in a line; empty if nothing waits and nothing is wrong."""
         return " ".join(self.sentences)
 
     @property
     def sentences(self) -> tuple[str, ...]:
-        """Return what is to be said, the most important first."""
+        """Return the sentences, the most important first."""
         found = []
         if self.waiting:
             wait = "1 job waits" if self.waiting == 1 else f"{self.waiting} jobs wait"
@@ -87,13 +83,7 @@ _WORDS = {
 
 
 def hand_over(folder: Path) -> HandOver:
-    """Return how the hand-over of an outbox stands; nothing where there is none.
-
-    Raises
-    ------
-    StorageError
-        The outbox cannot be read.
-    """
+    """Return the state of an outbox, empty if there is none; StorageError if unreadable."""
     if not (folder / "outbox.sqlite").exists():
         return HandOver(0, (), Contact())
     with Outbox(folder) as outbox:
@@ -101,7 +91,7 @@ def hand_over(folder: Path) -> HandOver:
 
 
 def _local(utc: str) -> str:
-    """Return a time as the clock on the wall shows it; the day as well where it is another one."""
+    """Return a local time; with the date if not today."""
     if not utc:
         return ""
     at = datetime.fromisoformat(utc).astimezone()

@@ -1,10 +1,10 @@
-"""What people ask of an archive, each question one call for window, terminal and scripts.
+"""Queries of an archive, one call each for window, terminal and scripts.
 
-In: an archive, and what it is about. Out: a table, charts, and what must be known about them.
+In: an archive, and parameters. Out: a table, charts, and remarks.
 
-Read `_registry` (all questions), `_asked` (what one is about), `_judge` (who signed), `_lists` and
-`_statistics` (the answers), `_answers` (what an answer is, and its files).
-It must not know how jobs come, nor how an answer is shown. What counts is said by the views.
+Read `_registry` (all queries), `_asked` (parameters), `_judge` (signers), `_lists` and
+`_statistics` (the answers), `_answers` (answers and their files).
+It must not know how jobs come, nor how an answer is shown. The views define what counts.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""What a question is answered with: a table, what must be known about it, and its charts."""
+"""Answer of a query: a table, remarks, and charts."""
 
 from __future__ import annotations
 
@@ -17,33 +17,30 @@ from ocmm_core.inspection.archive import Trend
 from ocmm_core.studies import GaugeStudy
 
 _FORMULA = ("=", "+", "-", "@", "\t", "\r", "\uff1d", "\uff0b", "\uff0d", "\uff20")
-"""Also the wide forms, which a spreadsheet in Japanese takes for the same."""
+"""Includes wide forms, which spreadsheets in Japanese treat alike."""
 
 
 @dataclass(frozen=True, slots=True)
 class ArchiveAnswer:
-    """The answer to a question."""
-
     title: str
-    """What was asked, in words."""
     columns: tuple[str, ...]
     rows: tuple[Row, ...]
     """`columns`, `rows`: The table; numbers are numbers, in mm or degrees."""
     notes: tuple[str, ...] = ()
-    """What must be known before it is used, in sentences."""
+    """Remarks to be known before use, in sentences."""
     trends: tuple[Trend, ...] = ()
     """Charts as on the batch page."""
     study: GaugeStudy | None = None
-    """Gauge R&R over stations; None for other questions."""
+    """Gauge R&R over stations; None for other queries."""
 
 
 def export_answer(answer: ArchiveAnswer, path: Path) -> None:
-    """Write the table of an answer: CSV, or Parquet where the name ends so.
+    """Write the table of an answer: CSV, or Parquet by the suffix.
 
     Raises
     ------
     InputError
-        The name ends otherwise, or there is no pyarrow for Parquet.
+        Unknown suffix, or Parquet without pyarrow.
     StorageError
         The file cannot be written.
     """
@@ -67,7 +64,7 @@ def export_answer(answer: ArchiveAnswer, path: Path) -> None:
 
 
 def csv_of(columns: Sequence[str], rows: Sequence[Row]) -> bytes:
-    """Return a table as CSV (RFC 4180, UTF-8): decimal points, no cell that is a formula."""
+    """Return a table as CSV (RFC 4180, UTF-8): decimal points, formulas escaped."""
     text = io.StringIO(newline="")
     writer = csv.writer(text)
     writer.writerow(columns)
@@ -76,7 +73,7 @@ def csv_of(columns: Sequence[str], rows: Sequence[Row]) -> bytes:
 
 
 def parquet_of(columns: Sequence[str], rows: Sequence[Row]) -> bytes:
-    """Return a table as Parquet; InputError where pyarrow is not installed."""
+    """Return a table as Parquet; InputError if pyarrow is not installed."""
     if importlib.util.find_spec("pyarrow") is None:
         raise InputError(
             "archive.parquet",
@@ -94,12 +91,12 @@ def parquet_of(columns: Sequence[str], rows: Sequence[Row]) -> bytes:
 
 
 def shown_cell(cell: Cell) -> Cell:
-    """Return a cell of a row as it may be shown: somebody else wrote its text."""
+    """Return a cell for display: its text is untrusted."""
     return shown_text(cell) if isinstance(cell, str) else cell
 
 
 def _cell(cell: Cell) -> object:
-    """Return what a spreadsheet takes for text and not for a formula."""
+    """Return a cell that spreadsheets read as text, not as a formula."""
     if isinstance(cell, float):
         return repr(cell)
     if isinstance(cell, str):

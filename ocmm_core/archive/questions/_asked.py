@@ -1,4 +1,4 @@
-"""What a question is about, and what all of them say alike."""
+"""Parameters of queries, and words common to all."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ from ocmm_core.inspection.evaluation import SIMULATED
 from ocmm_core.names import normal_name
 
 MOST_SHOWN = 500
-"""Jobs of a trend, the newest ones: more are no chart that anybody reads."""
+"""Newest jobs of a trend: more would be illegible."""
 MOST_VALUES = 200_000
 
 
 @dataclass(frozen=True, slots=True)
 class Asked:
-    """What a question is about; a question takes what it needs."""
+    """Parameters of a query; each uses some."""
 
     station: str = ""
     part: str = ""
@@ -29,23 +29,22 @@ class Asked:
     """`station`, `part`, `characteristic`, `operator`: Names; empty for all."""
     kind: str = "calibration"
     what: str = ""
-    """`kind`, `what`: Of `used`: calibration, tip, artefact ...; its hash (or how it begins),
-    serial or name."""
+    """`kind`, `what`: Of `used`: calibration, tip, artefact ...; its hash (or a prefix), serial or
+    name."""
     first: date | None = None
     last: date | None = None
-    """`first`, `last`: Days by the clock on the wall, both included; None for no limit (`today`:
-    today)."""
+    """`first`, `last`: Local dates, inclusive; None for no limit (`today`: today)."""
     most: int = MOST_SHOWN
     """Rows of a list, or jobs of a trend."""
 
     def __post_init__(self) -> None:
-        """Bring names into the normal form that they are archived in."""
+        """Normalise names as in the archive."""
         for field in ("station", "part", "characteristic", "operator", "what"):
             object.__setattr__(self, field, normal_name(getattr(self, field)))
 
 
 def parts(archive: Archive) -> tuple[tuple[str, str], ...]:
-    """Return the parts and characteristics that are archived, sorted."""
+    """Return the archived parts and characteristics, sorted."""
     table = archive.ask("SELECT part, characteristic FROM archive_characteristic ORDER BY 1, 2")
     return tuple((shown_text(str(part)), shown_text(str(name))) for part, name in table.rows)
 
@@ -77,7 +76,7 @@ def needs(asked: Asked, *fields: str) -> None:
 
 
 def span(first: date, last: date) -> tuple[str, str]:
-    """Return the ends of days on the wall in UTC, as the archive sorts times."""
+    """Return the limits of local dates in UTC, as the archive sorts times."""
     if last < first:
         raise InputError(
             "archive.days", f"{last} is before {first}.", "Give the earlier day first."
@@ -93,7 +92,6 @@ def wall(utc: Cell) -> str:
 
 
 def remark(entry: Entry) -> str:
-    """Return what must be known of a judged job."""
     words = [SIMULATED] if entry["simulated"] else []
     words += [f"{entry['requirements']!s}."] if entry["requirements"] else []
     words += [str(entry["doubt"])] if entry["doubt"] else []
@@ -103,7 +101,7 @@ def remark(entry: Entry) -> str:
 
 
 def part_of(entry: Entry) -> str:
-    """Return what tells parts apart: the serial number, or the job where none was entered."""
+    """Return the identity of a part: its serial number, or its job if none was entered."""
     return f"serial {entry['serial']!s}" if entry["serial"] else f"job {entry['job_uuid']!s}"
 
 

@@ -1,9 +1,9 @@
-"""Which version of a job holds, who signed it, and where: judged by the keys of whoever reads.
+"""Judgement by the reader's keys: which version of a job is valid, and who signed it.
 
-Rows hold facts. The signature of each row is verified at every reading with the keys that are known
-here, and of each job one line is taken (`stores._views`): the one of the station whose key signed
-it, else the first that came. A version of another station takes its place only if its file
-continues it. What a key unknown here signed is shown as such, and displaces nothing.
+Rows hold facts. The signature of each row is verified at every reading with the keys trusted here,
+and one line of each job counts (`stores._views`): that of the station whose key signed it, else the
+first that came. A version of another station replaces it only if its file continues it. Signatures
+by unknown keys are shown as such, and displace nothing.
 """
 
 from __future__ import annotations
@@ -34,15 +34,12 @@ Entry = dict[str, Cell]
 class Judge:
     """Judge rows of an archive, for one reading.
 
-    Parameters
-    ----------
-    keys
-        Those that are trusted; None: those of this user.
+    `keys`: trusted ones; None: those of this user.
     """
 
     def __init__(self, archive: Archive, keys: KeyFolder | None = None) -> None:
         self._archive = archive
-        # Read once: a question judges thousands of rows.
+        # Read once: a query judges thousands of rows.
         self._keys = KeptKeys(None if keys is None else keys.folder)
         self._taken: dict[str, tuple[Cell, int]] = {}
         self._checked: dict[int, bool] = {}
@@ -51,14 +48,10 @@ class Judge:
     def rows(
         self, sql: str, values: dict[str, Cell], most: int, keep: Callable[[Entry], bool]
     ) -> Iterator[Entry]:
-        """Give judged rows, page by page, until ``most`` of them were kept.
+        """Yield judged rows, page by page, until ``most`` of them were kept.
 
-        Parameters
-        ----------
-        sql
-            Selects `JUDGED` besides its own columns, and sorts.
-        keep
-            Whether a row counts for ``most``; all are given.
+        `sql` selects `JUDGED` in addition to its own columns, and sorts. `keep`: whether a row
+        counts for ``most``; all are yielded.
         """
         kept = offset = 0
         while True:
@@ -79,7 +72,7 @@ class Judge:
                 return
 
     def judged(self, row: Entry) -> Entry | None:
-        """Return a row with ``doubt``, ``copies`` and its station; None if another line holds."""
+        """Return a row with ``doubt``, ``copies`` and station; None if another line counts."""
         copies = 0
         if row["others"]:
             taken, copies = self._line_of(str(row["job_uuid"]))
@@ -110,7 +103,7 @@ class Judge:
         return found
 
     def word(self, row: Entry) -> SealWord:
-        """Return the state of the signature of a row by the keys that are known here."""
+        """Return the state of the signature of a row by the keys trusted here."""
         state = self._head(
             int(str(row["steps"])), str(row["head"]), str(row["job_key"]), str(row["signature"])
         )
@@ -127,7 +120,7 @@ class Judge:
         return state
 
     def _line_of(self, job: str) -> tuple[Cell, int]:
-        """Return the line that holds of a job, and how many other versions differ from it."""
+        """Return the valid line of a job, and how many other versions differ from it."""
         if job not in self._taken:
             table = self._archive.ask(_LINES, {"job": job})
             lines = [dict(zip(table.columns, row, strict=True)) for row in table.rows]
@@ -137,7 +130,7 @@ class Judge:
             for one in sorted(good, key=lambda line: int(str(line["steps"]))):
                 if self._continues(one, taken):
                     taken = one
-            # A file that another station sent as well, untouched, is no other version.
+            # An identical file from another station is no other version.
             same = sum(one["sha256"] == taken["sha256"] for one in lines if one is not taken)
             self._taken[job] = taken["job_id"], int(str(taken["others"])) - same
         return self._taken[job]
@@ -147,7 +140,7 @@ class Judge:
         return bool(line["fault"]), not own, int(str(line["first_id"]))
 
     def _continues(self, later: Entry, earlier: Entry) -> bool:
-        """Return whether the file of a version holds another one; False if it cannot be read."""
+        """Return whether the file of a version continues another one; False if unreadable."""
         if int(str(later["steps"])) <= int(str(earlier["steps"])):
             return False
         try:
@@ -159,9 +152,9 @@ class Judge:
             return False
 
     def _is_of_its_file(self, row: Entry) -> bool:
-        """Return whether all rows of a job follow from its file; False if it cannot be read.
+        """Return whether all rows of a job follow from its file; False if unreadable.
 
-        The signature of a head says nothing of the row beside it: another station could write any.
+        The signature of a head does not cover its row: another station could write any.
         """
         number = int(str(row["job_id"]))
         if number not in self._checked:

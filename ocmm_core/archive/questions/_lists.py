@@ -1,4 +1,4 @@
-"""Lists of jobs: what was measured, with what, and who passed what."""
+"""Lists of jobs: measured on a day, by equipment, and passed by operator."""
 
 from __future__ import annotations
 
@@ -25,11 +25,11 @@ from ocmm_core.errors import InputError
 from ocmm_core.tolerances.decisions import PartWord
 
 _MOST_HASHES = 20
-"""Identities that one shortened hash may stand for."""
+"""Identities that one shortened hash may match."""
 
 
 def today(archive: Archive, asked: Asked) -> ArchiveAnswer:
-    """Return what was measured on a day, newest first."""
+    """Return the jobs measured on a day, newest first."""
     first = asked.first or datetime.now().astimezone().date()
     last = asked.last or first
     low, high = span(first, last)
@@ -64,20 +64,17 @@ def _is_at(entry: Entry, asked: Asked) -> bool:
 
 
 def used(archive: Archive, asked: Asked) -> ArchiveAnswer:
-    """Return the jobs that were measured with something, newest first.
+    """Return the jobs measured with some equipment, newest first.
 
-    Raises
-    ------
-    InputError
-        The kind is none, or nothing is named.
+    Raises InputError if the kind is unknown, or no name is given.
     """
     if asked.kind not in USES:
         raise InputError(
             "archive.used", f"{asked.kind!r} is nothing that is used.", f"One of {', '.join(USES)}."
         )
     needs(asked, "what")
-    # Each search goes along its index and ends at the most that is shown, however many jobs there
-    # are; a hash may be shortened as screens show it.
+    # Each search uses its index and ends at the limit, regardless of the number of jobs; a hash may
+    # be shortened as on screens.
     found: dict[tuple[Cell, ...], Entry] = {}
     judge = Judge(archive)
     for column, word in _words_for(archive, asked):
@@ -106,15 +103,15 @@ def used(archive: Archive, asked: Asked) -> ArchiveAnswer:
 
 
 def _words_for(archive: Archive, asked: Asked) -> Iterator[tuple[str, str]]:
-    """Give what is looked for in which column: a name, an identity, those that begin with it."""
+    """Yield column and value of each search: a name, an identity, identities with a prefix."""
     yield "name", asked.what
     yield "identity", asked.what
-    # Only hashes are shortened: a serial number B-1 is not B-17.
+    # Only hashes are shortened: serial number B-1 is not B-17.
     if not _is_short_hash(asked.what):
         return
     last = asked.what
     for _ in range(_MOST_HASHES):
-        # One step along the index for each: a DISTINCT would look at every job.
+        # One index step each: a DISTINCT would read every job.
         table = archive.ask(
             "SELECT identity FROM archived_use WHERE used_kind = :kind AND identity > :last"
             " AND identity < :beyond ORDER BY identity LIMIT 1",
@@ -127,7 +124,7 @@ def _words_for(archive: Archive, asked: Asked) -> Iterator[tuple[str, str]]:
 
 
 def passed(archive: Archive, asked: Asked) -> ArchiveAnswer:
-    """Return who passed what: finished real parts by operator, part and verdict."""
+    """Return finished real parts by operator, part and verdict."""
     low, high = span(asked.first or date(1970, 1, 1), asked.last or date(9000, 1, 1))
     entries = list(
         Judge(archive).rows(
@@ -141,7 +138,7 @@ def passed(archive: Archive, asked: Asked) -> ArchiveAnswer:
         )
     )  # fmt: skip
     entries = [one for one in entries if _is_at(one, asked)]
-    # Of a part that was measured again the last result counts, for whoever measured it last.
+    # For a part measured again the last result counts, for its operator.
     last: dict[tuple[Cell, str], Entry] = {}
     for one in entries:
         if not one["doubt"]:

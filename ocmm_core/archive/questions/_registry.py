@@ -1,4 +1,4 @@
-"""All questions: one entry each, with what it takes; window and terminal offer what is here."""
+"""All queries with their parameters, as offered by window and terminal."""
 
 from __future__ import annotations
 
@@ -16,31 +16,28 @@ Answers = Callable[[Archive, Asked], ArchiveAnswer]
 
 @dataclass(frozen=True, slots=True)
 class Question:
-    """One question."""
-
     name: str
     title: str
     """`name`, `title`: For scripts, and for people."""
     takes: tuple[str, ...]
     needs: tuple[str, ...]
-    """`takes`, `needs`: Fields of `Asked` that it uses, and those of them that must be given."""
+    """`takes`, `needs`: Fields of `Asked` that it uses, and the required ones."""
     answers: Answers
-    """What answers it."""
 
     def ask(self, archive: Archive, asked: Asked) -> ArchiveAnswer:
-        """Return the answer; what is none is told, and nothing of it is shown.
+        """Return the answer; malformed ones are errors, and not shown.
 
         Raises
         ------
         InputError
-            Something that the question needs is missing, or unknown.
+            A required parameter is missing, or unknown.
         StorageError
-            The archive cannot be asked, or its rows are not those that a question has.
+            The archive cannot be queried, or its rows are malformed.
         """
         try:
             return self.answers(archive, asked)
         except (ValueError, TypeError, LookupError, AssertionError) as error:
-            # A server may say anything, and a file have other columns than ours.
+            # A server may return anything, and a file may have other columns.
             raise not_understood(archive.place, str(error)) from error
 
 
@@ -59,4 +56,4 @@ QUESTIONS = (
         "rr", "R&R over stations", ("part", "characteristic"), ("part", "characteristic"), rr
     ),
 )  # fmt: skip
-"""All questions, in the order in which they are offered."""
+"""In the order offered."""

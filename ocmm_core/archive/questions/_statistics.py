@@ -1,4 +1,4 @@
-"""What many values say: trend and run rules, Cpk by month, R&R over stations."""
+"""Statistics: trend and run rules, Cpk by month, R&R over stations."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def trend(archive: Archive, asked: Asked) -> ArchiveAnswer:
     Raises
     ------
     InputError
-        No part or characteristic is named, or none is known by that name.
+        Part or characteristic is missing or unknown.
     """
     needs(asked, "part", "characteristic")
     values = _values(archive, asked, asked.most)
@@ -69,7 +69,7 @@ def trend(archive: Archive, asked: Asked) -> ArchiveAnswer:
 
 @dataclass(frozen=True, slots=True)
 class _Values:
-    """Values of one kind, real or simulated, newest first, with what must be known of them."""
+    """Values of one kind, real or simulated, newest first, with remarks."""
 
     entries: list[Entry]
     notes: list[str]
@@ -82,11 +82,8 @@ class _Values:
 def _values(archive: Archive, asked: Asked, most: int, *, repeated: bool = False) -> _Values:
     """Return the values of a part; ``most`` limits those that count.
 
-    Parameters
-    ----------
-    repeated
-        A part counts as often as it was measured; otherwise once under the same limits, with its
-        last finished job.
+    `repeated`: count every measurement of a part; otherwise the last finished job per set of
+    limits.
     """
     judge = Judge(archive)
     named: dict[str, Cell] = {"part": asked.part, "name": asked.characteristic}
@@ -154,7 +151,6 @@ def _by_limits(entries: list[Entry]) -> dict[tuple[Cell, ...], list[Entry]]:
 
 
 def _limits(low: Cell, high: Cell, unit: Cell) -> str:
-    """Return limits in words."""
     if low is None or high is None:
         one = high if low is None else low
         return "No limit" if one is None else f"Limit {number_of(one):.4f} {unit!s}"
@@ -162,12 +158,12 @@ def _limits(low: Cell, high: Cell, unit: Cell) -> str:
 
 
 def cpk_by_month(archive: Archive, asked: Asked) -> ArchiveAnswer:
-    """Return Cp and Cpk of the characteristics of a part, month by month, with their intervals.
+    """Return Cp and Cpk of the characteristics of a part by month, with their intervals.
 
     Raises
     ------
     InputError
-        No part is named, or nothing is known of it.
+        Part is missing or unknown.
     """
     needs(asked, "part")
     found = _values(archive, asked, MOST_VALUES)
@@ -216,8 +212,8 @@ def cpk_by_month(archive: Archive, asked: Asked) -> ArchiveAnswer:
 def rr(archive: Archive, asked: Asked) -> ArchiveAnswer:
     """Return the gauge R&R over stations: parts by serial number, each measured at every station.
 
-    Stations take the place of operators. Of each part as many measurements count at each station as
-    the fewest have, the first ones; parts that some station did not measure are left out.
+    Stations replace operators. The same number of first measurements counts for each part and
+    station; parts not measured by all stations are left out.
 
     Raises
     ------
@@ -277,7 +273,7 @@ def rr(archive: Archive, asked: Asked) -> ArchiveAnswer:
 
 
 def _trend(name: str, entries: list[Entry]) -> Trend:
-    """Return the trend of values under the same limits; they come newest first."""
+    """Return the trend of values under the same limits; input is newest first."""
     items, left_out, counted = [], [], []
     for one in reversed(entries):
         label = f"{one['station']!s} {one['serial']!s}"

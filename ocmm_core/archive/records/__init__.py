@@ -1,9 +1,9 @@
-"""What the archive keeps of a job: its rows, and how they follow from its file alone.
+"""Rows of a job in the archive, derived from its file alone.
 
-In: a job file. Out: rows that hold together, or a sentence why nothing of it counts.
+In: a job file. Out: consistent rows, or the reason why nothing of it counts.
 
-Read `_rows` (what is kept), `_checks` (what must hold before it is), `_extract` (rows from a file),
-`_shown` (text of rows at every output).
+Read `_rows` (contents), `_checks` (conditions for storing), `_extract` (rows from a file), `_shown`
+(display of row texts).
 It must not know how rows are stored.
 """
 

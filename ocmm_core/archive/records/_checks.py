@@ -1,7 +1,6 @@
-"""What must hold before a row is stored.
+"""Checks of a row before it is stored, by both stores.
 
-A row may come from anywhere: a station of another version, a damaged outbox, somebody who means
-harm. Nothing is stored of what does not hold, by either store.
+Rows are untrusted: they may come from another version, a damaged outbox, or an attacker.
 """
 
 from __future__ import annotations
@@ -33,7 +32,7 @@ _UUID = re.compile(r"[0-9a-f]{8}(-[0-9a-f]{4}){3}-[0-9a-f]{12}")
 
 
 def utc_text(text: str) -> str:
-    """Return a time in UTC as the archive sorts it; InputError where it is none."""
+    """Return a time in UTC as the archive sorts it; InputError if invalid."""
     try:
         found = datetime.fromisoformat(text)
         if found.tzinfo is None:
@@ -44,7 +43,7 @@ def utc_text(text: str) -> str:
 
 
 def check_delivery(delivery: Delivery) -> None:
-    """Raise InputError where something that is handed over cannot be kept as it is."""
+    """Raise InputError if a delivery cannot be stored."""
     check_sender(delivery.sender)
     _whole("sequence", delivery.sequence, 1, 1 << 53)
     utc_text(delivery.sent_utc)
@@ -63,7 +62,7 @@ def check_delivery(delivery: Delivery) -> None:
 
 
 def check_sender(sender: Sender) -> None:
-    """Raise InputError where the names of a sender cannot be kept."""
+    """Raise InputError if the names of a sender cannot be stored."""
     for field in ("station", "machine", "host", "user", "key", "proof"):
         _name(field, getattr(sender, field), empty=field != "station")
     if not _has_form(_UUID, sender.outbox):
@@ -71,7 +70,7 @@ def check_sender(sender: Sender) -> None:
 
 
 def check_record(record: JobRecord) -> None:
-    """Raise InputError where the rows of a job do not hold together."""
+    """Raise InputError if the rows of a job are inconsistent."""
     job = record.job
     if not _has_form(_UUID, job.job_uuid):
         raise _bad("job", job.job_uuid, "is no identity of a job")
@@ -117,7 +116,7 @@ def check_record(record: JobRecord) -> None:
 
 
 def check_mark(mark: MarkRow) -> None:
-    """Raise InputError where a mark cannot be kept."""
+    """Raise InputError if a mark cannot be stored."""
     if not _has_form(_UUID, mark.job_uuid):
         raise _bad("job", mark.job_uuid, "is no identity of a job")
     _one_of("kind", mark.kind, ("altered", "recall", "quality"))
@@ -156,7 +155,7 @@ def _name(field: str, text: object, longest: int = LONGEST_NAME, *, empty: bool 
         raise _bad(field, text, "is empty")
     if len(text) > longest:
         raise _bad(field, text[:40], f"has more than {longest} characters")
-    # No line, no NUL (PostgreSQL has none), nothing that turns a line of a table round.
+    # No line breaks, no NUL (PostgreSQL has none), no bidirectional controls.
     if not text.isprintable():
         raise _bad(field, text[:80], "has characters that cannot be shown")
 

@@ -1,7 +1,7 @@
-"""The rows of a job, from its file alone: the same on every computer, whatever keys it knows.
+"""Rows of a job, from its file alone: identical on every computer, with any keys.
 
-Histories of calibrations and tips are not asked: what becomes known later is a mark or a recall in
-the archive, not a row. So an archive that is made again from the files has the same rows.
+Histories of calibrations and tips are not used: later findings are marks or recalls in the archive,
+not rows. So an archive rebuilt from the files has the same rows.
 """
 
 from __future__ import annotations
@@ -36,21 +36,20 @@ from ocmm_core.tolerances.kinds import spec_of
 
 @dataclass(frozen=True, slots=True)
 class ExtractedJob:
-    """A job ready to be handed over: its rows and the bytes of its file."""
+    """A job ready for delivery: its rows and the bytes of its file."""
 
     record: JobRecord
     content: bytes
 
 
 _CALLED = Path("/-/job.ocmm")
-"""In sentences it stands for the name of the file, which may be any text."""
+"""Placeholder of the file name in sentences, as names may be any text."""
 
 Extract = Callable[[bytes, str, str, Mapping[int, str] | None], ExtractedJob]
-"""As `extract_job`."""
 
 
 def snapshot(path: Path) -> bytes:
-    """Return a job file as one moment of it, also while another program measures it.
+    """Return a consistent snapshot of a job file, even while it is being written.
 
     Raises
     ------
@@ -68,11 +67,9 @@ def extract_job(
 
     Parameters
     ----------
-    station
-        Where it was measured.
     known
-        Hash of the audit by its number of rows, for versions that this station archived of this
-        job: a file that does not continue them was altered.
+        Hash of the audit by its number of rows, of versions already archived by this station: a
+        file that does not continue them was altered.
 
     Raises
     ------
@@ -85,7 +82,7 @@ def extract_job(
         try:
             job = reopen_alone(_CALLED, file)
         except OcmmError as error:
-            # Whoever looks for this job must find that there is something wrong with it.
+            # Searches for this job must show the fault.
             why = _sentence(error.what.replace(str(_CALLED), name))
             return ExtractedJob(_unreadable(head, seal, content, station, why), content)
         fault = _fault(job, chain, known or {}, str(_CALLED), name)
@@ -93,7 +90,7 @@ def extract_job(
 
 
 def _unreadable(head: JobHead, seal: JobSeal, content: bytes, station: str, why: str) -> JobRecord:
-    """Return the row of a job whose content is not as it was stored: no result of it counts."""
+    """Return the row of a job whose content was altered: no result of it counts."""
     created = utc_text(head.created_utc)
     row = JobRow(
         job_uuid=head.job_uuid, steps=max(seal.steps, 1), head=seal.head or "0" * 64,
@@ -173,7 +170,7 @@ def _record(job: ReopenedJob, content: bytes, station: str, fault: str) -> JobRe
                 nominal=float(result.nominal) + 0.0,
                 low=None if one_sided else _limit(result.nominal + result.lower),
                 high=_limit(result.nominal + result.upper),
-                # SQLite keeps no sign of zero.
+                # SQLite does not store the sign of zero.
                 value=None if stated is None else float(stated[0]) + 0.0,
                 uncertainty=None if stated is None else float(stated[2]) + 0.0,
                 verdict=result.verdict.value,
@@ -227,7 +224,7 @@ class _Sealed(TypedDict):
 def _sealed(seal: JobSeal) -> _Sealed:
     word = {SealWord.NOT_SIGNED: NOT_SIGNED, SealWord.FORGED: FORGED}.get(seal.state.word, SIGNED)
     signed = seal.signature
-    # What is no key cannot verify anything: a damaged row must not break the archive.
+    # A malformed key verifies nothing: a damaged row must not break the archive.
     key, value = ("", "") if signed is None or word == FORGED else (signed.key, signed.value)
     return _Sealed(seal=word, signer=seal.state.fingerprint, key=key, signature=value)
 
@@ -237,7 +234,7 @@ def _limit(value: float) -> float | None:
 
 
 def _name(text: str) -> str:
-    """Return a name as it can be shown; job files from elsewhere hold any text."""
+    """Return a displayable name; foreign job files hold any text."""
     return shown_text(text)[:LONGEST_NAME]
 
 

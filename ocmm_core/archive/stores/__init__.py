@@ -1,12 +1,12 @@
-"""Two stores of equal rank: a file of SQLite, and a PostgreSQL server.
+"""Two equivalent stores: a file of SQLite, and a PostgreSQL server.
 
-In: rows and files. Out: the same, once each, and answers to SQL that can change nothing.
+In: rows and files. Out: the same, once each, and answers to read-only SQL.
 
-Read `_interface` (what the rest knows), `_keys` (of stations), `_reader` and `_store` with
-`_statements` (what both do alike), `_sqlite`, `_postgresql` (bounded waits for a silent server),
-`_open` and `_address` (where it is, and its password), `_schema`, `_views` and `_roles` (its SQL),
-`_faults` (what goes wrong, as sentences).
-It must not know how jobs come, nor what is asked.
+Read `_interface` (used by the rest), `_keys` (of stations), `_reader` and `_store` with
+`_statements` (common code), `_sqlite`, `_postgresql` (bounded waits for a silent server), `_open`
+and `_address` (place and password), `_schema`, `_views` and `_roles` (its SQL), `_faults` (errors
+as sentences).
+It must not know how jobs come, nor which queries exist.
 """
 
 from __future__ import annotations

@@ -1,8 +1,7 @@
-"""Where an archive is: a file, or a server; and where its password comes from.
+"""Address of an archive, a file or a server, and the source of its password.
 
-A password never stands in the settings, which others may read. It comes from a file of one's own
-that nobody else can read, or from where PostgreSQL's own programs take it: PGPASSFILE, ~/.pgpass or
-the environment.
+Passwords are never stored in the settings, which others may read. They come from a private file, or
+from the sources of PostgreSQL's own programs: PGPASSFILE, ~/.pgpass or the environment.
 """
 
 from __future__ import annotations
@@ -22,7 +21,7 @@ _OPTIONS = (
     "host", "port", "dbname", "user", "sslmode", "sslrootcert", "sslcert", "sslkey", "sslcrl",
     "ssl_min_protocol_version", "target_session_attrs",
 )  # fmt: skip
-"""Words of libpq that an address may use; others could name files or programs."""
+"""Options of libpq that an address may use; others could name files or programs."""
 
 _MODES = ("verify-full", "verify-ca", "require", "disable")
 _LARGEST_PASSWORD = 4096
@@ -30,38 +29,36 @@ _LARGEST_PASSWORD = 4096
 
 @dataclass(frozen=True, slots=True)
 class PostgresAddress:
-    """A server, a database and how they are reached."""
+    """A server, a database and connection options."""
 
     options: dict[str, str]
-    """Words of libpq."""
+    """Options of libpq."""
     password_file: Path | None = None
-    """None: libpq looks for it."""
+    """None: libpq searches it."""
     connect_s: int = 5
     limit_ms: int = 30_000
-    """`connect_s`, `limit_ms`: How long a connection and a statement may take."""
+    """`connect_s`, `limit_ms`: Time limits of a connection and of a statement."""
     _password: str = field(default="", repr=False)
 
     @property
     def shown(self) -> str:
-        """Return what people call it."""
         where = self.options.get("host", "local socket")
         port = f":{self.options['port']}" if "port" in self.options else ""
         return f"postgresql://{where}{port}/{self.options.get('dbname', '')}"
 
     @property
     def is_network(self) -> bool:
-        """Return whether it is reached over a network."""
         return any(_is_network(host) for host in self.options.get("host", "").split(","))
 
     @property
     def is_open(self) -> bool:
-        """Return whether what is sent can be read on the way: somebody said so."""
+        """Return whether traffic is explicitly unencrypted."""
         return self.is_network and self.options.get("sslmode") == "disable"
 
     def parameters(self) -> dict[str, str | int]:
-        """Return what libpq is given; errors as `read_password`."""
+        """Return the parameters for libpq; errors as `read_password`."""
         found: dict[str, str | int] = {**self.options, "connect_timeout": self.connect_s}
-        # A link that is gone without a word is noticed within half a minute.
+        # A silently broken link is detected within half a minute.
         found |= {"keepalives_idle": 10, "keepalives_interval": 5, "keepalives_count": 3}
         found["tcp_user_timeout"] = self.limit_ms
         if self.password_file is not None:
@@ -70,12 +67,11 @@ class PostgresAddress:
 
 
 def is_server(text: str) -> bool:
-    """Return whether an address is that of a server."""
     return text.split(":", 1)[0] in _SCHEMES and "://" in text
 
 
 def check_address(text: str) -> None:
-    """Raise InputError where an address cannot be used, or holds a password."""
+    """Raise InputError if an address cannot be used, or contains a password."""
     if is_server(text):
         parse_server(text)
     elif "://" in text:
@@ -88,8 +84,8 @@ def parse_server(text: str, password_file: Path | None = None) -> PostgresAddres
     Raises
     ------
     InputError
-        It cannot be used, holds a password, or would send jobs over a network for all to read
-        without saying so (``sslmode=disable``).
+        It cannot be used, contains a password, or would send jobs unencrypted over a network
+        without explicit ``sslmode=disable``.
     """
     try:
         parts = urlsplit(text)
@@ -141,12 +137,9 @@ def parse_server(text: str, password_file: Path | None = None) -> PostgresAddres
 
 
 def read_password(path: Path) -> str:
-    """Return the password in a file of one's own.
+    """Return the password in a private file.
 
-    Raises
-    ------
-    StorageError
-        It is not there, is somebody else's, or others can read it.
+    Raises StorageError if it is missing, foreign, or readable by others.
     """
     try:
         descriptor = open_guarded(path, follow=False)
@@ -188,7 +181,7 @@ def _is_network(host: str) -> bool:
 
 
 def _wrong(text: str, why: str) -> InputError:
-    # Whatever stands before an @ may be a password that somebody typed.
+    # The text before an @ may be a password.
     shown = text.rpartition("@")[2][:200]
     return InputError(
         "archive.address",

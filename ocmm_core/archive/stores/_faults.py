@@ -1,4 +1,4 @@
-"""What stores and servers say, as sentences for the person at the machine."""
+"""Errors of stores and servers, as sentences for the person at the machine."""
 
 from __future__ import annotations
 
@@ -9,25 +9,23 @@ from ocmm_core.errors import InputError, OcmmError, StorageError
 
 
 class Remedy(Enum):
-    """What a sender does about an error."""
+    """Reaction of a sender to an error."""
 
     RETRY = "later"
-    """The archive cannot take anything now: it is tried again, with growing pauses."""
+    """The archive is unavailable: retry with growing pauses."""
     ASIDE = "aside"
-    """This one job cannot be taken: it is kept and named, and the next one is sent."""
+    """This one job is refused: keep and name it, and send the next."""
 
 
 _ASIDE = ("archive.row", "archive.sequence")
 
 
 def remedy_of(error: OcmmError) -> Remedy:
-    """Return what a sender does about an error."""
     own = error.code.startswith("archive.")
     return Remedy.ASIDE if error.code in _ASIDE or not own else Remedy.RETRY
 
 
 def newer(place: str, found: int, known: int) -> StorageError:
-    """Return the error for an archive of a later version."""
     return StorageError(
         "archive.newer",
         f"{place}: the archive has version {found}, this program knows {known}.",
@@ -36,7 +34,7 @@ def newer(place: str, found: int, known: int) -> StorageError:
 
 
 def not_set_up(place: str) -> StorageError:
-    """Return the error for a database that holds no archive."""
+    """Return the error for a database without an archive."""
     return StorageError(
         "archive.not_set_up",
         f"{place}: there is no archive in this database.",
@@ -45,7 +43,7 @@ def not_set_up(place: str) -> StorageError:
 
 
 def older(place: str, found: int, known: int) -> StorageError:
-    """Return the error for an archive that must be brought up to date by its owner."""
+    """Return the error for an archive that its owner must update."""
     return StorageError(
         "archive.older",
         f"{place}: the archive has version {found}, this program needs {known}.",
@@ -54,7 +52,6 @@ def older(place: str, found: int, known: int) -> StorageError:
 
 
 def foreign(place: str) -> StorageError:
-    """Return the error for something that is no archive."""
     return StorageError(
         "archive.foreign",
         f"{place}: this is no archive of this program.",
@@ -63,7 +60,7 @@ def foreign(place: str) -> StorageError:
 
 
 def sequence_taken(outbox: str, sequence: int) -> StorageError:
-    """Return the error for a number that another job was delivered under."""
+    """Return the error for a delivery number used by another job."""
     return StorageError(
         "archive.sequence",
         f"Number {sequence} of outbox {outbox[:8]} was delivered before with another job: two "
@@ -73,7 +70,7 @@ def sequence_taken(outbox: str, sequence: int) -> StorageError:
 
 
 def name_taken(station: str, host: str, since: str) -> StorageError:
-    """Return the error for the name of a station that another computer has."""
+    """Return the error for a station name used by another computer."""
     return StorageError(
         "archive.station",
         f"The archive knows another computer as station '{station}' ({host or 'no name'}, since "
@@ -84,7 +81,6 @@ def name_taken(station: str, host: str, since: str) -> StorageError:
 
 
 def damaged_file(sha256: str) -> StorageError:
-    """Return the error for a job file in the archive that is not what was stored."""
     return StorageError(
         "archive.altered",
         f"Job file {sha256[:12]} in the archive is not as it was stored.",
@@ -93,7 +89,7 @@ def damaged_file(sha256: str) -> StorageError:
 
 
 def sqlite_fault(place: str, error: sqlite3.Error) -> OcmmError:
-    """Return what an error of SQLite means for an archive."""
+    """Return the error of an archive for an error of SQLite."""
     code = int(getattr(error, "sqlite_errorcode", 0)) & 0xFF
     if code in (sqlite3.SQLITE_BUSY, sqlite3.SQLITE_LOCKED):
         return StorageError(
@@ -115,9 +111,9 @@ def sqlite_fault(place: str, error: sqlite3.Error) -> OcmmError:
 
 
 def postgresql_fault(place: str, error: Exception) -> OcmmError:
-    """Return what an error of psycopg means for an archive.
+    """Return the error of an archive for an error of psycopg.
 
-    By SQLSTATE (PostgreSQL, appendix A); one without it never reached the server.
+    By SQLSTATE (PostgreSQL, appendix A); without one it never reached the server.
     """
     state = getattr(error, "sqlstate", None) or ""
     said = _short(error)
@@ -126,7 +122,7 @@ def postgresql_fault(place: str, error: Exception) -> OcmmError:
             return make(place, said)
     if isinstance(error, UnicodeEncodeError) or state.startswith(("22", "23")) or "NUL" in said:
         return _refused(said)
-    # What came cannot be read: no fault of the job that was sent, which waits.
+    # A malformed response is no fault of the sent job, which waits.
     if not state and not isinstance(error, OSError) and not _is_of_connection(error):
         return not_understood(place, said or type(error).__name__)
     if any(word in said for word in ("not yet valid", "has expired")):
@@ -143,7 +139,7 @@ def postgresql_fault(place: str, error: Exception) -> OcmmError:
             f"{place}: no trusted connection ({said}).",
             "Check the certificate of the server and sslrootcert; see docs/shop.md.",
         )
-    # libpq gives no SQLSTATE for a connection that was refused, only the server's words.
+    # libpq gives no SQLSTATE for a refused connection, only the server's words.
     if any(word in said for word in ("fe_sendauth", "authentication", "no pg_hba.conf entry")):
         return _login(place, said)
     if "role " in said and "does not exist" in said:
@@ -158,12 +154,12 @@ def postgresql_fault(place: str, error: Exception) -> OcmmError:
 
 
 def silent_server(place: str) -> OcmmError:
-    """Return the error for a server that keeps the connection and does not come to an end."""
+    """Return the error for a server that keeps the connection without an answer."""
     return _slow(place, "it took the connection and does not come to an end")
 
 
 def endless_answer(place: str, limit: int) -> OcmmError:
-    """Return the error for an answer that has no end, or is larger than this computer takes."""
+    """Return the error for an endless or too large answer."""
     return StorageError(
         "archive.too_large",
         f"{place}: the server answers with more than {limit / 1e9:.0f} GB at once.",
@@ -173,7 +169,6 @@ def endless_answer(place: str, limit: int) -> OcmmError:
 
 
 def not_understood(place: str, why: str) -> StorageError:
-    """Return the error for an answer that no archive of this program gives."""
     return StorageError(
         "archive.not_understood",
         f"{place}: the answer is none of an archive ({_short(why)}).",
@@ -182,7 +177,7 @@ def not_understood(place: str, why: str) -> StorageError:
 
 
 def not_kept(place: str, job: str) -> StorageError:
-    """Return the error for a job that was acknowledged and is not there."""
+    """Return the error for an acknowledged job that is missing."""
     return StorageError(
         "archive.not_kept",
         f"{place}: the server acknowledged job {job[:8]} and does not have it.",
@@ -191,7 +186,7 @@ def not_kept(place: str, job: str) -> StorageError:
 
 
 def altered_rows(place: str, job: str, where: str) -> StorageError:
-    """Return the error for an archive that stores something else than it is given."""
+    """Return the error for an archive that stores altered rows."""
     return StorageError(
         "archive.changes",
         f"{place}: the server would store other values of job {job[:8]} than were sent ({where}).",
@@ -201,7 +196,7 @@ def altered_rows(place: str, job: str, where: str) -> StorageError:
 
 
 def _short(text: object) -> str:
-    """Return the beginning of what somebody said, however much it is, in one line."""
+    """Return the beginning of a foreign text, in one line."""
     words = " ".join(str(text)[:2000].split())[:300]
     return "".join(c if c.isprintable() else "?" for c in words)
 
@@ -268,7 +263,7 @@ def _other_version(place: str, said: str) -> StorageError:
 
 
 def _is_of_connection(error: Exception) -> bool:
-    """Return whether psycopg blames the connection, and not what came over it."""
+    """Return whether psycopg reports a connection error, not one of the data."""
     return any(one.__name__ == "OperationalError" for one in type(error).__mro__)
 
 
@@ -276,7 +271,7 @@ _NO_PROTOCOL = (
     "synchronization", "unexpected response", "unexpected field", "invalid message",
     "insufficient data", "message contents", "extraneous data", "unknown oid", "DateStyle", "codec",
 )  # fmt: skip
-"""Words of libpq and psycopg for what no server of PostgreSQL says."""
+"""Words of libpq and psycopg for responses that no PostgreSQL server gives."""
 
 _BY_STATE = (
     ("53100", _full),

@@ -1,4 +1,4 @@
-"""Which key is that of which station: as they proved it, whatever rows claim."""
+"""Keys of stations, by proof of possession, regardless of rows."""
 
 from __future__ import annotations
 
@@ -10,14 +10,14 @@ from ocmm_core.seals import KeptKeys, SealWord, Signature, Signed, judge_signatu
 
 
 def verifies(what: Signed, content: bytes, key: str, signature: str) -> bool:
-    """Return whether a key signed this, whoever trusts it."""
+    """Return whether a key signed this, trusted or not."""
     nobody = KeptKeys(Path("/nonexistent"))
     state = judge_signature(nobody, what, content, Signature(key, signature))
     return state.word is SealWord.UNKNOWN_KEY
 
 
 def stations_by_key(archive: Archive) -> dict[str, set[str]]:
-    """Return the stations that proved to have a key, by the key."""
+    """Return the stations that proved possession of a key, by key."""
     found: dict[str, set[str]] = {}
     rows = archive.ask("SELECT station, key, proof FROM archive_station_key").rows
     for station, key, proof in rows:

@@ -14,7 +14,6 @@ from ocmm_core.errors import StorageError
 
 
 def default_archive() -> Path:
-    """Return the file of the archive of this user."""
     return platformdirs.user_data_path("ocmm") / "archive.sqlite"
 
 
@@ -25,7 +24,7 @@ def open_archive(
     set_up: bool = False,
     read_only: bool = False,
 ) -> SqlArchive:
-    """Return an open archive; it is closed by its ``with``, or by ``close``.
+    """Return an open archive, a context manager.
 
     Parameters
     ----------
@@ -33,9 +32,9 @@ def open_archive(
         ``postgresql://USER@SERVER/DATABASE``, or the path of a file; empty is the file in the data
         folder of this user.
     password
-        File with the password of a server; None: where libpq looks for it.
+        File with the password of a server; None: libpq searches it.
     set_up
-        Make the tables of a server, and bring them up to date; a file is always.
+        Create or update the tables of a server; those of a file always are.
     read_only
         Nothing can be added.
 

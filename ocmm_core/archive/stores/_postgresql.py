@@ -1,7 +1,7 @@
-"""An archive on a PostgreSQL server, for a shop of many stations; needs the extra `shop`.
+"""Archive on a PostgreSQL server, for a shop of many stations; needs the extra `shop`.
 
-All tables are in the schema ``ocmm``. A station only adds rows; rights are those of `_roles`. The
-connection is made anew for each errand that found it broken; nothing waits longer than its limits.
+All tables are in the schema ``ocmm``. A station only adds rows; rights are those of `_roles`.
+Broken connections are reopened at the next call; no wait exceeds its limits.
 """
 
 from __future__ import annotations
@@ -46,32 +46,25 @@ if TYPE_CHECKING:
 
 
 _LOOK_S = 0.1
-"""How often is looked at what an answer takes; most are there sooner."""
+"""Interval of the supervision of an answer, s; most are there sooner."""
 
 
 class GaveUp(Enum):
-    """Why a connection was shut."""
-
     SILENT = "silent"
     FLOODED = "flooded"
 
 
 class Patience:
-    """Shut a connection where one wait lasts too long; each wait is a ``with``.
+    """Shut a connection if one wait takes too long; each wait is a ``with``.
 
-    Parameters
-    ----------
-    limit_s
-        How long a wait may last.
-    limit_bytes
-        How much this process may grow meanwhile.
+    `limit_s`: of one wait. `limit_bytes`: growth of this process meanwhile.
     """
 
     def __init__(self, descriptor: int, limit_s: float, limit_bytes: int) -> None:
         self.gave_up: GaveUp | None = None
         self._limit_s, self._limit_bytes = limit_s, limit_bytes
         self._until, self._had = 0.0, -1
-        # A descriptor of its own: that of the connection may belong to something else by then.
+        # Own descriptor: that of the connection may be reused by then.
         self._socket = socket.socket(fileno=socket.dup(descriptor))
         self._changed = threading.Condition()
         self._waits = self._ended = False
@@ -79,7 +72,7 @@ class Patience:
         self._thread.start()
 
     def close(self) -> None:
-        """End; may be called twice."""
+        """Close; may be called twice."""
         with self._changed:
             self._ended = True
             self._changed.notify()
@@ -87,7 +80,6 @@ class Patience:
         self._socket.close()
 
     def __enter__(self) -> Self:
-        """Begin to wait."""
         with self._changed:
             self._waits = True
             self._until, self._had = time.monotonic() + self._limit_s, -1
@@ -95,7 +87,6 @@ class Patience:
         return self
 
     def __exit__(self, *_: object) -> None:
-        """Something was answered."""
         with self._changed:
             self._waits = False
             self._changed.notify()
@@ -128,18 +119,18 @@ SCHEMA = "ocmm"
 _CELLS = (str, int, float, bytes, bool)
 _NAMED = re.compile(r"(?<![:\w]):([a-z_][a-z0-9_]*)")
 _GRACE_S = 5.0
-"""How much longer than the server itself a station waits for an answer."""
+"""Time that a station waits for an answer beyond the server's own limit, s."""
 _ANSWER_BYTES = 2 << 30
-"""How much this process may grow by one answer: the largest job file takes less than half."""
+"""Growth of this process by one answer: the largest job file takes less than half."""
 _ROWS = 2000
 _ODD = (ValueError, TypeError, ArithmeticError, LookupError, NotImplementedError, MemoryError)
-"""What psycopg raises besides its own of bytes that are no value of their type."""
+"""Raised by psycopg, in addition to its own, for malformed values."""
 _LOCK = 0x4F434D41
-"""Number of the advisory lock under which an archive is made (it is "OCMA")."""
+"""Number of the advisory lock for the creation of an archive ("OCMA")."""
 
 
 def require_psycopg() -> None:
-    """Raise InputError where the extra `shop` is not installed."""
+    """Raise InputError if the extra `shop` is not installed."""
     if importlib.util.find_spec("psycopg") is None:
         raise InputError(
             "archive.shop",
@@ -151,21 +142,11 @@ def require_psycopg() -> None:
 class PostgresArchive(SqlArchive):
     """An archive on a server.
 
-    Parameters
-    ----------
-    address
-        Where it is, and how it is reached.
-    set_up
-        Make the tables where there are none, and bring them up to date; by the owner alone.
-    read_only
-        Nothing can be added, by this connection.
+    `set_up`: Create or update the tables; for the owner only.
+    `read_only`: Nothing can be added by this connection.
 
-    Raises
-    ------
-    InputError
-        The extra `shop` is not installed.
-    StorageError
-        The server cannot be reached, does not let us in, or has no archive of this version.
+    Raises InputError if the extra `shop` is not installed; StorageError if the server cannot be
+    reached, denies access, or has no archive of this version.
     """
 
     _who = "SESSION_USER"
@@ -193,7 +174,7 @@ class PostgresArchive(SqlArchive):
                     f"-c idle_in_transaction_session_timeout={2 * address.limit_ms}"
                 ),
             )
-            # The server ends a statement first, and says why; this is for one that says nothing.
+            # The server ends a statement first, with a reason; this is for a silent one.
             self._patience = Patience(
                 self._db.fileno(), address.limit_ms / 1000.0 + _GRACE_S, _ANSWER_BYTES
             )
@@ -219,11 +200,10 @@ class PostgresArchive(SqlArchive):
 
     @property
     def encrypted(self) -> bool:
-        """Return whether the connection is encrypted."""
         return bool(self._open().pgconn.ssl_in_use)
 
     def give_roles(self, statements: Sequence[str]) -> None:
-        """Make the three roles, all or none."""
+        """Create the three roles, all or none."""
         with self._transaction():
             for statement in statements:
                 self._run(statement)
@@ -250,8 +230,8 @@ class PostgresArchive(SqlArchive):
     def _bring_up_to_date(self) -> None:
         with self._transaction():
             if self._version():
-                # Not the lock below: everybody who may connect may hold that, and this one only
-                # who may change rows.
+                # Not the advisory lock: every login may hold that, but this one only those who may
+                # change rows.
                 self._run("LOCK TABLE migration IN SHARE ROW EXCLUSIVE MODE")
             else:
                 self._run("SELECT pg_advisory_xact_lock(:lock)", {"lock": _LOCK})
@@ -286,10 +266,10 @@ class PostgresArchive(SqlArchive):
         self, sql: str, values: Mapping[str, Cell] | None = None, *, alone: bool = False
     ) -> Table:
         text = _NAMED.sub(r"%(\1)s", sql) if values else sql
-        # Statements are ours or typed by the person who asks; values never become part of them.
+        # Statements are ours or typed by the user; values never become part of them.
         with self._waiting(), self._open().cursor() as cursor:
-            # Binary answers are asked for by the protocol that takes one statement alone: a COMMIT
-            # before another one would end the transaction in which nothing can be written.
+            # Binary answers use the protocol for single statements: a COMMIT before another
+            # statement would end the read-only transaction.
             cursor.execute(text.encode(), values or None, binary=alone or None)
             if not cursor.description:
                 return Table((), ())
@@ -305,7 +285,7 @@ class PostgresArchive(SqlArchive):
         return self._run(sql, values, alone=True)
 
     def _cells(self, row: tuple[Any, ...]) -> tuple[Cell, ...]:
-        """Return a row; a sum of whole numbers is one, whatever PostgreSQL makes of it."""
+        """Return a row with sums of integers as integers."""
         if all(cell is None or type(cell) in _CELLS for cell in row):
             return row
         found = [self._plain(cell) for cell in row]
@@ -354,7 +334,7 @@ class PostgresArchive(SqlArchive):
 
     @contextlib.contextmanager
     def _begun(self) -> Iterator[None]:
-        """Open a transaction; its beginning and its end are waited for like any statement."""
+        """Open a transaction, with limits on the waits at its start and end."""
         block = self._open().transaction()
         with self._waiting():
             block.__enter__()
@@ -379,7 +359,7 @@ class PostgresArchive(SqlArchive):
         return postgresql_fault(self.place, error)
 
     def _settle(self) -> None:
-        # What a trigger keeps for the end of the transaction is done before it is looked at.
+        # Run deferred triggers before the check.
         self._run("SET CONSTRAINTS ALL IMMEDIATE")
 
     def _now(self) -> datetime:

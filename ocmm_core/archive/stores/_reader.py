@@ -1,4 +1,4 @@
-"""What both stores answer alike; nothing here can change an archive."""
+"""Read methods common to both stores."""
 
 from __future__ import annotations
 
@@ -24,21 +24,21 @@ class SqlReader(ABC):
     """Read an archive in SQL."""
 
     place: str
-    """What people call it; without a password."""
+    """Display name without password."""
     _who: str
-    """In SQL: the login, as column ``role`` has it."""
+    """SQL of the login, as in column ``role``."""
 
     @abstractmethod
     def _run(self, sql: str, values: Mapping[str, Cell] | None = None) -> Table:
-        """Carry out a statement that names values as ``:name``; raises what the store raises."""
+        """Execute a statement with values as ``:name``; raises the store's errors."""
 
     @abstractmethod
     def _reading(self) -> AbstractContextManager[None]:
-        """Open a transaction in which nothing can be written."""
+        """Open a read-only transaction."""
 
     @abstractmethod
     def close(self) -> None:
-        """Let go; may be called twice."""
+        """Close; may be called twice."""
 
     @abstractmethod
     def _now(self) -> datetime:
@@ -80,7 +80,7 @@ class SqlReader(ABC):
         return {whole_of(row[0]) for row in table.rows} & set(sequences)
 
     def content(self, sha256: str) -> bytes:
-        """Return a job file as it was stored: see `Archive`."""
+        """Return a stored job file: see `Archive`."""
         rows = self.ask("SELECT content FROM file WHERE sha256 = :sha256", {"sha256": sha256}).rows
         if not rows:
             raise StorageError(
@@ -123,7 +123,7 @@ class SqlReader(ABC):
             raise not_understood(self.place, str(error)) from error
 
     def ask(self, sql: str, values: Mapping[str, Cell] | None = None, *kinds: Kind) -> Table:
-        """Return the answer of a question: see `Archive`."""
+        """Return the answer of a query: see `Archive`."""
         with self._reading():
             table = self._ask(sql, values)
         for row in table.rows:
@@ -133,7 +133,7 @@ class SqlReader(ABC):
         return self._of(table, kinds) if kinds else table
 
     def _ask(self, sql: str, values: Mapping[str, Cell] | None) -> Table:
-        """Carry out one statement of somebody who asks."""
+        """Execute one statement of a user."""
         return self._run(sql, values)
 
     def _of(self, table: Table, kinds: Sequence[Kind]) -> Table:
@@ -144,7 +144,7 @@ class SqlReader(ABC):
         return table
 
     def _one(self, sql: str, values: Mapping[str, Cell], *kinds: Kind) -> Row:
-        """Return the one row that a statement must have."""
+        """Return the single row of a statement."""
         rows = self._of(self._run(sql, values), kinds).rows
         if len(rows) != 1:
             raise not_understood(self.place, f"{len(rows)} rows where there is one")
@@ -178,7 +178,6 @@ class SqlReader(ABC):
         ]  # fmt: skip
 
     def __enter__(self) -> Self:
-        """Return the archive."""
         return self
 
     def __exit__(
@@ -187,12 +186,11 @@ class SqlReader(ABC):
         error: BaseException | None,
         trace: TracebackType | None,
     ) -> None:
-        """Let go."""
         self.close()
 
 
 def whole_of(cell: Cell) -> int:
-    """Return a number that was counted; StorageError where it is none."""
+    """Return a count; StorageError if malformed."""
     if not isinstance(cell, int):
         raise StorageError(
             "archive.foreign", "A number in the archive is none.", "Restore it from a backup."
@@ -201,12 +199,12 @@ def whole_of(cell: Cell) -> int:
 
 
 def _line(cell: Cell) -> str:
-    """Return what somebody wrote with SQL as it may be shown; a mark holds whatever it says."""
+    """Return untrusted text for display; a mark holds in any case."""
     return shown_text(str(cell), " ")
 
 
 def time_of(place: str, cell: Cell) -> datetime:
-    """Return a time with its zone; StorageError where it is none."""
+    """Return a time with its zone; StorageError if malformed."""
     try:
         return datetime.fromisoformat(str(cell)).astimezone(UTC)
     except (ValueError, OverflowError) as error:

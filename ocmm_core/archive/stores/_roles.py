@@ -1,14 +1,14 @@
-"""The roles of a server: what a station, a reader and quality may do, as SQL for its owner.
+"""Roles of a server: rights of station, reader and quality, as SQL for its owner.
 
 `ocmm_station` adds jobs, deliveries, its own name and the signed ends of its histories; it reads
-what arrived, and the marks and findings that it holds back by. `ocmm_reader` reads the views, no
-job file. `ocmm_quality` reads everything, adds findings and marks, admits the logins of stations,
-and lets a computer be replaced.
+its arrivals, and the marks and findings to hold jobs by. `ocmm_reader` reads the views, no job
+file. `ocmm_quality` reads everything, adds findings and marks, admits the logins of stations, and
+replaces computers.
 
 Only the owner may change or delete a row. Column ``role`` names the login that added a row: the
-server fills it in (``SESSION_USER``), and no login may give it. Row-level security binds a login to
+server fills it in (``SESSION_USER``), and no login may set it. Row-level security binds a login to
 its stations (`station_login`), its outboxes, its jobs and their rows: it adds nothing in the name
-of another station, and takes no number of another outbox.
+of another station, and uses no number of another outbox.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ _ADDS = {
     "finding": ("kind", "subject", "document", "who", "utc"),
 }
 _OWN = "{0} IN (SELECT l.station FROM ocmm.station_login l WHERE l.login = SESSION_USER)"
-# Rows of a job say of it what it says of itself.
+# Columns of rows must agree with their job.
 _OF_JOB = (
     "EXISTS (SELECT 1 FROM ocmm.job j WHERE j.id = {0}.job AND j.role = SESSION_USER"
     " AND j.created_utc = {0}.created_utc{1})"
@@ -56,7 +56,7 @@ _BOUND = {
     "finding": f"kind = '{HEADS}'",
     "delivery": _DELIVERED + _OWN.format("j.station") + ")",
 }
-"""What a row must fulfil that a station adds."""
+"""Condition for rows added by a station."""
 
 
 def _policies() -> tuple[str, ...]:
@@ -66,7 +66,7 @@ def _policies() -> tuple[str, ...]:
             f"ALTER TABLE ocmm.{table} ENABLE ROW LEVEL SECURITY",
             f"DROP POLICY IF EXISTS read_all ON ocmm.{table}",
             f"DROP POLICY IF EXISTS add_own ON ocmm.{table}",
-            # Which login reads which table, grants decide.
+            # Grants decide which login reads which table.
             f"CREATE POLICY read_all ON ocmm.{table} FOR SELECT USING (true)",
             f"CREATE POLICY add_own ON ocmm.{table} FOR INSERT TO ocmm_station"
             f" WITH CHECK ({condition})",
@@ -81,7 +81,7 @@ def _policies() -> tuple[str, ...]:
 
 
 def role_statements() -> tuple[str, ...]:
-    """Return the SQL that makes the three roles and gives them their rights; may be run again."""
+    """Return the SQL that creates the three roles and their rights; idempotent."""
     views = ", ".join(f"ocmm.{name}" for name in VIEW_NAMES)
     made = tuple(
         f"DO $$ BEGIN CREATE ROLE {role} NOLOGIN; EXCEPTION WHEN duplicate_object THEN NULL; END $$"
@@ -90,12 +90,12 @@ def role_statements() -> tuple[str, ...]:
     everybody = ", ".join(ROLES)
     return (
         *made,
-        # By an administrator alone: what everybody may do in a new database is to fill its disk
-        # with large objects.
+        # For an administrator only: by default everyone may fill a new database's disk with large
+        # objects.
         "DO $$ BEGIN REVOKE EXECUTE ON FUNCTION pg_catalog.lo_create(oid),"
         " pg_catalog.lo_creat(integer), pg_catalog.lo_from_bytea(oid, bytea) FROM PUBLIC;"
         " EXCEPTION WHEN insufficient_privilege THEN NULL; END $$",
-        # What everybody may do in a new database: fill its disk with tables of his own.
+        # By default everyone may fill a new database's disk with temporary tables.
         "DO $$ BEGIN EXECUTE format('REVOKE TEMPORARY ON DATABASE %I FROM PUBLIC',"
         " current_database()); REVOKE CREATE ON SCHEMA public FROM PUBLIC;"
         " EXCEPTION WHEN insufficient_privilege OR invalid_schema_name THEN NULL; END $$",
@@ -133,5 +133,5 @@ def roles_sql() -> str:
 
 
 def give_roles(archive: SqlArchive) -> None:
-    """Make the three roles on the server of an archive; by its owner. A file has none."""
+    """Create the three roles on the server of an archive; by its owner. A file has none."""
     archive.give_roles(role_statements())

@@ -1,8 +1,7 @@
-"""The tables of an archive, and the steps by which they came to be: forward only.
+"""Tables of an archive, and their migrations: forward only.
 
-One text for both stores; words in braces are those of the store. The tables of a step that was
-released are never changed. An archive of a later version is not opened, neither to write nor to
-read.
+One text for both stores; words in braces are store-specific. Released migrations are never changed.
+An archive of a later version is not opened, neither to write nor to read.
 """
 
 from __future__ import annotations
@@ -14,16 +13,16 @@ from ocmm_core.archive.stores._views import JUDGED_VIEWS
 
 APPLICATION_ID = 0x4F434D41  # "OCMA"
 SIGNATURES_SINCE = 3
-"""Version from which on a job has the signature of its head."""
+"""First version with the signature of a job's head."""
 NEWER_CODE = "archive.newer"
 
 
 @dataclass(frozen=True, slots=True)
 class Dialect:
-    """The words of a store."""
+    """SQL words of a store."""
 
     id: str
-    """Of a column that is counted by the store."""
+    """Type of a column with automatic numbers."""
     text: str
     real: str
     whole: str
@@ -31,10 +30,9 @@ class Dialect:
     """`text`, `real`, `whole`, `blob`: Types; texts are compared byte by byte."""
     who: str
     now: str
-    """`who`, `now`: Defaults: who is connected, and the time by the clock of the store, UTC, ISO
-    8601 text."""
+    """`who`, `now`: Defaults: login, and time by the clock of the store, UTC, ISO 8601."""
     hash_check: str
-    """A condition on table ``file``; empty where the store cannot compute SHA-256."""
+    """A condition on table ``file``; empty if the store cannot compute SHA-256."""
 
 
 SQLITE = Dialect(
@@ -172,11 +170,11 @@ _VIEWS_BEFORE = tuple(
         "archive_station_key", "archive_mark", "archive_characteristic",
     )
 )  # fmt: skip
-"""The last step makes all views: those of earlier ones are not made any more."""
+"""The last step makes all views; earlier steps no longer do."""
 _SECOND = ("CREATE INDEX job_by_arrival ON job (station, received_utc)",)
 
-# The third step: rows bind login, station, key and outbox, and readers judge who signed. The
-# numbers of an outbox belong to the login that uses it, versions of a job to their station.
+# The third step binds rows to login, station, key and outbox; readers judge signers. Numbers of an
+# outbox belong to the login that uses it, versions of a job to their station.
 _LOGINS = (
     """CREATE TABLE station_login (
         login {text} NOT NULL CHECK (length(login) BETWEEN 1 AND 300),
@@ -191,7 +189,7 @@ _LOGINS = (
         role {text} NOT NULL DEFAULT {who},
         since_utc {text} NOT NULL DEFAULT {now},
         PRIMARY KEY (station, key))""",
-    # Of an older archive: a login that alone has sent under a name is that station.
+    # Of an older archive: the only login that sent under a name is that station.
     """INSERT INTO station_login (login, station)
         SELECT min(role), station FROM sender GROUP BY station HAVING min(role) = max(role)""",
     "UPDATE job SET seal = 'SIGNED' WHERE seal IN ('SEALED', 'UNKNOWN KEY')",
@@ -206,7 +204,7 @@ _JOB_BEFORE = (
 _UNIQUE = "UNIQUE (job_uuid, station, steps, head, sound)"
 _SIGNED = "key {text} NOT NULL DEFAULT '', signature {text} NOT NULL DEFAULT ''"
 _THIRD_SQLITE = (
-    # It drops no constraint: the table is made again. All of its rows are of one login.
+    # Constraints cannot be dropped, so the table is rebuilt. All of its rows are of one login.
     _JOB.replace("job (", "job_new (", 1).replace(
         "UNIQUE (job_uuid, steps, head, sound)", f"{_SIGNED}, {_UNIQUE}"
     ),
@@ -251,7 +249,7 @@ MIGRATIONS: tuple[Callable[[Dialect], tuple[str, ...]], ...] = (
     _third,
     lambda _: _FOURTH,
 )
-"""Statements of each step; the version of an archive is how many of them it has."""
+"""Statements of each step; the version of an archive is the number of its steps."""
 
 VERSION = len(MIGRATIONS)
 

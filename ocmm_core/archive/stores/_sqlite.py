@@ -1,7 +1,7 @@
-"""An archive in a file of SQLite: the default, for one computer and all its users.
+"""Archive in a file of SQLite: the default, for one computer and all its users.
 
-Several programs may have it open: one writes, the others read (write-ahead log). What is
-acknowledged is on the disk (``synchronous=FULL``).
+Several programs may have it open: one writes, the others read (write-ahead log). Acknowledged rows
+are on the disk (``synchronous=FULL``).
 """
 
 from __future__ import annotations
@@ -29,17 +29,10 @@ _WAIT_S = 5.0
 class SqliteArchive(SqlArchive):
     """An archive in a file.
 
-    Parameters
-    ----------
-    path
-        Of the file; it is made where there is none, and brought up to date.
-    read_only
-        Nothing can be added, by this connection.
+    `path`: Of the file; created if missing, and updated.
+    `read_only`: Nothing can be added by this connection.
 
-    Raises
-    ------
-    StorageError
-        It is no archive, of a later version, or cannot be read or written.
+    Raises StorageError if it is no archive, of a later version, or cannot be read or written.
     """
 
     _who = "'local'"
@@ -80,7 +73,7 @@ class SqliteArchive(SqlArchive):
             self._db = None
 
     def give_roles(self, statements: Sequence[str]) -> None:
-        """Do nothing: who may open the file may write it, by the rights of the system."""
+        """Do nothing: rights of the file system decide."""
 
     def _prepare(self) -> None:
         db = self._open()
@@ -88,7 +81,7 @@ class SqliteArchive(SqlArchive):
         if self._read_only:
             db.execute("PRAGMA query_only = ON")
         else:
-            # Nothing for a file of this program; others are converted once.
+            # No effect on files of this program; others are converted once.
             db.execute("PRAGMA journal_mode = WAL").fetchall()
             db.execute("PRAGMA synchronous = FULL")
         application, version = self._state()
@@ -97,7 +90,7 @@ class SqliteArchive(SqlArchive):
         if application == APPLICATION_ID and version == VERSION:
             return
         if application == APPLICATION_ID and self._read_only:
-            # One of an earlier version; this connection sees the new tables then.
+            # An earlier version is updated; this connection then sees the new tables.
             SqliteArchive(Path(self.place)).close()
             return
         empty = not db.execute("SELECT count(*) FROM sqlite_master").fetchone()[0]
@@ -114,7 +107,7 @@ class SqliteArchive(SqlArchive):
 
     def _bring_up_to_date(self) -> None:
         db = self._open()
-        # Tables that others refer to are made again.
+        # Referenced tables are rebuilt.
         db.execute("PRAGMA foreign_keys = OFF")
         with self._transaction():
             # Another program may have done so while we waited.
@@ -178,13 +171,13 @@ class SqliteArchive(SqlArchive):
             raise sqlite_fault(self.place, error) from error
 
     def _settle(self) -> None:
-        """Do nothing: a trigger of SQLite runs at once."""
+        """Do nothing: triggers of SQLite run immediately."""
 
     def _now(self) -> datetime:
         return datetime.now(UTC)
 
 
 def _make_pages(db: sqlite3.Connection) -> None:
-    """Give a new database its head; without any table it has none."""
+    """Write the header of a new database, which it lacks without tables."""
     db.execute("CREATE TABLE head (id INTEGER)")
     db.execute("DROP TABLE head")

@@ -1,4 +1,4 @@
-"""The statements by which rows are added and found, the same for both stores."""
+"""Statements that add and find rows, the same for both stores."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ USE_FIELDS = UseRow.__struct_fields__
 
 
 def _insert(table: str, fields: Sequence[str], more: str = "") -> str:
-    # Names are those of our own classes, never of a message.
+    # Names are those of our own classes, never from a message.
     named = ", ".join(f":{field}" for field in fields)
     return f"INSERT INTO {table} ({', '.join(fields)}) VALUES ({named}) {more}".strip()  # noqa: S608
 
@@ -35,7 +35,7 @@ OF_DELIVERY = (
     "SELECT job, sha256 FROM delivery WHERE outbox = :outbox AND role = {who}"
     " AND sequence = :sequence"
 )
-"""The numbers of an outbox are those of the login: another one uses up none of them."""
+"""Numbers of an outbox are per login: another one cannot use them up."""
 OF_VERSION = (
     "SELECT id FROM job WHERE job_uuid = :job_uuid AND steps = :steps AND head = :head"
     " AND sound = :sound AND station = :station"
@@ -53,6 +53,6 @@ USES_SHOWN = (
     "SELECT used_kind, identity, name FROM archived_use WHERE job_id = :id"
     " ORDER BY used_kind, identity"
 )
-"""As the views show them, because a station may read no more."""
+"""From the views, because a station may read no more."""
 _COLUMNS = ", ".join(JOB_FIELDS)
 OF_JOB = f"SELECT {_COLUMNS} FROM job WHERE id = :id"  # noqa: S608 - names of our own class

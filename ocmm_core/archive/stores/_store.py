@@ -1,4 +1,4 @@
-"""Everything that both stores do alike; a store says how it is reached."""
+"""Write methods common to both stores."""
 
 from __future__ import annotations
 
@@ -58,33 +58,33 @@ from ocmm_core.errors import InputError, OcmmError
 
 @dataclass(slots=True)
 class _Rows:
-    """Rows of many jobs that are not written yet."""
+    """Pending rows of many jobs."""
 
     results: list[dict[str, Cell]] = field(default_factory=list)
     uses: list[dict[str, Cell]] = field(default_factory=list)
 
 
 class SqlArchive(SqlReader):
-    """An archive in SQL; a store says how it is reached."""
+    """An archive in SQL; stores implement the access."""
 
     @abstractmethod
     def _run_many(self, sql: str, values: Sequence[Mapping[str, Cell]]) -> None:
-        """Carry out a statement for each of them."""
+        """Execute a statement for each set of values."""
 
     @abstractmethod
     def _transaction(self) -> AbstractContextManager[None]:
-        """Open a transaction that is undone where the body raises; errors become sentences."""
+        """Open a transaction, rolled back on errors, which become sentences."""
 
     @abstractmethod
     def _settle(self) -> None:
-        """Let everything happen that waits for the end of the transaction."""
+        """Run what is deferred to the end of the transaction."""
 
     def put(self, delivery: Delivery) -> Receipt:
-        """Keep a job, once, however often it is delivered: see `Archive`."""
+        """Store a job, once for any number of deliveries: see `Archive`."""
         return self.put_all([delivery])[0]
 
     def put_all(self, deliveries: Sequence[Delivery]) -> list[Receipt]:
-        """Keep many, all or none: see `Archive`."""
+        """Store many, all or none: see `Archive`."""
         for delivery in deliveries:
             check_delivery(delivery)
             if hashlib.sha256(delivery.content).hexdigest() != delivery.record.job.sha256:
@@ -98,7 +98,7 @@ class SqlArchive(SqlReader):
             now = self._now()
             rows = _Rows()
             receipts = [self._put(delivery, now, rows) for delivery in deliveries]
-            # Many in one go: a server is a way there and back each time.
+            # Many in one go: each statement is a round trip to a server.
             self._run_many(ADD_RESULT, rows.results)
             self._run_many(ADD_USE, rows.uses)
             self._settle()
@@ -110,9 +110,9 @@ class SqlArchive(SqlReader):
         return receipts
 
     def _check_rows(self, delivery: Delivery, job: int) -> None:
-        """Raise StorageError where the archive would hold something else than was sent.
+        """Raise StorageError if the stored rows differ from the sent ones.
 
-        A trigger that somebody made there could change it, and nobody would see a reason.
+        A trigger on the server could change them silently.
         """
         sent = delivery.record
         number: dict[str, Cell] = {"id": job}
@@ -124,7 +124,7 @@ class SqlArchive(SqlReader):
         )  # fmt: skip
         for where, statement, expected in told:
             found = self._run(statement, number).rows
-            # Views show the newest version alone: of an older one there is nothing in them.
+            # Views show the newest version only: they have no rows of an older one.
             if list(found) != expected and (found or where == "job" or self._is_newest(job)):
                 raise altered_rows(self.place, sent.job.job_uuid, where)
 
@@ -132,7 +132,7 @@ class SqlArchive(SqlReader):
         return bool(self._run("SELECT 1 FROM archived_job WHERE job_id = :id", {"id": job}).rows)
 
     def _check_kept(self, delivery: Delivery) -> None:
-        """Raise StorageError where a job that was acknowledged is not there."""
+        """Raise StorageError if an acknowledged job is missing."""
         number: dict[str, Cell] = {
             "outbox": delivery.sender.outbox, "sequence": delivery.sequence,
         }  # fmt: skip
@@ -151,7 +151,7 @@ class SqlArchive(SqlReader):
                 raise sequence_taken(sender.outbox, delivery.sequence)
             return Receipt(Answer.KNOWN, whole_of(found[0][0]), off)
         self._admit(sender)
-        # A file that was altered without its head is a version of its own: it must be seen.
+        # A file that was altered without its head is a separate version: it must be visible.
         version: dict[str, Cell] = {
             "job_uuid": job.job_uuid, "steps": job.steps, "head": job.head,
             "sound": int(not job.fault), "station": job.station,
@@ -168,10 +168,10 @@ class SqlArchive(SqlReader):
         return Receipt(answer, row, off)
 
     def _admit(self, sender: Sender) -> None:
-        """Let a sender in; StorageError where another computer has its name.
+        """Admit a sender; StorageError if another computer has its name.
 
-        A name belongs to the computer that used it first. One of an archive that was made from job
-        files belongs to nobody yet.
+        A name belongs to the computer that used it first. In an archive rebuilt from job files it
+        belongs to none yet.
         """
         name: dict[str, Cell] = {"name": sender.station}
         claim = (
@@ -219,7 +219,7 @@ class SqlArchive(SqlReader):
         return number
 
     def _added(self, sql: str, values: Mapping[str, Cell], what: str) -> Cell:
-        """Return the number of a row that was added; StorageError where none was."""
+        """Return the number of an added row; StorageError if none was added."""
         rows = self._of(self._run(sql, values), (int,)).rows
         if not rows:
             raise not_kept(self.place, what)
@@ -229,7 +229,7 @@ class SqlArchive(SqlReader):
         self, kind: str, subject: str, document: str, who: str, utc: str,
         marks: Sequence[MarkRow] = (),
     ) -> int:  # fmt: skip
-        """Keep a document with its marks: see `Archive`."""
+        """Store a document with its marks: see `Archive`."""
         for mark in marks:
             check_mark(mark)
         with self._transaction():
@@ -248,12 +248,12 @@ class SqlArchive(SqlReader):
         return number
 
     def _filled(self, version: int) -> None:
-        """Fill in what a step of the schema needs and no SQL can compute."""
+        """Fill in columns of a new schema version that SQL cannot compute."""
         if version != SIGNATURES_SINCE:
             return
         for number, sha256 in self._run("SELECT id, sha256 FROM job WHERE signer <> ''").rows:
             rows = self._run("SELECT content FROM file WHERE sha256 = :sha256", {"sha256": sha256})
-            # A file that cannot be read keeps none: verify names it.
+            # Unreadable files stay empty: verify names them.
             with contextlib.suppress(OcmmError, LookupError):
                 key, signature = signature_of(cast("bytes", rows.rows[0][0]))
                 self._run(
@@ -262,12 +262,12 @@ class SqlArchive(SqlReader):
                 )
 
     def admit(self, login: str, station: str) -> None:
-        """Let a login of the server send as a station: see `Archive`."""
+        """Authorise a login of the server to send as a station: see `Archive`."""
         with self._transaction():
             self._run(ADD_STATION_LOGIN, {"login": login, "station": station})
 
     def replace_computer(self, station: str, sender: Sender) -> None:
-        """Let another computer be this station from now on: see `Archive`."""
+        """Replace the computer of a station: see `Archive`."""
         with self._transaction():
             self._run(
                 "UPDATE station SET machine = :machine, host = :host WHERE name = :name",
@@ -276,4 +276,4 @@ class SqlArchive(SqlReader):
 
     @abstractmethod
     def give_roles(self, statements: Sequence[str]) -> None:
-        """Carry out the statements that make roles; a store without users has none to make."""
+        """Execute the statements that create roles; a store without users has none."""

@@ -1,9 +1,9 @@
-"""Views for people who query by SQL; `docs/archive.md` explains their columns.
+"""Views for SQL users; `docs/archive.md` explains their columns.
 
-They are the same on both stores, and hold facts only. Which keys are trusted is decided by readers
-of the program, with their own keys. A *line* is what one station sent of one job under one key; the
-newest sound version stands for it. `archived_job` has one line of each job: what another station
-sends of it displaces nothing. A suspect job is NOT PROVEN, whatever was decided before.
+They are the same on both stores, and contain facts only. Readers of the program decide with their
+own keys which ones they trust. A *line* is all that one station sent of one job under one key,
+represented by the newest sound version. `archived_job` has one line of each job: another station's
+versions displace nothing. A suspect job is NOT PROVEN, regardless of earlier decisions.
 """
 
 from __future__ import annotations
@@ -23,9 +23,9 @@ _OF_JOB = """job_id, job_uuid, steps, sha256, size, station, state, part, serial
         signer, fault, held, head, job_key, signature, others, first_id, leads,
         requirements"""
 _DISTINCT = "CASE WHEN serial = '' THEN job_uuid ELSE serial END"
-"""Parts without a serial number cannot be told apart: each job is one."""
+"""Parts without a serial number cannot be distinguished: each job is one."""
 _LIMITS = "part, characteristic, simulated, unit, low, high"
-# From one to the next along the index: a DISTINCT would read every value there is.
+# Steps along the index: a DISTINCT would read all values.
 _STEPS = """WITH RECURSIVE p (part) AS (
         SELECT min(r.part) FROM result r
         UNION ALL SELECT (SELECT min(r.part) FROM result r WHERE r.part > p.part)

@@ -229,16 +229,7 @@ def restored(
             again[part] |= _often(out[part], seen[part], (0, 1, 2), share)
             again[part] |= _often(out[part], seen[part], (0, 2), share)
     weights = np.where(again | used, whole.weights, 0.0)
-    # Return the data with jointly excluded spots restored, and such placements.
-    #
-    # Single wrong spots are reflections and stay out. If more than ``share`` (0 to 1) of the spots
-    # of one LED in one camera, of one camera for a while, or of the placements of a bar were
-    # excluded, spots are not the cause.
-    #
-    # Parameters
-    # ----------
-    # data, whole
-    #     Without and with the excluded spots.
+    # A frame with a restored spot is restored whole.
     weights = np.where((again & out).any(axis=(1, 2), keepdims=True), whole.weights, weights)
     placed, shown = data.active[1], whole.active[1]
     bars = data.bar_weights.copy()

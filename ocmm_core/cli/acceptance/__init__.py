@@ -1,10 +1,10 @@
-"""``ocmm acceptance``, ``ocmm artefact`` and ``ocmm msa``: is the instrument as good as it says.
+"""``ocmm acceptance``, ``ocmm artefact`` and ``ocmm msa``: tests of the instrument.
 
 In: procedures, artefacts, frames, jobs. Out: plans, sealed records, studies as tables.
 
 Read `_acceptance` (tests) with `_run` and `_report`, `_artefact` (the register)
 and `_msa` (studies from jobs).
-It computes nothing itself: that is `acceptance` and `studies`.
+Computations are in `acceptance` and `studies`.
 """
 
 from __future__ import annotations

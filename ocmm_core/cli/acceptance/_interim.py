@@ -1,4 +1,4 @@
-"""``ocmm acceptance interim``: the check of 90 seconds, its chart, and what it holds back."""
+"""``ocmm acceptance interim``: the check of 90 seconds, its chart, and held points."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A linearity study on the terminal, with its chart, and the chart as SVG."""
+"""Linearity study on the terminal, with its chart, and the chart as SVG."""
 
 from __future__ import annotations
 
@@ -15,7 +15,6 @@ _LEFT, _RIGHT, _TOP, _BOTTOM = 80.0, 740.0, 70.0, 400.0
 
 
 def print_linearity(console: Console, found: LinearityReport) -> None:
-    """Print references with their bias, the line, its chart and the verdict."""
     study = found.study
     console.print(f"{say_word('Linearity')}: {found.name}", highlight=False, markup=False)
     table = Table(
@@ -57,7 +56,7 @@ def print_linearity(console: Console, found: LinearityReport) -> None:
 
 
 def text_chart(found: LinearityReport) -> list[str]:
-    """Return the chart in characters: a row a reference, the bias to the right.
+    """Return the chart in characters: a row per reference, the bias to the right.
 
     ``-`` is the 95 % band of the line, ``o`` the line, ``x`` the mean bias, ``|`` zero.
     """
@@ -85,9 +84,9 @@ def text_chart(found: LinearityReport) -> list[str]:
 
 
 def linearity_chart(found: LinearityReport, *, simulated: bool = False) -> str:
-    """Return the chart as SVG: every bias over its reference, the line, its band and zero.
+    """Return the chart as SVG: biases over references, the line, its band and zero.
 
-    A picture goes farther than the text beside it, so it says SIMULATED itself.
+    The picture may be separated from its text, so it contains SIMULATED itself.
     """
     study = found.study
     low, high = float(study.references.min()), float(study.references.max())

@@ -255,7 +255,7 @@ def _references(texts: list[str]) -> dict[str, float]:
 
 
 def _say_simulated(console: Console, simulated: bool) -> None:
-    """Say first that a study is of the virtual rig: it tests the program, and no gauge."""
+    """Warn that a study of the virtual rig tests the program, not a gauge."""
     if simulated:
         console.print(say("SIMULATED: the study was measured on the virtual rig"), style="yellow")
 
@@ -263,7 +263,7 @@ def _say_simulated(console: Console, simulated: bool) -> None:
 def _found(
     jobs: Path, name: str, probes: Path | None, calibrations: Path | None
 ) -> tuple[Trend, bool]:
-    """Return one characteristic of the jobs of a folder, and whether a virtual rig measured it."""
+    """Return one characteristic of a folder's jobs, and whether a virtual rig measured it."""
     from ocmm_core.inspection.archive import compare_folder
 
     found = compare_folder(jobs, probes=probes, calibrations=calibrations)

@@ -1,6 +1,6 @@
-"""Running a test on the terminal: frames in, points taken, retests, the verdict.
+"""Acceptance tests on the terminal: frames, points, retests, verdict.
 
-Points of an acceptance test taken as soon as the ball rests where it is wanted.
+A point is recorded as soon as the ball rests at the required place.
 """
 
 from __future__ import annotations
@@ -53,23 +53,16 @@ _APART_MM, _TURN_RAD = 1.5, 0.15
 
 
 class PointCollector:
-    """Takes every point of a test that rests where it is wanted, from one source or several.
+    """Record every point of a test whose ball rests at the required place.
 
-    What was taken last is known across sources and retests: a ball that still rests there gives no
-    second point.
+    Keeps the last point across sources and retests: a ball still at rest there gives no second
+    point.
 
-    Parameters
-    ----------
-    rig, body
-        What is seen.
-    temperature
-        Of the room, asked whenever the test wants it.
-    told
-        Called with the view and a hint while points are taken.
-    stop
-        Asked for between batches.
-    keep
-        Given all frames as well, before they are looked at.
+    `rig`, `body`: Cameras and probe that are tracked.
+    `temperature`: Returns the room temperature.
+    `told`: Called with the view and a hint while points are recorded.
+    `stop`: Polled between batches.
+    `keep`: Also receives all frames, before they are evaluated.
     """
 
     def __init__(
@@ -93,12 +86,9 @@ class PointCollector:
         )
 
     def collect(self, feed: Feed, frames: int | None = None) -> bool:
-        """Take points from a source that was started, and return whether all are taken.
+        """Record points from a started source; return whether all are recorded.
 
-        Parameters
-        ----------
-        frames
-            Of its script; None where the source does not end by itself.
+        `frames`: Length of its script; None for a source without end.
         """
         session, seen = self._session, 0
         while session.current >= 0 and not self._stop():
@@ -117,7 +107,7 @@ class PointCollector:
         return session.current < 0
 
     def require_complete(self) -> None:
-        """Raise CalibrationError where the source ended before the last point; all are stored."""
+        """Raise CalibrationError if the source ended before the last point; all are stored."""
         if self._session.current >= 0 and not self._stop():
             instruction = self._session.view.instruction
             raise CalibrationError(
@@ -163,15 +153,12 @@ def run_test(
 ) -> AcceptanceRecord:
     """Run a test to its verdict, and return the record.
 
-    Raises
-    ------
-    CalibrationError
-        The test may not begin, or the source ended before the last point.
+    Raises CalibrationError if the test may not start, or the source ended before the last point.
     """
     require_scenes(site.source)
     is_recorded = origin_of(site.source) is Origin.RECORDING
     if is_recorded:
-        # What was recorded is known before a test begins with it.
+        # Check the recording before a test starts with it.
         feed = _recorded(site, force)
         feed.ring.close()
         instrument = require_recorded(
@@ -179,7 +166,7 @@ def run_test(
         )
         stage = replace(site.stage, instrument=instrument)
         site = replace(site, stage=stage)
-    # A recording begins with the first touch: a test that went on would measure some twice.
+    # A recording starts with the first touch: a resumed test would measure some twice.
     session = None if new or is_recorded else _unfinished(site, base, console)
     if session is None:
         of_cameras, of_tip = artefacts_used_before(site.cameras, site.probe)
@@ -217,7 +204,7 @@ def run_test(
 
 
 def _unfinished(site: AcceptanceSite, base: Path, console: Console) -> AcceptanceSession | None:
-    """Return the newest test of a procedure that can go on; None where there is none."""
+    """Return the newest unfinished test of a procedure; None without one."""
     folder = base / "sessions"
     paths = sorted(folder.glob(f"{site.stage.procedure.id}-*.chain"), reverse=True)
     for path in paths:
@@ -238,10 +225,10 @@ def _unfinished(site: AcceptanceSite, base: Path, console: Console) -> Acceptanc
 
 
 class _Source:
-    """Where the frames of a test come from: one source for cameras and recordings, to their end.
+    """Frames of a test: one source for cameras and recordings, to their end.
 
-    A retest goes on where the first run ended, so that no frame is measured with twice. The virtual
-    rig shows what is still wanted, and again what was missed: a wire waits for nobody.
+    A retest continues at the end of the first run, so that no frame is used twice. The virtual rig
+    shows missing points, and missed ones again, because a wire does not wait.
     """
 
     def __init__(
@@ -268,7 +255,7 @@ class _Source:
         self._end()
 
     def collect(self) -> None:
-        """Take what is wanted; CalibrationError where the source ends before."""
+        """Record the required points; CalibrationError if the source ends before."""
         session, site = self._session, self._site
         if session.current < 0:
             return
@@ -303,7 +290,7 @@ class _Source:
             collector.require_complete()
 
     def _show(self, collector: PointCollector) -> None:
-        """Show what is wanted until all of it is taken, or nothing more of it is."""
+        """Show required points until all are recorded, or no progress is made."""
         session, site = self._session, self._site
         virtual = VirtualSite(site.rig, site.probe_document, site.seed, None)
         away = np.array(session.stage.instrument.away)
@@ -320,7 +307,7 @@ class _Source:
         self._feed = feed
         self._console.print(f"{lead('Source   ')}{feed.description.name}", highlight=False)
         if self._record is not None:
-            # The virtual rig begins anew for a retest, with a time of its own: another file.
+            # The virtual rig restarts for a retest with its own time base: another file.
             self._shown += 1
             more = f"-{self._shown}" if self._shown > 1 else ""
             path = self._record.with_name(f"{self._record.stem}{more}{self._record.suffix}")
@@ -341,7 +328,6 @@ class _Source:
 
 
 def _recorded(site: AcceptanceSite, force: bool) -> Feed:
-    """Return cameras or a recording as a source."""
     return recorded_feed(
         StationRequest(plan=DEMO_PLAN, out=Path(), rig=site.rig, source=site.source, force=force)
     )

@@ -1,10 +1,10 @@
-"""`ocmm archive`: jobs of all stations, handed over, asked, exported, made again and verified.
+"""`ocmm archive`: upload, query, export, rebuild and verify jobs of all stations.
 
 In: an archive and an outbox. Out: tables, files, an exit code.
 
-Read `_app` (the group and its options), `_archive`, `_ask` and `_check` (the commands) which
-`_commands` brings together, `_hand_over` (what a command that measures does), `_shown` (tables on
-the terminal). Questions are answered by `ocmm_core.archive`; here they are printed.
+Read `_app` (the group and its options), `_archive`, `_ask` and `_check` (the commands), collected
+by `_commands`, `_hand_over` (upload after measuring), `_shown` (tables on the terminal).
+`ocmm_core.archive` answers the queries; here they are printed.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""The group of commands, its options, and how they come to an archive."""
+"""Group of commands, its options, and access to an archive."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ WhoOption = Annotated[str, typer.Option("--by", help="Who says so.")]
 
 
 def place_of(archive: str | None, outbox: Path | None) -> ArchivePlace:
-    """Return where the archive and the outbox are; InputError where it is off."""
+    """Return the places of archive and outbox; InputError if the archive is off."""
     from ocmm_core.station.archiving import archive_place
 
     place = archive_place(archive, outbox=outbox)
@@ -62,7 +62,6 @@ def place_of(archive: str | None, outbox: Path | None) -> ArchivePlace:
 
 @contextlib.contextmanager
 def opened(place: ArchivePlace, *, read_only: bool = False) -> Iterator[OpenArchive]:
-    """Give an open archive."""
     from ocmm_core.archive.stores import open_archive
 
     with open_archive(place.address, password=place.password, read_only=read_only) as found:
@@ -70,7 +69,7 @@ def opened(place: ArchivePlace, *, read_only: bool = False) -> Iterator[OpenArch
 
 
 def day_of(text: str) -> date | None:
-    """Return a day; None for none, InputError where it is no day."""
+    """Return the date of a text; None if empty, InputError if not a date."""
     if not text:
         return None
     try:

@@ -1,4 +1,4 @@
-"""``ocmm archive``: how the hand-over stands, hand over, and look after a server."""
+"""``ocmm archive``: status, upload, and administration of a server."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def status(*, archive: ArchiveOption = None, outbox: OutboxOption = None) -> Non
         with opened(place, read_only=True) as open_one:
             _print_archive(console, open_one)
     except OcmmError as error:
-        # What waits is here, whatever became of the archive.
+        # The outbox is local; report it even if the archive is unreachable.
         reached = False
         console.print(
             f"{lead('Archive  ')}{told(error)}", style="yellow", highlight=False, markup=False

@@ -1,4 +1,4 @@
-"""``ocmm archive``: what people ask, and tables as files."""
+"""``ocmm archive``: queries, and tables as files."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""``ocmm archive``: made anew from job files, and held against them."""
+"""``ocmm archive``: rebuild from job files, and compare with them."""
 
 from __future__ import annotations
 

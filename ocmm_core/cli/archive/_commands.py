@@ -1,4 +1,4 @@
-"""All commands of the group: a command is there once its file was read, in this order."""
+"""All commands of the group, registered by importing their modules in this order."""
 
 from __future__ import annotations
 

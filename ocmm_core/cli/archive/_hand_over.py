@@ -1,4 +1,4 @@
-"""What a command that has measured does for the archive: put in, and hand over what can be now."""
+"""Upload after measuring: queue the jobs, then send all that is possible now."""
 
 from __future__ import annotations
 
@@ -16,14 +16,10 @@ if TYPE_CHECKING:
 
 
 class MeasuredJobs:
-    """Jobs of a command that measures: noted when they are begun, handed over when all is done.
+    """Jobs of a measuring command: noted at their start, uploaded at the end.
 
-    Parameters
-    ----------
-    place
-        Where they go; None where nothing is archived.
-    console
-        Says what does not get there.
+    `place`: Archive and outbox; None if nothing is archived.
+    `console`: Receives the failures.
     """
 
     def __init__(self, place: ArchivePlace | None, console: Console) -> None:
@@ -32,27 +28,27 @@ class MeasuredJobs:
         self._notes: list[JobNote] = []
 
     def begin(self, path: Path) -> None:
-        """Note a job: it is found again if this program is killed."""
+        """Note a job, so that it is found even if this program is killed."""
         self._jobs.append(path)
         if self._place is None:
             return
         from ocmm_core.archive.outbox import JobNote
 
-        # Said when it is put in: most probably that fails for the same reason.
+        # Reported when it is queued: that will probably fail for the same reason.
         with contextlib.suppress(OcmmError):
             self._notes.append(JobNote(self._place.outbox, path))
 
     def drop(self, path: Path) -> None:
-        """Do not hand over a job whose file was lost: its name may mean another file now."""
+        """Drop a job whose file was lost: its name may mean another file now."""
         self._jobs.remove(path)
         for note in self._notes:
             if note.path == path:
                 note.done()
 
     def hand_over(self) -> None:
-        """Put all jobs into the outbox, hand over what waits, and say what does not get there.
+        """Queue all jobs in the outbox, upload what waits, and print failures.
 
-        It comes after everything else: the jobs are measured, and their exit code is known.
+        Call it last: the jobs are measured, and their exit code is settled.
         """
         if self._place is None or not self._jobs:
             return
@@ -82,7 +78,7 @@ class MeasuredJobs:
 
 
 def send_now(place: ArchivePlace, outbox: Outbox) -> None:
-    """Hand over what waits, once; nothing where another program is at it."""
+    """Upload what waits, once; nothing if another program is doing so."""
     from ocmm_core.archive.outbox import only_one, sweep
 
     with only_one(place.outbox) as alone:

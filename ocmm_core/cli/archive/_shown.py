@@ -24,7 +24,6 @@ _STYLES = {
 
 
 def print_answer(console: Console, answer: ArchiveAnswer) -> None:
-    """Print a table with what must be known about it."""
     table = Table(title=Text(answer.title), title_justify="left", box=box.SIMPLE_HEAD)
     for number, name in enumerate(answer.columns):
         numbers = any(isinstance(row[number], int | float) for row in answer.rows)
@@ -48,7 +47,7 @@ def print_answer(console: Console, answer: ArchiveAnswer) -> None:
 
 
 def _cell(cell: object) -> Text:
-    # Names come from anywhere: they are text, never markup.
+    # Names come from anywhere: print them as text, never as markup.
     if cell is None:
         return Text("–")
     if isinstance(cell, float):

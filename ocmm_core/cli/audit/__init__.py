@@ -1,9 +1,9 @@
-"""``ocmm audit`` and ``ocmm key``: what is intact, who signed it, and whose signatures count here.
+"""``ocmm audit`` and ``ocmm key``: integrity, signers and trusted keys.
 
 In: a job, a folder of records, the seal of a report; a public key. Out: sentences, and exit codes.
 
-Read `_audit` (files looked at and taken over) and `_key` (keys of this station and of others). It
-judges nothing itself: that is `export.audits` and `seals`.
+Read `_audit` (verify, release, adopt) and `_key` (keys of this station and of others). Judgement
+is in `export.audits` and `seals`.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""``ocmm audit``: who wrote it, when, what, and whether it is as it was written."""
+"""``ocmm audit``: authors, times, steps and integrity of files."""
 
 from __future__ import annotations
 
@@ -131,5 +131,5 @@ def _print(found: Audit, *, everything: bool) -> None:
 
 
 def _plain(text: str) -> str:
-    """Return a text of a file without signs that would steer the terminal."""
+    """Replace characters that would control the terminal."""
     return "".join(sign if sign.isprintable() else "?" for sign in text)

@@ -1,4 +1,4 @@
-"""``ocmm key``: the key that this station signs with, and the keys of others that it believes."""
+"""``ocmm key``: the signing key of this station, and trusted keys of others."""
 
 from __future__ import annotations
 

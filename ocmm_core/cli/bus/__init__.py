@@ -2,12 +2,11 @@
 
 In: a network interface or a source, a camera, an object. Out: tables, pictures and files.
 
-Read `_bus` (who is there, what they hold) with `_session` (the bus brought up, asked, given back)
-and `_options`. `_watch` shows the report of a running bus, `_camera` makes snapshots and black
-images, `_bus` makes a recording for Wireshark, and `_decode` accounts for one of tcpdump.
-`_maintenance` has the commands for one camera. `_rig` makes software cameras on
-named interfaces.
-It holds no protocol: that is `fieldbus`, run by `acquisition.bus_process`.
+Read `_bus` (scan, objects, recording for Wireshark) with `_session` (bus in operation for a
+command) and `_options`. `_watch` shows the report of a running bus, `_camera` makes snapshots and
+black images, `_decode` evaluates a tcpdump recording, `_maintenance` has the commands for one
+camera. `_rig` makes software cameras on named interfaces.
+The protocol is in `fieldbus`, run by `acquisition.bus_process`.
 """
 
 from __future__ import annotations

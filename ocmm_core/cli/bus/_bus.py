@@ -1,7 +1,4 @@
-"""``ocmm bus``: look at the cameras on the bus and at what they hold.
-
-``ocmm bus record``: the frames of the bus into a file that Wireshark opens.
-"""
+"""``ocmm bus``: list cameras, read and write their objects, watch and record the bus."""
 
 from __future__ import annotations
 
@@ -32,7 +29,7 @@ from ocmm_core.errors import BusError, InputError, StorageError
 
 _PIECE = 1 << 16
 _NOTHING = 300
-"""A file with fewer bytes has heads and ends, and no frame."""
+"""Bytes; a smaller file has only headers, no frame."""
 
 
 def record(
@@ -78,7 +75,7 @@ def record(
                 try:
                     piece = os.read(process.stdout.fileno(), _PIECE)
                 except KeyboardInterrupt:
-                    # It ends by itself when its input ends, and writes the last block.
+                    # It ends when its input ends, and writes the last block.
                     with suppress(OSError):
                         process.stdin.close()
                     continue

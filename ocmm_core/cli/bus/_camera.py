@@ -1,4 +1,4 @@
-"""``ocmm bus snapshot | black | intrinsics | history``: what one camera makes and keeps."""
+"""``ocmm bus snapshot | black | intrinsics | history``: data of one camera."""
 
 from __future__ import annotations
 
@@ -108,7 +108,7 @@ def measure(
 
 
 def _black_command(name: str, help_: str) -> None:
-    """Add a command that needs no more than its name."""
+    """Add a command whose only argument is the camera."""
 
     @black_app.command(name, help=help_)
     def command(
@@ -245,7 +245,6 @@ def history(
 
 @contextmanager
 def bar(console: Console, text: str) -> Iterator[Told]:
-    """Show a bar while something is under way."""
     with Progress(
         TextColumn(text, markup=False),
         BarColumn(),
@@ -260,7 +259,7 @@ def bar(console: Console, text: str) -> Iterator[Told]:
 
 @contextmanager
 def interruptible(console: Console) -> Iterator[None]:
-    """End with a word where Ctrl-C is pressed."""
+    """Print a message on Ctrl-C."""
     try:
         yield
     except KeyboardInterrupt:

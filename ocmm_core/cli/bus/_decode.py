@@ -1,4 +1,4 @@
-"""``ocmm bus decode``: the account of a bus that was recorded with tcpdump."""
+"""``ocmm bus decode``: counters of a bus recorded with tcpdump."""
 
 from __future__ import annotations
 
@@ -33,18 +33,15 @@ _MEANINGS = {
     "overruns": say_later("buffer overruns"),
     "restarts": say_later("new starts"),
 }
-"""Of a camera's account, by field."""
+"""Counters of a camera, by field."""
 
 
 def decode_capture(
     path: Path, n_cameras: int, recording: Path | None, rig: Rig, console: Console
 ) -> CaptureAccount:
-    """Read a recorded bus to its end, print its account, and keep its frames if wanted.
+    """Read a recorded bus, print its counters, and optionally keep its frames.
 
-    Parameters
-    ----------
-    recording
-        New file for the frames, to be replayed; None: none.
+    `recording`: New file for the frames, for replay; None: none.
     """
     capture = BusCapture(path, n_cameras)
     with ExitStack() as stack:
@@ -80,7 +77,6 @@ def decode_capture(
 
 
 def print_account(account: CaptureAccount, console: Console) -> None:
-    """Print what a recorded bus holds."""
     console.print(
         say(
             f"Packets    {account.packets}: {account.other} not EtherCAT, {account.malformed} "
@@ -126,7 +122,7 @@ def print_account(account: CaptureAccount, console: Console) -> None:
 
 
 def _order(path: Path, capture: BusCapture, rig: Rig) -> list[int]:
-    """Return, for each camera of the rig, its place on the recorded wire."""
+    """Return, for each camera of the rig, its position on the recorded wire."""
     serials = capture.serials
     wanted = [camera.serial for camera in rig.cameras]
     if all(serial is None for serial in serials) and len(serials) == len(wanted):
@@ -158,6 +154,6 @@ def _description(path: Path, capture: BusCapture, rig: Rig) -> SourceDescription
         frame_period_ns=capture.period_ns,
         cycle_period_ns=_CYCLE_NS,
         live=True,
-        # A capture file does not say what kind of interface it was taken from.
+        # A capture file does not contain the kind of its interface.
         simulated=False,
     )

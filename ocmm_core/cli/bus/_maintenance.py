@@ -1,7 +1,4 @@
-"""``ocmm camera``: the alias, the errors, the blinking and the firmware of one camera.
-
-``ocmm camera conform``: is a camera what its description says? Report, times, verdict.
-"""
+"""``ocmm camera``: alias, errors, identification, firmware and conformance of one camera."""
 
 from __future__ import annotations
 
@@ -56,7 +53,7 @@ def conform(
     from ocmm_core.fieldbus.device import Firmware
 
     if firmware is not None:
-        # What is no firmware is refused before anybody is disturbed.
+        # Reject invalid firmware before the bus is disturbed.
         Firmware.read(read_bytes(firmware))
     image = "" if firmware is None else str(firmware.absolute())
     source = interface if ":" in interface else f"ethercat:{interface}"
@@ -139,7 +136,7 @@ def firmware(
     from ocmm_core.documents import read_bytes
     from ocmm_core.fieldbus.device import Firmware
 
-    # What is no firmware is refused before anybody is disturbed.
+    # Reject invalid firmware before the bus is disturbed.
     found = Firmware.read(read_bytes(file))
     make_console().print(
         say(f"Firmware {found.version}, {len(found.content)} bytes"), highlight=False
@@ -199,7 +196,7 @@ def _maintain(
     image: Path | None = None,
     force: bool = False,
 ) -> None:
-    """Let the process with the rights do it; show how far it is."""
+    """Run it in the privileged process; show its progress."""
     from ocmm_core.acquisition.bus_process import MaintenanceNews
     from ocmm_core.camera import load_rig
     from ocmm_core.cli.bus._session import camera_of, maintenance_of

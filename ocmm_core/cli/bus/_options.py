@@ -1,4 +1,4 @@
-"""Options that the commands of ``ocmm bus`` share, and how they write their files."""
+"""Options and file writing shared by the commands of ``ocmm bus``."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ CameraArgument = Annotated[str, typer.Argument(help="Name of the camera in the r
 
 
 def write_bytes(path: Path, content: bytes) -> None:
-    """Write a file whole or not at all, and say where it is."""
+    """Write a file atomically and print its path."""
     try:
         write_atomic(path, content)
     except OSError as error:

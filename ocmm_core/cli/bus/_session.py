@@ -1,4 +1,4 @@
-"""The bus for a command: brought to operation, asked, and given back."""
+"""The bus for a command: brought to operation, used, and released."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ from ocmm_core.inspection.plan import load_plan
 from ocmm_core.simulation.bus import conform_virtual, maintain_virtual, scan_virtual
 
 _START_S = 60.0
-"""The bus process gives up by itself where starting is of no use."""
+"""Generous: the bus process gives up earlier if starting is of no use."""
 _SCAN_S = 30.0
 _POLL_S = 0.01
 _NO_BUS = "which is not a camera bus"
@@ -49,24 +49,20 @@ _NO_BUS = "which is not a camera bus"
 
 @dataclass(frozen=True, slots=True)
 class BusSession:
-    """A bus in operation."""
-
     rig: Rig
     feed: Feed
-    """What runs it."""
     process: ChildProcess
 
     def objects(self, camera: str) -> RemoteObjects:
-        """Return the objects of a camera; raise InputError where the rig has none so named."""
+        """Return the objects of a camera; InputError if the rig has none of that name."""
         return RemoteObjects(self.process, camera_of(self.rig, camera).name)
 
     def report(self) -> BusReport | None:
-        """Return what the bus process last said about the bus."""
         return decode_report(self.feed.ring.report())
 
 
 def camera_of(rig: Rig, name: str) -> CameraModel:
-    """Return a camera of the rig; raise InputError where it has none so named."""
+    """Return a camera of the rig; InputError if it has none of that name."""
     for camera in rig.cameras:
         if camera.name == name:
             return camera
@@ -87,21 +83,13 @@ def open_bus(
     wait: bool = True,
     processor: int | None = None,
 ) -> Iterator[BusSession]:
-    """Bring the bus of a source to operation, for as long as the context lasts.
+    """Keep the bus of a source in operation for the duration of the context.
 
-    Parameters
-    ----------
-    camera
-        Who will be asked for; checked before anything is started.
-    wait
-        Without it the context begins when the bus process is started.
+    `camera`: Camera to be used; checked before anything is started.
+    `wait`: False: the context begins when the bus process is started.
 
-    Raises
-    ------
-    InputError
-        The source is no EtherCAT bus, or the rig has no such camera.
-    BusError
-        It cannot be brought to operation.
+    Raises InputError if the source is no EtherCAT bus, or the rig has no such camera; BusError if
+    it cannot be brought to operation.
     """
     if not source_of(source).spec.on_bus:
         raise _wrong_source(source, _NO_BUS, [spec for spec in SOURCES if spec.on_bus])
@@ -132,7 +120,7 @@ def open_bus(
 
 
 def scan(source: str, rig_path: Path, *, force: bool = False) -> tuple[ScannedDevice, ...]:
-    """Return who is on the bus of a source, without configuring it; errors as `open_bus`."""
+    """Return the devices on a bus without configuring it; errors as `open_bus`."""
     named = source_of(source)
     if not _may_scan(named.spec):
         what = "whose bus is private" if named.spec.on_bus else _NO_BUS
@@ -189,10 +177,7 @@ def recorder_of(
 ) -> tuple[list[str], bytes]:
     """Return the command that records the bus of a source, and its input.
 
-    Raises
-    ------
-    InputError
-        The source has no network interface that can be looked at.
+    Raises InputError if the source has no accessible network interface.
     """
     named = source_of(source)
     if not named.spec.on_bus or not named.value or named.spec.segment is not None:
@@ -208,7 +193,7 @@ def recorder_of(
 
 
 def _ask(command: list[str], first_lines: bytes) -> bytes:
-    """Return what a program says whose input stays open until it has ended."""
+    """Return the output of a program whose input stays open until it ends."""
     with subprocess.Popen(  # noqa: S603 - our own interpreter and modules, no shell
         command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE
     ) as process:
@@ -253,7 +238,7 @@ def _await_operation(session: BusSession) -> None:
 
 
 def _may_scan(spec: SourceSpec) -> bool:
-    """Return whether a scan may use the wire: a service keeps its own for itself."""
+    """Return whether a scan may use the wire: services keep theirs private."""
     return spec.on_bus and (spec.segment is not None or spec.takes_value)
 
 

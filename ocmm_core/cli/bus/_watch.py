@@ -17,16 +17,14 @@ _POLL_S = 0.05
 def watch_bus(
     session: BusSession, seconds: float, every: float | None, console: Console
 ) -> tuple[str, bool]:
-    """Print the report of a bus at the end, and now and then before.
+    """Print the report of a bus at intervals and at the end.
 
     Parameters
     ----------
     seconds
-        How long it is watched, s.
+        Duration, s.
     every
-        Also print after each so many seconds; None only prints at the end.
-    console
-        Where to.
+        Interval of reports, s; None prints only at the end.
 
     Returns
     -------
@@ -36,7 +34,7 @@ def watch_bus(
     Raises
     ------
     BusError
-        The bus process ended; what it last said was printed.
+        The bus process ended; its last report was printed.
     """
     watch = BusWatch(session.feed.ring)
     begin = printed = time.monotonic()

@@ -1,13 +1,13 @@
-"""``ocmm calibrate``: cameras, probes and tips, run on the terminal.
+"""``ocmm calibrate``: cameras, probes and tips, on the terminal.
 
-In: the rig, a source of frames, an artefact with its certificate, answers of whoever works.
-Out: records in their folder, tables of what was found, an exit code that says whether it passed.
+In: the rig, a source of frames, an artefact with its certificate, the operator's answers.
+Out: records in their folder, tables of results, an exit code for the verdict.
 
 Read `_calibrate` (cameras, with `_relocate` and `_verify`) and `_run` (a guided procedure on the
 terminal), `_steps`, then the probe: `_probe_site`, `_probe`, `_tip`, `_probe_status`. `_report`,
 `_probe_report` and `_tip_report` print; `_sensors` learns the baseline; `_write_cameras` writes
 into the cameras.
-It holds no procedure: gates and numbers are in `calibration`, the same for the window.
+Procedures, gates and numbers are in `calibration`, the same for the window.
 """
 
 from __future__ import annotations

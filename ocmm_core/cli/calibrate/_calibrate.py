@@ -205,7 +205,7 @@ def history(*, rig: RigOption = RECOMMENDED_RIG, calibrations: FolderOption = No
 
 
 def _require_same_list(procedure: KnownPointsProcedure, listed: KnownPoints) -> None:
-    """Refuse to go on with a session that was begun with another list."""
+    """Raise if a resumed session was started with another list."""
     import numpy as np
 
     begun = procedure.points

@@ -11,7 +11,7 @@ from ocmm_core.documents import resource
 
 VIRTUAL_BAR = resource("artefacts", "bar.toml")
 VERIFICATION_BAR = resource("artefacts", "verification_bar.toml")
-"""Another one: a verification needs a length that did not give the calibration its scale."""
+"""Not the calibration bar: verification needs a length that did not set the scale."""
 
 FolderOption = Annotated[
     Path | None,
@@ -63,4 +63,4 @@ AnyCamerasOption = Annotated[
 ]
 
 WAVE_S = 60.0
-"""A minute of waving holds the pattern of a volume of 400 mm to a sixth (`benchmarks/bump.py`)."""
+"""One minute of waving samples the pattern of a 400 mm volume to a sixth (`benchmarks/bump.py`)."""

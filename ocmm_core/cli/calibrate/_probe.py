@@ -48,15 +48,13 @@ if TYPE_CHECKING:
 _FIRST_CONE, _SECOND_CONE = (0.0, 0.0, -150.0), (70.0, 10.0, -130.0)
 _OTHER_PROBE = resource("probes", "thesis.toml")
 _SECONDS, _SECONDS_PER_POSE = 10.0, 0.0375
-"""A hand that sweeps makes some forty poses a second, and needs time to reach all sides."""
+"""A swept probe gives about forty poses per second, and needs time to reach all sides."""
 
 _REST_S = 3.0
 _RANGES = (30.0, 30.0, 13.0)
 
 
 class SceneChoice(StrEnum):
-    """What happens on the virtual rig."""
-
     GOOD = "good"
     SLACK = "slack"
     PUSHED = "pushed"
@@ -69,8 +67,6 @@ class SceneChoice(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class _Run:
-    """Where frames come from."""
-
     source: str
     scene: SceneChoice
     seed: int
@@ -191,7 +187,7 @@ def probe_command(
 
 
 def virtual_sweeps(scene: SceneChoice, step: str, seed: int, poses: int) -> tuple[SweepProbe, ...]:
-    """Return what a session in ``step`` still lacks, as the virtual hand does it."""
+    """Return the sweeps that a session in ``step`` still lacks, for the virtual hand."""
     from ocmm_core.calibration.sweeping import AGAIN, SECOND
     from ocmm_core.simulation.calibration_scenes import ScriptedJump, SweepProbe
 
@@ -220,7 +216,7 @@ def virtual_sweeps(scene: SceneChoice, step: str, seed: int, poses: int) -> tupl
 
 
 def _has_again(source: str, sweeps: Path | None, *, again: bool) -> bool:
-    """Return whether the first cone is visited again; only what was recorded may lack it."""
+    """Return whether the first cone is visited again; only recordings may lack it."""
     from ocmm_core.composition import Origin, origin_of
 
     if sweeps is not None:
@@ -238,7 +234,7 @@ def _has_again(source: str, sweeps: Path | None, *, again: bool) -> bool:
 
 
 def _take_recorded(procedure: PivotProcedure, path: Path, site: Site, n_leds: int) -> None:
-    """Take recorded sweeps that the session does not have yet."""
+    """Add recorded sweeps that the session does not have yet."""
     from ocmm_core.calibration.pivot import load_sweeps
     from ocmm_core.calibration.sweeping import SWEEPS
     from ocmm_core.cli.calibrate._run import pass_open_gates
@@ -287,12 +283,12 @@ def _collect(
     try:
         collect_from(procedure, place, feed, frames, options.record, console)
     except CalibrationError:
-        # Where a person overruled the guards, the last sweep may end with what it has.
+        # If a person overruled the guards, the last sweep may end with the poses it has.
         sweep = procedure.view.sweep
         if sweep is None or procedure.base.step.name != SECOND or not sweep.may_end:
             raise
         procedure.end_sweep(now())
         if is_lacking(procedure):
-            # Recorded is what was swept; the visit at the end comes after it.
+            # The recording covers the sweeps; the final visit comes after it.
             options = dataclasses.replace(options, record=None)
             _collect(procedure, place, rig, probe, options, console)

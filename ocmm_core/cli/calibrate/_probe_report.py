@@ -1,4 +1,4 @@
-"""What a pivot calibration found, on the terminal: tip, thesis's method beside it, what changed."""
+"""Results of a pivot calibration on the terminal: tip by both methods, changes."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def print_probe(console: Console, outcome: PivotOutcome) -> None:
 
 
 def print_tip_status(console: Console, store: ProbeStore, tip: str, now: datetime) -> None:
-    """Print the state of a tip, where it was ever calibrated."""
+    """Print the state of a tip if it was ever calibrated."""
     if tip not in store.tips:
         return
     status = store.status(tip, now)

@@ -1,4 +1,4 @@
-"""Where a probe is calibrated and checked from the command line: cameras, records, frames."""
+"""Cameras, records and frames for probe calibration on the command line."""
 
 from __future__ import annotations
 
@@ -30,8 +30,6 @@ from ocmm_core.tracking import ProbeBody, load_probe
 
 
 class AboutTip(Protocol):
-    """A procedure about a tip."""
-
     tip: str
 
 
@@ -40,12 +38,12 @@ P = TypeVar("P", bound=AboutTip)
 
 @dataclass(frozen=True, slots=True)
 class TerminalProbeSite:
-    """What a session about a probe works on."""
+    """Resources of a session about a probe."""
 
     site: Site
-    """The cameras, with the folder of sessions about the probe."""
+    """Cameras, with the folder of sessions about the probe."""
     cameras: CalibrationInUse
-    """What is known of their calibration."""
+    """State of their calibration."""
     body: ProbeBody
     store: ProbeStore
 
@@ -62,12 +60,8 @@ def open_probe_site(
 ) -> TerminalProbeSite:
     """Return cameras and records of a probe.
 
-    Raises
-    ------
-    InputError
-        A document is wrong.
-    CalibrationError
-        The cameras have no calibration that may be used.
+    Raises InputError if a document is wrong, and CalibrationError if the cameras have no usable
+    calibration.
     """
     body, design = load_probe(probe), load_rig(rig)
     cameras = choose_calibration(source, rig, calibrations, uncalibrated=uncalibrated)
@@ -80,7 +74,7 @@ def open_probe_site(
 
 
 def about_tip(procedure: P, tip: str) -> P:
-    """Return a procedure that goes on; raise CalibrationError where it is about another tip."""
+    """Return a resumed procedure; CalibrationError if it is about another tip."""
     if procedure.tip != tip:
         raise CalibrationError(
             "calibrate.tip",
@@ -91,13 +85,13 @@ def about_tip(procedure: P, tip: str) -> P:
 
 
 def own_folder(source: str) -> Path:
-    """Return the folder of records without one given; virtual probes must not pass for real."""
+    """Return the default folder of records; virtual probes have their own."""
     folder = default_probe_folder()
     return folder.with_name("virtual-probes") if origin_of(source) is Origin.VIRTUAL else folder
 
 
 def require_cameras(cameras: CalibrationInUse, console: Console) -> None:
-    """Refuse cameras without a calibration, and say where one is not quite in order."""
+    """Refuse cameras without a usable calibration, and print warnings."""
     view = judge(cameras, datetime.now(UTC))
     unusable = cameras.fault is not None or view.word is CalibrationStatus.UNUSABLE
     if unusable and view.blocking_reason is not None:
@@ -120,18 +114,12 @@ def collect_from(
     record: Path | None,
     console: Console,
 ) -> None:
-    """Take what is ready from a source, and keep its frames where a file is named.
+    """Record from a source until done, optionally keeping its frames in a file.
 
-    Parameters
-    ----------
-    frames
-        Of a script; None where the source does not end by itself.
+    `frames`: Length of a script; None for a source without end.
 
-    Raises
-    ------
-    CalibrationError
-        A recording is of real cameras and nobody says how these are calibrated, or the source ended
-        before the last step.
+    Raises CalibrationError if a recording of real cameras has no known calibration, or the source
+    ended before the last step.
     """
     try:
         require_cameras(checked_for_replay(probe.cameras, feed.recorded), console)

@@ -47,7 +47,7 @@ if TYPE_CHECKING:
 
 
 class LensChoice(StrEnum):
-    """What happens to the lenses in a relocation."""
+    """Treatment of the lenses in a relocation."""
 
     FIXED = "fixed"
     PRIOR = "prior"
@@ -55,7 +55,7 @@ class LensChoice(StrEnum):
 
 
 class GeometryChoice(StrEnum):
-    """How the LEDs of the probe are known."""
+    """Source of the LED positions."""
 
     KNOWN = "known"
     UNCERTAIN = "uncertain"
@@ -63,7 +63,7 @@ class GeometryChoice(StrEnum):
 
 
 class WorldChoice(StrEnum):
-    """What the world frame hangs on."""
+    """Definition of the world frame."""
 
     CAMERAS = "cameras"
     POINTS = "points"
@@ -189,7 +189,7 @@ def relocate(
 
 
 def _has_seats(source: str, recorded: Sequence[Shot], *, seats: bool) -> bool:
-    """Return whether two seats are visited first and last; only what was recorded may lack them."""
+    """Return whether two seats are visited first and last; only recordings may lack them."""
     from ocmm_core.composition import Origin, origin_of
 
     if recorded:

@@ -1,4 +1,4 @@
-"""What a calibration or verification found, on the terminal."""
+"""Results of a calibration or verification on the terminal."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ from ocmm_core.cli.terminal import heads, lead, say, say_word, told
 
 
 def print_calibration(console: Console, outcome: CalibrationOutcome) -> None:
-    """Print cameras, residuals, errors and what changes."""
+    """Print cameras, residuals, errors and changes."""
     record = outcome.record
     table = Table(title=f"{record.rig}: {record.method}", title_justify="left", box=box.SIMPLE_HEAD)
     table.add_column(say_word("Camera"), no_wrap=True)
@@ -116,7 +116,7 @@ def print_verification(console: Console, outcome: VerificationOutcome) -> None:
 
 
 def _print_session(console: Console, record: VerificationRecord) -> None:
-    """Print corners, seats, and what else speaks for or against the session."""
+    """Print corners, seats, and other findings on the session."""
     reached = sum(one.reached for one in record.corners)
     _say(console, say(f"Corners  {reached} of {len(record.corners)} reached"))
     for corner in record.corners:
@@ -140,7 +140,7 @@ def _print_session(console: Console, record: VerificationRecord) -> None:
 
 
 def print_status(console: Console, document: Path, folder: Path, now: datetime) -> bool:
-    """Print of which rig the calibration in force is, and whether it may be used; return that."""
+    """Print the calibration in force and its state; return whether it may be used."""
     in_use = open_calibration(document, folder)
     design = load_rig(document)
     cameras = ", ".join(f"{one.name} (serial {one.serial})" for one in design.cameras)
@@ -169,7 +169,7 @@ def print_status(console: Console, document: Path, folder: Path, now: datetime) 
 
 
 def evidence_words(store: RecordStore[Any], about: str | None = None) -> str:
-    """Return what was read again and found whole."""
+    """Return the counts of verified files, in words."""
     wanted = store.wanted(about)
     n_events, n_records = len(store.events), sum(one.is_record for one in wanted)
     n_sessions = len(wanted) - n_records
@@ -182,7 +182,7 @@ def evidence_words(store: RecordStore[Any], about: str | None = None) -> str:
 
 
 def print_history(console: Console, store: CalibrationStore) -> None:
-    """Print what happened to the calibrations of a rig, oldest first."""
+    """Print the history of a rig's calibrations, oldest first."""
     table = Table(title=say_word("History"), title_justify="left", box=box.SIMPLE_HEAD)
     for name in heads("UTC", "Calibration", "What", "Who"):
         table.add_column(name, no_wrap=True)

@@ -1,4 +1,4 @@
-"""Running a guided procedure on the terminal: frames in, observations taken, steps entered."""
+"""Guided procedures on the terminal: frames, observations, steps."""
 
 from __future__ import annotations
 
@@ -57,21 +57,20 @@ P = TypeVar("P", bound=Procedure)
 
 @dataclass(frozen=True, slots=True)
 class Site:
-    """Where calibrations of a rig are kept."""
+    """Rig with the place of its calibrations."""
 
     design: Rig
     rig: Rig
-    """With the calibration in force; the design where there is none."""
+    """With the calibration in force; the design without one."""
     document: Path
     calibrations: Path
-    """Folder of calibrations, rig by rig."""
+    """Folder of calibrations, one subfolder per rig."""
     store: CalibrationStore
     sessions: Path
-    """Folder of session files."""
 
 
 def open_site(rig: Path, calibrations: Path | None) -> Site:
-    """Return the rig and its calibrations; raise InputError where the document is wrong."""
+    """Return the rig and its calibrations; InputError if the document is wrong."""
     design = load_rig(rig)
     root = calibrations or default_folder()
     folder = store_folder(root, design.name)
@@ -83,16 +82,13 @@ def open_site(rig: Path, calibrations: Path | None) -> Site:
 def continued(
     site: Site, kind: ProcedureKind, resume: Callable[[Path], P], console: Console, *, new: bool
 ) -> P | None:
-    """Return the newest session of a kind that can go on; None where there is none.
-
-    None as well where a ``new`` one is wanted.
-    """
+    """Return the newest resumable session of a kind; None without one or if ``new`` is set."""
     for path in () if new else sessions(site.sessions, kind):
         try:
             procedure = resume(path)
         except (CalibrationError, InputError, StorageError) as error:
-            # Begun with another calibration or probe, by another version, or at a temperature that
-            # nobody measures at: its observations are of no use any more.
+            # Started with another calibration, probe or version, or at an implausible temperature:
+            # its observations are useless.
             if not is_ended(path):
                 console.print(
                     f"{lead('Left out ')}{say(error.what)}",
@@ -116,10 +112,7 @@ def continued(
 def virtual_feed(script: CalibratingScript, source: str, speed: float) -> Feed:
     """Return the virtual rig with its scenes, in this process or on a virtual wire.
 
-    Raises
-    ------
-    InputError
-        The source plays no scenes of calibrations.
+    Raises InputError if the source plays no scenes of calibrations.
     """
     scenes = source_of(source).spec.scenes
     if scenes is None:
@@ -139,12 +132,9 @@ def real_feed(rig: Path, design: Rig, source: str, *, force: bool) -> Feed:
 
 
 def make_recorder(feed: Feed, path: Path | None, design: Rig) -> FrameRecorder | None:
-    """Return what keeps the frames of a source in a file; without a name nothing does.
+    """Return a recorder of a source's frames; None without a path.
 
-    Raises
-    ------
-    OcmmError
-        The file cannot be written; the source is closed then.
+    Raises OcmmError if the file cannot be written; the source is then closed.
     """
     if path is None:
         return None
@@ -162,20 +152,14 @@ def collect(
     console: Console,
     recorder: FrameRecorder | None = None,
 ) -> None:
-    """Take whatever is ready, and enter the next step as soon as its gate opens.
+    """Record available observations, and enter the next step as soon as its gate opens.
 
-    Parameters
-    ----------
-    frames
-        Of the script; None where the source does not end by itself.
-    recorder
-        Takes all frames as well; closed at the end. Where it fails this is printed, and the
-        calibration goes on.
+    `frames`: Length of the script; None for a source without end.
+    `recorder`: Also receives all frames; closed at the end. Its failure is printed, and the
+      calibration continues.
 
-    Raises
-    ------
-    CalibrationError
-        The source ended before the last step; what was taken is in the session.
+    Raises CalibrationError if the source ended before the last step; the session keeps the
+    observations so far.
     """
     console.print(f"{lead('Source   ')}{feed.description.name}")
     columns = (
@@ -231,7 +215,7 @@ def collect(
         hint = view.live.hint
         why = view.step.gate.reason
         if hint:
-            # English, as every error is; it is shown in the reader's language as a whole.
+            # English, as all errors; translated as a whole when shown.
             why = say_later(f"{view.step.gate.reason} At its end: {hint}")
         if status.internal:
             raise status.error(
@@ -247,7 +231,7 @@ def collect(
 
 
 def retake_misplaced(procedure: Procedure, console: Console) -> None:
-    """Open lines of a verification again whose bar did not lie where it should; say which."""
+    """Reopen lines of a verification whose bar was misplaced; print which."""
     if not isinstance(procedure, VerificationProcedure):
         return
     for number, line in enumerate(procedure.view.lines):
@@ -294,12 +278,12 @@ def decide(
 
 
 def is_yes(answer: str) -> bool:
-    """Return whether an answer is yes or ja: who is asked in German answers in it."""
+    """Return whether an answer is yes, or "ja" in German."""
     return answer.strip().lower().startswith(("y", "j"))
 
 
 def is_open(view: ProcedureView) -> bool:
-    """Return whether a session can go on: it has not ended, or what was accepted is not stored."""
+    """Return whether a session can be resumed: not ended, or accepted but not stored."""
     return view.decision is ProcedureDecision.OPEN or (
         view.decision is ProcedureDecision.ACCEPTED and not view.stored
     )
@@ -310,12 +294,9 @@ def _now() -> datetime:
 
 
 def take_relocation_shots(procedure: RelocationProcedure, shots: Sequence[Shot]) -> None:
-    """Take recorded shots that a session does not have yet.
+    """Add recorded shots that a session does not have yet.
 
-    Raises
-    ------
-    CalibrationError
-        A shot is of a kind that a relocation does not know.
+    Raises CalibrationError if relocation has no shots of that kind.
     """
     view = procedure.view
     ends = len([shot for shot in shots if shot.kind == "seat" and not shot.place])
@@ -345,12 +326,9 @@ def take_relocation_shots(procedure: RelocationProcedure, shots: Sequence[Shot])
 
 
 def take_verification_shots(procedure: VerificationProcedure, shots: Sequence[Shot]) -> None:
-    """Take recorded shots that a session does not have yet, and enter the steps they belong to.
+    """Add recorded shots that a session does not have yet, and enter their steps.
 
-    Raises
-    ------
-    CalibrationError
-        A shot is of a kind that does not come now.
+    Raises CalibrationError if a shot is of a kind that is out of sequence.
     """
     view = procedure.view
     left = sum(step.done for step in view.base.steps)

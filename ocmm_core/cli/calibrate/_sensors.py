@@ -1,4 +1,4 @@
-"""``ocmm calibrate sensors``: learn the pattern of the sensors from a probe that is waved."""
+"""``ocmm calibrate sensors``: learn the sensor pattern from a waved probe."""
 
 from __future__ import annotations
 
@@ -29,12 +29,9 @@ _IDLE_S = 0.005
 
 
 def require_usable(site: Site, now: datetime) -> str:
-    """Return the hash of the calibration in force; what is learnt belongs to it.
+    """Return the hash of the calibration in force, to which the baseline belongs.
 
-    Raises
-    ------
-    CalibrationError
-        There is none, or it may not be used: a camera that has moved must not be learnt.
+    Raises CalibrationError if it is missing or unusable: a moved camera must not be learned.
     """
     status = site.store.status(now)
     calibration = site.store.active_hash
@@ -50,7 +47,7 @@ def require_usable(site: Site, now: datetime) -> str:
 def wave(
     site: Site, body: ProbeBody, feed: Feed, seconds: float, console: Console
 ) -> list[ResidualSample]:
-    """Return the looks at the probe during so much bus time, or until the source ends."""
+    """Return samples of the probe over ``seconds`` of bus time, or until the source ends."""
     pipeline = TrackingPipeline(site.rig, body)
     collector = ResidualAccumulator(site.rig, body, _LOOK_NS)
     looks: list[ResidualSample] = []
@@ -80,7 +77,7 @@ def wave(
 def learn(
     site: Site, body: ProbeBody, looks: list[ResidualSample], calibration: str, console: Console
 ) -> Path:
-    """Learn from looks, store what was learnt beside the calibration, and say how good it is."""
+    """Learn the baseline, store it next to the calibration, and print its quality."""
     baseline: Baseline = learn_baseline(looks, site.rig, body)
     path = save_baseline(site.store.folder, baseline, calibration, body.identity)
     whole = site.rig.noise.pattern_px

@@ -1,4 +1,4 @@
-"""What the commands of ``ocmm calibrate`` do one after the other."""
+"""Steps shared by the commands of ``ocmm calibrate``."""
 
 from __future__ import annotations
 
@@ -31,12 +31,12 @@ from ocmm_core.tracking import ProbeBody
 
 
 def is_lacking(procedure: Procedure) -> bool:
-    """Return whether something is still to be taken."""
+    """Return whether observations are missing."""
     return pass_open_gates(procedure) < len(procedure.base.steps) - 1
 
 
 def require_end(procedure: Procedure) -> None:
-    """Refuse to go on with recorded data that do not suffice."""
+    """Raise CalibrationError if recorded data do not suffice."""
     if is_lacking(procedure):
         gate = procedure.base.step.gate
         raise CalibrationError("calibrate.incomplete", gate.reason, gate.remedy)
@@ -54,7 +54,7 @@ def collect_from(
     force: bool,
     console: Console,
 ) -> None:
-    """Take what a source shows; with ``record`` keep its frames as well."""
+    """Record from a source; with ``record`` keep its frames also."""
     frames = None
     if origin_of(source) is Origin.VIRTUAL:
         script = virtual.script(scenes)
@@ -66,14 +66,14 @@ def collect_from(
 
 
 def compute(procedure: KnownPointsProcedure | RelocationProcedure, overrule: str) -> None:
-    """Calculate the result, with guards overruled where somebody says why."""
+    """Compute the result, overruling the guards if a reason is given."""
     if overrule and procedure.base.decision is ProcedureDecision.OPEN:
         procedure.force(now(), overrule)
     procedure.compute()
 
 
 def decided_code(procedure: Procedure, decision: bool | None, reason: str, console: Console) -> int:
-    """Accept, keep or leave the result, and return the exit code."""
+    """Decide on the result, and return the exit code."""
     made = decide(procedure, decision, reason, console)
     return 0 if made is ProcedureDecision.ACCEPTED else 1
 
@@ -81,7 +81,7 @@ def decided_code(procedure: Procedure, decision: bool | None, reason: str, conso
 def finish(
     procedure: Procedure, site: Site, decision: bool | None, reason: str, console: Console
 ) -> None:
-    """Decide, say what is in force, and exit where nothing was accepted."""
+    """Decide, print the calibration in force, and exit if nothing was accepted."""
     code = decided_code(procedure, decision, reason, console)
     print_status(console, site.document, site.calibrations, now())
     if code:
@@ -89,19 +89,17 @@ def finish(
 
 
 def store_in_cameras(site: Site, source: str, rig: Path, force: bool, console: Console) -> None:
-    """Write what was accepted into real cameras; virtual ones forget it when they end."""
+    """Write an accepted calibration into real cameras; virtual ones lose it when they end."""
     record = site.store.active()
     if record is not None and origin_of(source) is Origin.CAMERAS:
         write_accepted(record, source, rig, console, force=force)
 
 
 def body_in_use_of(source: str, probe: Path, probes: Path | None, tip: str | None) -> ProbeBody:
-    """Return the probe by the records of its tip, or by its document where there are none.
+    """Return the probe by the records of its tip, or by its document if there are none.
 
-    Raises
-    ------
-    CalibrationError
-        The records, or what they rest on, are damaged, or there are none of a tip that was named.
+    Raises CalibrationError if the records, or files they depend on, are damaged, or a named tip has
+    none.
     """
     in_use = choose_probe(source, probe, probes, tip, uncalibrated=False)
     if in_use.fault is not None and (
@@ -118,5 +116,4 @@ def body_in_use_of(source: str, probe: Path, probes: Path | None, tip: str | Non
 
 
 def now() -> datetime:
-    """Return the time of day."""
     return datetime.now(UTC)

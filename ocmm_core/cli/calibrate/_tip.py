@@ -1,4 +1,4 @@
-"""``ocmm calibrate tip`` and ``check-tip``: a sphere touched all around, the ball in a cone."""
+"""``ocmm calibrate tip`` and ``check-tip``: touch a sphere all around, then a cone."""
 
 from __future__ import annotations
 
@@ -49,8 +49,6 @@ VIRTUAL_SPHERE = resource("artefacts", "sphere.toml")
 
 
 class TipChoice(StrEnum):
-    """Which tip is on the virtual probe."""
-
     GOOD = "good"
     WRONG_DIAMETER = "wrong-diameter"
     WRONG_LENGTH = "wrong-length"
@@ -189,8 +187,6 @@ def check_tip_command(
 
 @dataclass(frozen=True, slots=True)
 class _Source:
-    """Where frames come from."""
-
     source: str
     rig: Path
     probe: Path
@@ -204,7 +200,7 @@ class _Source:
 def _continued(
     kind: type[T], place: TerminalProbeSite, tip: str, console: Console, *, new: bool
 ) -> T | None:
-    """Return the newest session about a tip that can go on; None where there is none."""
+    """Return the newest resumable session about a tip; None without one."""
     from ocmm_core.cli.calibrate._probe_site import about_tip
     from ocmm_core.cli.calibrate._run import continued
 
@@ -221,7 +217,7 @@ def _continued(
 
 
 def _mounted(place: TerminalProbeSite, tip: str | None, who: str, console: Console) -> str:
-    """Return the name of the tip on the probe; somebody who names another one mounted it."""
+    """Return the name of the tip on the probe; naming another tip mounts it."""
     from ocmm_core.cli.calibrate._steps import now
 
     name = tip or place.store.mounted
@@ -244,7 +240,7 @@ def _take(
     source: _Source,
     console: Console,
 ) -> None:
-    """Take what the session still lacks from a file or the cameras, print it, and calculate."""
+    """Add missing observations from a file or the cameras, print them, and compute."""
     from ocmm_core.calibration.guided import load_shots
     from ocmm_core.cli.calibrate._probe_site import collect_from
     from ocmm_core.cli.calibrate._run import real_feed, virtual_feed
@@ -277,12 +273,9 @@ def _take(
 def take_tip_shots(
     procedure: TipQualificationProcedure | TipCheckProcedure, shots: Sequence[Shot]
 ) -> None:
-    """Take recorded shots that a session does not have yet; all on the sphere, then the cone.
+    """Add recorded shots that a session does not have yet: all on the sphere, then the cone.
 
-    Raises
-    ------
-    CalibrationError
-        A shot is of a kind that does not come now.
+    Raises CalibrationError if a shot is of a kind that is out of sequence.
     """
     from ocmm_core.calibration.tip import CONE, SPHERE
     from ocmm_core.cli.calibrate._steps import now
@@ -295,7 +288,7 @@ def take_tip_shots(
         if left.get(shot.kind, 0) > 0:
             left[shot.kind] -= 1
             continue
-        # All points of the file count, also those beyond what would be enough.
+        # All points of the file count, also surplus ones.
         if shot.kind == CONE and procedure.base.step.name == SPHERE:
             procedure.advance(now())
         if shot.kind != procedure.base.step.name:
@@ -316,7 +309,7 @@ def _finish(
     *,
     passed: bool,
 ) -> None:
-    """Store the result or not, say how the tip stands, and exit with 1 unless all is well."""
+    """Store or discard the result, print the tip's status, and exit with 1 unless all is well."""
     from ocmm_core.calibration.guided import ProcedureDecision
     from ocmm_core.cli.calibrate._probe_report import print_tip_status
     from ocmm_core.cli.calibrate._run import decide

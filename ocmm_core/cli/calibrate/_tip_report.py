@@ -1,4 +1,4 @@
-"""What the qualification or the check of a tip found, on the terminal."""
+"""Results of a tip qualification or check on the terminal."""
 
 from __future__ import annotations
 
@@ -16,7 +16,6 @@ from ocmm_core.cli.terminal import heads, say, say_word, told
 
 
 def print_sphere(console: Console, view: TouchView) -> None:
-    """Print what was touched on the sphere, and what does not fit."""
     sphere = view.sphere
     _say(
         console,
@@ -49,7 +48,7 @@ def print_sphere(console: Console, view: TouchView) -> None:
 
 
 def print_cone(console: Console, view: TouchView) -> None:
-    """Print where the tip was in every attitude."""
+    """Print the tip in every attitude."""
     cone = view.cone
     if len(cone.tips_world) < 2:
         return
@@ -76,7 +75,6 @@ def print_cone(console: Console, view: TouchView) -> None:
 
 
 def print_qualification(console: Console, outcome: TipOutcome) -> None:
-    """Print the ball, the checks and the verdict."""
     record = outcome.record
     _print_checks(console, "Qualification", record.checks)
     _say(
@@ -104,7 +102,7 @@ def print_qualification(console: Console, outcome: TipOutcome) -> None:
 
 
 def print_check(console: Console, outcome: TipCheckOutcome) -> None:
-    """Print the checks, what is the matter, and the verdict."""
+    """Print the checks, the findings, and the verdict."""
     _print_checks(console, say("Quick check"), outcome.record.checks)
     for finding in outcome.findings:
         console.print(told(finding), style="red", highlight=False)

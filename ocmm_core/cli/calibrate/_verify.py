@@ -36,7 +36,7 @@ from ocmm_core.composition import DEFAULT_SEED, DEFAULT_SOURCE, RECOMMENDED_RIG,
 
 
 class RuleChoice(StrEnum):
-    """How limits of a verification are applied."""
+    """Rule of decision of a verification."""
 
     GUARDED = "guarded"
     SIMPLE = "simple"

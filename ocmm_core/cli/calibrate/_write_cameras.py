@@ -1,4 +1,4 @@
-"""``ocmm calibrate write-cameras``: the calibration in force and what the cameras store of it."""
+"""``ocmm calibrate write-cameras``: store the calibration in force in the cameras."""
 
 from __future__ import annotations
 
@@ -62,9 +62,9 @@ def write_cameras(
 def write_accepted(
     record: CameraRecord, source: str, rig: Path, console: Console, *, force: bool
 ) -> None:
-    """Store the intrinsics of a calibration that was just accepted; say so where that fails.
+    """Store the intrinsics of a just accepted calibration; print failures.
 
-    It is in force all the same; the cameras are not measured with until they store it.
+    It is in force in any case; the cameras are unusable until they store it.
     """
     from ocmm_core.calibration.records import write_to_cameras
     from ocmm_core.cli.bus import open_bus

@@ -1,11 +1,11 @@
-"""``ocmm selftest reliability``: kills, power cuts, bad disks and clocks, hostile files, hours.
+"""``ocmm selftest reliability``: kills, power cuts, bad disks and clocks, hostile files, soak.
 
-In: lanes, a seed, how many trials or hours. Out: a table of what was lost, with its bounds.
+In: lanes, a seed, a number of trials or hours. Out: a table of losses, with confidence bounds.
 
 Read `_reliability` (the command) and `_trials` (a trial, a finding, the state file), then the
 lanes: `_kills`, `_lost_names`, `_cuts`, `_faults` with `_faulty_disk`, `_writers`, `_clock`,
 `_hostile`, `_soak`.
-`_work` and `_stores` are what they write. `_hostile` gives the files of `_hostile_jobs`,
+`_work` and `_stores` are the work under test. `_hostile` gives the files of `_hostile_jobs`,
 `_hostile_documents` and `_hostile_forge` to real commands (`_hostile_runs`), and `_hostile_sides`
 makes files of every kind next to trusted ones.
 It must not know the other commands; it starts them as a user does.

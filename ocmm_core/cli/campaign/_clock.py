@@ -1,10 +1,8 @@
-"""Clocks that jump: forwards and backwards, by seconds to years, between looks and in a job.
+"""Clocks that jump: both ways, by seconds to years, between checks and within a job.
 
 Of ten trials three are a store of calibrations, three one of a probe, three a job file and one a
-whole job that is measured. The clock of a program of its own jumps (`_wrong_clock`), so that
-everything in it asks the wrong clock; the monotonic one goes on.
-
-A clock of the computer that can be set by this program alone, in its own process.
+whole measured job. Each trial process has its own shifted wall clock (`WRONG_CLOCK`); the
+monotonic clock is not shifted.
 """
 
 from __future__ import annotations
@@ -77,47 +75,46 @@ time_t time(time_t *at)
     return now.tv_sec;
 }
 """
-"""Whoever asks for the time of day gets a shifted one; the monotonic clock is not touched."""
+"""Shifts the time of day of this process only."""
 
 _SECOND = timedelta(seconds=1)
 
 
 class WrongClock:
-    """The clock in a process that was started with the library before the system."""
+    """The clock in a process that was started with the preloaded library."""
 
     def __init__(self) -> None:
         self._library = ctypes.CDLL(os.environ["LD_PRELOAD"])
         self._shift = timedelta()
 
     def set_to(self, moment: datetime) -> None:
-        """Set the clock; it goes on from there."""
         self._shift += moment - datetime.now(UTC)
         self._library.ocmm_shift_clock(ctypes.c_longlong(self._shift // (_SECOND / 1_000_000)))
 
     def jump(self, by: timedelta) -> None:
-        """Set the clock forwards or backwards."""
+        """Shift the clock by a signed interval."""
         self.set_to(datetime.now(UTC) + by)
 
 
 PRELUDE = ""
-"""What the program does first; its test breaks something there."""
+"""Run before the trial; its test breaks something there."""
 _STEPS = 12
 _LEAST_S, _MOST_S = 1.0, 5.0 * 365.0 * 86400.0
 _CORRECTED = timedelta(seconds=60)
-"""A clock is corrected by so much: that is no step."""
+"""Clock corrections up to this are no step."""
 _BEHIND = timedelta(minutes=10) + _CORRECTED
-"""A store notes every ten minutes that somebody looked."""
+"""A store notes every ten minutes that it was checked."""
 _SLACK = timedelta(seconds=2)
-"""Between our asking for the time and that of what we call; a busy computer takes longer at most
-between two steps, where it changes nothing."""
+"""Between our reading of the clock and that of the callee; a busy computer delays at most between
+two steps, where it changes nothing."""
 _LONGEST_KILL_S = 0.02
 _DEEDS = ("look", "look", "look", "look anew", "look anew", "killed", "add", "verify")
 _FIRST, _LAST = datetime(1990, 1, 1, tzinfo=UTC), datetime(2090, 1, 1, tzinfo=UTC)
-"""A calendar has ends, and a file says nothing of the years beyond them."""
+"""Limits of the calendar; a file says nothing of the years beyond them."""
 
 
 def clock(seed: int, runs: int, done: frozenset[int]) -> Iterator[Trial]:
-    """Give what each series of jumps did."""
+    """Yield the result of each series of jumps."""
     lacking = why_not_here()
     if lacking:
         raise NotRunError(lacking)
@@ -129,7 +126,7 @@ def clock(seed: int, runs: int, done: frozenset[int]) -> Iterator[Trial]:
 
 
 def serve_clock() -> None:
-    """Let the clock jump and print a line of each trial; runs with the wrong clock in it."""
+    """Jump and print a line per trial; runs with the wrong clock preloaded."""
     seed, runs, done, name = json.loads(sys.argv[1])
     wrong, whole = WrongClock(), _WholeJob(Path(name))
     for number in range(runs):
@@ -162,10 +159,10 @@ def _store(
     found: Counter[str],
     log: list[str],
 ) -> int:
-    """Look at a store by a clock that jumps, add to it and verify it; see what is said."""
+    """Check a store, add to it and verify it under a jumping clock; compare its messages."""
     wrong.set_to(RECORDS_MADE + timedelta(days=1))
     site: Site = kind.made(folder)
-    # What a person knows who saw all of it: the latest look, the last event, and how it stands.
+    # State known to an observer of everything: latest check, last event, status.
     looked = event = RECORDS_MADE + timedelta(hours=1)
     expired = doubted = False
     until = site.until
@@ -177,13 +174,13 @@ def _store(
             site = kind.opened(folder)
         elif deed == "killed":
             _killed(lambda: kind.opened(folder).state(datetime.now(UTC)), rng)
-            # Whether it came to its look nobody knows: it is looked at again here.
+            # Whether it finished its check is unknown: check again here.
         elif deed == "add":
             site.add("a blow", before)
             doubted, event = True, before
         elif deed == "verify" and before < until - _CORRECTED:
             site.verify(before)
-            # Measured now: the clock is believed by which that was done.
+            # Measured now, by this clock, which is therefore trusted.
             doubted, looked, event, expired = False, before, before, before >= until
         state = site.state(datetime.now(UTC))
         after = datetime.now(UTC)
@@ -208,7 +205,7 @@ def _store(
 def _job(
     wrong: WrongClock, rng: random.Random, folder: Path, found: Counter[str], log: list[str]
 ) -> int:
-    """Store points and events in a job by a clock that jumps, with restarts and kills between."""
+    """Store points and events in a job under a jumping clock, with restarts and kills between."""
     wrong.set_to(RECORDS_MADE)
     path = folder / "a.ocmm"
     job, begun = sample_job(path), datetime.now(UTC)
@@ -240,7 +237,7 @@ def _job(
     events = [one.time_utc for one in job.events()]
     told = sum(one.kind == CLOCK for one in job.events())
     found["times that run backwards"] = sum(one != sorted(one) for one in (times, taken, events))
-    # A program that was killed may have told of a step of its own.
+    # A killed program may have reported a step of its own.
     found["steps back not told"] = int(must and told < len(back - {"perhaps"}))
     found["honest steps accused"] = len(job.verify()) + int(bool(told) and not back)
     job.close()
@@ -254,7 +251,7 @@ def _append_more(path: Path) -> None:
 
 
 class _WholeJob:
-    """A job that is measured whole, once by a good clock and then by one that jumps."""
+    """A job measured whole, once with a good clock and then with a jumping one."""
 
     def __init__(self, folder: Path) -> None:
         self._folder = folder
@@ -263,9 +260,9 @@ class _WholeJob:
     def disturbed(
         self, wrong: WrongClock, rng: random.Random, folder: Path, found: Counter[str]
     ) -> int:
-        """Measure while the clock jumps: the same points, and times in order."""
+        """Measure while the clock jumps: same points, times in order."""
         if not self._good:
-            # Once before, so that nothing is compiled while it counts.
+            # Warm up first, so that nothing is compiled during the trial.
             measure_job(folder / "warm", None)
             self._good, _ = self._measured(folder / "good")
         over = threading.Event()
@@ -301,7 +298,7 @@ class _WholeJob:
 
 
 def _drawn(rng: random.Random) -> timedelta:
-    """Return a jump: either way, by a second to five years, each order of size as often."""
+    """Return a jump: either sign, a second to five years, log-uniform."""
     size = math.exp(rng.uniform(math.log(_LEAST_S), math.log(_MOST_S)))
     return timedelta(seconds=rng.choice((-1.0, 1.0)) * size)
 
@@ -319,7 +316,7 @@ def _jump(wrong: WrongClock, rng: random.Random, until: datetime, latest: dateti
 
 
 def _killed(work: Callable[[], object], rng: random.Random) -> None:
-    """Let a copy of this program do something and kill it meanwhile."""
+    """Do something in a copy of this program and kill it meanwhile."""
 
     def run(_to: int) -> None:
         work()

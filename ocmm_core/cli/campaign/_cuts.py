@@ -1,10 +1,10 @@
-"""Power cuts: the disk as it is at a moment, without anything that is only in memory.
+"""Power cuts: disk content at a moment, without anything that is only in memory.
 
-A job is written on a file system in a file. A copy of that file, taken while the program stands
-still, is what a disk would hold after a power cut: what was not synced is not in it.
+A job is written on a file system in a file. A copy of that file, made while the program is
+stopped, is what a disk would hold after a power cut: unsynced data are not in it.
 
-Every disk has a control: a file that was synced before anything else. Where a copy lacks it the
-copy is none of that disk, and says nothing of the program: its trials are made again on a new one.
+Every disk has a control file that was synced first. A copy without it is invalid as a copy and
+proves nothing about the program: its trials are repeated on a new disk.
 """
 
 from __future__ import annotations
@@ -34,14 +34,14 @@ REOPEN_LIMIT_S = 2.0
 
 
 def cuts(seed: int, runs: int, done: frozenset[int]) -> Iterator[Trial]:
-    """Give what each cut left behind; NotRunError where no such disk can be made."""
+    """Yield the result of each cut; NotRunError if such a disk cannot be made."""
     if os.geteuid() != 0 or not shutil.which("mkfs.ext4"):
         raise NotRunError("needs root and mkfs.ext4, to mount a disk in a file")
     left = [number for number in range(runs) if number not in done]
     bad = 0
     with tempfile.TemporaryDirectory() as name:
         while left:
-            # Never twice the same file: a loop device may still remember what stood in it.
+            # Never reuse a file: a loop device may still have its old content cached.
             folder = Path(tempfile.mkdtemp(dir=name))
             try:
                 for trial in _on_one_disk(folder, seed, left[:_CUTS_A_DISK]):

@@ -1,7 +1,7 @@
-"""Every system call that writes, answered by every error of a disk, once or from then on.
+"""Disk faults: every writing system call fails with every disk error, once or permanently.
 
-The trials are numbered through: which work, which call, its how-manieth, which error, for how long.
-A program of its own has the faulty disk in it and copies itself for each of them.
+Trials enumerate work, call, occurrence, error and duration. A separate program with the faulty disk
+preloaded forks for each of them.
 """
 
 from __future__ import annotations
@@ -23,11 +23,11 @@ from ocmm_core.errors import OcmmError
 ERRORS = (errno.EIO, errno.ENOSPC, errno.EROFS, errno.EDQUOT)
 _ENDS = ("done", "told", "traceback")
 _STRIDE = 37
-"""Coprime to the number of trials as a rule: a short run sees a little of everything."""
+"""Usually coprime to the number of trials: a short run samples everything."""
 
 
 def faults(seed: int, runs: int, done: frozenset[int]) -> Iterator[Trial]:
-    """Give what each fault did; the whole list is some 1,500 long, and ``runs`` ends it earlier."""
+    """Yield the result of each fault; about 1,500 in all, ``runs`` limits them."""
     lacking = why_not_here()
     if lacking:
         raise NotRunError(lacking)
@@ -38,7 +38,7 @@ def faults(seed: int, runs: int, done: frozenset[int]) -> Iterator[Trial]:
 
 
 def serve_faults() -> None:
-    """Try the faults and print a line of each; runs in a program with the faulty disk in it."""
+    """Run the faults and print a line each; runs with the faulty disk preloaded."""
     seed, runs, done, name = json.loads(sys.argv[1])
     disk = FaultyDisk()
     trials = _trials(disk, Path(name))
@@ -51,7 +51,7 @@ def serve_faults() -> None:
 
 
 def _trials(disk: FaultyDisk, folder: Path) -> list[tuple[str, str, int, int, bool]]:
-    """Return all faults: the calls of every work are counted once without any."""
+    """Return all faults, after counting the calls of every work in a run without faults."""
     found = []
     for work in WORKS:
         there = folder / "counted"
@@ -82,7 +82,7 @@ def _try(
         ended = outcome_of(WORKS[work], there, pipe)
         hits, again = disk.hits(), disk.synced_again()
         disk.mend()
-        # Behind the numbers, as negative ones.
+        # After the numbers, as negative ones.
         for value in (_ENDS.index(ended), hits, again):
             os.write(pipe, b"%d\n" % -(value + 1))
 
@@ -113,5 +113,5 @@ def _try(
 
 
 def _whole(work: str) -> range:
-    """Return what is acknowledged where nothing fails."""
+    """Return the acknowledgements of a run without faults."""
     return range(2 if work in ("report", "settings") else 3)

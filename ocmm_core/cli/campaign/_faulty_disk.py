@@ -1,8 +1,8 @@
-"""A disk that fails on demand: every system call that writes can be made to answer an error.
+"""A disk that fails on demand: any writing system call can return an error.
 
-A small C library stands between this process and the system (``LD_PRELOAD``). It counts the calls
-on files below one folder and lets one of them, or all from one on, fail. It also notes what must
-never happen: a file descriptor that is synced again after a sync of it has failed.
+A small preloaded C library (``LD_PRELOAD``) counts the calls on files below one folder and fails
+one of them, or all from one on. It also counts what must never happen: fsync retried on a
+descriptor after a failure.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ CALLS = (
     "open", "write", "pwrite", "fsync", "fdatasync", "ftruncate", "rename", "link", "unlink",
     "mkdir",
 )  # fmt: skip
-"""What can fail, in the order of the library."""
+"""Calls that can fail, in the order of the library."""
 
 _SOURCE = r"""
 #define _GNU_SOURCE
@@ -148,14 +148,14 @@ int mkdir(const char *path, mode_t mode)
 
 
 def why_not_here() -> str:
-    """Return why this computer cannot make such a disk; empty where it can."""
+    """Return why this computer cannot make such a disk; empty if it can."""
     if sys.platform != "linux":
         return "needs Linux"
     return "" if shutil.which("cc") else "needs a C compiler, cc"
 
 
 def build(folder: Path, text: str = _SOURCE) -> Path:
-    """Compile a library that stands before the system into a folder and return it."""
+    """Compile a preloadable library into a folder and return its path."""
     source, library = folder / "before_system.c", folder / "before_system.so"
     source.write_text(text, encoding="utf-8")
     subprocess.run(  # noqa: S603 - the compiler of this computer and our own source
@@ -166,7 +166,7 @@ def build(folder: Path, text: str = _SOURCE) -> Path:
 
 
 def with_faults(library: Path) -> dict[str, str]:
-    """Return the environment of a program that has such a library before the system."""
+    """Return the environment that preloads such a library."""
     return {**os.environ, "LD_PRELOAD": str(library)}
 
 
@@ -177,17 +177,12 @@ def served(
     order: tuple[int, int, frozenset[int], Path],
     prelude: str = "",
 ) -> Iterator[Trial]:
-    """Give the trials of a lane that a program of its own does, with a library before its system.
+    """Yield the trials of a lane run by a separate program with a preloaded library.
 
-    Parameters
-    ----------
-    serve
-        The function on the face of this room that prints ``[number, acknowledged, found, note]`` of
-        each trial; its first argument is ``order``.
-    order
-        The seed, how many trials, those that are done, and a folder to work in.
-    prelude
-        What the program does first.
+    `serve`: Public function of this package that prints ``[number, acknowledged, found, note]`` of
+      each trial; its first argument is ``order``.
+    `order`: Seed, number of trials, finished trials, working folder.
+    `prelude`: Code that the program runs first.
     """
     seed, runs, done, folder = order
     program = subprocess.Popen(  # noqa: S603 - this program again
@@ -215,22 +210,22 @@ class FaultyDisk:
         self._library = ctypes.CDLL(os.environ["LD_PRELOAD"])
 
     def fail(self, folder: Path, call: str, nth: int, code: int, *, stay: bool) -> None:
-        """Let the ``nth`` call of a kind below a folder fail, or all from it on."""
+        """Fail the ``nth`` call of a kind below a folder, or all from it on."""
         number = CALLS.index(call) if call else -1
         self._library.ocmm_fault(os.fsencode(folder), number, ctypes.c_long(nth), code, int(stay))
 
     def mend(self) -> None:
-        """Let nothing fail any more."""
+        """Stop failing calls."""
         self._library.ocmm_fault(b"", -1, ctypes.c_long(-1), 0, 0)
 
     def counts(self) -> dict[str, int]:
-        """Return how often each call came since `fail`."""
+        """Return the number of each call since `fail`."""
         return {name: int(self._library.ocmm_count(at)) for at, name in enumerate(CALLS)}
 
     def hits(self) -> int:
-        """Return how many calls failed since `fail`."""
+        """Return the number of failed calls since `fail`."""
         return int(self._library.ocmm_hits())
 
     def synced_again(self) -> int:
-        """Return how often a descriptor was synced after a sync of it had failed."""
+        """Return the number of fsync retries after a failed one."""
         return int(self._library.ocmm_again())

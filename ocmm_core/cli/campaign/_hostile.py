@@ -1,4 +1,4 @@
-"""Hostile files given to the real commands: a kind of file is a trial."""
+"""Hostile files given to the real commands: one trial per kind of file."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from ocmm_core.cli.campaign._stores import other_station
 from ocmm_core.cli.campaign._trials import Trial
 
 DAMAGED, LEAVES = 600, 40
-"""Jobs with random damage, and documents of each kind with a value exchanged."""
+"""Jobs with random damage, and documents of each kind with one value replaced."""
 _FINDINGS = {
     "traceback": "tracebacks", "hang": "hangs above 5 s", "memory": "above 512 MB",
     "accepted": "wrongly used", "no sentence": "without a sentence",
@@ -31,9 +31,9 @@ _FINDINGS = {
 
 
 def hostile(seed: int, runs: int, done: frozenset[int]) -> Iterator[Trial]:
-    """Give what each kind of file did to the command that reads it, all kinds in a drawn order.
+    """Yield the reaction of the reading command to each kind of file, in random order.
 
-    Acknowledged are those that were refused with a sentence.
+    Files refused with a sentence count as acknowledged.
     """
     with tempfile.TemporaryDirectory(prefix="ocmm-hostile-") as name, quiet():
         folder = Path(name)
@@ -50,7 +50,7 @@ def hostile(seed: int, runs: int, done: frozenset[int]) -> Iterator[Trial]:
 
 
 def _drawn(groups: list[Group], seed: int) -> list[tuple[Group, Kind]]:
-    """Return all kinds; a few of the first are a few of each."""
+    """Return all kinds, shuffled, so that a short run samples each group."""
     every = [(group, kind) for group in groups for kind in group.kinds]
     random.Random(seed).shuffle(every)  # noqa: S311 - an order, no secret
     return every
@@ -69,7 +69,7 @@ def _trial(seed: int, number: int, kind: Kind, answer: Answer, fault: str) -> Tr
 
 @contextmanager
 def quiet() -> Iterator[None]:
-    """Let nothing be printed meanwhile by the commands that make the good files."""
+    """Discard the output of the commands that make the good files."""
     sys.stdout.flush()
     kept, nowhere = os.dup(1), os.open(os.devnull, os.O_WRONLY)
     os.dup2(nowhere, 1)

@@ -1,4 +1,4 @@
-"""Documents, tables, points, recordings and records that somebody made by hand or damaged."""
+"""Forged or damaged documents, tables, points, recordings and records."""
 
 from __future__ import annotations
 
@@ -23,18 +23,15 @@ WRONG: dict[str, Any] = {
     "1e14": 1e14, "1e-308": 1e-308, "nan": math.nan, "inf": math.inf, "true": True, "a list": [],
     "a deep list": [[[[[[[[]]]]]]]], "a table": {}, "a long list": [0.0] * 20_000, "-0.5": -0.5,
 }  # fmt: skip
-"""What a leaf of a document is replaced by."""
+"""Replacements of a leaf of a document."""
 
 TOO_LONG_NUMBER = object()
 
 
 def document_kinds(what: str, good: str, n: int, seed: int) -> list[Kind]:
-    """Return kinds of a hostile document, ``n`` of them with a leaf exchanged.
+    """Return kinds of a hostile document, ``n`` of them with one leaf replaced.
 
-    Parameters
-    ----------
-    what
-        Word of the document, for the names.
+    `what`: Name of the document in the kinds' names.
     """
     return [*_as_text(what, good), *leaf_kinds(what, good, n, seed)]
 
@@ -71,7 +68,7 @@ def _paths(value: Any, before: tuple[Any, ...] = ()) -> Iterator[tuple[Any, ...]
 
 
 def leaf_kinds(what: str, good: str, n: int, seed: int) -> list[Kind]:
-    """Return ``n`` kinds of a hostile document, each with a leaf exchanged."""
+    """Return ``n`` kinds of a hostile document, each with one leaf replaced."""
     rng = np.random.default_rng(seed)
     document = tomllib.loads(good)
     paths = list(_paths(document))
@@ -92,7 +89,7 @@ def leaf_kinds(what: str, good: str, n: int, seed: int) -> list[Kind]:
             del inner[path[-1]]
         else:
             inner[path[-1]] = wrong[word]
-        # Many values are allowed in many places: what must not happen is looked for.
+        # Many values are valid in many places: only forbidden outcomes are checked.
         found[name] = Kind(name, _writes(as_toml(changed).encode("utf-8", "replace")), True)
     return list(found.values())
 
@@ -149,7 +146,6 @@ def _places(what: str) -> Iterator[Kind]:
 
 
 def points_kinds() -> list[Kind]:
-    """Return kinds of hostile files of points."""
     rows = "\n".join(f"{x} {y} {0.001 * x * y}" for x in range(6) for y in range(6))
     texts = {
         "letters": "a b c\n" * 10, "two columns": "1 2\n" * 10, "many columns": "1 " * 100_000,
@@ -182,7 +178,7 @@ def points_kinds() -> list[Kind]:
 
 
 def table_kinds() -> list[Kind]:
-    """Return kinds of hostile tables of features, to be imported into a plan."""
+    """Return kinds of hostile feature tables for the import into a plan."""
     head = "name,shape,x,y,z,diameter\n"
     good = head + "S1,Sphere,0,0,0,20\n"
     texts = {
@@ -243,7 +239,7 @@ def recording_kinds(good: bytes) -> list[Kind]:
 
 
 def _filled(chunks: bytes, fill: bytes) -> bytes:
-    """Return the same chunks, whole, with other frames in them."""
+    """Return the same valid chunks with other frames in them."""
     out, at = [], 0
     chunk = struct.Struct("<4sIIII")
     while at + chunk.size <= len(chunks):

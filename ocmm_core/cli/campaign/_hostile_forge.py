@@ -1,6 +1,6 @@
-"""How a job file is forged: any value in any row, and a whole new audit that fits it.
+"""Forging of job files: any value in any row, with a new audit that fits it.
 
-Nothing but the content itself can speak against such a file.
+Only the content itself can reveal such a file.
 """
 
 from __future__ import annotations
@@ -38,19 +38,16 @@ Edit = Callable[[sqlite3.Connection], object]
 
 @dataclass(frozen=True, slots=True)
 class Kind:
-    """One kind of hostile file."""
-
     name: str
-    """Says what is wrong."""
     make: Callable[[Path, Path], None]
     """Writes it to a path, from a good one: ``make(good, path)``."""
     harmless: bool = False
-    """Whether such a file may be used: what is odd in it is only a name or a remark."""
+    """The file may be used: only a name or a remark is odd."""
 
 
 @contextlib.contextmanager
 def forged(good: Path, path: Path) -> Iterator[sqlite3.Connection]:
-    """Give a copy of a job whose rows may hold anything; audit and schema fit at the end."""
+    """Yield a copy of a job whose rows may hold anything; audit and schema fit at the end."""
     shutil.copyfile(good, path)
     with contextlib.closing(sqlite3.connect(path, isolation_level=None)) as db:
         db.execute("PRAGMA synchronous = OFF")
@@ -103,7 +100,7 @@ def _chain_anew(db: sqlite3.Connection) -> None:
     previous = "0" * 64
     for sequence, time_utc, subject, key in links:
         table = subject.decode("utf-8", "replace")
-        # Texts and blobs look alike to us here: their kinds are asked for.
+        # Texts and blobs look alike here: query their types.
         columns = ",".join(f"{c}, typeof({c})" for c in TABLES.get(table, ()))
         content = _digest_link(())
         if columns:

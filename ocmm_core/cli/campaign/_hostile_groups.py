@@ -1,4 +1,4 @@
-"""Hostile jobs, documents, recordings, points, tables and models, and who reads such files."""
+"""Groups of hostile files and the commands that read them."""
 
 from __future__ import annotations
 
@@ -25,24 +25,23 @@ from ocmm_core.documents import resource
 from ocmm_core.storage import JobFile
 
 Command = Callable[[Path, Path], list[str]]
-"""Arguments for a file, and a folder to write to."""
+"""Arguments for a file, and an output folder."""
 
 
 @dataclass(frozen=True, slots=True)
 class Group:
-    """Kinds of files and the command that they are given to."""
+    """Kinds of files and the command that reads them."""
 
     word: str
     kinds: Sequence[Kind]
-    """What is made."""
     name: str
     command: Command
     good: Path
 
 
 def good_files(folder: Path) -> dict[str, Path]:
-    """Return good files by their word; everything is loaded afterwards."""
-    # Once before, so that nothing is compiled while it counts.
+    """Return good files by their word, with all code loaded and compiled."""
+    # Warm up first, so that nothing is compiled during the trials.
     measure_job(folder / "warm", None)
     measure_job(folder / "measured", None)
     good = {"job": folder / "good.ocmm", "recording": folder / "good.ocrec"}
@@ -67,7 +66,6 @@ def good_files(folder: Path) -> dict[str, Path]:
 
 
 def hostile_groups(good: dict[str, Path], damaged: int, leaves: int, seed: int) -> list[Group]:
-    """Return all kinds with their commands."""
     quick = str(resource("plans", "quick.toml"))
 
     def recorded(option: str) -> Command:
@@ -116,7 +114,7 @@ def hostile_groups(good: dict[str, Path], damaged: int, leaves: int, seed: int) 
             "table", table_kinds(), "t.csv", imported, good["table"],
         ),
     ]  # fmt: skip
-    # Models need an extra; without it there is no good one.
+    # Models need an optional dependency.
     if "step" in good:
         kinds = step_kinds(good["step"].read_text("utf-8"), seed)
         found.append(Group("step", kinds, "m.step", imported, good["step"]))
@@ -131,7 +129,7 @@ def hostile_groups(good: dict[str, Path], damaged: int, leaves: int, seed: int) 
 
         return command
 
-    # What may be used must not fail later, either: those with an exchanged value are measured.
+    # Accepted files must not fail later either: those with a replaced value are measured.
     for word, file in {
         "plan": resource("plans", "quick.toml"), "rig": documents["rig"][0],
         "probe": documents["probe"][0], "part": documents["part"][0],
@@ -143,7 +141,7 @@ def hostile_groups(good: dict[str, Path], damaged: int, leaves: int, seed: int) 
 
 
 def given(group: Group, kind: Kind, folder: Path, index: int) -> Answer:
-    """Make a file and give it to its command, in a process of its own."""
+    """Make a file and give it to its command, in a separate process."""
     place = folder / f"{group.word}-{index}".replace(" ", "-")
     out = place / "out"
     out.mkdir(parents=True)
@@ -156,7 +154,7 @@ def given(group: Group, kind: Kind, folder: Path, index: int) -> Answer:
 
 
 def usual_of(group: Group, folder: Path) -> float:
-    """Return the seconds of a processor that the good file of a group takes."""
+    """Return the CPU time of the good file of a group, s."""
     return given(group, Kind("good", partial(_copy, group.good)), folder, -1).cpu_s
 
 

@@ -1,4 +1,4 @@
-"""Kinds of hostile job files: wrong values, shapes, texts, tables and bytes."""
+"""Hostile job files: wrong values, shapes, texts, tables and bytes."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ from ocmm_core.cli.campaign._hostile_forge import DEEP, LONG_DIGITS, MARKUP, TAB
 
 
 def job_kinds() -> list[Kind]:
-    """Return all kinds of hostile job files but those that are damaged at random."""
+    """Return all kinds of hostile job files except random damage."""
     return [*_values(), *_texts(), *_seals(), *_schemas(), *_bytes()]
 
 
 def damaged_kinds(n: int, seed: int) -> list[Kind]:
-    """Return ``n`` jobs with random damage: bytes exchanged, cut out, doubled, set to nothing."""
+    """Return ``n`` jobs with random damage: bytes replaced, removed, doubled, zeroed."""
     return [
         Kind(f"job, damage {index}", partial(_damage, seed=seed + index), True)
         for index in range(n)
@@ -157,7 +157,8 @@ def _seals() -> Iterator[Kind]:
             "of zeros": "A" * (43 if column == "key" else 86) + "=" * (1 if column == "key" else 2),
             "not ASCII": "\u0662" * (44 if column == "key" else 88),
         }.items():  # fmt: skip
-            # Of the right length, it is a signature of nobody: the job opens and says so.
+            # Of the right length, it is a signature by an unknown key: the job opens with a
+            # warning.
             yield _set("seal", column, text, name, harmless=name != "30 MB")
     for many, length in ((200_000, 44), (3, 9_000_000)):
         yield Kind(f"job, {many} signatures more of {length} signs", _more_seals(many, length))
@@ -178,7 +179,7 @@ def _more_seals(many: int, length: int) -> Callable[[Path, Path], None]:
 
 
 _FREE = ("header",)
-"""Kinds of events in which fields that are not known may stand."""
+"""Kinds of events in which unknown fields are allowed."""
 
 
 def _event(kind: str, text: str) -> Callable[[Path, Path], None]:
@@ -253,7 +254,7 @@ def _bytes() -> Iterator[Kind]:
         return make
 
     for share in (0.0, 0.01, 0.5, 0.99):
-        # The last page may be cut where nothing stands in it.
+        # The last page may be cut if it is empty.
         yield Kind(f"job, {share:.0%} of it", cut(share), share == 0.99)
     for at, content in (
         (16, b"\0\0"), (16, b"\x00\x03"), (18, b"\xff\xff"), (20, b"\xff"), (44, b"\0\0\0\x09"),

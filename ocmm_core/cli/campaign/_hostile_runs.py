@@ -1,4 +1,4 @@
-"""Real commands in processes of their own, and what must not come of them."""
+"""Real commands in separate processes, and forbidden outcomes."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _LONGEST_ANSWER = 4000
 
 @dataclass(frozen=True, slots=True)
 class Answer:
-    """What a command did: exit code, seconds of a processor and of the clock, MB, and its words."""
+    """Result of a command: exit code, CPU and wall time, memory, output."""
 
     code: int
     cpu_s: float
@@ -29,7 +29,7 @@ class Answer:
     words: str
 
     def fault(self, kind: Kind, usual_s: float) -> str:
-        """Return what must not be; empty where all is well. A good file takes ``usual_s``."""
+        """Return the forbidden outcome or "": a good file takes ``usual_s`` of CPU time."""
         if self.code == -signal.SIGKILL or self.cpu_s > 2.0 * usual_s + LONGEST_S:
             return "hang"
         if self.code not in (0, 1, REFUSED) or "Traceback" in self.words:
@@ -43,7 +43,7 @@ class Answer:
 
 
 def run_here(arguments: list[str]) -> None:
-    """Run a command in this process, so that its children have everything loaded."""
+    """Run a command in this process, so that forked children have everything loaded."""
     before, sys.argv = sys.argv, ["ocmm", *arguments]
     try:
         with contextlib.suppress(SystemExit):
@@ -53,7 +53,7 @@ def run_here(arguments: list[str]) -> None:
 
 
 def run_aside(arguments: list[str], words: Path, most_s: float = LONGEST_CLOCK_S) -> Answer:
-    """Run a command in a process of its own, killed after ``most_s``; it prints to ``words``."""
+    """Run a command in a separate process, killed after ``most_s``; output goes to ``words``."""
     sys.stdout.flush()
     sys.stderr.flush()
     begun = time.perf_counter()
@@ -78,7 +78,7 @@ def run_aside(arguments: list[str], words: Path, most_s: float = LONGEST_CLOCK_S
 
 
 def _become(arguments: list[str], words: Path) -> None:
-    """Be the command, and never come back."""
+    """Become the command; never returns."""
     target = os.open(words, os.O_WRONLY | os.O_CREAT, 0o600)
     os.dup2(target, 1)
     os.dup2(target, 2)
@@ -97,5 +97,5 @@ def _become(arguments: list[str], words: Path) -> None:
 
 
 def _run() -> None:
-    # As a user starts it, and because no room of the commands knows all of them.
+    # As a user starts it; no package of commands knows all of them.
     runpy.run_module("ocmm_core.cli", run_name="__main__")

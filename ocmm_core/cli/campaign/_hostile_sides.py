@@ -1,6 +1,6 @@
-"""Hostile files in place of trusted files and of the files next to them, given to real commands.
+"""Hostile files in place of trusted files and next to them, given to real commands.
 
-Generated from `side_files.SIDE_FILES`, the kinds of files below, and the commands that read each
+Generated from `side_files.SIDE_FILES`, the hostile kinds below, and the commands that read each
 kind of trusted file. A trial is one of all pairs.
 """
 
@@ -30,7 +30,7 @@ from ocmm_core.side_files import SIDE_FILES, SideFile, Trusted
 from ocmm_core.storage import JobFile
 
 _LONGEST_CLOCK_S = 30.0
-"""A command that waits for a pipe waits for ever; a busy computer does not take so long."""
+"""A command blocked on a pipe never ends; a busy computer takes less than this."""
 _HUGE, _SHORTEST = 3 << 30, 40
 _ANOTHER_USER = 4711
 _SECRET, _NEIGHBOUR = "secret.txt", "jobs/NEIGHBOUR.ocmm"
@@ -41,7 +41,7 @@ _XDG = {
 
 
 def _socket(path: Path, secret: Path) -> None:
-    # The name of a socket is short, that of a folder of a trial may be long.
+    # Socket names are limited to about 100 bytes; a trial folder's path may be longer.
     with socket.socket(socket.AF_UNIX) as made, tempfile.TemporaryDirectory() as short:
         made.bind(f"{short}/s")
         shutil.move(f"{short}/s", path)
@@ -80,7 +80,7 @@ def _journal(path: Path, secret: Path) -> None:
 
 
 Make = Callable[[Path, Path], object]
-"""Makes something at a path, with a file outside that must not change."""
+"""Makes something at a path, given a file outside that must not change."""
 
 MAKERS: dict[str, Make] = {
     "pipe": lambda path, secret: os.mkfifo(path),
@@ -98,7 +98,6 @@ MAKERS: dict[str, Make] = {
     "empty": lambda path, secret: path.write_bytes(b""),
     "hot journal": _journal,
 }
-"""By their names."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -108,12 +107,12 @@ class SidePlace:
     trusted: str
     """Path below the folder of the trial."""
     commands: Sequence[Sequence[str]]
-    """That read it; ``@`` stands for the folder of the trial."""
+    """Commands that read it; ``@`` is the folder of the trial."""
 
 
 _JOB = "@/jobs/J.ocmm"
 _PART = ("--plan", "@quick", "--out", "@/jobs", "--batch", "B1", "--serial", "1")
-"""The part that the neighbour is of: its job must be found, whatever lies next to it."""
+"""Part of the neighbouring job, which must be found despite hostile files next to it."""
 _PLACES: dict[Trusted, tuple[SidePlace, ...]] = {
     Trusted.JOB: (
         SidePlace(
@@ -180,13 +179,12 @@ class SidePair:
 
     name: str
     path: str
-    """Of the hostile file, below the folder of the trial."""
+    """Path of the hostile file, below the folder of the trial."""
     make: Make
     command: Sequence[str] = field(default_factory=tuple)
 
 
 def side_pairs(site: Path) -> list[SidePair]:
-    """Return all pairs for a station as made by `made_site`."""
     found = []
     for kind, places in _PLACES.items():
         for place in places:
@@ -235,7 +233,7 @@ def made_site(folder: Path) -> Path:
 
 
 def tried(site: Path, pair: SidePair, folder: Path) -> tuple[Answer, str]:
-    """Give a hostile file to its command; return the answer, and what must not have come of it."""
+    """Give a hostile file to its command; return the result and the forbidden outcome."""
     place = folder / "trial"
     shutil.copytree(site, place, symlinks=True)
     try:
@@ -266,7 +264,7 @@ def _filled(command: Sequence[str], place: Path) -> list[str]:
 
 
 def hostile_sides(seed: int, runs: int, done: frozenset[int]) -> Iterator[Trial]:
-    """Give what came of each pair, in a drawn order; acknowledged are those that were refused."""
+    """Yield the result of each pair, in random order; refused files count as acknowledged."""
     with tempfile.TemporaryDirectory(prefix="ocmm-sides-") as name, quiet():
         folder = Path(name)
         site = made_site(folder)
@@ -292,7 +290,7 @@ SIDE_FINDINGS = {
 
 
 def _digests(place: Path) -> dict[str, str]:
-    """Return the files that no hostile file may change or delete, by their names."""
+    """Return the hashes of the files that must not change, by name."""
     keys = place / "data/ocmm/keys"
     files = (place / _SECRET, place / _NEIGHBOUR, *keys.glob("*.key"))
     return {

@@ -1,4 +1,4 @@
-"""Hostile models (ISO 10303-21): what a C++ reader of files is most easily brought down with."""
+"""Hostile models (ISO 10303-21) that typically crash C++ readers."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ writer.Write(sys.argv[1])
 
 
 def has_models() -> bool:
-    """Return whether models can be read here: the extra ``step`` is installed."""
+    """Return whether models can be read: the extra ``step`` is installed."""
     return importlib.util.find_spec("OCP") is not None
 
 
@@ -40,13 +40,7 @@ def write_good_step(path: Path) -> None:
 
 
 def step_kinds(good: str, seed: int) -> list[Kind]:
-    """Return kinds of hostile models, made from a good one.
-
-    Parameters
-    ----------
-    good
-        The text of a good one, of one solid.
-    """
+    """Return kinds of hostile models, made from the text of a good one with one solid."""
     head, data = good.split("DATA;", 1)
     body, end = data.rsplit("ENDSEC;", 1)
     last = max(int(number) for number in re.findall(r"#(\d+)", body))
@@ -88,7 +82,7 @@ def step_kinds(good: str, seed: int) -> list[Kind]:
         "markup in names": good.replace("'", "'<b>[/12]", 40),
         "control codes": good.replace("'", "'\x1b[2J", 40),
     }
-    # What is odd in these is a name, a remark, or one of several.
+    # Only a name, a remark, or one of several is odd in these.
     harmless = {
         "a long text", "markup in names", "control codes", "100,000 more points",
         "a chain of 100,000", "units in light years", "a schema that nobody has", "no head",
@@ -115,7 +109,7 @@ def _write(content: bytes, _good: Path, path: Path) -> None:
 
 
 def _numbers(text: str, instead: str, most: int) -> str:
-    """Exchange reals of the data; -1 is all of them."""
+    """Replace reals of the data; -1 is all of them."""
     return re.sub(r"(?<=[(,])-?\d+\.\d*(?:E[+-]?\d+)?(?=[,)])", instead, text, count=max(most, 0))
 
 
@@ -129,7 +123,7 @@ def _more(head: str, body: str, end: str, last: int, entity: str, n: int) -> str
 
 
 def _chain(last: int, n: int) -> str:
-    """Each product is a part of the next one, and the last one of the first."""
+    """Return a cyclic assembly: each product is part of the next, the last of the first."""
     return "".join(
         f"#{last + 1 + at}=SHAPE_REPRESENTATION('',(#{last + 1 + (at + 1) % n}),$);\n"
         for at in range(n)
@@ -137,7 +131,7 @@ def _chain(last: int, n: int) -> str:
 
 
 def _damaged(good: str, chance: random.Random) -> bytes:
-    """Return a model with some places changed, most of them in its data."""
+    """Return a model with some bytes changed, most of them in its data."""
     content = bytearray(good.encode())
     for _ in range(chance.choice((1, 2, 5, 20))):
         at = chance.randrange(len(content))

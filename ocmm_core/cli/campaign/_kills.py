@@ -1,4 +1,4 @@
-"""Kill -9 of a whole headless job at any moment, from the making of its file to its end."""
+"""Kill -9 of a whole headless job at any moment, from creating its file to its end."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from ocmm_core.storage import JobFile
 from ocmm_core.tracking import load_probe
 
 REOPEN_LIMIT_S = 2.0
-"""Of the processor, not of the clock: what else the computer does is no finding."""
+"""CPU time, so that other load has no effect."""
 QUICK_PLAN = resource("plans", "quick.toml")
 RATE_HZ = 500
 _RINGS = Path("/dev/shm")  # noqa: S108 - shared memory, only looked at
@@ -32,10 +32,10 @@ _PATIENCE_S = 120.0
 
 
 def kills(seed: int, runs: int, done: frozenset[int]) -> Iterator[Trial]:
-    """Give what each kill left behind; see `FINDINGS`."""
+    """Yield the result of each kill; see `FINDINGS`."""
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        # Once here, so that every copy of this program is warm, and once to know how long it takes.
+        # Once to warm up every fork, and once to measure its duration.
         measure_job(folder / "warm", None)
         begin = time.monotonic()
         child, pipe = forked(lambda to: measure_job(folder / "whole", to))
@@ -48,9 +48,9 @@ def kills(seed: int, runs: int, done: frozenset[int]) -> Iterator[Trial]:
 
 
 def measure_job(out: Path, pipe: int | None, rate_hz: int = RATE_HZ) -> None:
-    """Measure a whole job on the virtual rig, as fast as it goes.
+    """Measure a whole job on the virtual rig at full speed.
 
-    What was acknowledged, as the beep does it, goes to the pipe; 0 says that the job is made.
+    Acknowledged point numbers go to the pipe; 0 means that the job exists.
     """
     request = StationRequest(plan=QUICK_PLAN, out=out, speed=0.0, frame_rate_hz=rate_hz)
     station = build_station(request).station
@@ -68,7 +68,7 @@ def _kill(out: Path, seed: int, number: int, longest: float) -> Trial:
     time.sleep(rng.uniform(0.0, longest))
     os.kill(child, signal.SIGKILL)
     os.waitpid(child, 0)
-    # The first line says that the job is made.
+    # The first line means that the job exists.
     heard = read_numbers(pipe)
     os.close(pipe)
     acknowledged = [point for point in heard if point]
@@ -88,7 +88,7 @@ def _kill(out: Path, seed: int, number: int, longest: float) -> Trial:
         found["acknowledged points lost"] = len(set(acknowledged) - set(points))
         found["audit faults"] = faults
         found["reopened after 2 s"] = int(took > REOPEN_LIMIT_S)
-    # The next start, which every kill is followed by.
+    # The next start, as after every kill.
     FrameRing.create(2, 1).close()
     clear_leftovers([out])
     found["rings left"] = len(unheld(_RINGS.glob("ocmm-ring-*")))

@@ -1,6 +1,6 @@
-"""Files of running jobs that are removed, moved, replaced or unmounted, or whose disk fills up.
+"""Files of running jobs that are removed, moved, replaced, unmounted, or on a full disk.
 
-The job runs as a user starts it, and what is left is read as a user reads it.
+The job runs as a user starts it, and the remains are read as a user reads them.
 """
 
 from __future__ import annotations
@@ -26,9 +26,9 @@ from ocmm_core.inspection.archive import reopen_job
 _TOLD_S = 1.0
 _PATIENCE_S = 120.0
 _LAST_POINT = 8
-"""Point of the job after which its name is lost at the latest; the plan has more."""
+"""Latest point after which the name is lost; the plan has more."""
 _BETWEEN_S = 0.05
-"""Time in which the virtual rig takes about one point."""
+"""Time in which the virtual rig records about one point."""
 _AT_CLOSE = 0.25
 """Share of the jobs that are closed at once."""
 _SAVED = re.compile(r"All points taken are saved in (.*\.ocmm)\.")
@@ -79,7 +79,7 @@ def _fill(job: Path) -> None:
 
 
 FULL = "disk filled"
-"""The only kind that leaves the job where it is."""
+"""The only kind that leaves the job in place."""
 LOSSES: dict[str, Callable[[Path], None]] = {
     "file removed": _remove_file,
     "folder removed": _remove_folder,
@@ -92,15 +92,15 @@ LOSSES: dict[str, Callable[[Path], None]] = {
     "unmounted": _unmount,
     FULL: _fill,
 }
-"""What is done to a job, by its name in the notes."""
+"""Action on a job, by its name in the notes."""
 
 
 def lost_names(seed: int, runs: int, done: frozenset[int]) -> Iterator[Trial]:
-    """Give what each loss of a name left behind; see `FINDINGS`."""
+    """Yield the result of each loss of a name; see `FINDINGS`."""
     kinds = possible_losses()
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        # Once here, so that every copy of this program is warm.
+        # Warm up, so that every fork is warm.
         measure_job(folder / "warm", None)
         for number in range(runs):
             if number not in done:
@@ -109,7 +109,7 @@ def lost_names(seed: int, runs: int, done: frozenset[int]) -> Iterator[Trial]:
 
 
 def possible_losses() -> list[str]:
-    """Return the kinds that this user can try."""
+    """Return the kinds that this user has the rights to try."""
     return [kind for kind in LOSSES if kind not in ("unmounted", FULL) or os.geteuid() == 0]
 
 
@@ -156,7 +156,7 @@ def lose_name(out: Path, seed: int, number: int, kind: str) -> Trial:
 
 
 def _measure(jobs: Path, pipe: int, stopping: int, stop: int) -> None:
-    """Measure a job on the virtual rig until it is to stop, and write what an inspector sees."""
+    """Measure a job on the virtual rig until told to stop, and write the inspector's messages."""
     os.close(stop)
 
     def say(line: str) -> None:
@@ -172,7 +172,7 @@ def _measure(jobs: Path, pipe: int, stopping: int, stop: int) -> None:
     except OcmmError:
         # Lost before the first step.
         say("failed")
-    # Ends also where the other side has gone.
+    # Also ends if the other side has gone.
     select.select([stopping], [], [], _PATIENCE_S)
     station.close()
     lost = station.job.lost
@@ -182,11 +182,11 @@ def _measure(jobs: Path, pipe: int, stopping: int, stop: int) -> None:
 
 
 def _judge_full(jobs: Path, lines: list[str]) -> tuple[dict[str, int], str]:
-    """Read the job on the full disk, and once more with room again; see `_judge`."""
+    """Read the job on the full disk, and again with free space; see `_judge`."""
     acknowledged = {int(line.split()[1]) for line in lines if line.startswith("point ")}
     for line in lines:
         if saved := _SAVED.search(line):
-            # Points that were acknowledged after the disk filled up are in the second folder.
+            # Points acknowledged after the disk filled up are in the second folder.
             rescued = reopen_job(Path(saved[1]), alone=True)
             acknowledged -= {point.number for point in rescued.points}
             Path(saved[1]).unlink()
@@ -202,7 +202,7 @@ def _judge_full(jobs: Path, lines: list[str]) -> tuple[dict[str, int], str]:
 
 
 def _judge(lines: list[str], code: int, *, at_close: bool) -> tuple[dict[str, int], str]:
-    """Return what was found, and why a job could not be read."""
+    """Return the findings, and why a job could not be read."""
     found: dict[str, int] = {}
     words = [line for line in lines if line.startswith("lost ")]
     if not words:

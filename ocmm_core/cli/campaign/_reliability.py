@@ -1,4 +1,4 @@
-"""``ocmm selftest reliability``: the lanes by their names, and the table of what was found."""
+"""``ocmm selftest reliability``: the lanes by name, and the table of findings."""
 
 from __future__ import annotations
 
@@ -26,8 +26,6 @@ _MOST_NOTES = 10
 
 
 class LaneName(StrEnum):
-    """What is done to the program."""
-
     KILLS = "kills"
     CUTS = "cuts"
     FAULTS = "faults"
@@ -98,7 +96,6 @@ def run_reliability(
     state: Path | None,
     console: Console,
 ) -> list[LaneResult]:
-    """Do all lanes one after the other."""
     from rich.progress import MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 
     from ocmm_core.cli.campaign._clock import clock
@@ -140,7 +137,7 @@ def run_reliability(
 
 
 def print_results(results: list[LaneResult], console: Console) -> None:
-    """Print the table, and what was found where."""
+    """Print the table, and the place of each finding."""
     from ocmm_core.cli.campaign._trials import FINDINGS, bound
 
     table = Table(title="Reliability", title_justify="left", box=box.SIMPLE_HEAD)

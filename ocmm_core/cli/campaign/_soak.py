@@ -1,4 +1,4 @@
-"""Hours of work: jobs at the full rate, one after the other, in one program that must not grow.
+"""Soak: jobs at the full rate in sequence, in one program that must not grow.
 
 The window and the wire have a soak of their own, ``benchmarks.soak``.
 """
@@ -23,10 +23,10 @@ from ocmm_core.storage import JobFile
 
 RATE_HZ = 8000
 WARM_UP_S = 600.0
-"""Until here code is compiled and pages are touched."""
+"""Earlier, code is compiled and pages are touched."""
 MOST_MIB_AN_HOUR = 1.0
 _SURE = 3.0
-"""The slope must be so many of its standard deviations above what is allowed to be believed."""
+"""Significance: standard deviations by which the slope must exceed the limit."""
 _FEWEST = 10
 _MIB = 2.0**20
 _WARM_JOBS = 1
@@ -34,14 +34,13 @@ _WARM_JOBS = 1
 
 @dataclass(slots=True)
 class SoakSamples:
-    """What the program held after each job."""
+    """Resources of the program after each job."""
 
     times: list[float] = field(default_factory=list)
     mib: list[float] = field(default_factory=list)
     others: list[dict[str, int]] = field(default_factory=list)
 
     def look(self, now_s: float) -> None:
-        """Take a sample."""
         own = Path("/proc/self")
         pages = int((own / "statm").read_text("ascii").split()[1])
         self.times.append(now_s)
@@ -58,7 +57,7 @@ class SoakSamples:
     def growth(self) -> tuple[float, float]:
         """Return the slope of the memory after the warm-up and its standard deviation, MiB/h.
 
-        By the straight line; both NaN where too little is there.
+        By a fitted straight line; both NaN with too few samples.
         """
         kept = [at for at, when in enumerate(self.times) if when >= WARM_UP_S]
         if len(kept) < _FEWEST:
@@ -69,7 +68,7 @@ class SoakSamples:
         return float(slope), float(np.sqrt(covariance[0, 0]))
 
     def found(self) -> dict[str, int]:
-        """Return what has grown until now, as findings."""
+        """Return the growth so far as findings."""
         slope, sigma = self.growth()
         grown = {"memory above 1 MiB/h": int(slope - _SURE * sigma > MOST_MIB_AN_HOUR)}
         if len(self.others) > _WARM_JOBS + 1:
@@ -79,7 +78,7 @@ class SoakSamples:
 
 
 def soak(seed: int, runs: int, done: frozenset[int]) -> Iterator[Trial]:
-    """Give what each whole job left behind in this program; acknowledged are its points."""
+    """Yield the result of each whole job in this program; its points are acknowledged."""
     if sys.platform != "linux":
         raise NotRunError("needs Linux")
     held, begun = SoakSamples(), time.monotonic()

@@ -1,4 +1,4 @@
-"""The stores that the campaign writes to, and a station of its own to write as."""
+"""Stores that the campaign writes to, and its own station identity."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from ocmm_core.simulation.calibration_scenes import (
 
 @contextmanager
 def other_station(home: Path) -> Iterator[None]:
-    """Be the program of another station meanwhile: another key, another memory."""
+    """Act as another station: another key, another memory."""
     names = ("XDG_DATA_HOME", "XDG_STATE_HOME")
     before = {name: os.environ.get(name) for name in names}
     try:
@@ -38,7 +38,7 @@ def other_station(home: Path) -> Iterator[None]:
 
 @dataclass(frozen=True, slots=True)
 class CalibrationSite:
-    """A store with calibrated and verified cameras, opened anew."""
+    """Store with calibrated and verified cameras, reopened."""
 
     folder: Path
     store: CalibrationStore
@@ -46,7 +46,7 @@ class CalibrationSite:
 
     @classmethod
     def made(cls, folder: Path) -> CalibrationSite:
-        """Return one in which the cameras are VALID."""
+        """Return a new store with VALID cameras."""
         store, record = CalibrationStore(folder), made_camera_record()
         store.accept(record, "technician", "new", RECORDS_MADE)
         store.verify(made_verification(record), RECORDS_MADE + timedelta(hours=1))
@@ -54,26 +54,23 @@ class CalibrationSite:
 
     @classmethod
     def opened(cls, folder: Path) -> CalibrationSite:
-        """Return one as a program finds it that starts now."""
+        """Return the store as a newly started program reads it."""
         return cls(folder, CalibrationStore(folder))
 
     def state(self, now: datetime) -> State:
-        """Return how the calibration stands at a moment."""
         return self.store.status(now).state
 
     def add(self, text: str, now: datetime) -> None:
-        """Append an event."""
         self.store.suspect("campaign", text, None, now)
 
     def verify(self, now: datetime) -> None:
-        """Measure at a moment that all is well."""
         if (active := self.store.active()) is not None:
             self.store.verify(made_verification(active), now)
 
 
 @dataclass(frozen=True, slots=True)
 class ProbeSite:
-    """A store with a calibrated and qualified probe, opened anew."""
+    """Store with a calibrated and qualified probe, reopened."""
 
     folder: Path
     store: ProbeStore
@@ -81,7 +78,7 @@ class ProbeSite:
 
     @classmethod
     def made(cls, folder: Path) -> ProbeSite:
-        """Return one in which the tip is VALID."""
+        """Return a new store with a VALID tip."""
         store, record = ProbeStore(folder), made_probe_record()
         store.calibrate(record, "technician", "new", RECORDS_MADE)
         store.qualify(made_tip_record(record), RECORDS_MADE + timedelta(hours=1))
@@ -89,19 +86,17 @@ class ProbeSite:
 
     @classmethod
     def opened(cls, folder: Path) -> ProbeSite:
-        """Return one as a program finds it that starts now."""
+        """Return the store as a newly started program reads it."""
         return cls(folder, ProbeStore(folder))
 
     def state(self, now: datetime) -> State:
-        """Return how the mounted tip stands at a moment."""
         return self.store.status(self._tip, now).state
 
     def add(self, text: str, now: datetime) -> None:
-        """Append an event."""
         self.store.doubt("campaign", text, now, now)
 
     def verify(self, now: datetime) -> None:
-        """Measure at a moment that all is well."""
+        """Add a passed qualification."""
         if (active := self.store.active(self._tip)) is not None:
             again = made_tip_record(active.calibration, points=len(self.store.events))
             self.store.qualify(again, now)
@@ -113,4 +108,3 @@ class ProbeSite:
 
 Site = CalibrationSite | ProbeSite
 SITES: tuple[type[CalibrationSite] | type[ProbeSite], ...] = (CalibrationSite, ProbeSite)
-"""The kinds of stores."""

@@ -1,4 +1,4 @@
-"""The reliability campaign: its trials, what was found, and the file that a run goes on from."""
+"""Reliability campaign: trials, findings, and the state file that a run resumes from."""
 
 from __future__ import annotations
 
@@ -45,30 +45,29 @@ FINDINGS = {
         "other files changed",
     ),
 }  # fmt: skip
-"""What each lane looks for; none of it may ever happen."""
+"""Findings of each lane; none may ever occur."""
 
 
 class Trial(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """One kill, cut or fault, and what it showed."""
+    """One kill, cut or fault, and its result."""
 
     lane: str
     seed: int
     number: int
-    """`lane`, `seed`, `number`: Which it was."""
     acknowledged: int
-    """Points or other items that were acknowledged before it."""
+    """Points or other items acknowledged before it."""
     found: dict[str, int]
-    """How often each finding was met; those that were not are left out."""
+    """Count of each finding; zeros are omitted."""
     note: str = ""
-    """Where something was found: what it was, to look into it."""
+    """Details of a finding, for debugging."""
 
 
 class NotRunError(Exception):
-    """The computer cannot do it; the message says why."""
+    """Lane that this computer cannot run; the message gives the reason."""
 
 
 Lane = Callable[[int, int, frozenset[int]], Iterator[Trial]]
-"""From a seed, how many, and those that are done already to the trials that are left."""
+"""From seed, number of trials, and finished trials to the remaining trials."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -81,26 +80,20 @@ class LaneResult:
 
     @property
     def failed(self) -> bool:
-        """Return whether anything was found that may not happen."""
         return any(trial.found for trial in self.trials)
 
     @property
     def acknowledged(self) -> int:
-        """Return how many items were acknowledged in all."""
         return sum(trial.acknowledged for trial in self.trials)
 
     def count(self, finding: str) -> int:
-        """Return how often something was found."""
         return sum(trial.found.get(finding, 0) for trial in self.trials)
 
 
 def read_state(path: Path) -> list[Trial]:
-    """Return the trials of a state file; a line that was being written is left out.
+    """Return the trials of a state file, without a truncated last line.
 
-    Raises
-    ------
-    InputError
-        It is none, or cannot be read.
+    Raises InputError if it is not a state file, or cannot be read.
     """
     if not path.exists():
         return []
@@ -124,16 +117,11 @@ def run_lane(
     until_s: float,
     told: Callable[[int], None],
 ) -> LaneResult:
-    """Do what is left of a lane, and return all of it.
+    """Run the remaining trials of a lane, and return all.
 
-    Parameters
-    ----------
-    state
-        Every trial is appended to it; None to keep nothing.
-    until_s
-        No trial begins after it, `time.monotonic`.
-    told
-        How many trials there are.
+    `state`: Every trial is appended to it; None to keep nothing.
+    `until_s`: No trial starts after it, `time.monotonic`.
+    `told`: Receives the number of trials.
     """
     before = [] if state is None else read_state(state)
     trials = [
@@ -155,14 +143,14 @@ def run_lane(
 
 
 def bound(trials: int) -> float:
-    """Return the rate that nothing in so many trials excludes with 95 %: the rule of three."""
+    """Return the 95 % upper bound of the rate after no finding in ``trials``: rule of three."""
     return min(1.0, 3.0 / trials) if trials else 1.0
 
 
 def forked(work: Callable[[int], None]) -> tuple[int, int]:
-    """Run ``work`` in a copy of this warm program; return its process and what it writes to.
+    """Run ``work`` in a fork of this warm program; return its pid and the pipe it writes to.
 
-    A program that starts anew would spend its life importing.
+    A newly started program would spend its time on imports.
     """
     reading, writing = os.pipe()
     child = os.fork()
@@ -180,7 +168,7 @@ def forked(work: Callable[[int], None]) -> tuple[int, int]:
 
 
 def read_numbers(pipe: int) -> list[int]:
-    """Return all whole lines that a program wrote that has ended or stands still."""
+    """Return all whole lines written by a program that has ended or is stopped."""
     content = b""
     while True:
         try:
@@ -197,7 +185,7 @@ def _keep(state: Path, trial: Trial) -> None:
     state.parent.mkdir(parents=True, exist_ok=True)
     content = state.read_bytes() if state.exists() else b""
     with state.open("r+b" if state.exists() else "wb") as stream:
-        # Behind the last whole line: the run before may have been killed in one.
+        # After the last whole line: the previous run may have been killed within one.
         stream.seek(content.rfind(b"\n") + 1)
         stream.truncate()
         stream.write(msgspec.json.encode(trial) + b"\n")

@@ -1,4 +1,4 @@
-"""What the campaign writes: small pieces of what the product writes, each acknowledged."""
+"""Work of the campaign: small writes of the product, each acknowledged."""
 
 from __future__ import annotations
 
@@ -28,22 +28,22 @@ Acknowledge = Callable[[int], None]
 
 @dataclass(frozen=True, slots=True)
 class CampaignWork:
-    """Something that is written."""
+    """A kind of writing."""
 
     do: Callable[[Path, Acknowledge], None]
     """Writes into a folder, and acknowledges each number when it is durable."""
     lost: Callable[[Path, list[int]], int]
-    """How many acknowledged numbers are not in that folder; OcmmError where it is unusable."""
+    """Counts acknowledged numbers missing in that folder; OcmmError if it is unusable."""
 
 
 class CampaignLine(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """What a history of the campaign holds."""
+    """A record of the campaign's history."""
 
     number: int
 
 
 def sample_point(number: int) -> MeasuredPoint:
-    """Return a point whose every number follows from its own."""
+    """Return a point whose values follow from its number."""
     rng = np.random.default_rng(number)
     return MeasuredPoint(
         number=number,
@@ -73,7 +73,7 @@ def sample_job(path: Path) -> JobFile:
 
 
 def append_points(path: Path, acknowledge: Acknowledge, most: int) -> None:
-    """Append points to a job, which is made where there is none."""
+    """Append points to a job, creating it if missing."""
     with JobFile.open(path) if path.exists() else sample_job(path) as job:
         first = job.next_number()
         for number in range(first, first + most):
@@ -82,14 +82,14 @@ def append_points(path: Path, acknowledge: Acknowledge, most: int) -> None:
 
 
 def lost_points(path: Path, acknowledged: list[int]) -> int:
-    """Return how many acknowledged points are not in the job as they were."""
+    """Return the number of acknowledged points that are missing or changed in the job."""
     if not path.exists():
         return len(acknowledged)
     with JobFile.open(path) as job:
         found = {point.number: point.spots.tobytes() for point in job.points()}
         faults = job.verify()
     wrong = sum(found.get(at) != sample_point(at).spots.tobytes() for at in acknowledged)
-    # Whatever the audit finds is a fault of the file, also where all points are there.
+    # Audit findings are faults of the file, even if all points exist.
     return wrong + len(faults)
 
 
@@ -125,7 +125,7 @@ def _report(folder: Path, acknowledge: Acknowledge) -> None:
 def _lost_in_report(folder: Path, acknowledged: list[int]) -> int:
     files = [folder / f"{name}.csv" for name in ("job", "points", "cloud")]
     numbers = {int(path.read_text()) if path.exists() else 0 for path in files}
-    # All of one report, which is the last acknowledged one or the one after it.
+    # All of one report: the last acknowledged one or the one after it.
     return int(len(numbers) != 1 or not 0 <= max(numbers) - max([0, *acknowledged]) <= 1)
 
 
@@ -184,17 +184,17 @@ WORKS = {
     "recording": CampaignWork(_recording, _lost_in_recording),
     "settings": CampaignWork(_settings, _lost_in_settings),
 }
-"""What is written, by its name in the table."""
+"""Kinds by name in the table."""
 
 
 def outcome_of(work: CampaignWork, folder: Path, pipe: int) -> str:
-    """Do the work, write what it acknowledges to a pipe, and return how it ended."""
+    """Do the work, write its acknowledgements to a pipe, and return how it ended."""
     try:
         work.do(folder, lambda number: _say(pipe, number))
     except OcmmError:
         return "told"
     except OSError:
-        # Whoever writes settings turns it into a sentence of his own.
+        # Callers that write settings turn it into their own message.
         return "told" if work is WORKS["settings"] else "traceback"
     except Exception:
         return "traceback"

@@ -1,4 +1,4 @@
-"""Two programs that want to write one job, or one store, at the same time.
+"""Two programs writing one job, or one store, at the same time.
 
 A trial in three is a job, one a store of calibrations and one a store of a probe.
 """
@@ -26,15 +26,15 @@ from ocmm_core.storage import JobFile
 _POINTS_A_TURN = 5
 _TURNS = 10
 _EVENTS = 100
-"""Of each of the two, in a store."""
+"""Per program, in a store."""
 _AT_ONCE_MOST = 8
-"""Events that one of them adds before it lets the other one go first."""
+"""Events that one program adds before it yields to the other."""
 _OPENED_ANEW = 0.05
 _RETRIED = ("job.locked", "job.exists", "events.busy")
 
 
 def writers(seed: int, runs: int, done: frozenset[int]) -> Iterator[Trial]:
-    """Give what two programs left behind that took turns, each as soon as it could."""
+    """Yield the results of two programs that take turns as fast as they can."""
     with tempfile.TemporaryDirectory() as name, other_station(Path(name) / "home"):
         for number in range(runs):
             if number in done:
@@ -74,7 +74,7 @@ def _both_in_store(site: Site, seed: int, number: int) -> Trial:
         return Trial("writers", seed, number, len(heard), found, str(error))
     texts = [event.reason for event in again.store.events]
     stored = Counter(int(text) for text in texts if text.isdecimal())
-    # Of each of the two, one after the other.
+    # Events of each program must be in order.
     lines = [int(text) for text in texts if text.isdecimal()]
     orders = [[one for one in lines if one % 2 == who] for who in range(2)]
     whole = again.store.exchanged is None and again.store.signer.sound
@@ -83,7 +83,7 @@ def _both_in_store(site: Site, seed: int, number: int) -> Trial:
         "items twice": sum(many - 1 for many in stored.values()),
         "audit faults": sum(one != sorted(one) for one in orders)
         + (not whole)
-        # Nothing but the last doubt speaks against it.
+        # Only the last suspicion counts against it.
         + (state is not State.SUSPECT),
         "writers that gave up": int(len(heard) < 2 * _EVENTS),
     }
@@ -97,7 +97,7 @@ def _trial(seed: int, number: int, heard: int, found: dict[str, int]) -> Trial:
 
 
 def _heard(write: Callable[[int, int], None]) -> list[int]:
-    """Let two programs write; return what was acknowledged to either."""
+    """Let two programs write; return the acknowledged numbers of both."""
     pairs = [forked(lambda to, who=who: write(who, to)) for who in range(2)]  # type: ignore[misc]
     heard: list[int] = []
     for child, pipe in pairs:

@@ -1,4 +1,4 @@
-"""The account of a model's tolerances on the terminal, as a table or as JSON."""
+"""Account of a model's tolerances on the terminal, as a table or as JSON."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ if TYPE_CHECKING:
 
 
 def print_account(account: Account, console: Console) -> None:
-    """Print what became of every item of a model, and how many of each kind were taken.
+    """Print the outcome of every item of a model, and counts by kind.
 
-    Datum references follow their tolerance and labels the item that they show; both are counted,
-    and in the JSON each stands by itself.
+    Datum references follow their tolerance and labels their item; both are counted, and are
+    separate items in the JSON.
     """
     from rich.table import Table
     from rich.text import Text
@@ -50,7 +50,7 @@ def print_account(account: Account, console: Console) -> None:
 
 
 def print_requirements(plan: Plan, console: Console) -> None:
-    """Print how many requirements of its sources a plan contains; nothing without a source."""
+    """Print the number of requirements of its sources a plan contains; nothing without a source."""
     from ocmm_core.inspection.plan import requirement_count
 
     count = requirement_count(plan)

@@ -1,4 +1,4 @@
-"""``ocmm archive recall``: a later finding over all archived jobs, wherever they were measured."""
+"""``ocmm archive recall``: a later finding applied to all archived jobs."""
 
 from __future__ import annotations
 

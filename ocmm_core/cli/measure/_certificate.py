@@ -1,4 +1,4 @@
-"""``ocmm certificate``: papers about the machine, and certificates that come from elsewhere."""
+"""``ocmm certificate``: certificates of the machine, and external ones."""
 
 from __future__ import annotations
 
@@ -72,7 +72,7 @@ def make(
 
     given = Particulars(customer=customer, place=place, humidity=humidity, pressure=pressure)
     sheet = load_paper(template or template_in_use(), given)
-    # Also before pages are drawn elsewhere: what is wrong with the records is said by its error.
+    # Before pages are drawn elsewhere, so that its error explains faulty records.
     paper = certificate_of_folder(folder, sheet, tip, calibration=calibration, as_found=as_found)
     console = make_console(soft_wrap=True)
     if not pages:
@@ -151,7 +151,7 @@ def artefact(
     dcc = read_dcc(read_bytes(file), trusted_signers(KeyFolder()))
     text = artefact_text(dcc, kind, due, quantity=quantity, expansion=grows)
     write_new(out, text.encode("utf-8"))
-    # The reader of the product has the last word: what it refuses does not stay.
+    # The product's own reader must accept the file, or it is removed.
     try:
         _ = load_bar(out) if kind == "bar" else load_sphere(out)
     except Exception:

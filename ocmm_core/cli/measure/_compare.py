@@ -1,4 +1,4 @@
-"""``ocmm compare``: several jobs of one plan side by side."""
+"""``ocmm compare``: compare several jobs of one plan."""
 
 from __future__ import annotations
 

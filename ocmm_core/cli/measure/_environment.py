@@ -1,4 +1,4 @@
-"""``ocmm environment``: what is read off in the room, kept in a job."""
+"""``ocmm environment``: ambient readings kept in a job."""
 
 from __future__ import annotations
 

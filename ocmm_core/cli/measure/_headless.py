@@ -28,7 +28,7 @@ from ocmm_core.tolerances.kinds import spec_of
 
 _POLL_S = 0.05
 _LEAST_NAME = 14
-"""Width to which a table wraps the names of characteristics."""
+"""Minimum width of the wrapped column of names."""
 _STYLE = {
     Verdict.CONFORM: "green",
     Verdict.NOT_CONFORM: "bold red",
@@ -48,27 +48,15 @@ def run_job(
 ) -> JobView:
     """Measure until the job is complete or the source has ended, and write the report.
 
-    Parameters
-    ----------
-    built
-        What measures; closed afterwards.
-    out
-        Folder of the report.
-    incomplete
-        Write the report also where something is missing.
-    formats
-        Of the report, see `export.chosen_formats`; empty for the usual one.
+    `built`: Closed afterwards.
+    `out`: Folder of the report.
+    `incomplete`: Also write the report of an incomplete job.
+    `formats`: See `export.chosen_formats`; empty for the default.
 
-    Raises
-    ------
-    StorageError
-        The job is not on the disk under its name: no report of it is kept.
-    MeasuringError
-        The source ended or failed before the job was complete; the points stay in the job file.
-    CalibrationError
-        The calibration does not allow points, or not any more.
-    InternalError
-        The station has failed; the points stay in the job file.
+    Raises StorageError if the job is not on the disk under its name: its report is removed;
+    MeasuringError if the source ended or failed before the job was complete; the points stay in the
+    job file; CalibrationError if the calibration does not allow points; InternalError if the
+    station has failed; the points stay in the job file.
     """
     station, reported = built.station, False
     files: tuple[Path, ...] = ()
@@ -78,7 +66,7 @@ def run_job(
     console.print(f"{lead('Job     ')}{built.job_path}")
     console.print(f"{lead('Header  ')}{_header(station.job.view().header)}", highlight=False)
     for fault in built.passed_over:
-        # It may be a part of the batch; nobody can tell.
+        # It may be a part of the batch; this cannot be determined.
         console.print(f"{lead('Passed over  ')}{say(fault.what)}", style="yellow", highlight=False)
     calibration = station.instruments.calibration()
     console.print(f"{lead('Calibration  ')}{say(calibration.label)}", highlight=False)
@@ -117,7 +105,7 @@ def run_job(
         print_counters(console, station.looks.acquisition())
         lost = station.job.lost
         if lost is not None:
-            # Nothing on paper refers to a job that cannot be found.
+            # No report may refer to a job that cannot be found.
             for file in files:
                 file.unlink(missing_ok=True)
             raise lost
@@ -127,7 +115,7 @@ def run_job(
 
 
 def _print_pages(job: Path, out: Path, console: Console, *, incomplete: bool) -> None:
-    """Write the PDF from the file of the job, which is closed."""
+    """Write the PDF from the closed file of the job."""
     options = [str(job), "--out", str(out), *(["--incomplete"] if incomplete else [])]
     for line in print_pages(
         "ocmm_gui.reports",
@@ -140,7 +128,6 @@ def _print_pages(job: Path, out: Path, console: Console, *, incomplete: bool) ->
 
 
 def print_table(console: Console, view: JobView, truth: Mapping[str, float] | None = None) -> None:
-    """Print the characteristics of a job, next to the true values if known."""
     _print_results(console, view, truth)
     for result in view.characteristics:
         if result.note:
@@ -200,9 +187,9 @@ def _print_results(console: Console, view: JobView, truth: Mapping[str, float] |
 
 
 def print_verdict(console: Console, view: JobView) -> None:
-    """Print what the job must not be taken for, and last the verdict on the part with its reasons.
+    """Print the states, then the reasons and last the verdict on the part.
 
-    The last line is the word; a script that reads only that has the answer.
+    Scripts may rely on the last line alone.
     """
     print_states(console, view)
     for reason in view.part_verdict.reasons:
@@ -214,13 +201,13 @@ def print_verdict(console: Console, view: JobView) -> None:
 
 
 def print_states(console: Console, view: JobView) -> None:
-    """Print a line for everything that a job must not be taken for: SIMULATED, INCOMPLETE."""
+    """Print a line for every limitation of a job: SIMULATED, INCOMPLETE."""
     for line in state_lines(view):
         console.print(say(line), style="bold yellow", highlight=False, markup=False)
 
 
 def print_explanations(console: Console, explained: Sequence[Explanation]) -> None:
-    """Print a line for every result that is not good: by how much, and what to do."""
+    """Print a line for every result that is not good: by how much, and the remedy."""
     for item in explained:
         console.print(
             f"{item.characteristic}: {say(item.why)} {say(item.suggestion)}",
@@ -230,7 +217,6 @@ def print_explanations(console: Console, explained: Sequence[Explanation]) -> No
 
 
 def print_counters(console: Console, status: AcquisitionStatus) -> None:
-    """Print what became of every cycle and frame."""
     console.print(
         say(
             f"Cycles  {status.elapsed}: {status.good} good, {status.late} late, {status.lost} "
@@ -252,9 +238,9 @@ def print_counters(console: Console, status: AcquisitionStatus) -> None:
 
 
 def exit_code(view: JobView) -> int:
-    """Return 0 where nothing speaks against the part, 1 where it is not proven to conform.
+    """Return 0 if nothing speaks against the part, 1 if conformity is not proven.
 
-    And 2 where it was not measured completely: nobody knows what the rest would say.
+    2 if it was not measured completely.
     """
     if not view.part_verdict.complete:
         return 2
@@ -262,7 +248,7 @@ def exit_code(view: JobView) -> int:
 
 
 def missing_sentences(view: JobView, job_path: Path, *, written: bool) -> str:
-    """Return what is missing in a job that has all its points or was left so, and what to do."""
+    """Return the missing features of an ended job, and the remedy."""
     missing = ", ".join(view.part_verdict.missing)
     said = f"{say_word(INCOMPLETE)}: {missing} {say('not measured.')}"
     if written:
@@ -271,7 +257,7 @@ def missing_sentences(view: JobView, job_path: Path, *, written: bool) -> str:
 
 
 def _header(header: JobHeader) -> str:
-    """Return operator, serial number, and order and batch where they are given, on one line."""
+    """Return operator, serial number, and order and batch if given, on one line."""
     beside = {"order": header.order, "batch": header.batch}
     named = {"operator": header.operator, "serial": header.serial}
     named |= {word: name for word, name in beside.items() if name}
@@ -306,26 +292,26 @@ def _wait(built: BuiltStation, console: Console) -> None:
 
 
 def _print_probe(console: Console, probe: ProbeView) -> None:
-    # A tip that was asked for by name is mounted when the station starts.
+    # A tip requested by name is mounted when the station starts.
     console.print(f"{lead('Probe  ')}{say(probe.label)}", highlight=False)
     for warning in probe.warnings:
         console.print(say(warning), style="yellow", highlight=False)
 
 
 def _require_calibration(built: BuiltStation) -> None:
-    """Raise CalibrationError where no point can come any more."""
+    """Raise CalibrationError if no further point is possible."""
     for view in (built.station.instruments.calibration(), built.station.instruments.probe()):
         if view.blocking_reason is None or view.word in (
             CalibrationStatus.VALID,
             CalibrationStatus.DUE,
             CalibrationStatus.DESIGN,
         ):
-            # What hinders a good calibration passes by itself: warmth, cameras not asked yet.
+            # Blockers of a valid calibration are temporary: warm-up, cameras not read yet.
             continue
         if built.station.faults.measuring is not None:
-            # It makes them unusable, too, and is the true cause.
+            # It also makes them unusable, and is the true cause.
             return
-        # A source that cannot even be started is told of first.
+        # A source that cannot be started is reported first.
         if built.station.looks.acquisition().state is AcquisitionState.RUNNING:
             raise CalibrationError(
                 "calibration.not_usable",
@@ -358,7 +344,7 @@ def _incomplete(view: JobView, status: AcquisitionStatus, job_path: Path) -> Ocm
 
 
 def _print_error(console: Console, error: OcmmError) -> None:
-    # At once, although the error that ends the command is repeated at its end: closing takes time.
+    # Immediately, although the error is repeated at the end: closing takes time.
     console.print(Text.assemble((shown(say(error.what)), "red"), " ", shown(say(error.remedy))))
 
 
@@ -368,7 +354,7 @@ def _print_refusal(console: Console, refusal: Refusal) -> None:
 
 
 def _held(view: JobView, truth: Mapping[str, float]) -> tuple[int, int]:
-    """Return for how many characteristics the truth lies inside U, and for how many it could."""
+    """Return for how many characteristics the truth lies within U, and of how many."""
     inside = [
         abs(result.measured - truth[result.name]) <= result.uncertainty
         for result in view.characteristics
@@ -381,7 +367,7 @@ def _held(view: JobView, truth: Mapping[str, float]) -> tuple[int, int]:
 
 
 def _cells(result: CharacteristicResult, true: float | None) -> list[str]:
-    """Return the texts of all number columns; a dash where there is no number."""
+    """Return the texts of all number columns; a dash without a number."""
     measured, deviation, uncertainty = result.measured, result.deviation, result.uncertainty
     error = None if measured is None or true is None else measured - true
     return [

@@ -1,4 +1,4 @@
-"""Between two parts of a batch on the terminal: nothing is touched before somebody says so."""
+"""Prompt between two parts of a batch on the terminal."""
 
 from __future__ import annotations
 
@@ -11,19 +11,11 @@ _NO = ("q", "quit", "n", "no", "nein")
 
 
 def await_part(console: Console, number: int, parts: int, serial: str, *, replayed: bool) -> None:
-    """Wait until somebody says that the next part lies in its place.
+    """Wait for the confirmation that the next part is in place.
 
-    Parameters
-    ----------
-    console
-        Says what is waited for. The answer is a line of the standard input.
-    number, parts, serial
-        Of the part that comes next, of how many, and its serial number.
+    `number`, `parts`, `serial`: Index of the next part, number of parts, and its serial number.
 
-    Raises
-    ------
-    MeasuringError
-        The answer is that no part follows, or nobody can answer: the input has ended.
+    Raises MeasuringError if the answer is that no part follows, or the input has ended.
     """
     console.print(
         say(f"Part {number} of {parts} is next, serial {serial}.")
@@ -42,7 +34,7 @@ def await_part(console: Console, number: int, parts: int, serial: str, *, replay
         console.print()
         raise _ended(number, parts, serial, "no answer: end of input") from None
     if not console.is_terminal:
-        # Nobody's Enter has ended the line.
+        # No Enter has ended the line.
         console.print()
     if answer.strip().lower() in _NO:
         raise _ended(number, parts, serial, "stopped by the operator")

@@ -1,4 +1,4 @@
-"""What a model offers, on the terminal and as JSON; and the options that choose from it."""
+"""Features offered by a model, on the terminal and as JSON, and options to choose them."""
 
 from __future__ import annotations
 
@@ -80,12 +80,9 @@ def request_by(
     reach: bool,
     sight: bool,
 ) -> StepRequest:
-    """Return what targets are chosen by.
+    """Return the request that targets are chosen by.
 
-    Parameters
-    ----------
-    stands
-        Which axis of the part points up, and how far it is turned, degrees.
+    `stands`: Axis of the part that points up, and rotation about it, degrees.
     """
     from ocmm_core.inspection.step import up_of, usual_request
 
@@ -99,7 +96,7 @@ def request_by(
 
 
 def print_offers(offers: Sequence[Offer], model: StepModel, console: Console) -> None:
-    """Print a line for each surface that a model offers, with what stands against it."""
+    """Print a line for each surface of a model, with reasons against it."""
     from rich.table import Table
     from rich.text import Text
 
@@ -137,14 +134,13 @@ def print_faces(account: FacesAccount, console: Console) -> None:
 
 
 def free_form_words(model: StepModel) -> str:
-    """Return how many free forms a model has, and how they are taken."""
+    """Return the number of free forms of a model, and the option that imports them."""
     count = len(model.free_forms)
     faces = say("1 free-form face") if count == 1 else say(f"{count:d} free-form faces")
     return say(f"{faces} can be measured as profiles: give --profile with the width of the zone.")
 
 
 def offers_json(offers: Sequence[Offer], model: StepModel) -> str:
-    """Return the surfaces that a model offers as JSON."""
     content = {
         "offers": [
             {

@@ -1,4 +1,4 @@
-"""Pages drawn by a program of its own: the core knows no Qt, the window does."""
+"""Pages drawn by a separate program: the core does not import Qt."""
 
 from __future__ import annotations
 
@@ -12,18 +12,18 @@ from ocmm_core.errors import StorageError
 def print_pages(
     module: str, calls: Sequence[Sequence[str]], code: str, what: str, remedy: str
 ) -> list[str]:
-    """Run ``python -m module`` with the arguments of each call, side by side.
+    """Run ``python -m module`` with the arguments of each call, in parallel.
 
     Returns
     -------
     lines
-        What they printed, in the order of the calls.
+        Their output, in the order of the calls.
 
     Raises
     ------
     StorageError
-        One of them failed, with ``code``, ``what`` and its last words, and ``remedy``; all are over
-        then, and what the others wrote is there.
+        One failed, with ``code``, ``what`` and its last output, and ``remedy``; all have ended,
+        and the files of the others exist.
     """
     programs: list[subprocess.Popen[str]] = []
     lines: list[str] = []

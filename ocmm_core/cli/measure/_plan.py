@@ -1,4 +1,4 @@
-"""``ocmm plan``: check a plan, make an empty one, fill it from a table or a model."""
+"""``ocmm plan``: check a plan, make an empty one, import a table or a model."""
 
 from __future__ import annotations
 
@@ -356,7 +356,7 @@ def part(
 def _import_qif(
     file: Path, output: Path, name: str | None, part: str | None, *, overwrite: bool
 ) -> None:
-    """Write the plan of a QIF document, and tell what it lacks by name; code 1 where it does."""
+    """Write the plan of a QIF document, and list its gaps by name; exit code 1 if any."""
     from ocmm_core.cli.measure._account import print_requirements
     from ocmm_core.documents import read_bytes
     from ocmm_core.export.qif import plan_of_qif
@@ -389,7 +389,7 @@ def _told(plan: Plan, output: Path, faces: FacesAccount) -> dict[str, Any]:
 
 
 def warnings_of(plan: Plan, folder: Path) -> list[str]:
-    """Return what a plan lacks that it can be measured without."""
+    """Return warnings: missing entries that a plan can be measured without."""
     from ocmm_core.inspection.evaluation import places_of
 
     found = [

@@ -1,4 +1,4 @@
-"""``ocmm recall``: which verdicts of older jobs stand after their calibration was found wrong."""
+"""``ocmm recall``: verdicts of older jobs after their calibration was found wrong."""
 
 from __future__ import annotations
 
@@ -133,7 +133,7 @@ def _let_fall(
 def write_recall(
     console: Console, record: RecallRecord, json_file: Path | None, pdf_file: Path | None
 ) -> None:
-    """Write the sealed recall and its pages where they are asked for."""
+    """Write the sealed recall and its pages if requested."""
     from ocmm_core.calibration.records import seal_signed
     from ocmm_core.seals import Signed
 
@@ -146,7 +146,6 @@ def write_recall(
 
 
 def show_recall(console: Console, record: RecallRecord) -> None:
-    """Print what a recall found."""
     from ocmm_core.inspection.recall import (
         COLUMNS,
         decided,

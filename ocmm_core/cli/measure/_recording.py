@@ -22,12 +22,9 @@ _IDLE_S = 0.005
 def record_source(
     request: StationRequest, path: Path, seconds: float | None, console: Console
 ) -> None:
-    """Record until the source ends, its script is over, or ``seconds`` of bus time have passed.
+    """Record until the source or its script ends, or ``seconds`` of bus time have passed.
 
-    Raises
-    ------
-    AcquisitionError
-        The source failed; what came before is in the file.
+    Raises AcquisitionError if the source failed; earlier frames are in the file.
     """
     plan, rig = load_plan(request.plan), calibration_of(request).rig
     feed = make_feed(request, plan, rig)

@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from ocmm_core.export.report import ReportData
 
 
-# Those of the registry, which is not loaded for a help; a test holds the two together.
+# Those of the registry, which is not loaded for help; a test compares them.
 FORMAT_WORDS = "polyworks, qif, dfq, xlsx, json, fai, pdf or all"
 PROFILED_WORDS = "polyworks, dfq, xlsx"
 
@@ -159,7 +159,7 @@ def report_command(
         deviations=tuple(deviation or ()), remarks=tuple(remark or ()),
     )  # fmt: skip
     surroundings(given)
-    # A template that cannot be used is told before the jobs are computed.
+    # Reject an unusable template before the jobs are computed.
     load_paper(template or template_in_use())
     console = make_console(soft_wrap=True)
     chosen = chosen_formats(formats or [DEFAULT_FORMAT])
@@ -188,7 +188,7 @@ def report_command(
         return
     folder = out if out is not None else jobs[0].parent
     if not incomplete:
-        # Before the first file, whatever the formats are.
+        # Before the first file, for all formats.
         require_complete(data)
     if written:
         for path in write_report(data, written, folder, layout, incomplete=incomplete):
@@ -213,7 +213,7 @@ def _print_pages(
     calibrations: Path | None,
     others: Sequence[str],
 ) -> list[str]:
-    """Write the PDF reports, many in programs side by side; return their paths in order."""
+    """Write the PDF reports, many in parallel; return their paths in order."""
     options = ["--out", str(folder), *others]
     if probes is not None:
         options += ["--probes", str(probes)]
@@ -232,7 +232,7 @@ def _print_pages(
 
 @dataclass(frozen=True, slots=True)
 class _Read:
-    """A job to be reported, and what is told of it."""
+    """A job to be reported, with its warnings."""
 
     path: Path
     data: ReportData
@@ -243,7 +243,7 @@ class _Read:
 def _read_all(
     jobs: Sequence[Path], probes: Path | None, calibrations: Path | None, console: Console
 ) -> tuple[list[_Read], list[OcmmError]]:
-    """Open all jobs, many in processes side by side; tell what is to be known of each, in order."""
+    """Open all jobs, many in parallel; print warnings of each, in order."""
     with progress_line() as tell:
         found = list(
             side_by_side(

@@ -1,9 +1,9 @@
-"""``ocmm station``, ``ocmm settings``, ``ocmm support``: the computer of a station, and help.
+"""``ocmm station``, ``ocmm settings``, ``ocmm support``: computer of a station, and support.
 
 In: options. Out: a line with a light for each check, or the same as JSON.
 
-Read `_station` (the command) and `_page` (what is printed), then `_settings` and `_support`. It
-judges nothing itself: that is `ocmm_core.doctor`, `ocmm_core.settings` and `ocmm_core.support`.
+Read `_station` (the command) and `_page` (its output), then `_settings` and `_support`. Judgement
+is in `ocmm_core.doctor`, `ocmm_core.settings` and `ocmm_core.support`.
 """
 
 from __future__ import annotations

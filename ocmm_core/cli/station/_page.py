@@ -1,4 +1,4 @@
-"""The report of the doctor on a terminal: the light as a word first, then what, then what to do."""
+"""Report of the doctor on a terminal: the light as a word, then finding and remedy."""
 
 from __future__ import annotations
 
@@ -26,9 +26,9 @@ _STYLES = {
 
 
 def print_report(report: DoctorReport, console: Console) -> None:
-    """Print a line for each check, below it what to do, and how many there are of each light."""
+    """Print each check with its remedy, and the number of checks per light."""
     table = Table.grid(padding=(0, 2))
-    # Words are never cut in two: a light is read from afar.
+    # Words are never split: a light is read from afar.
     for _ in range(2):
         table.add_column(no_wrap=True)
     table.add_column()
@@ -50,7 +50,7 @@ def print_report(report: DoctorReport, console: Console) -> None:
 
 
 def print_hint(computer: Computer, changes: Sequence[SystemChange], console: Console) -> None:
-    """Print what --fix and --undo would do here, where they would do anything."""
+    """Print the effect of --fix and --undo here, if any."""
     if changes:
         console.print(
             say("--fix puts right what says so: it shows the changes, asks, and can be undone.")
@@ -60,7 +60,7 @@ def print_hint(computer: Computer, changes: Sequence[SystemChange], console: Con
 
 
 def print_changes(changes: Sequence[SystemChange], console: Console) -> None:
-    """Print changes, those that differ by a number alone in one line."""
+    """Print changes; those that differ only by a number share a line."""
     alike: dict[str, list[str]] = {}
     for one in changes:
         alike.setdefault(re.sub(r"(cpu|irq/|state)\d+", r"\1N", one.words), []).append(one.words)
@@ -71,7 +71,7 @@ def print_changes(changes: Sequence[SystemChange], console: Console) -> None:
 
 
 def print_mended(done: Sequence[Mended], what: str, console: Console) -> None:
-    """Print which changes were not possible, and of how many there is ``what`` was done."""
+    """Print the failed changes, and the number of successful ones."""
     for one in done:
         if one.complaint:
             console.print(f"  {say('Not done:')} {one.change.place}: {say(one.complaint)}")

@@ -1,4 +1,4 @@
-"""``ocmm settings``: what the Settings page of the window changes, for scripts."""
+"""``ocmm settings``: the settings of the window, for scripts."""
 
 from __future__ import annotations
 

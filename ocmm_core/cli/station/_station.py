@@ -1,4 +1,4 @@
-"""``ocmm station doctor``: is this computer fit to measure with, and what to do about it."""
+"""``ocmm station doctor``: check whether this computer is fit to measure."""
 
 from __future__ import annotations
 
@@ -98,11 +98,11 @@ def doctor(
 
 
 def _fix(computer: Computer, changes: tuple[SystemChange, ...], *, yes: bool) -> None:
-    """Show the changes, ask, make them, and say which of them were not possible."""
+    """Show the changes, confirm, apply, and print failures."""
     from ocmm_core.cli.station._page import print_changes, print_mended
     from ocmm_core.doctor import may_mend, mend
 
-    # What is read by programs stays apart.
+    # Separate from output that programs read.
     console = make_console(stderr=True)
     if not changes:
         console.print(say("Nothing can be put right without a technician."))

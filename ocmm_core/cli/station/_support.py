@@ -1,4 +1,4 @@
-"""``ocmm support``: pack what support needs, after showing what is inside."""
+"""``ocmm support``: pack a support bundle, after showing its contents."""
 
 from __future__ import annotations
 

@@ -3,9 +3,8 @@
 In: files of points, job files, reference pairs, a probe's design. Out: tables, JSON, SVG plots.
 
 Read `_fit` with `_fit_rows` and `_fit_json`, `_verify_fits`, `_uncertainty`, `_probe` (a probe
-before it is built), `_study` (simulations of a procedure), `_coverage` (of whole
-measurements), `_bench` and `_endurance` (speed and
-memory of the hot path). It must not know `cli.calibrate`.
+before it is built), `_study` (simulations of a procedure), `_coverage` (of whole measurements),
+`_bench` and `_endurance` (speed and memory of the hot path). It must not know `cli.calibrate`.
 """
 
 from __future__ import annotations

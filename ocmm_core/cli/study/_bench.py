@@ -1,6 +1,6 @@
-"""``ocmm bench``: the speed of the hot path, as ratios that were measured in one run.
+"""``ocmm bench``: speed of the hot path, as ratios measured in one run.
 
-Times are processor time of this thread, so that a busy machine does not change the ratios.
+Times are CPU time of this thread, so that a busy machine does not change the ratios.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ _BLOCK = 80
 
 @dataclass(frozen=True, slots=True)
 class BenchRow:
-    """One figure: what, the value, what it is compared with, and the ratio against its limit."""
+    """One figure: name, value, comparison, and the ratio with its limit."""
 
     name: str
     value: str
@@ -41,7 +41,6 @@ class BenchRow:
 
 
 def run_bench(seconds: float, console: Console) -> None:
-    """Measure and print."""
     rows = measure_speed(seconds)
     table = Table(title="Hot path of this machine, one core", title_justify="left")
     for name in ("Figure", "Value", "Against"):
@@ -103,7 +102,7 @@ def measure_speed(seconds: float) -> list[BenchRow]:
 
 
 def eight_leds(body: ProbeBody) -> ProbeBody:
-    """Return the body with LEDs added up to eight, to measure the largest case."""
+    """Return the body with LEDs added up to eight, the largest case."""
     more = np.array([[-18.0, -24.0, 236.0], [24.0, 28.0, 132.0]])
     leds = np.concatenate([body.leds_probe, more])
     return replace(
@@ -128,7 +127,7 @@ def random_frames(rig: Rig, body: ProbeBody, count: int, seed: int) -> Float:
 
 
 def _per_call(work: Callable[[], object], seconds: float) -> float:
-    """Return the processor time of one call: the median of ten groups, after a call to warm up."""
+    """Return the CPU time of one call: median of ten groups, after a warm-up call."""
     work()
     start = time.thread_time()
     work()
@@ -159,7 +158,7 @@ def _per_block(rig: Rig, body: ProbeBody, frames: Float, seconds: float) -> floa
     turn = itertools.count()
 
     def track() -> None:
-        # Time goes on: a block that came once more would be an interruption, and labels be sought.
+        # Times must advance: a repeated block would be an interruption, and labels be searched.
         first = next(turn) * _BLOCK
         pipeline.process(
             replace(block, counter=block.counter + first, time_ns=block.time_ns + first * 125_000)
@@ -173,11 +172,11 @@ def _has_opencv() -> bool:
 
 
 def _opencv_chain(rig: Rig, body: ProbeBody) -> Callable[[Float], Float]:
-    """Return what a good user of OpenCV and numpy writes: spots (n, 2, L, 2) to tips (n, 3).
+    """Return a competent OpenCV and numpy implementation: spots (n, 2, L, 2) to tips (n, 3).
 
-    All spots of a camera are undistorted by one call, all points of all frames triangulated by
-    another, and the rigid fits come from one stacked singular value decomposition (Kabsch, with
-    determinant +1). Without covariance and without refinement: less than what it is compared with.
+    One call undistorts all spots of a camera, another triangulates all points of all frames, and
+    one stacked singular value decomposition gives the rigid fits (Kabsch, determinant +1). It has
+    neither covariance nor refinement: less than the code it is compared with.
     """
     cv2: Any = importlib.import_module("cv2")
     cv2.setNumThreads(1)

@@ -1,9 +1,8 @@
-"""How often value ± U (k = 2) holds the truth, over seeded virtual rigs.
+"""Coverage of value ± U (k = 2) over seeded virtual rigs.
 
 Every run draws its own true cameras, probe and ball from the covariance of the documents, its own
-sensor pattern and spot noise, and measures the whole part. The frames come at 500 Hz instead of
-8 kHz to save time; the stated uncertainty follows, because it is computed from the frames that
-there are.
+sensor pattern and spot noise, and measures the whole part. Frames come at 500 Hz instead of 8 kHz
+to save time; the stated uncertainty follows, because it is computed from the available frames.
 """
 
 from __future__ import annotations
@@ -42,15 +41,15 @@ Kind = Literal["distance", "coordinate"]
 Axis = Literal["", "x", "y", "z"]
 _AXES: tuple[Axis, ...] = ("x", "y", "z")
 _PARALLEL = 1.0 - 1e-9
-"""Cosine between normals that a plan means to be parallel."""
+"""Cosine between normals of nominally parallel features."""
 _BATCH = 800
 _MOST_ROUNDS = 3
-"""How often is tried again what was refused."""
+"""Number of rounds of retries of refused touches."""
 
 
 @dataclass(frozen=True, slots=True)
 class CoverageSetup:
-    """What every run measures with; paths of the documents."""
+    """Paths of the documents of all runs."""
 
     plan: Path = DEMO_PLAN
     rig: Path = RECOMMENDED_RIG
@@ -60,7 +59,7 @@ class CoverageSetup:
 
 @dataclass(frozen=True, slots=True)
 class CoverageOutcome:
-    """One characteristic of one run: error and stated U, mm; NaN where not measured."""
+    """One characteristic of one run: error and stated U, mm; NaN if not measured."""
 
     name: str
     error: float
@@ -85,19 +84,12 @@ def run_coverage(
     site: Site = HERE,
     told: Callable[[int], None] = lambda done: None,
 ) -> list[list[CoverageOutcome]]:
-    """Measure once for every seed; the same numbers wherever that is done.
+    """Measure once for every seed; results do not depend on the site.
 
-    Parameters
-    ----------
-    site
-        Where. Workers get the documents by their content.
-    told
-        How many runs are done.
+    `site`: Where to compute. Workers get the contents of the documents.
+    `told`: Receives the number of finished runs.
 
-    Raises
-    ------
-    OcmmError
-        A run failed, or the site cannot be used.
+    Raises OcmmError if a run failed, or the site cannot be used.
     """
     documents = tuple(read_bytes(path) for path in (setup.plan, setup.rig, setup.probe, setup.part))
     found = []
@@ -116,7 +108,7 @@ def _documents(documents: tuple[bytes, ...], seed: int) -> tuple[bytes, ...]:
 
 
 def _run_from(seed: int, *documents: bytes) -> list[CoverageOutcome]:
-    """Measure once with documents as they were sent."""
+    """Measure once with the contents of documents."""
     with scratch_folder("coverage") as folder:
         paths = [folder / f"{name}.toml" for name in ("plan", "rig", "probe", "part")]
         for path, content in zip(paths, documents, strict=True):
@@ -125,11 +117,11 @@ def _run_from(seed: int, *documents: bytes) -> list[CoverageOutcome]:
 
 
 def more_characteristics(plan: Plan) -> Plan:
-    """Return the plan with characteristics of place for all features that have one, without form.
+    """Return the plan with characteristics of location for all features that have one, no form.
 
-    Touched points and planes get a distance to the first plane that they are parallel to, centres
-    their coordinates where there is a part frame. The true form is zero, and a range of residuals
-    can only be greater: no interval about it could hold the truth in 95 of 100 runs.
+    Points and planes get a distance to the first parallel plane, centres their coordinates if there
+    is a part frame. The true form is zero, and a range of residuals can only be greater: no
+    interval about it could cover the truth in 95 of 100 runs.
     """
     kept = [item for item in plan.characteristics if not spec_of(item.kind).form_alone]
     stated = {(item.kind, frozenset(item.features), item.axis) for item in kept}
@@ -143,7 +135,7 @@ def more_characteristics(plan: Plan) -> Plan:
 
 
 def _place_of(plan: Plan, feature: NominalFeature) -> Iterator[Characteristic]:
-    """Give the characteristics that say where a feature is."""
+    """Yield the characteristics of a feature's location."""
     shape = feature.shape.spec
     if shape.located == "along" or shape.minimum_points == 1:
         for base in plan.features:
@@ -200,16 +192,12 @@ def touch_all(
     collector: TouchCollector,
     seen: Callable[[FrameBlock], FrameBlock] = lambda block: block,
 ) -> None:
-    """Take all touches of a virtual rig into a session, and again what was refused.
+    """Record all touches of a virtual rig in a session, and retry refused ones.
 
-    Parameters
-    ----------
-    virtual, touches
-        The rig, and the features that it was made to touch, each with how often.
-    session, pipeline, collector
-        What measures.
-    seen
-        What becomes of frames between the cameras and the pipeline.
+    `virtual`, `touches`: The rig, and the features that it touches, each with its number of
+      touches.
+    `session`, `pipeline`, `collector`: The measuring chain.
+    `seen`: Modifies frames between the cameras and the pipeline.
     """
     meant = [name for name, count in touches for _ in range(count)]
     first = taken = rounds = 0
@@ -220,7 +208,7 @@ def touch_all(
                 meant.append(meant[taken])
             taken += 1
         first += count
-        # Who sees that a touch was refused touches again.
+        # Operators repeat refused touches.
         if first >= virtual.n_frames and taken < len(meant) and rounds < _MOST_ROUNDS:
             rounds += 1
             virtual.extend([(name, 1) for name in meant[taken:]], first)
@@ -229,7 +217,7 @@ def touch_all(
 def coverage_table(
     runs: Sequence[Sequence[CoverageOutcome]],
 ) -> list[tuple[str, float, float, float]]:
-    """Return name, share covered, mean U and RMS error (mm) of every characteristic."""
+    """Return name, coverage, mean U and RMS error (mm) of every characteristic."""
     rows = []
     for outcomes in zip(*runs, strict=True):
         errors = np.array([outcome.error for outcome in outcomes])

@@ -1,4 +1,4 @@
-"""The memory of a long run: the whole chain, with the virtual rig at full speed."""
+"""Memory of a long run: the whole chain, with the virtual rig at full speed."""
 
 from __future__ import annotations
 
@@ -21,25 +21,21 @@ _MIB = 1024.0 * 1024.0
 
 @dataclass(frozen=True, slots=True)
 class MemoryRun:
-    """Memory over a run."""
-
     frames: int
-    """Frames that were tracked."""
     wall_s: float
-    """How long that took."""
     memory_mib: tuple[float, ...]
-    """Resident memory at ten equal steps of bus time, MiB; the first is after one tenth, when
-    everything has been loaded and the script has been measured. Without the frames of the last 30
-    s, which are kept on purpose and bounded (decision 99)."""
+    """Resident memory at ten equal steps of bus time, MiB; the first after one tenth, when
+    everything is loaded and the script has been measured. Excludes the last 30 s of frames, which
+    are kept on purpose and bounded (decision 21)."""
 
     @property
     def growth_mib(self) -> float:
-        """Return how much the memory grew from the first to the last sample, MiB."""
+        """Return the growth from the first to the last sample, MiB."""
         return self.memory_mib[-1] - self.memory_mib[0]
 
 
 def run_for(bus_time_s: float, console: Console) -> MemoryRun:
-    """Run the station on the virtual rig for so much bus time, at 8 kHz.
+    """Run the station on the virtual rig at 8 kHz for ``bus_time_s``.
 
     The operator measures a short plan; then the probe stays in view and is tracked.
     """
@@ -69,7 +65,6 @@ def run_for(bus_time_s: float, console: Console) -> MemoryRun:
 
 
 def print_run(run: MemoryRun, bus_time_s: float, console: Console) -> None:
-    """Print memory and speed of a run."""
     samples = "  ".join(f"{value:.0f}" for value in run.memory_mib)
     console.print(f"{bus_time_s:.0f} s of bus time, {run.frames} frames at 8 kHz", highlight=False)
     console.print(f"Memory at ten steps, MiB: {samples}", highlight=False)

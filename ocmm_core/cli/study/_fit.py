@@ -1,4 +1,4 @@
-"""``ocmm fit``: one element through the points of a text file."""
+"""``ocmm fit``: fit one element to the points of a file."""
 
 from __future__ import annotations
 
@@ -43,7 +43,6 @@ def _word_of(shape: Shape) -> str:
 
 
 SHAPES = {_word_of(shape): shape for shape in Shape}
-"""Shapes by their words on the command line."""
 
 
 def _shape_of(word: str) -> Shape:
@@ -54,8 +53,6 @@ def _shape_of(word: str) -> Shape:
 
 
 class CriterionWord(StrEnum):
-    """Criteria on the command line."""
-
     LEAST_SQUARES = "least-squares"
     MINIMUM_ZONE = "minimum-zone"
     INSCRIBED = "inscribed"
@@ -197,7 +194,7 @@ def _print_fit(
 
 
 def _print_uncertainty(console: Console, rows: Sequence[FitRow]) -> None:
-    """Print what U stands for, and why a number has none."""
+    """Print the meaning of U, and why a number has none."""
     stated = [row for row in rows if row.stated is not None]
     if not stated:
         console.print(
@@ -262,7 +259,7 @@ def _print_outliers(console: Console, fit: Fit, points: Float) -> None:
 
 
 def _print_rival(console: Console, fit: Fit) -> None:
-    """Print that the points fit another element as well, and which one."""
+    """Print another element that the points fit as well, if any."""
     from ocmm_core.features.search import sizes_in_words
 
     if fit.rival is None:

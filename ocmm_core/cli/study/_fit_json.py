@@ -1,4 +1,4 @@
-"""The form of ``ocmm fit --json``; docs/fits.md explains it."""
+"""Format of ``ocmm fit --json``; see docs/fits.md."""
 
 from __future__ import annotations
 
@@ -17,9 +17,9 @@ SCHEMA = "ocmm.fit/1"
 
 
 class UncertaintyPart(msgspec.Struct, frozen=True, kw_only=True):
-    """Uncertainty of one number, in ``unit``: u, U and the factor between them.
+    """Uncertainty of one number, in ``unit``: u, U and coverage factor.
 
-    ``U`` and ``k`` are null where first order is not valid, and where the fit has a rival.
+    ``U`` and ``k`` are null if first order is not valid or the fit has a rival.
     """
 
     unit: str
@@ -31,7 +31,7 @@ class UncertaintyPart(msgspec.Struct, frozen=True, kw_only=True):
 
 
 class NumberPart(msgspec.Struct, frozen=True, kw_only=True):
-    """One number, or a vector of three; ``uncertainty`` is null where nothing is known of it."""
+    """One number, or a vector of three; ``uncertainty`` is null if unknown."""
 
     name: str
     value: tuple[float, ...]
@@ -40,17 +40,17 @@ class NumberPart(msgspec.Struct, frozen=True, kw_only=True):
 
 
 class FitFile(msgspec.Struct, frozen=True, kw_only=True):
-    """The whole; lengths in mm whatever the unit of the file, ``file_unit``, was.
+    """The document; lengths in mm regardless of ``file_unit``.
 
     ``numbers`` are those of the table. ``probability`` is that of U. ``rival`` has the numbers of
-    another element that the points cannot tell from this one. Rows of points count from 1.
+    another element that the points cannot distinguish from this one. Rows of points count from 1.
     """
 
     schema: str
     file: str
     file_unit: str
     account: dict[str, object]
-    """What was read of the file and what was left out."""
+    """Accepted and omitted contents of the file."""
     shape: str
     criterion: str
     criterion_letter: str
@@ -74,7 +74,7 @@ def fit_json(
     found: FitUncertainty | None,
     odd: CommandingPoints | None,
 ) -> str:
-    """Return the text, numbers with all their digits."""
+    """Return the JSON text, numbers with all digits."""
     least_squares = fit.criterion is Criterion.LEAST_SQUARES
     whole = FitFile(
         schema=SCHEMA,

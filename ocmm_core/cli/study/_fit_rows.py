@@ -1,4 +1,4 @@
-"""What ``ocmm fit`` says of an element: one list of numbers for the table and for JSON."""
+"""Results of ``ocmm fit``: one list of numbers for the table and for JSON."""
 
 from __future__ import annotations
 
@@ -24,20 +24,19 @@ class FitRow:
     unit: str
     """mm, deg or empty."""
     stated: Stated | None
-    """What is known of its uncertainty, in ``stated_unit``; None where nothing is."""
+    """Its uncertainty in ``stated_unit``; None if unknown."""
     stated_unit: str
     factor: float = 1.0
 
     @property
     def expanded(self) -> float | None:
-        """Return U in its unit; None where there is none."""
+        """Return U in ``unit``; None if not stated."""
         if self.stated is None or self.stated.expanded is None:
             return None
         return self.factor * self.stated.expanded
 
 
 def rows_of(fit: Fit, found: FitUncertainty | None) -> list[FitRow]:
-    """Return everything that the shape has, with its uncertainty."""
     rows = []
     spec = fit.shape.spec
     if not spec.centred:

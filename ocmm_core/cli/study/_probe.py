@@ -1,4 +1,4 @@
-"""``ocmm probe``: what a probe is good for, before it is built."""
+"""``ocmm probe``: performance of a probe before it is built."""
 
 from __future__ import annotations
 
@@ -95,7 +95,6 @@ def design(
 
 
 def print_report(console: Console, report: ProbeReport) -> None:
-    """Print everything that was found, in sentences and tables."""
     import numpy as np
 
     from ocmm_core.measuring import label_verdict, label_words, mechanics_words
@@ -161,7 +160,7 @@ def print_report(console: Console, report: ProbeReport) -> None:
 
 
 def write_figures(report: ProbeReport, out: Path) -> list[Path]:
-    """Write maps and bending line and return their names; raise InputError where that fails."""
+    """Write maps and bending line and return their names; InputError if that fails."""
     from ocmm_core.cli.terminal import bending, tip_map
     from ocmm_core.measuring import map_range
 

@@ -1,4 +1,4 @@
-"""``ocmm study``: simulations that say how far a procedure is wrong by noise alone."""
+"""``ocmm study``: simulated errors of a procedure due to noise alone."""
 
 from __future__ import annotations
 
@@ -37,12 +37,10 @@ study_app = typer.Typer(
 THESIS_RIG = resource("rigs", "thesis.toml")
 THESIS_PROBE = resource("probes", "thesis.toml")
 _SHOWN = 1500
-"""Poses of figure 13: more only hide each other."""
+"""Poses of figure 13: more would hide each other."""
 
 
 class EstimatorName(StrEnum):
-    """Ways to find the tip."""
-
     THESIS = "thesis"
     COMMON = "common"
     BUNDLE = "bundle"

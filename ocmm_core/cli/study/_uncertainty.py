@@ -1,4 +1,4 @@
-"""``ocmm uncertainty``: where the uncertainties of a job come from, and Monte Carlo beside them."""
+"""``ocmm uncertainty``: uncertainty budget of a job, and Monte Carlo for comparison."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""``ocmm verify-fits``: the fits of this installation against certified reference pairs."""
+"""``ocmm verify-fits``: fits of this installation against certified reference pairs."""
 
 from __future__ import annotations
 
@@ -19,8 +19,6 @@ if TYPE_CHECKING:
 
 
 class ConventionWord(StrEnum):
-    """What certified numbers mean, on the command line."""
-
     NIST = "nist"
     PTB = "ptb"
     ANY = "any"

@@ -1,10 +1,10 @@
-"""What the commands share: the console, options, and pictures as files.
+"""Shared by the commands: the console, options, and pictures as files.
 
-In: texts, tables, arrays of pixels, points. Out: a terminal that copes with pipes, PNG, PGM, SVG.
+In: texts, tables, arrays of pixels, points. Out: text for terminals and pipes, PNG, PGM, SVG.
 
-Read `_console` and `_shown` (how anything is printed), `_speech` (in which language) and `_options`
-(options that several commands have; `_cluster_options` those that say where is computed), then
-`_pictures` (16 bit images), `_svg` and `_svg_maps` (small plots without a plotting library).
+Read `_console` and `_shown` (printing), `_speech` (language) and `_options` (options of several
+commands; `_cluster_options` those of distributed computation), then `_pictures` (16 bit images),
+`_svg` and `_svg_maps` (small plots without a plotting library).
 It must not know any command.
 """
 

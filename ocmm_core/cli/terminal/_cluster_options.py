@@ -1,4 +1,4 @@
-"""Options of the commands that can compute on many processes or computers, the same for all."""
+"""Shared options of the commands that can compute on many processes or computers."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ def _options(
         ),
     ] = False,
 ) -> Site:
-    """Return where a command computes; InputError where it cannot or must not."""
+    """Return where a command computes; InputError if it cannot be used."""
     site = Site(
         scheduler, workers, scheduler_ca, scheduler_cert, scheduler_key, unencrypted=unencrypted,
         dask=True,
@@ -59,10 +59,10 @@ def _options(
 
 
 def computing(command: Callable[..., None]) -> Callable[..., None]:
-    """Give a command the options that say where is computed, in the place of its ``site``.
+    """Replace the ``site`` parameter of a command with the options for distributed computation.
 
-    The command has ``site: Site`` among its parameters by keyword; it is called with a site that
-    may be used. Typer reads the signature that this returns.
+    The command has the keyword parameter ``site: Site`` and is called with a usable site. Typer
+    reads the signature of the returned function.
     """
     own = inspect.signature(command, eval_str=True)
     ours = inspect.signature(_options, eval_str=True).parameters

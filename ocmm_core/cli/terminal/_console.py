@@ -1,4 +1,4 @@
-"""The console of the command line: what is printed is never read as markup or control codes."""
+"""Console of the command line: printed text is never read as markup or control codes."""
 
 from __future__ import annotations
 
@@ -16,30 +16,26 @@ _WIDE = 118
 
 
 class PlainConsole(Console):
-    """A console that prints texts as they are: names and paths of others are in nearly all of them.
+    """A console that prints texts literally: most contain foreign names and paths.
 
-    Square brackets are square brackets, and a character that would steer the terminal is shown as
-    its number. What shall have a style gets it by ``style=`` or as a `rich.text.Text`.
+    Square brackets are no markup, and control characters are shown as their code. Style with
+    ``style=`` or `rich.text.Text`.
     """
 
     def __init__(self, **options: Any) -> None:
         super().__init__(markup=False, emoji=False, **options)
 
     def render_str(self, text: str, **options: Any) -> Text:
-        """Return a text that shows ``text`` as it is; every string that is printed comes here."""
+        """Return a literal text; every printed string passes here."""
         options["markup"] = options["emoji"] = False
         return super().render_str(shown(text), **options)
 
 
 def make_console(*, soft_wrap: bool = False, stderr: bool = False) -> Console:
-    """Return the console; a pipe or file is wide enough for the whole table.
+    """Return the console; pipes and files are wide enough for the whole table.
 
-    Parameters
-    ----------
-    soft_wrap
-        Whether long lines are left as they are.
-    stderr
-        Whether it stays apart from what other programs read.
+    `soft_wrap`: Leave long lines as they are.
+    `stderr`: Keep the output separate from what other programs read.
     """
     console = PlainConsole(soft_wrap=soft_wrap, stderr=stderr)
     if soft_wrap or console.is_terminal:
@@ -56,9 +52,9 @@ def wide_enough(console: Console, width: int) -> Console:
 
 @contextmanager
 def progress_line() -> Iterator[Callable[[str, float], None]]:
-    """Give what tells how far a command is, in a line of the terminal that goes again.
+    """Yield a progress function, shown in a transient line of the terminal.
 
-    It gets what is done and the share that is done. Where nobody looks, nothing is printed.
+    It takes the current step and the share done. Without a terminal nothing is printed.
     """
     console = PlainConsole(stderr=True)
     if not console.is_terminal:

@@ -1,4 +1,4 @@
-"""Pictures of 16 bits as files: PNG (ISO/IEC 15948) and PGM (netpbm)."""
+"""16 bit pictures as files: PNG (ISO/IEC 15948) and PGM (netpbm)."""
 
 from __future__ import annotations
 
@@ -17,24 +17,24 @@ _GREYSCALE, _BITS = 0, 16
 
 
 def encode_png(picture: NDArray[np.uint16]) -> bytes:
-    """Return a picture (height, width) as PNG in grey levels of 16 bits, not scaled."""
+    """Return a picture (height, width) as 16 bit greyscale PNG, not scaled."""
     height, width = picture.shape
     head = struct.pack(">IIBBBBB", width, height, _BITS, _GREYSCALE, 0, 0, 0)
     rows = np.zeros((height, 1 + 2 * width), np.uint8)
-    # Each row begins with its filter, 0: none.
+    # Each row starts with its filter, 0: none.
     rows[:, 1:] = picture.astype(">u2").view(np.uint8).reshape(height, 2 * width)
     content = _chunk(b"IHDR", head) + _chunk(b"IDAT", zlib.compress(rows.tobytes(), 6))
     return _PNG_MAGIC + content + _chunk(b"IEND", b"")
 
 
 def encode_pgm(picture: NDArray[np.uint16]) -> bytes:
-    """Return a picture (height, width) as binary PGM of 16 bits, not scaled."""
+    """Return a picture (height, width) as binary 16 bit PGM, not scaled."""
     height, width = picture.shape
     return f"P5\n{width} {height}\n65535\n".encode("ascii") + picture.astype(">u2").tobytes()
 
 
 def encoder_for(path: Path) -> Callable[[NDArray[np.uint16]], bytes]:
-    """Return what makes the kind of file that the name ends with; raise InputError else."""
+    """Return the encoder for a file name's suffix; InputError if unknown."""
     encoders = {".png": encode_png, ".pgm": encode_pgm}
     encoder = encoders.get(path.suffix.lower())
     if encoder is None:

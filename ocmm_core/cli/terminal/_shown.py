@@ -1,4 +1,4 @@
-"""Texts of others as they are shown on a terminal."""
+"""Foreign texts for display on a terminal."""
 
 from __future__ import annotations
 
@@ -10,5 +10,5 @@ _CONTROL = re.compile(
 
 
 def shown(text: str) -> str:
-    """Return a text without characters that steer a terminal: each is shown as its number."""
+    """Return a text with control characters replaced by their codes."""
     return _CONTROL.sub(lambda found: f"\\x{ord(found[0]):02x}", text)

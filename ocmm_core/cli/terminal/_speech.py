@@ -1,6 +1,6 @@
-"""What a command says to whoever reads the terminal, in their language.
+"""Translated messages of commands.
 
-JSON, CSV, files, exit codes and the last line of a measurement stay as they are: programs read
+JSON, CSV, files, exit codes and the last line of a measurement are not translated: programs read
 them. Numbers keep their decimal point.
 """
 
@@ -16,7 +16,7 @@ from ocmm_core.wording import Translation, language_of, load_translation
 
 
 class _Told(Protocol):
-    """An error, a finding, a note: what is so, and what to do."""
+    """An error, a finding, a note: what happened, and what to do."""
 
     @property
     def what(self) -> str: ...
@@ -26,7 +26,7 @@ class _Told(Protocol):
 
 
 def language(environment: Mapping[str, str]) -> str:
-    """Return the language of the commands: `--language`, that of the window, or the system's."""
+    """Return the language of the commands: `--language`, the window's setting, or the system's."""
     from ocmm_core.settings import SettingsStore
 
     chosen = ""
@@ -34,12 +34,12 @@ def language(environment: Mapping[str, str]) -> str:
         try:
             chosen = str(SettingsStore.of_this_user().load().values["window.language"])
         except OcmmError:
-            chosen = ""  # settings that cannot be read are told elsewhere
+            chosen = ""  # unreadable settings are reported elsewhere
     return language_of(environment, chosen)
 
 
 def say(text: str) -> str:
-    """Return what the program says in the language; English where a sentence is not known."""
+    """Translate a sentence; unknown ones stay in English."""
     said = text.strip()
     before, _, behind = text.partition(said) if said else (text, "", "")
     found = _translation().of(said)
@@ -47,17 +47,16 @@ def say(text: str) -> str:
 
 
 def say_word(text: str) -> str:
-    """Return a word of the program in the language: a heading, a verdict."""
+    """Translate a word: a heading, a verdict."""
     return _translation().word(text)
 
 
 def heads(*words: str) -> tuple[str, ...]:
-    """Return the heads of a table in the language."""
     return tuple(_translation().word(word) for word in words)
 
 
 def lead(label: str) -> str:
-    """Return what stands before a value, as wide in every language where it fits."""
+    """Translate the label before a value, padded to the same width if it fits."""
     word = label.strip()
     before = label[: len(label) - len(label.lstrip())]
     shown = f"{before}{_translation().word(word)}"
@@ -65,12 +64,12 @@ def lead(label: str) -> str:
 
 
 def say_later(text: str) -> str:
-    """Mark a text of a module for translation; whoever prints it calls `say`."""
+    """Mark a text of a module for translation; the printing code calls `say`."""
     return text
 
 
 def told(one: _Told) -> str:
-    """Return what is so and what to do about it, in the language."""
+    """Return what happened and what to do about it, translated."""
     return f"{say(one.what)} {say(one.remedy)}".strip()
 
 

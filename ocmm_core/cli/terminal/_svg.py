@@ -14,11 +14,11 @@ _LEFT, _RIGHT, _TOP, _BOTTOM = 70, 20, 60, 60
 _COLOURS = ("#2a78d6", "#d4552a", "#1f9d72", "#8b5fbf", "#b58900", "#c0397b", "#4a6572", "#7a9a01")
 _TEXT = 'font-family="sans-serif" fill="#333"'
 _VIEW = rotation_xyz(-np.radians(65.0), 0.0, 0.0) @ rotation_xyz(0.0, 0.0, np.radians(35.0))
-"""Seen from above and aside; x to the right, y up on the page."""
+"""Oblique view from above; x to the right, y up on the page."""
 
 
 def histogram(values: Float, title: str, subtitle: str, x_label: str, bins: int = 50) -> str:
-    """Return a histogram of ``values`` from zero on."""
+    """Return a histogram of ``values`` from zero."""
     top = nice_limit(float(values.max()))
     counts, edges = np.histogram(values, bins=bins, range=(0.0, top))
     most = nice_limit(float(counts.max()))
@@ -48,7 +48,7 @@ def histogram(values: Float, title: str, subtitle: str, x_label: str, bins: int 
 def points_in_space(
     groups: Sequence[Points3], names: Sequence[str], title: str, subtitle: str
 ) -> str:
-    """Return groups of points (n, 3), mm, in a slanted view, with a cross at the origin."""
+    """Return groups of points (n, 3), mm, in an oblique view, with a cross at the origin."""
     everything = np.concatenate([*groups, np.zeros((1, 3))])
     low, high = everything.min(axis=0), everything.max(axis=0)
     corners = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)], dtype=float)
@@ -107,7 +107,7 @@ def _grid(
 
 
 def label(x: float, y: float, words: str, size: int, anchor: str) -> str:
-    """Return words of a size at a place; ``anchor`` is start, middle or end."""
+    """Return a text element; ``anchor`` is start, middle or end."""
     return (
         f'<text x="{x:.1f}" y="{y:.1f}" font-size="{size}" text-anchor="{anchor}" {_TEXT}>'
         f"{escape(words)}</text>"

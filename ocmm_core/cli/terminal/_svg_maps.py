@@ -1,4 +1,4 @@
-"""Maps of the tip's error and lines of a bending probe, as SVG text."""
+"""Maps of the tip's error and deflection lines of a probe, as SVG text."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ _UNSEEN = "#bbbbbb"
 
 
 def tip_map(found: TipMap, limits: tuple[float, float], subtitle: str) -> str:
-    """Return a map as cells of colour, with its scale."""
+    """Return a map as coloured cells, with its scale."""
     rows, columns = found.space_um.shape
     wide = (WIDTH - _LEFT - _RIGHT) / columns
     high = (HEIGHT - _TOP - _BOTTOM) / rows
@@ -47,7 +47,7 @@ def tip_map(found: TipMap, limits: tuple[float, float], subtitle: str) -> str:
 
 
 def bending(found: Mechanics, title: str) -> str:
-    """Return how a probe sags, and how it gives way to a force on its ball."""
+    """Return the sag of a probe, and its deflection by a force on the ball."""
     left, right = _LEFT, WIDTH - 30
     length = float(found.x_mm[-1])
     parts = []

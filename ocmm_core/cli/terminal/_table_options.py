@@ -1,4 +1,4 @@
-"""Options of commands that read tables and points, and the account that they print."""
+"""Options of commands that read tables and points, and their table account."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ SkipOption = Annotated[
 
 
 def print_table_account(account: TableAccount) -> None:
-    """Print what a reader took and left out to the standard error output.
+    """Print the accepted and omitted data of a reader to the standard error output.
 
     An assumed unit is yellow.
     """

@@ -2,9 +2,9 @@
 
 In: the frozen data of one or several reports. Out: the bytes of one ``.dfq`` file.
 
-Read `_aqdef` (the exporter and the values), `_head` (what stands above them, and the catalogues),
-`_keys` (the published types and lengths, and how a text is made to fit), `_reader`.
-It gets its data from `export.report` and must not open a job by itself.
+Read `_aqdef` (the exporter and the values), `_head` (header and catalogues), `_keys` (published
+types and lengths, and fitting of texts), `_reader`.
+Its data come from `export.report`; it must not open a job.
 """
 
 from __future__ import annotations

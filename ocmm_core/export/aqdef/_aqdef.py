@@ -1,14 +1,14 @@
 """Values for statistical process control in the Q-DAS ASCII transfer format (AQDEF, ``.dfq``).
 
-Keyed lines with CR LF; one line of values for each part, characteristics apart by char 15, fields
-by char 20; dates as ``dd.MM.yyyy/HH:mm:ss``, UTC. Which keys, of which type and length, says
-`_keys`; docs/exports.md says what is assumed. Operators, machines and gauges stand in
-catalogues (``K4092/1 NAME``), and a value names the number of the entry (``K0008``). Several jobs
-of one plan go into one file as several values. A value that must not count in statistics carries
-attribute 255, and one that is missing stays empty with 256: no number stands in for it.
+Keyed lines with CR LF; one line of values for each part, characteristics separated by char 15,
+fields by char 20; dates as ``dd.MM.yyyy/HH:mm:ss``, UTC. `_keys` has the keys with type and length,
+docs/exports.md the assumptions. Operators, machines and gauges are in catalogues
+(``K4092/1 NAME``), and a value has the number of the entry (``K0008``). Several jobs of one plan go
+into one file as several values. A value excluded from statistics has attribute 255, and a missing
+one is empty with 256.
 
-The format has limits and values, and its readers judge by them alone. So the verdicts of the job
-stand beside them as text (``K0009``): of each part, and of what is not CONFORM.
+The format has limits and values, by which alone its readers judge. So the verdicts of the job are
+added as text (``K0009``): of each part, and of characteristics that are not CONFORM.
 """
 
 from __future__ import annotations
@@ -60,7 +60,7 @@ def _contents(jobs: Sequence[ReportData], profile: Profile) -> dict[str, bytes]:
     for data in jobs:
         fields = [_fields(jobs, data, reported, profile.units) for reported in data.reported]
         lines.append(CHARACTERISTIC.join(FIELD.join(row) for row in fields))
-        # The serial number of the part whose values stand above, for all characteristics.
+        # Serial number of the part whose values are above, for all characteristics.
         lines.append(f"K0014/0 {fitted('K0014', data.head.serial)}")
         lines += [f"{_REMARK}/{line.index} {line.text}" for line in _remarks(data)]
     text = "".join(line + NEWLINE for line in lines)
@@ -122,7 +122,7 @@ def _name(jobs: Sequence[ReportData]) -> str:
 
 
 def _remarks(data: ReportData) -> Iterator[KeyedLine]:
-    """Yield the verdict on the part, and that on each characteristic that is not CONFORM."""
+    """Yield the verdict on the part, and those on characteristics that are not CONFORM."""
     texts = {"K0006": data.view.header.batch, "K0014": data.head.serial}
     whole = told_whole(texts)
     told = "; ".join((*data.states, *data.part.lines, *((whole,) if whole else ())))
@@ -138,8 +138,8 @@ def _told(data: ReportData, reported: ReportedResult, units: Units) -> tuple[Num
     if result.stated is None:
         return None, _MISSING
     held = bool(held_below(result, data.plan, data.view))
-    # NOT PROVEN alone is no reason: without the values near a limit a process looks better than it
-    # is. What no real part has must not count among those of real ones.
+    # NOT PROVEN alone is no reason: without values near a limit a process looks better than it is.
+    # Simulated values must not count among real ones.
     doubtful = held or bool(data.view.unproven) or data.view.simulated
     value = number(reported, units, result.stated[0])
     return value, _DOUBTFUL if doubtful else _VALID
@@ -154,14 +154,14 @@ def _fields(
         "" if value is None else fitted("K0001", value.text()),
         str(attribute),
         _time(data, reported),
-        # A batch begins with '#' in a line of values, as the programs of Q-DAS write it.
+        # In a line of values a batch starts with '#', as in the programs of Q-DAS.
         "", f"#{fitted('K0006', batch)}" if batch else "", "",
         *_entries(jobs, data),
     ]  # fmt: skip
 
 
 def _entries(jobs: Sequence[ReportData], data: ReportData) -> tuple[str, ...]:
-    """Return operator, machine, process and gauge of the values of a job, by their catalogues."""
+    """Return the catalogue numbers of operator, machine, process and gauge of a job."""
     return (
         entry(operators(jobs), data.head.operator),
         entry(machines(jobs), data.paper.given.machine),
@@ -186,7 +186,7 @@ def _is_told(
 
 
 def _time(data: ReportData, reported: ReportedResult) -> str:
-    """Return when the last point of a result was taken, or when the job began."""
+    """Return the time of the last point of a result, or the start of the job."""
     numbers = [
         point.number
         for feature in data.features

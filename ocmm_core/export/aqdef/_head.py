@@ -1,4 +1,4 @@
-"""What stands above the values: part, catalogues, characteristics with all their limits."""
+"""Header of the values: part, catalogues, characteristics with all their limits."""
 
 from __future__ import annotations
 
@@ -13,14 +13,13 @@ from ocmm_core.export.report import Number, ReportData, ReportedResult, Units, c
 _LIMIT, _NATURAL = 1, 2
 _QUANTITIES = {"straightness": 100, "position": 109}
 _UNDEFINED = 0
-"""``K2009``, measured quantity: only what a public source of Q-DAS shows. Of any other kind the
-published word "undefined" is told, and the quantity stands in words in ``K2900``."""
+"""``K2009``, measured quantity: only values shown in a public source of Q-DAS. Any other kind gets
+the published "undefined", and its quantity in words in ``K2900``."""
 
 _HASH_DIGITS = 12
 
 
 def head_lines(jobs: Sequence[ReportData], units: Units) -> Iterator[KeyedLine]:
-    """Yield what stands above the values, as it is written."""
     for key, index, text in (
         *_part_lines(jobs),
         *_catalogue_lines(jobs),
@@ -51,7 +50,7 @@ def _part_lines(jobs: Sequence[ReportData]) -> Iterator[tuple[str, int, str]]:
     yield "K1062", 0, given.customer
     yield "K1082", 0, given.machine
     yield "K1202", 0, machine.name
-    # A text that counts for the whole file is told only where it is that of all its values.
+    # A text of the whole file is written only if all its values share it.
     yield "K1222", 0, people[0] if len(people) == 1 else ""
     yield "K1230", 0, given.place or data.paper.template.place
     yield "K1342", 0, data.head.plan_identity[:_HASH_DIGITS]
@@ -101,7 +100,7 @@ def _characteristic_lines(data: ReportData, units: Units) -> Iterator[tuple[str,
 
 
 def _quantity_words(reported: ReportedResult) -> str:
-    """Return what was measured of which features, and where its limit is not the same for all."""
+    """Return the measurand and its features, and individual limits if they differ."""
     result = reported.result
     words = f"{result.kind} of {', '.join(result.features)}"
     if reported.datums:
@@ -125,17 +124,17 @@ def gauges(jobs: Sequence[ReportData]) -> tuple[str, ...]:
 
 
 def _each(texts: Iterable[str]) -> tuple[str, ...]:
-    """Return texts in their order, each once, without empty ones."""
+    """Return distinct non-empty texts in order."""
     return tuple(dict.fromkeys(text for text in texts if text.strip()))
 
 
 def entry(catalogue: Sequence[str], text: str) -> str:
-    """Return the number of an entry of a catalogue; empty where there is none."""
+    """Return the number of an entry of a catalogue; empty if missing."""
     return str(catalogue.index(text) + 1) if text in catalogue else ""
 
 
 def _part_words(jobs: Sequence[ReportData]) -> tuple[str, ...]:
-    """Return the verdict on the part, or how many parts have which."""
+    """Return the verdict on the part, or the counts for several parts."""
     words = [data.part.headline for data in jobs]
     if len(words) == 1:
         return (words[0],)
@@ -143,7 +142,7 @@ def _part_words(jobs: Sequence[ReportData]) -> tuple[str, ...]:
 
 
 def alike(jobs: Sequence[ReportData]) -> Sequence[ReportData]:
-    """Return jobs that can be values of the same characteristics; StorageError otherwise."""
+    """Return jobs with the same characteristics; StorageError otherwise."""
     first = jobs[0]
     for data in jobs[1:]:
         if data.plan.characteristics != first.plan.characteristics or [
@@ -167,7 +166,6 @@ def alike(jobs: Sequence[ReportData]) -> Sequence[ReportData]:
 
 
 def states(jobs: Sequence[ReportData]) -> tuple[str, ...]:
-    """Return the states of all jobs together."""
     return tuple(dict.fromkeys(state for data in jobs for state in data.states))
 
 
@@ -176,7 +174,6 @@ def _limit(reported: ReportedResult, units: Units, value: float) -> str:
 
 
 def number(reported: ReportedResult, units: Units, value: float) -> Number:
-    """Return a number in the unit of a characteristic."""
     name = reported.result.name
     if reported.unit == "deg":
         return units.finite(name, value, units.angle_decimals)

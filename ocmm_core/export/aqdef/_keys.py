@@ -1,12 +1,12 @@
-"""The keys of the Q-DAS ASCII transfer format that we write: their types and lengths.
+"""Keys of the Q-DAS ASCII transfer format that are written: types and lengths.
 
-By the published table of supported K-fields (Hexagon, Q-DAS configurator): ``AN`` is text of so
-many characters at most, ``I`` a whole number of so many digits, ``F`` a number in so many
-characters, ``D`` a date. What does not fit is never cut in silence:
+By the published table of supported K-fields (Hexagon, Q-DAS configurator): ``AN`` is text with a
+maximum length, ``I`` an integer and ``F`` a number with a maximum number of characters, ``D`` a
+date. Nothing is truncated silently:
 
-* a text that tells one thing from another (part, order, drawing, batch, serial number, plan) and is
-  too long gets ``~`` and four hexadecimal digits of the SHA-256 of the whole text instead of its
-  end, so that two long ones do not become one; the whole text stands in a remark;
+* an identifying text (part, order, drawing, batch, serial number, plan) that is too long ends in
+  ``~`` and four hexadecimal digits of the SHA-256 of the whole text, so that two long ones stay
+  distinct; the whole text is in a remark;
 * any other text ends with `` ...``;
 * a number that does not fit is refused.
 """
@@ -28,15 +28,13 @@ _CUT, _TAIL, _DIGITS = " ...", "~", 4
 
 @dataclass(frozen=True, slots=True)
 class Key:
-    """What a key takes."""
-
     type: Type
     length: int
     """`type`, `length`: As in the published table."""
     title: str
-    """What it is, for messages and remarks."""
+    """Meaning, for messages and remarks."""
     tells_apart: bool = False
-    """A longer text keeps apart from others that begin alike."""
+    """Identifying: longer texts must stay distinct."""
 
 
 KEYS: Mapping[str, Key] = {
@@ -87,17 +85,10 @@ KEYS: Mapping[str, Key] = {
     "K4073": Key("AN", 80, "gauge in words, entry of the catalogue"),
     "K4092": Key("AN", 50, "operator, entry of the catalogue", tells_apart=True),
 }
-"""Every key that is written; nothing else is."""
 
 
 def fitted(key: str, text: str) -> str:
-    """Return a text as a key takes it, by the rules above.
-
-    Raises
-    ------
-    StorageError
-        A number does not fit.
-    """
+    """Return a text fitted to a key by the rules above; StorageError if a number does not fit."""
     asked = KEYS[key]
     if asked.type != "AN":
         number = text.lstrip("-") if asked.type == "I" else text
@@ -120,7 +111,7 @@ def fitted(key: str, text: str) -> str:
 
 
 def told_whole(texts: Mapping[str, str]) -> str:
-    """Return what of texts by key did not fit, for a remark; empty where everything did."""
+    """Return the complete texts of those that did not fit, for a remark; empty if all did."""
     return "; ".join(
         f"{KEYS[key].title} in full: {_written(text)}"
         for key, text in texts.items()
@@ -129,10 +120,10 @@ def told_whole(texts: Mapping[str, str]) -> str:
 
 
 def foreign_signs(texts: Iterable[str]) -> bool:
-    """Return whether something holds a character that the encoding of the file does not have."""
+    """Return whether a text has characters outside the encoding of the file."""
     return any(one_line(text) != _written(text) for text in texts)
 
 
 def _written(text: str) -> str:
-    """Return a text with ``?`` for what the encoding does not have."""
+    """Return a text with ``?`` for characters outside the encoding."""
     return one_line(text).encode(ENCODING, "replace").decode(ENCODING)

@@ -1,4 +1,4 @@
-"""The reader of the Q-DAS ASCII transfer format, by which what was written is checked."""
+"""Independent reader of the Q-DAS ASCII transfer format, for verification."""
 
 from __future__ import annotations
 
@@ -13,13 +13,13 @@ ENCODING = "cp1252"
 FIELDS = (
     "K0001", "K0002", "K0004", "K0005", "K0006", "K0007", "K0008", "K0010", "K0011", "K0012",
 )  # fmt: skip
-"""Order of the fields of a value: value, attribute, time, events, batch, nest, operator, machine,
+"""Fields of a value in order: value, attribute, time, events, batch, nest, operator, machine,
 process, gauge."""
 
 
 @dataclass(frozen=True, slots=True)
 class KeyedLine:
-    """A keyed line: ``K2101/3 20.0000``; index zero stands for the whole part."""
+    """A keyed line: ``K2101/3 20.0000``; index zero is the whole part."""
 
     key: str
     index: int
@@ -28,31 +28,22 @@ class KeyedLine:
 
 @dataclass(frozen=True, slots=True)
 class TransferFile:
-    """What a file holds."""
-
     lines: tuple[KeyedLine, ...]
-    """All keyed lines in their order."""
     values: tuple[tuple[dict[str, str], ...], ...]
-    """For each part the fields of every characteristic by their keys."""
+    """For each part the fields of every characteristic by key."""
 
     def text(self, key: str, index: int = 0) -> str | None:
-        """Return the first text of a key; None where there is none."""
+        """Return the first text of a key; None if missing."""
         return self.texts().get((key, index))
 
     def texts(self) -> dict[tuple[str, int], str]:
-        """Return the first text of every key and index; for whoever asks for many."""
-        # From the end, so that the first one is what stays.
+        """Return the first text of every key and index, for many lookups."""
+        # Reversed, so that the first one remains.
         return {(line.key, line.index): line.text for line in reversed(self.lines)}
 
 
 def read_transfer(content: bytes) -> TransferFile:
-    """Return what a file holds.
-
-    Raises
-    ------
-    StorageError
-        A line is neither keyed nor one of values.
-    """
+    """Return the contents of a file; StorageError if a line is neither keyed nor one of values."""
     lines: list[KeyedLine] = []
     values: list[tuple[dict[str, str], ...]] = []
     for number, line in enumerate(content.decode(ENCODING).split(NEWLINE), start=1):

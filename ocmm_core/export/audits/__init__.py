@@ -1,6 +1,6 @@
 """Verification of every kind of file that this program writes.
 
-In: a file or a folder. Out: its signer, who wrote what and when, and what speaks against it.
+In: a file or a folder. Out: its signer, its steps with authors and times, and faults.
 
 Read `_audited` (the result), `_audit` (jobs, histories, folders) and `_audit_files` (other files).
 It must not recompute anything, nor write.

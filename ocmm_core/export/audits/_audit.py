@@ -1,4 +1,4 @@
-"""The audit of files of a station: who wrote them, when, what, and whether they are unchanged.
+"""Audit of files of a station: authors, times, steps and integrity.
 
 Jobs and histories are here, other files in `_audit_files`. Nothing is written, and nothing is
 recomputed; `inspection.archive` does that for jobs.
@@ -57,16 +57,16 @@ def audit(path: Path, line: str = "") -> Audit:
 
 
 def files_to_audit(path: Path) -> tuple[Path, ...]:
-    """Return what `audit` can read of a folder: histories, and files with signatures.
+    """Return the auditable items of a folder: histories, and files with signatures.
 
-    Links are not followed. A file, or a folder with a history, is returned as it is.
+    Links are not followed. A file, or a folder with a history, is returned itself.
     """
     if not path.is_dir() or os.path.isfile(path / _OF_HISTORY[0]):  # noqa: PTH113 - never raises
         return (path,)
     found: list[Path] = []
 
     def unreadable(error: OSError) -> None:
-        # Audited all the same, so that it is named.
+        # Audited nevertheless, so that it is named.
         found.append(Path(error.filename))
 
     for place, folders, names in os.walk(path, onerror=unreadable):
@@ -109,14 +109,14 @@ def _of_job(path: Path, line: str) -> Audit:
 
 
 class _Words(msgspec.Struct):
-    """What a person reads of an event that is for the program."""
+    """Readable part of a machine-readable event."""
 
     way: str = ""
     words: str = ""
 
 
 def _said(event: JobEvent) -> str:
-    """Return an event in a line: of what is stored for the program, the words in it alone."""
+    """Return an event in a line; of machine-readable ones only the words."""
     if not event.text.startswith("{"):
         return f"{event.kind}: {event.text}" if event.text else event.kind
     try:

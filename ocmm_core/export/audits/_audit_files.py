@@ -1,4 +1,4 @@
-"""The audit of single files other than jobs: records, chains, documents, reports, certificates."""
+"""Audit of single files other than jobs: records, chains, documents, reports, certificates."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ class _Record(msgspec.Struct):
 
 
 def document_kind(path: Path) -> Signed:
-    """Return the kind of a document that can be released; InputError for any other file."""
+    """Return the kind of a releasable document; InputError for any other file."""
     family = _schema_of(path).partition("/")[0]
     if not family.startswith("ocmm.") or family == "ocmm.settings":
         raise InputError(
@@ -87,7 +87,7 @@ def _of_report(path: Path, only: Path | None = None) -> Audit:
 
 
 def _since(file: Path, uuid: str, steps: int, head: str) -> tuple[str, bool]:
-    """Return what became of a reported job, and whether that speaks against the report."""
+    """Return the later state of a reported job, and whether it contradicts the report."""
     try:
         with JobFile.read(file) as job:
             links, own = job.links(), job.head.job_uuid
@@ -202,4 +202,4 @@ _READERS: dict[str, Callable[[Path], Audit]] = {
     ".toml": _of_document,
     ".json": _of_json,
 }
-"""By the end of the name, the longest ends first."""
+"""By end of the name, the longest first."""

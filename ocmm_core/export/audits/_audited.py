@@ -32,7 +32,7 @@ class AuditedKind(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class AuditRow:
-    """A step: when (ISO 8601 text), by whom (may be empty), and what."""
+    """A step: when (ISO 8601), by whom (may be empty), and what."""
 
     utc: str
     who: str
@@ -41,21 +41,18 @@ class AuditRow:
 
 @dataclass(frozen=True, slots=True)
 class Audit:
-    """The result of an audit."""
-
     path: Path
     kind: AuditedKind
-    """`path`, `kind`: Of the file or folder."""
     signer: SealState
     faults: tuple[str, ...]
     """Sentences; empty if it is intact."""
     rows: tuple[AuditRow, ...]
-    """What was stored, oldest first."""
+    """Steps, oldest first."""
     proofs: tuple[str, ...] = ()
     """Further findings that are no faults, in sentences."""
 
     adopted: tuple[str, ...] = ()
-    """By whom steps were taken over by name, why, and what was suspect, in sentences."""
+    """Adopted steps: by whom, why, and suspicions, in sentences."""
 
     @property
     def intact(self) -> bool:
@@ -64,7 +61,6 @@ class Audit:
 
     @property
     def word(self) -> str:
-        """Return the result in a word."""
         if self.faults:
             return "NOT INTACT"
         return "ADOPTED" if self.adopted else "INTACT"

@@ -1,14 +1,14 @@
-"""Papers about the machine itself: verifications, calibrations of cameras, qualified tips.
+"""Certificates of the machine: verifications, calibrations of cameras, qualified tips.
 
-In: sealed records, also of acceptance tests, or the certificate of an artefact from elsewhere.
+In: sealed records, also of acceptance tests, or an artefact's certificate.
 Out: a signed Digital Calibration Certificate (DCC 3.2.1), an artefact document.
 
-Read `_content` (all that such a paper says) and `_facts` (its head, and the list of clauses),
-`_from_records`, `_from_calibration` and `_from_acceptance` (what the records know), `_dcc` (the
-XML), `_seal` (the signature), `_reader` (what a DCC says, whoever wrote it),
-`_artefact` (a certificate of a bar or a sphere becomes its document).
-It must not judge: errors, limits and verdicts are those of the records. The PDF is drawn in
-`ocmm_gui.reports`.
+Read `_content` (data of a certificate) and `_facts` (its head, and the list of clauses),
+`_from_records`, `_from_calibration` and `_from_acceptance` (sources), `_dcc` (the XML), `_seal`
+(signatures), `_reader` (any DCC), `_artefact` (a certificate of a bar or a sphere becomes its
+document).
+It must not judge: errors, limits and verdicts are those of the records. `ocmm_gui.reports` draws
+the PDF.
 """
 
 from __future__ import annotations

@@ -1,10 +1,9 @@
-"""The certificate of a bar or a sphere becomes its artefact document: nobody types a number.
+"""Convert the certificate of a bar or a sphere to its artefact document, without typing numbers.
 
-The quantity is chosen by the words of its name and refType: a diameter, a radius that is doubled,
-or a length; a roundness, a depth, an error or a nominal value is none of them. Two that fit, or a
-name without a known word, are asked for (``--quantity``). Value, U and k are those of the
-certificate; U is brought to k = 2. The user gives the due date, and the expansion if the
-certificate states none.
+The quantity is chosen by words of its name and refType: a diameter, a doubled radius, or a length;
+a roundness, a depth, an error or a nominal value is excluded. Ambiguous or unknown names need
+``--quantity``. Value, U and k are those of the certificate; U is converted to k = 2. The user gives
+the due date, and the expansion if the certificate has none.
 """
 
 from __future__ import annotations
@@ -33,7 +32,7 @@ _CLASSES = {
     "radius": r"radius|radii|halbmesser|\brayon|\bradio\b|raggio",
     "length": (r"length|länge|longueur|longitud|lunghezza|distan[cz]|abstand|spacing"),
 }
-"""Words of a name in several languages; the first class that matches decides."""
+"""Words of a name in several languages; the first matching class decides."""
 _WANTED: dict[str, dict[str, float]] = {
     "sphere": {"diameter": 1.0, "radius": 2.0}, "bar": {"length": 1.0},
 }  # fmt: skip
@@ -68,17 +67,16 @@ def artefact_text(
     Parameters
     ----------
     due
-        Until when the certificate holds, ``YYYY-MM-DD``, by the rule of the user.
+        End of validity, ``YYYY-MM-DD``, by the rule of the user.
     quantity
-        Part of the name of the length or diameter, if the certificate has several, or a name
-        without a word that is known.
+        Part of the name of the length or diameter, if ambiguous or unknown.
     expansion
-        Where the certificate states none.
+        For a certificate without one.
 
     Raises
     ------
     InputError
-        The certificate states no such length with an expanded uncertainty, or several, or several
+        The certificate has no such length with an expanded uncertainty, or several, or several
         items, or no expansion; or ``due`` is no date.
     """
     if not _DATE.fullmatch(due):
@@ -121,10 +119,10 @@ def artefact_text(
 def artefact_fields(
     dcc: Dcc, kind: Literal["bar", "sphere"], *, quantity: str = ""
 ) -> dict[str, str]:
-    """Return what a certificate states of an artefact, as fields for `acceptance.typed_entry`.
+    """Return the data of an artefact's certificate, as fields for `acceptance.typed_entry`.
 
-    Numbers have all their digits. What no certificate says (id, due date) is missing, and so is the
-    expansion where it is not stated. Parameters and errors as in `artefact_text`.
+    Numbers have all their digits. Id and due date are missing, and so is an unstated expansion.
+    Parameters and errors as in `artefact_text`.
     """
     (length, factor), grows = _the_length(dcc, kind, quantity), _expansion(dcc)
     value, expanded = _in_mm(length, factor)
@@ -163,7 +161,7 @@ def _the_length(dcc: Dcc, kind: Literal["bar", "sphere"], asked: str) -> tuple[D
         (one, wanted[word]) for one, word in zip(lengths, classes, strict=True) if word in wanted
     ]
     if not fitting and asked:
-        # The user named it, and nothing contradicts that.
+        # Named by the user, without contradiction.
         fitting = [
             (one, 1.0) for one, word in zip(lengths, classes, strict=True) if word == "unnamed"
         ]
@@ -182,7 +180,7 @@ def _the_length(dcc: Dcc, kind: Literal["bar", "sphere"], asked: str) -> tuple[D
 
 
 def _unit_of(quantity: DccQuantity) -> MeasureUnit | None:
-    """Return the unit of a length in the notation of D-SI (a backslash before each word)."""
+    """Return the unit of a length in D-SI notation (a backslash before each word)."""
     return find_unit(quantity.unit, "length") if quantity.unit.startswith("\\") else None
 
 
@@ -194,7 +192,7 @@ def _in_mm(quantity: DccQuantity, factor: float) -> tuple[float, float]:
 
 
 def _class_of(quantity: DccQuantity) -> str:
-    """Return the class of a length: the innermost name with a known word decides."""
+    """Return the class of a length, by the innermost known name."""
     for words in reversed(quantity.words):
         for word, pattern in _CLASSES.items():
             if re.search(pattern, words, re.IGNORECASE):
@@ -214,7 +212,7 @@ def _item(dcc: Dcc) -> tuple[str, tuple[str, ...]]:
 
 
 def _at_k2(quantity: DccQuantity) -> float:
-    """Return the expanded uncertainty brought to k = 2."""
+    """Return the expanded uncertainty converted to k = 2."""
     expanded, k = quantity.expanded, quantity.k
     if expanded is None or k is None or k <= 0.0 or expanded <= 0.0:
         raise InputError(
@@ -226,7 +224,7 @@ def _at_k2(quantity: DccQuantity) -> float:
 
 
 def _expansion(dcc: Dcc) -> Expansion | None:
-    """Return the only thermal expansion that is stated with its uncertainty."""
+    """Return the only thermal expansion stated with its uncertainty."""
     found = [
         (scale, one)
         for one in dcc.quantities
@@ -246,6 +244,6 @@ def _expansion(dcc: Dcc) -> Expansion | None:
 
 
 def _quoted(text: str) -> str:
-    """Return a text as TOML holds it: without what ends it or begins something else."""
+    """Return a TOML string without characters that could end it."""
     plain = "".join(sign if sign.isprintable() else " " for sign in text)
     return '"' + plain.replace("\\", "\\\\").replace('"', '\\"') + '"'

@@ -1,4 +1,4 @@
-"""All that a paper about the machine says; its facts and their clauses are in `_facts`."""
+"""Data of a certificate of the machine; its facts and their clauses are in `_facts`."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ K = 2.0
 
 
 class Conformity(StrEnum):
-    """How an error stands to its limit by ISO 14253-1, in the words of a DCC."""
+    """Conformity of an error by ISO 14253-1, in the words of a DCC."""
 
     CONFORM = "pass"
     LEANING_IN = "conditionalPass"
@@ -37,7 +37,6 @@ class Conformity(StrEnum):
 
     @property
     def words(self) -> str:
-        """Return it in the words of the product."""
         return {
             Conformity.CONFORM: "CONFORM",
             Conformity.LEANING_IN: "NOT PROVEN, leaning in",
@@ -51,7 +50,7 @@ class CertificateLine:
     """One error against its limit; mm."""
 
     name: str
-    """What was measured where."""
+    """Quantity and place."""
     measured: float
     reference: float
     """`measured`, `reference`: Indicated and certified."""
@@ -64,12 +63,11 @@ class CertificateLine:
 
     @property
     def error(self) -> float:
-        """Return measured less certified."""
         return self.measured - self.reference
 
     @property
     def conformity(self) -> Conformity:
-        """Return how the error stands to the limit: proven only with U inside or outside."""
+        """Return the conformity of the error: proven only with U inside or outside."""
         if self.stated is not None:
             return self.stated
         size = abs(self.error)
@@ -82,30 +80,28 @@ class CertificateLine:
 
 @dataclass(frozen=True, slots=True)
 class CertificateRun:
-    """One run of a test: as found, or after something was adjusted."""
+    """One run of a test: as found, or after an adjustment."""
 
     status: Status
-    """Which of the two."""
     made_utc: str
     made_by: str
-    """`made_utc`, `made_by`: When it ended, ISO 8601 text, and who did it."""
+    """`made_utc`, `made_by`: End, ISO 8601, and operator."""
     temperature_c: float | None
-    """Of the surroundings; None where nobody measured it."""
+    """Ambient; None if not measured."""
     rule: str
-    """How it was judged, in words."""
+    """Decision rule in words."""
     lines: tuple[CertificateLine, ...]
-    """All that count, also those that failed."""
+    """All that count, also failed ones."""
     passed: bool
-    """The verdict of the record, by its rule."""
+    """Verdict of the record, by its rule."""
     record: str
     data_sha256: str
-    """`record`, `data_sha256`: Hashes of the record and of the observations behind it."""
+    """`record`, `data_sha256`: Hashes of the record and of its observations."""
     notes: tuple[str, ...] = ()
-    """What else must be known."""
     stated: Conformity | Literal["", "noPass"] = ""
-    """The verdict in the words of a procedure, where it says more than ``passed``; may be empty."""
+    """Verdict in the words of a procedure, if more specific than ``passed``; may be empty."""
     air: RoomAir = field(default_factory=RoomAir)
-    """Humidity and pressure of the surroundings; empty where nobody read them off."""
+    """Ambient humidity and pressure; empty if not read."""
 
     @property
     def word(self) -> str:
@@ -114,7 +110,6 @@ class CertificateRun:
 
     @property
     def words(self) -> str:
-        """Return the verdict for people."""
         if self.stated == "noPass":
             return "VOID: it shows nothing"
         if isinstance(self.stated, Conformity):
@@ -124,9 +119,9 @@ class CertificateRun:
 
 @dataclass(frozen=True, slots=True)
 class CertificateValue:
-    r"""A value that is stated without a limit; ``expanded`` (k = 2) where it is known.
+    r"""A value stated without a limit; ``expanded`` (k = 2) if known.
 
-    ``unit`` is in the words of D-SI, such as ``\milli\metre``; ``\one`` for a bare number.
+    ``unit`` is in the words of D-SI, such as ``\milli\metre``; ``\one`` for a plain number.
     """
 
     name: str
@@ -137,59 +132,59 @@ class CertificateValue:
 
 @dataclass(frozen=True, slots=True)
 class Certificate:
-    """A paper about the machine.
+    """A certificate of the machine.
 
     Attributes
     ----------
     values, values_before
-        Everything else that was found, and the same before an adjustment, where it is known.
+        All other results, and the same before an adjustment, if known.
     """
 
     title: str
-    """In-house papers are called records or test reports; "calibration certificate" stands only
-    where ``accreditation`` names one."""
+    """In-house certificates are called records or test reports; "calibration certificate" requires
+    an ``accreditation``."""
     number: str
-    """Of the paper, from the hash of its record."""
+    """From the hash of its record."""
     item: str
     identifications: tuple[tuple[str, str], ...]
-    """`item`, `identifications`: What was tested, with names and values of its serial numbers and
-    hashes."""
+    """`item`, `identifications`: The item, with names and values of its serial numbers and hashes.
+    """
     method: str
     norms: tuple[str, ...]
-    """`method`, `norms`: In words, and by which guideline."""
+    """`method`, `norms`: In words, and by guideline."""
     software: str
     """Version that made the record."""
     runs: tuple[CertificateRun, ...]
-    """As found first. Where nothing was adjusted, one."""
+    """As found first. One if nothing was adjusted."""
     values: tuple[CertificateValue, ...]
     artefacts: tuple[ArtefactUse, ...]
-    """What traceability rests on."""
+    """Basis of traceability."""
     volume: str
-    """Where it holds, in words."""
     begin_utc: str
     end_utc: str
-    """`begin_utc`, `end_utc`: Of the test, ISO 8601 text."""
+    """`begin_utc`, `end_utc`: Of the test, ISO 8601."""
     previous: str
-    """Hash of the record before; empty for the first one."""
+    """Hash of the previous record; empty for the first one."""
     paper: Paper
     """Laboratory, customer, place."""
     accreditation: str = ""
-    """As the procedure names it; empty for none."""
+    """As named in the procedure; may be empty."""
     simulated: bool = False
     """No real machine was tested."""
     camera_doubts: tuple[str, ...] = ()
-    """What the cameras cannot prove, in sentences; the paper says CAMERAS UNPROVEN then."""
+    """Unproven properties of the cameras, in sentences; the certificate then states CAMERAS
+    UNPROVEN."""
     values_before: tuple[CertificateValue, ...] = ()
     climate: tuple[tuple[str, float], ...] = ()
-    """What was the temperature of what, degrees Celsius, beside that of the runs."""
+    """Further temperatures by object, degrees Celsius."""
     not_found: str = ""
     not_after: str = ""
     """`not_found`, `not_after`: Why the state before, or after, an adjustment was not determined;
-    empty where it was, or where nothing was adjusted."""
+    empty if it was, or if nothing was adjusted."""
 
     @property
     def states(self) -> tuple[str, ...]:
-        """Return what the paper must not be taken for, a sentence each."""
+        """Return the limitations of the certificate, a sentence each."""
         practised = self.title.startswith(PRACTICE)
         unproven = (f"{UNPROVEN_CAMERAS}: {' '.join(self.camera_doubts)}",)
         return (
@@ -199,22 +194,22 @@ class Certificate:
 
     @property
     def final(self) -> CertificateRun | None:
-        """Return the run that speaks of the item as it is now; None where none does."""
+        """Return the run of the item's current state; None if there is none."""
         return self.runs[-1] if self.runs and not self.not_after else None
 
     @property
     def passed(self) -> bool:
-        """Return the verdict on the item as it is now."""
+        """Return the verdict on the item's current state."""
         return self.final is not None and self.final.passed
 
 
 def marked(paper: Certificate, *made_by: str) -> Certificate:
-    """Return a paper that says PRACTICE in its title where one of its records was practised."""
+    """Return a certificate with PRACTICE in its title if one of its records was practice."""
     if not any(map(is_practice, made_by)):
         return paper
     return replace(paper, title=f"{PRACTICE}: {paper.title}", simulated=True)
 
 
 def once(items: Sequence[T]) -> tuple[T, ...]:
-    """Return artefacts or sentences in their order, each once."""
+    """Return distinct artefacts or sentences in order."""
     return tuple(dict.fromkeys(items))

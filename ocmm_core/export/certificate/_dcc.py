@@ -1,10 +1,9 @@
-"""A paper about the machine as a Digital Calibration Certificate (PTB DCC 3.2.1 with D-SI 2.1.0).
+"""Certificate as a Digital Calibration Certificate (PTB DCC 3.2.1 with D-SI 2.1.0).
 
-Numbers are written with all their digits (`repr`), so that whoever reads them has the same ones.
-Every error has its U, k and coverage probability, its limit, and how it stands to it in the words
-of the schema: CONFORM is ``pass``, NOT CONFORM ``fail``, NOT PROVEN ``conditionalPass`` or
-``conditionalFail``. What nobody knows is "not stated"; the schema wants a country, and gets the
-user-assigned code ``ZZ`` for none.
+Numbers are written with all their digits (`repr`). Every error has its U, k and coverage
+probability, its limit, and its conformity in the words of the schema: CONFORM is ``pass``, NOT
+CONFORM ``fail``, NOT PROVEN ``conditionalPass`` or ``conditionalFail``. Unknown data are "not
+stated"; the required country is then the user-assigned code ``ZZ``.
 """
 
 from __future__ import annotations
@@ -43,13 +42,7 @@ def dcc_bytes(paper: Certificate) -> bytes:
 
 
 def dcc_tree(paper: Certificate) -> etree._Element:
-    """Return a certificate as a DCC without signature.
-
-    Raises
-    ------
-    StorageError
-        A number is not finite.
-    """
+    """Return a certificate as a DCC without signature; StorageError if a number is not finite."""
     root = etree.Element(f"{{{DCC}}}digitalCalibrationCertificate", nsmap={"dcc": DCC, "si": SI})
     root.set("schemaVersion", VERSION)
     _administrative(_add(root, "administrativeData"), paper)
@@ -287,5 +280,5 @@ def _language(node: etree._Element) -> None:
 
 
 def _plain(text: str) -> str:
-    """Return a text as the schema allows it: on one line, and not empty."""
+    """Return a text as allowed by the schema: on one line, and not empty."""
     return one_line(text) or NOT_STATED

@@ -1,4 +1,4 @@
-"""The facts of a paper about the machine, and the list of ISO/IEC 17025 that they are held to."""
+"""Facts of a certificate, and the clauses of ISO/IEC 17025 that require them."""
 
 from __future__ import annotations
 
@@ -23,22 +23,17 @@ CERTIFICATE_CLAUSES = (
     "7.8.2.1 i", "7.8.2.1 j", "7.8.2.1 l", "7.8.2.1 m", "7.8.2.1 n", "7.8.2.1 o", "7.8.4.1 a",
     "7.8.4.1 b", "7.8.4.1 c", "7.8.4.1 d", "7.8.4.1 e",
 )  # fmt: skip
-"""What a calibration certificate is asked for. Left out: h (nothing is received: the machine is
-calibrated where it stands), k and p as for reports, and opinions (7.8.4.1 f)."""
+"""Clauses for calibration certificates. Omitted: h (nothing is received: the machine is calibrated
+on site), k and p as for reports, and opinions (7.8.4.1 f)."""
 
 
 def certificate_facts(
     paper: Certificate, speech: Speech = _ENGLISH, lengths: PaperLengths = _MM
 ) -> tuple[PaperFact, ...]:
-    """Return the head of a paper in its order; `NOT_STATED` where nobody knows.
+    """Return the head of a certificate in order; `NOT_STATED` if unknown.
 
-    Each part is said by itself: what is joined from several sentences and names is no sentence
-    that a catalogue could know.
-
-    Parameters
-    ----------
-    speech
-        The language of the values; names of facts stay as they are.
+    Sentences are translated separately, because catalogues cannot know combined ones. `speech`:
+    language of the values; names of facts are not translated.
     """
     return tuple(
         PaperFact("laboratory", clause, name, one_line(value) or NOT_STATED)
@@ -47,13 +42,13 @@ def certificate_facts(
 
 
 def open_certificate_clauses(paper: Certificate) -> tuple[str, ...]:
-    """Return the clauses of which a paper states nothing, in their order."""
+    """Return the clauses without a statement, in order."""
     said = {fact.clause for fact in certificate_facts(paper) if fact.stated}
     return tuple(clause for clause in CERTIFICATE_CLAUSES if clause not in said)
 
 
 def certificate_title(paper: Certificate, speech: Speech = _ENGLISH) -> str:
-    """Return the title; a title that a laboratory gave to its own procedure stays as it is."""
+    """Return the translated title; a laboratory's own title stays."""
     whole = speech.say(paper.title)
     if whole != paper.title:
         return whole
@@ -61,7 +56,7 @@ def certificate_title(paper: Certificate, speech: Speech = _ENGLISH) -> str:
 
 
 def rule_said(rule: str, speech: Speech) -> str:
-    """Return how was judged: by what it is modelled on, and by which rule."""
+    """Return the guideline and decision rule of a judgement, translated."""
     head, mark, name = rule.rpartition(", rule ")
     if not mark:
         return speech.say(rule)
@@ -69,7 +64,7 @@ def rule_said(rule: str, speech: Speech) -> str:
 
 
 def air_said(run: CertificateRun, speech: Speech = _ENGLISH) -> str:
-    """Return temperature, humidity and pressure of a run; empty where nobody noted any."""
+    """Return temperature, humidity and pressure of a run; empty if not noted."""
     warm = () if run.temperature_c is None else (f"{run.temperature_c:.1f} °C",)
     return ", ".join((*map(speech.number, warm), *map(speech.say, run.air.words)))
 
@@ -121,7 +116,7 @@ def _facts(
     yield "7.8.4.1 e", "Conformity", conformity_words(paper, speech)
     yield "7.8.2.1 m", "Units, volume", f"{say(_units(lengths))} {say(paper.volume)}"
     notes = [*paper.states, *given.deviations, *(note for run in paper.runs for note in run.notes)]
-    # What both runs could not follow is one deviation.
+    # A deviation of both runs is stated once.
     notes = list(map(say, dict.fromkeys(notes)))
     none = say("None noted in the record, none stated.")
     yield "7.8.2.1 n", "Deviations", " ".join(notes) or none
@@ -153,7 +148,7 @@ def _environment(paper: Certificate, speech: Speech) -> str:
         for run in paper.runs
         if (air := air_said(run, speech))
     ]
-    # What a record has stands above; only what none has is said by who asks for the paper.
+    # Data of a record come first; those of the requester fill gaps only.
     airs = [run.air for run in paper.runs]
     known = {HUMIDITY.field for air in airs if air.humidity_percent is not None}
     known |= {PRESSURE.field for air in airs if air.pressure_hpa is not None}
@@ -171,7 +166,7 @@ def _traceability(paper: Certificate) -> Iterator[str]:
 
 
 def _condition(paper: Certificate, speech: Speech) -> str:
-    """Return both states in words; that one was not determined is a statement, too."""
+    """Return both states in words, also if not determined."""
     say = speech.say
     if not paper.runs and not (paper.not_found or paper.not_after):
         return ""

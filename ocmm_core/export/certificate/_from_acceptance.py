@@ -1,4 +1,4 @@
-"""What the records of acceptance tests know of a paper, as found and after an adjustment."""
+"""Certificates from records of acceptance tests, as found and after an adjustment."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ _JUDGED = {
 
 
 AFTER: Literal["after adjustment"] = "after adjustment"
-"""What `AcceptanceRecord.condition` says of a test after an adjustment."""
+"""`AcceptanceRecord.condition` of a test after an adjustment."""
 
 
 def certificate_of_acceptance(
@@ -42,22 +42,22 @@ def certificate_of_acceptance(
     found: AcceptanceRecord | None = None,
     not_found: str = "no test as found was given",
 ) -> Certificate:
-    """Return the paper of an acceptance test: every verdict is that of its procedure.
+    """Return the certificate of an acceptance test with the verdicts of its procedure.
 
-    It is a calibration certificate only where the procedure names an accreditation, a real machine
-    was tested, and the test is not void.
+    It is a calibration certificate only if the procedure names an accreditation, a real machine was
+    tested, and the test is not void.
 
     Parameters
     ----------
     found
-        The same test as found, where ``record`` is the one after an adjustment.
+        The same test as found, if ``record`` is after an adjustment.
     not_found
         Why there is none.
 
     Raises
     ------
     InputError
-        ``found`` is no test as found of the same machine by the same procedure before.
+        ``found`` is no earlier test as found of the same machine and procedure.
     """
     tested = record.instrument
     void = record.verdict is Verdict.VOID
@@ -141,7 +141,7 @@ def _acceptance_run(record: AcceptanceRecord) -> CertificateRun:
 
 
 def mismatch(record: AcceptanceRecord, found: AcceptanceRecord) -> str:
-    """Return why one test is not the state before another one; empty where it is."""
+    """Return why a test is not the state before another one; empty if it is."""
     one, other = found.instrument, record.instrument
     if found.condition == AFTER or record.condition != AFTER:
         return "it must be as found, and the other one after adjustment"
@@ -172,10 +172,10 @@ def vouched_record(path: Path) -> AcceptanceRecord:
 
 
 def found_before(record: AcceptanceRecord, folder: Path) -> tuple[AcceptanceRecord | None, str]:
-    """Return the test as found that lies in the folder of a test after adjustment, or why not.
+    """Return the test as found in the folder of a test after adjustment, or why not.
 
-    It is the last one of the same machine by the same procedure before it. Where that one is after
-    an adjustment, too, nobody tested what was found before the later adjustment.
+    It is the last earlier one of the same machine and procedure. If that is also after an
+    adjustment, the state before the later adjustment was not tested.
     """
     before, unread = [], 0
     for path in sorted(folder.glob("*.json")):
@@ -196,7 +196,7 @@ def found_before(record: AcceptanceRecord, folder: Path) -> tuple[AcceptanceReco
 
 
 def _judged(value: JudgedValue) -> CertificateLine:
-    # A form is its own error: there is nothing certified that it would be a difference from.
+    # A form is its own error, without a certified value to subtract.
     is_difference = abs(value.measured_mm - value.certified_mm - value.error_mm) < _SAME
     again = ", superseded by a retest" if value.superseded else ""
     return CertificateLine(

@@ -1,9 +1,9 @@
-"""The paper of a calibration of cameras: parameters with U, and the state before and after.
+"""Certificate of a camera calibration: parameters with U, and the state before and after.
 
-The parameters and their covariance are those of the sealed record. What a person looks for is not
-the parameter but where the camera stands and how its lens is, so that the covariance (of a small
-rotation and translation in the camera frame, `camera.PARAMETERS`) is carried over to centre and
-rotation vector with derivatives by differences; the model is smooth, and one sigma is a small step.
+Parameters and their covariance are those of the sealed record. The covariance (of a small rotation
+and translation in the camera frame, `camera.PARAMETERS`) is propagated to centre and rotation
+vector, the quantities of interest, with derivatives by differences; the model is smooth, and one
+sigma is a small step.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ from ocmm_core.geometry import Float
 
 _NUMBER_DIGITS = 16
 _NEVER_SMALLER = 1e-12
-"""Least step of a difference: where a parameter is held fixed, its sigma is zero."""
+"""Minimum step of a difference: fixed parameters have zero sigma."""
 
 _MM, _RAD, _ONE = "\\milli\\metre", "\\radian", "\\one"
 _QUANTITIES = (
@@ -54,11 +54,13 @@ _METHODS = {
 
 
 def certificate_of_calibration(store: CalibrationStore, paper: Paper) -> Certificate:
-    """Return the paper of the calibration of the cameras that is in use.
+    """Return the certificate of the calibration of the cameras in use.
 
-    The state as found is the last verification of the calibration before, that after adjustment the
-    first one of the calibration in use. Where one of them was never made, the paper says "not
-    determined", and the statement of conformity is about the state after adjustment alone.
+    The state as found is the last verification of the previous calibration, that after adjustment
+    the
+    first one of the current calibration. If one is missing, the certificate states "not
+    determined",
+    and the statement of conformity covers the state after adjustment alone.
 
     Raises
     ------
@@ -152,10 +154,7 @@ def _parameters(record: CameraRecord) -> Iterator[CertificateValue]:
 def _stated(entry: CameraEntry, covariance: Float) -> tuple[Float, Float]:
     """Return centre, rotation vector and lens of a camera, and their standard uncertainties.
 
-    Parameters
-    ----------
-    covariance
-        (14, 14), in the order of `camera.PARAMETERS`.
+    `covariance`: (14, 14), in the order of `camera.PARAMETERS`.
     """
     camera, here = camera_of(entry), _numbers(entry)
     jacobian = np.zeros((len(here), N_PARAMETERS))

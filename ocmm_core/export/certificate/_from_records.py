@@ -1,4 +1,4 @@
-"""What the sealed records know of a paper: nothing is computed anew, and nothing is judged."""
+"""Certificates from sealed records, without computing or judging."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ def certificate_of_folder(
     calibration: bool = False,
     as_found: Path | None = None,
 ) -> Certificate:
-    """Return the paper of what the records in a folder are about.
+    """Return the certificate of the records in a folder.
 
     Parameters
     ----------
@@ -62,8 +62,8 @@ def certificate_of_folder(
     calibration
         The calibration of the cameras, not its last verification.
     as_found
-        Acceptance record of the state before an adjustment; default: the one that lies beside the
-        record and belongs to it.
+        Acceptance record of the state before an adjustment; default: the matching one in the
+        folder.
 
     Raises
     ------
@@ -85,11 +85,13 @@ def certificate_of_folder(
 
 
 def certificate_of_cameras(store: CalibrationStore, paper: Paper) -> Certificate:
-    """Return the paper of the cameras that are in use: their last verification.
+    """Return the certificate of the cameras in use: their last verification.
 
-    The run after adjustment is that of the calibration in use. Where that calibration replaced
-    another one, the run as found is the last verification of the other one; a verification of the
-    calibration in use that is not its first one is a run as found with nothing adjusted.
+    The run after adjustment is that of the current calibration. If that replaced another one, the
+    run
+    as found is the last verification of the other one; a verification of the current calibration
+    that
+    is not its first one is a run as found without adjustment.
 
     Raises
     ------
@@ -149,7 +151,7 @@ def _of_cameras(
 
 
 def certificate_of_tip(store: ProbeStore, tip: str, paper: Paper) -> Certificate:
-    """Return the paper of a tip that is in use: its qualification.
+    """Return the certificate of a tip in use: its qualification.
 
     Raises
     ------

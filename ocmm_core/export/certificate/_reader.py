@@ -1,8 +1,7 @@
-"""What a Digital Calibration Certificate says, whoever wrote it: bounded, and it fetches nothing.
+"""Reader of Digital Calibration Certificates from any source, bounded and offline.
 
-A certificate comes from elsewhere and is hostile until it was read: no document type, no entity, no
-other file, no network, at most `LARGEST` bytes, `_DEEPEST` levels and `_MOST` quantities. Only
-numbers that are finite are numbers.
+Certificates are untrusted: no document type, no entity, no other file, no network, at most
+`LARGEST` bytes, `_DEEPEST` levels and `_MOST` quantities. Numbers must be finite.
 """
 
 from __future__ import annotations
@@ -33,47 +32,42 @@ class DccQuantity:
     """A number of a certificate."""
 
     path: tuple[str, ...]
-    """Names of the quantity and the results around it, outermost first."""
+    """Names of the quantity and the enclosing results, outermost first."""
     words: tuple[str, ...]
     """Names in all languages and ``refType`` of each level, outermost first."""
     value: float
     unit: str
-    """`value`, `unit`: As they are written."""
+    """`value`, `unit`: As written."""
     expanded: float | None
     k: float | None
-    """`expanded`, `k`: Expanded uncertainty in the same unit, and its coverage factor; None without
-    any."""
+    """`expanded`, `k`: Expanded uncertainty in the same unit, and its coverage factor, or None."""
     conformity: str
-    """As the certificate states it; empty where it states nothing."""
+    """As stated in the certificate; may be empty."""
 
     @property
     def name(self) -> str:
-        """Return the names in one line."""
         return " / ".join(self.path)
 
 
 @dataclass(frozen=True, slots=True)
 class Dcc:
-    """A certificate as it was read."""
-
     number: str
     title: str
-    """As its statements have it, with SIMULATED or PRACTICE; empty if it states none."""
+    """From its statements, with SIMULATED or PRACTICE; may be empty."""
     laboratory: str
     customer: str
-    """`laboratory`, `customer`: Names."""
     items: tuple[tuple[str, tuple[str, ...]], ...]
-    """What was calibrated, with all identifications."""
+    """Calibrated items, with all identifications."""
     begin: str
     end: str
-    """`begin`, `end`: Dates of the calibration, ISO 8601 text."""
+    """`begin`, `end`: Dates of the calibration, ISO 8601."""
     quantities: tuple[DccQuantity, ...]
-    """All numbers of the results, in their order."""
+    """All numbers of the results, in order."""
     left_out: tuple[str, ...]
-    """Names of quantities that are no real numbers or lists of them."""
+    """Quantities that are no real numbers or lists of them."""
     sha256: str
     signature: XmlSignature
-    """State of the XML signature in it; what it covers is all that is read if it is valid."""
+    """State of the XML signature in it; only signed content is read if it is valid."""
     canonical: bytes
     """Canonical form (C14N) of the whole document, which a detached signature covers."""
 
@@ -84,13 +78,13 @@ def read_dcc(content: bytes, trusted: TrustedSigners | None = None) -> Dcc:
     Parameters
     ----------
     trusted
-        Signers whose XML signatures are trusted; None are none.
+        Signers whose XML signatures are trusted; None for none.
 
     Raises
     ------
     InputError
-        It is no DCC of version 3, too large or too deep, has a document type, or holds a number
-        that is none.
+        It is no DCC of version 3, too large or too deep, has a document type, or an invalid
+        number.
     """
     document = _root(content)
     signature, root = xml_signature(document, content, trusted or TrustedSigners())
@@ -168,7 +162,7 @@ def _in_text(node: etree._Element) -> bool:
 def _read_quantities(
     results: etree._Element, top: etree._Element, found: list[DccQuantity], left_out: list[str]
 ) -> None:
-    """Add the quantities of a result, and the names of those that are not read."""
+    """Add the quantities of a result, and the names of unread ones."""
     for node in results.iter(f"{{{DCC}}}quantity"):
         levels = [node]
         for above in node.iterancestors():
@@ -246,7 +240,7 @@ def _number(text: str | None) -> float:
         value = float(text or "")
     except ValueError as error:
         raise _refused(f"{(text or '')[:40]!r} is no number") from error
-    # Underscores are Python's, not XML's.
+    # Python accepts underscores in numbers, XML does not.
     if not math.isfinite(value) or "_" in (text or ""):
         raise _refused(f"{(text or '')[:40]!r} is no number")
     return value

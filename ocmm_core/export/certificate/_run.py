@@ -1,4 +1,4 @@
-"""A verification of the cameras as a run of a paper: nothing is judged again."""
+"""A verification of the cameras as a run of a certificate, without judging again."""
 
 from __future__ import annotations
 
@@ -18,13 +18,7 @@ from ocmm_core.seals import SealState
 
 
 def calibration_in(store: CalibrationStore) -> CameraRecord:
-    """Return the calibration in use.
-
-    Raises
-    ------
-    InputError
-        There is none, or no trusted station signed its history.
-    """
+    """Return the calibration in use; InputError if missing, or its history is not vouched for."""
     record = store.active()
     if record is None:
         raise InputError(
@@ -37,17 +31,9 @@ def calibration_in(store: CalibrationStore) -> CameraRecord:
 
 
 def require_vouched(path: Path, signer: SealState, exchanged: OcmmError | None = None) -> None:
-    """Refuse a certificate of records without a signature of a trusted station.
+    """Refuse records without a signature of a trusted station; raises OcmmError.
 
-    Parameters
-    ----------
-    exchanged
-        Why the records are not the newest ones; None if they are.
-
-    Raises
-    ------
-    OcmmError
-        There is no such signature, or they are not the newest.
+    `exchanged`: why the records are not the newest ones; None if they are.
     """
     if exchanged is not None:
         raise exchanged
@@ -62,7 +48,6 @@ def require_vouched(path: Path, signer: SealState, exchanged: OcmmError | None =
 
 
 def verification_run(record: VerificationRecord, status: Status) -> CertificateRun:
-    """Return a verification of the cameras as one run of a paper."""
     corners = (
         f"Corner {corner.name} not reached: {corner.reason or 'no reason given'}."
         for corner in record.corners
@@ -89,7 +74,6 @@ def verification_run(record: VerificationRecord, status: Status) -> CertificateR
 
 
 def lines_of(checks: Sequence[Check]) -> tuple[CertificateLine, ...]:
-    """Return checks of a record as the errors of a paper."""
     return tuple(
         CertificateLine(one.name, one.measured_mm, one.certified_mm, one.expanded_mm, one.limit_mm)
         for one in checks

@@ -1,7 +1,7 @@
 """Certificates written and read with their signatures.
 
 This station signs inside the document (`_xml_signature`). Before 2026-11-28 it signed the canonical
-form in a file of its own (`SEAL_SUFFIX`), which is still read.
+form in a separate file (`SEAL_SUFFIX`), which is still read.
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ Pages = Callable[[Mapping[str, bytes]], bytes]
 
 
 class CertificateSeal(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """The content of a detached signature: number of the certificate, and signature."""
+    """Content of a detached signature: number of the certificate, and signature."""
 
     schema: str
     number: str
@@ -57,11 +57,11 @@ class DccFound:
 
     dcc: Dcc
     state: SealState
-    """State of the signature of a station, in the document or detached."""
+    """State of a station's signature, in the document or detached."""
 
     @property
     def sound(self) -> bool:
-        """Return whether a trusted signer signed exactly this content, and nothing contradicts."""
+        """Return whether a trusted signer signed exactly this content, without contradiction."""
         word = self.dcc.signature.word
         if word is XmlSignatureWord.NONE or word is XmlSignatureWord.UNKNOWN_SIGNER:
             return self.state.sound
@@ -85,7 +85,7 @@ def write_certificate(paper: Certificate, folder: Path) -> Path:
     Raises
     ------
     StorageError
-        A number is not finite, what was read back differs, or the folder or the key of this
+        A number is not finite, the file read back differs, or the folder or the key of this
         station cannot be used.
     """
     name, content = _signed(paper)
@@ -96,7 +96,7 @@ def write_certificate(paper: Certificate, folder: Path) -> Path:
 def write_certificates(
     papers: Sequence[tuple[Certificate, Pages]], folder: Path
 ) -> tuple[Path, ...]:
-    """Write what `signed_certificates` returns, all files or none, and return their paths.
+    """Write the files of `signed_certificates`, all or none, and return their paths.
 
     Raises
     ------
@@ -130,7 +130,7 @@ def check_dcc_seal(path: Path, keys: KeyFolder) -> DccFound:
     InputError
         The certificate or its signature cannot be read.
     StorageError
-        The ring of known keys cannot be read.
+        The key ring cannot be read.
     """
     dcc = read_dcc(read_bytes(path, LARGEST), trusted_signers(keys))
     beside = path.with_name(path.name + SEAL_SUFFIX)
@@ -149,7 +149,7 @@ def check_dcc_seal(path: Path, keys: KeyFolder) -> DccFound:
 
 
 def _signed(paper: Certificate) -> tuple[str, bytes]:
-    """Return name and content of the signed DCC, read back."""
+    """Return name and content of the signed DCC, verified by reading back."""
     key = KeyFolder().station_key()
     content = xml_signed(dcc_tree(paper), document_key(key, paper.number))
     read = read_dcc(content, TrustedSigners(stations={public_text(key.public): THIS_STATION}))

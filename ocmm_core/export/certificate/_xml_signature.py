@@ -1,9 +1,9 @@
 """XML signatures of certificates: validity, signer, trust, and the signature of this station.
 
-A signature must be the only one, at the end of the document, and cover the whole of it; XML
-Signature 1.1 and XAdES, without SHA-1, by `signxml`. A signer is trusted if his X.509 certificate,
-or the one that issued it, is in the folder of trusted laboratories, or if a station whose key is
-trusted issued it. This station signs as XAdES-B-B (ETSI EN 319 132-1), enveloped.
+A signature must be the only one, at the end of the document, and cover all of it; XML Signature 1.1
+and XAdES, without SHA-1, by `signxml`. Trusted are signers whose X.509 certificate, or its issuer,
+is in the folder of trusted laboratories, or issued by a station with a trusted key. This station
+signs as XAdES-B-B (ETSI EN 319 132-1), enveloped.
 """
 
 from __future__ import annotations
@@ -45,16 +45,14 @@ _FRAME = (
     f'<xades:QualifyingProperties xmlns:xades="{_XADES}" Target="#{{id}}"><xades:SignedProperties>'
     "</xades:SignedProperties></xades:QualifyingProperties></ds:Object></ds:Signature>"
 )
-"""A signature of a station without that, in exclusive canonical form."""
+"""A signature of a station without these, in exclusive canonical form."""
 _LARGEST = 100_000
 _DAMAGED = (ValueError, TypeError, AttributeError, LookupError, AssertionError, etree.LxmlError)
-"""Raised by `signxml` for elements that are missing or of another kind."""
+"""Raised by `signxml` for missing or wrong elements."""
 _FOLDER = "laboratories"
 
 
 class XmlSignatureWord(StrEnum):
-    """State of the XML signature of a certificate."""
-
     VALID = "VALID"
     INVALID = "INVALID"
     UNKNOWN_SIGNER = "UNKNOWN SIGNER"
@@ -63,8 +61,6 @@ class XmlSignatureWord(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class XmlSignature:
-    """State of an XML signature."""
-
     word: XmlSignatureWord
     signer: str = ""
     """Subject of the signer's certificate."""
@@ -75,7 +71,6 @@ class XmlSignature:
 
     @property
     def words(self) -> str:
-        """Return the state for people."""
         more = "; ".join(part for part in (self.signer, self.why) if part)
         return f"XML signature {self.word.value}{f' ({more})' if more else ''}"
 
@@ -85,7 +80,7 @@ class TrustedSigners:
     """Signers whose XML signatures are trusted."""
 
     laboratories: tuple[x509.Certificate, ...] = ()
-    """Certificates of signers, or of those that issue certificates to them."""
+    """Certificates of signers, or of their issuers."""
     stations: Mapping[str, str] = field(default_factory=dict)
     """Names of stations by their public keys, Base64."""
 
@@ -98,14 +93,14 @@ def trusted_signers(keys: KeyFolder) -> TrustedSigners:
     InputError
         A file in the folder of laboratories is no certificate.
     StorageError
-        The ring of known keys cannot be read.
+        The key ring cannot be read.
     """
     files = sorted((keys.folder / _FOLDER).glob("*.pem"))
     return TrustedSigners(tuple(_loaded(path) for path in files), keys.believed())
 
 
 def trust_laboratory(path: Path, keys: Path) -> x509.Certificate:
-    """Trust the X.509 certificate of a laboratory from now on, and return it.
+    """Trust the X.509 certificate of a laboratory, and return it.
 
     Raises
     ------
@@ -140,7 +135,7 @@ def xml_signed(root: etree._Element, key: DocumentKey) -> bytes:
 def xml_signature(
     root: etree._Element, content: bytes, trusted: TrustedSigners
 ) -> tuple[XmlSignature, etree._Element]:
-    """Return the state of the signature in a document, and the document as it is signed.
+    """Return the state of the signature in a document, and the document as signed.
 
     Parameters
     ----------
@@ -177,7 +172,7 @@ def xml_signature(
     if signed is None:
         return _invalid(signer, why, station), root
     if station is not None and _rewritten(root, signature, content):
-        # Comments and spelling are outside a signature, and stations write one spelling only.
+        # Comments and serialisation are not signed, and stations write one serialisation only.
         return _invalid(signer, "the file was rewritten after it was signed", station), root
     known = any(one == chain[0] or _issued(chain[0], one) for one in trusted.laboratories)
     word = XmlSignatureWord.UNKNOWN_SIGNER
@@ -189,15 +184,15 @@ def xml_signature(
 def _verified(
     root: etree._Element, signature: etree._Element, leaf: x509.Certificate
 ) -> tuple[str, etree._Element | None]:
-    """Return the document as it is signed; else the reason why the signature is invalid."""
+    """Return the document as signed; else why the signature is invalid."""
     from signxml.exceptions import SignXMLException
     from signxml.verifier import SignatureConfiguration
 
     whole = signature.find(_REFERENCE)
     if whole is None or whole.get("URI") != "":
-        # An identifier may name an element inside, while another one around it is read.
+        # An identifier may name an inner element, while an outer one is read.
         return "it does not cover the whole document", None
-    # A certificate of years ago was signed with a key that has expired since.
+    # The key of an older certificate may have expired since.
     moment = leaf.not_valid_after_utc - timedelta(seconds=1)
     config = SignatureConfiguration(location="./", expect_references=True, verification_time=moment)
     try:
@@ -211,7 +206,7 @@ def _verified(
 
 
 def _rewritten(root: etree._Element, signature: etree._Element, content: bytes) -> bool:
-    """Return whether a document is spelled otherwise than a station writes it."""
+    """Return whether the serialisation of a document differs from a station's."""
     value = (signature.findtext(f"{_DS}SignatureValue") or "").encode()
     frame = copy.deepcopy(signature)
     for one in list(frame.iter()):
@@ -237,7 +232,7 @@ def _verifier() -> type[XMLVerifier]:
     from signxml.verifier import XMLVerifier
 
     class OneParse(XMLVerifier):
-        """Verifies the tree that is read, instead of parsing the document again."""
+        """Verify the tree that is read, instead of parsing the document again."""
 
         def get_root(self, data: etree._Element) -> etree._Element:
             return data
@@ -250,7 +245,7 @@ def _signer() -> type[XAdESSigner]:
     from signxml.xades.xades import XAdESSigner
 
     class Exclusive(XAdESSigner):
-        """Names the canonical form of each reference: without it, inclusive is meant."""
+        """Name the canonical form of each reference: the default is inclusive."""
 
         def _add_reference_to_signed_info(
             self, sig_root: etree._Element, node_to_reference: etree._Element, **attrs: str

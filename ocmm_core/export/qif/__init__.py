@@ -1,12 +1,12 @@
 """Results as a QIF 3.0 document (ISO 23952), and plans from one.
 
 In: the frozen data of a report; a plan or a model with its tolerances. Out: the bytes of a QIF
-document, and what a check found in it; a plan, and what it could not take.
+document, and findings of its check; a plan, and omitted items.
 
-Read `_terms` (what our shapes and characteristics are called there), `_qif` (the exporter),
-`_document` (head, units, datums, part), `_features`, `_characteristics`, with `_writer` (names,
-ids, numbers). `_check` finds what a schema does not see. `_plan_in` reads.
-It gets its data from `export.report` and must not open a job by itself.
+Read `_terms` (names of shapes and characteristics in QIF), `_qif` (the exporter), `_document`
+(head, units, datums, part), `_features`, `_characteristics`, with `_writer` (names, ids, numbers).
+`_check` finds faults that the schema misses. `_plan_in` reads.
+Its data come from `export.report`; it must not open a job.
 """
 
 from __future__ import annotations

@@ -37,14 +37,8 @@ def add_characteristics(
 ) -> None:
     """Add all characteristics.
 
-    Parameters
-    ----------
-    characteristics, measurements
-        Elements that hold them.
-    frames
-        Ids of the frames of datums.
-    device
-        Id of what everything was measured with.
+    `characteristics`, `measurements`: their parent elements. `frames`: ids of the datum reference
+    frames. `device`: id of the measuring device.
     """
     lists = Lists(writer, characteristics, "Characteristic")
     features = {feature.name: feature for feature in data.features}
@@ -121,7 +115,7 @@ def _define(
 
 
 def _plane_of_profile(run: Sequence[ReportedFeature], frame: RigidTransform) -> Float:
-    """Return the normal (3,), unit, of the plane in which the line of a profile lies."""
+    """Return the normal (3,), unit, of the plane of a line profile."""
     rows, places = [], []
     for feature in run:
         element = feature.nominal_element or feature.actual_element
@@ -133,7 +127,7 @@ def _plane_of_profile(run: Sequence[ReportedFeature], frame: RigidTransform) -> 
         rows += [] if element.direction is None else [element.direction]
         if feature.shape is Shape.LINE:
             rows += [frame.rotation @ touch.direction for touch in feature.seen.points]
-    # The line, or the way from point to point, and the normals of the surface lie in that plane.
+    # The plane contains the line, or the steps from point to point, and the surface normals.
     rows += [place - places[0] for place in places[1:]]
     normal: Float = np.linalg.svd(np.vstack([np.zeros(3), *rows]))[2][-1]
     return normal

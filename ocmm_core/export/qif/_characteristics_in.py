@@ -1,4 +1,4 @@
-"""Characteristics of a QIF document become characteristics of a plan, whole or not at all."""
+"""Import of characteristics from a QIF document, complete or not at all."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ _ZONES = {
     "NonDiametricalZone": "planes", "PlanarZone": "planes",
 }  # fmt: skip
 _SIZES = frozenset({"diameter", "radius", "length", "width"})
-"""Kinds that a drawing gives once for a pattern: each feature gets its own characteristic."""
+"""Kinds stated once for a pattern: each feature gets its own characteristic."""
 
 
 def characteristics_of(
@@ -31,7 +31,10 @@ def characteristics_of(
     nominal: etree._Element | None,
     features: Mapping[str, NominalFeature],
 ) -> Iterator[Characteristic]:
-    """Yield what one item, or one nominal without an item, asks for; NotTakenError if unclear."""
+    """Yield the characteristics of one item, or of a nominal without an item.
+
+    Raises NotTakenError if unclear.
+    """
     node = references.node(item)
     word = node.word.removesuffix("Item").removesuffix("Nominal").removesuffix("Characteristic")
     kinds = [
@@ -65,7 +68,6 @@ def characteristics_of(
 def _features_of(
     references: References, node: Node, drawn: Node, features: Mapping[str, NominalFeature]
 ) -> list[str]:
-    """Return the names of the features of a characteristic."""
     items = [references.feature_of_item(own) for own in node.ids("FeatureItemIds")]
     nominals = drawn.ids("FeatureNominalIds")
     names = items or [references.feature_of_nominal(own) for own in nominals]
@@ -87,7 +89,7 @@ def _zone(
     if tolerance is None:
         raise NotTakenError("its tolerance is not stated")
     if definition.text("MaterialCondition") not in _REGARDLESS:
-        # The size that the condition is counted from is not in the document.
+        # The document lacks the size that the condition refers to.
         raise NotTakenError("its material condition is not taken")
     datums = _datums(references, definition, features)
     shape, bases = features[names[0]].shape, tuple(features[one].shape for one in datums)
@@ -111,7 +113,7 @@ def _zone(
 def _datums(
     references: References, definition: Node, features: Mapping[str, NominalFeature]
 ) -> list[str]:
-    """Return the features of the datums in the order of their precedence."""
+    """Return the features of the datums in order of precedence."""
     own = definition.text("DatumReferenceFrameId")
     if not own:
         return []

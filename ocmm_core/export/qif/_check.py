@@ -1,7 +1,7 @@
-"""What a schema does not see in a QIF document: references, counts and unit vectors.
+"""Faults of a QIF document that the schema misses: references, counts and unit vectors.
 
 The schemas of QIF 3.0 accept dangling references, wrong counts and vectors of any length; its
-normative XSLT checks see a part of that. These checks see all of it for result documents.
+normative XSLT checks find some of that. These checks find all of it in result documents.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from lxml import etree
 NAMESPACE = "http://qifstandards.org/xsd/qif3"
 
 _UNIT = 1e-8
-"""How far the length of a unit vector may be from one, as the standard has it."""
+"""Tolerance of the length of a unit vector, by the standard."""
 
 _VECTORS = frozenset({"Normal", "Direction", "Vector", "AxisVector", "AnalysisVector"})
 _POINTS_TO = {
@@ -38,14 +38,14 @@ _POINTS_TO = {
     "ComponentIds": "Component",
     "ActualComponentIds": "ActualComponent",
 }
-"""How the name of the element ends that a reference points to."""
+"""End of the target element's name, by reference."""
 
 _SAME_FAMILY = ("Definition", "Nominal", "Item")
 """References of this kind lead from one element of a feature or characteristic to its own next."""
 
 
 def check_qif(tree: etree._Element) -> list[str]:
-    """Return one sentence for every fault of a document; none for a good one."""
+    """Return one sentence per fault of a document."""
     if tree.tag != f"{{{NAMESPACE}}}QIFDocument":
         return [f"The root is {tree.tag}, not a QIF document of version 3."]
     faults: list[str] = []
@@ -129,7 +129,7 @@ def _number_faults(element: etree._Element) -> Iterator[str]:
 
 
 def _family(name: str) -> str:
-    """Return ``Circle Feature`` of ``CircleFeatureItem``; empty where it is of no family."""
+    """Return ``Circle Feature`` of ``CircleFeatureItem``; empty without a family."""
     for middle in ("Feature", "Characteristic"):
         before, found, after = name.partition(middle)
         if found and after in ("Definition", "Nominal", "Item", "Measurement"):
@@ -138,7 +138,7 @@ def _family(name: str) -> str:
 
 
 def _elements(tree: etree._Element) -> Iterator[etree._Element]:
-    # Neither comments nor instructions.
+    # Excludes comments and instructions.
     return tree.iter("{*}*")
 
 

@@ -1,4 +1,4 @@
-"""The QIF document of a job: head, units, datums, part, results."""
+"""QIF document of a job: head, units, datums, part, results."""
 
 from __future__ import annotations
 
@@ -19,13 +19,7 @@ _PRECEDENCE = ("PRIMARY", "SECONDARY", "TERTIARY")
 
 
 def make_document(data: ReportData) -> etree._Element:
-    """Return the document of a job.
-
-    Raises
-    ------
-    StorageError
-        A name or a number cannot go into it.
-    """
+    """Return the document of a job; StorageError if a name or number does not fit."""
     writer = Writer()
     root = writer.root
     root.set("versionQIF", "3.0.0")
@@ -76,8 +70,8 @@ def make_document(data: ReportData) -> etree._Element:
 def inspection_status(part: PartVerdict) -> tuple[str, str]:
     """Return element and text of the verdict on a part in QIF.
 
-    Undecided parts neither pass nor fail. PASS has no room for requirements that the plan lacks:
-    the verdict is then written in words.
+    Undecided parts neither pass nor fail. PASS cannot express requirements that the plan lacks: the
+    verdict is then written in words.
     """
     if part.word is PartWord.CONFORMS and part.is_partial:
         return "OtherInspectionStatus", part.headline
@@ -110,7 +104,7 @@ def _add_units(writer: Writer, root: etree._Element) -> None:
 def _add_datums(
     writer: Writer, root: etree._Element, data: ReportData
 ) -> tuple[dict[str, etree._Element], dict[tuple[str, ...], str]]:
-    """Add every datum and every frame of datums; return the datums and the ids of the frames."""
+    """Add all datums and datum reference frames; return the datums and the ids of the frames."""
     frames = dict.fromkeys(item.datums for item in data.reported if item.datums)
     if not frames:
         return {}, {}
@@ -119,7 +113,7 @@ def _add_datums(
     labels: set[str] = set()
     for name in dict.fromkeys(name for datums_of in frames for name in datums_of):
         definition = writer.add(definitions, "DatumDefinition", own_id=True)
-        # A label is one word; the name stands beside it where it is not.
+        # A label is one word; otherwise the name is added.
         label = check_name("datum", name).replace(" ", "_")
         while label in labels:
             label += "_"
@@ -148,14 +142,13 @@ def _add_datums(
 
 
 def _link_datums(writer: Writer, datums: Mapping[str, etree._Element], ids: FeatureIds) -> None:
-    """Say of which feature every datum is."""
     for name, definition in datums.items():
         if name in ids.nominals:
             writer.add_ids(definition, "FeatureNominalIds", [ids.nominals[name]])
 
 
 def _add_product(writer: Writer, root: etree._Element, data: ReportData) -> str:
-    """Add the part that was measured, and return the id of the path to it."""
+    """Add the measured part, and return the id of the path to it."""
     product = writer.add(root, "Product")
     parts = writer.add(product, "PartSet")
     parts.set("n", "1")
@@ -211,7 +204,7 @@ def _end_results(
 
 
 def _version_of(data: ReportData) -> str:
-    """Return what tells these results from other ones of the same job."""
+    """Return the identity of these results among others of the same job."""
     told = [(item.name, item.measured, item.verdict.value) for item in data.results]
     numbers = [point.number for item in data.features for point in item.seen.points]
     part = (data.part.headline, data.part.missing, data.states)

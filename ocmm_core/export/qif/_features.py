@@ -23,7 +23,7 @@ from ocmm_core.tolerances.decisions import VerdictSummary
 
 @dataclass(frozen=True, slots=True)
 class FeatureIds:
-    """Ids of the nominals, items and measurements of the features, by their names."""
+    """Ids of the nominals, items and measurements of the features, by name."""
 
     nominals: dict[str, str] = field(default_factory=dict)
     items: dict[str, str] = field(default_factory=dict)
@@ -38,7 +38,6 @@ def add_features(
     data: ReportData,
     device: str,
 ) -> FeatureIds:
-    """Add all features; return their ids."""
     lists = Lists(writer, features, "Feature")
     ids = FeatureIds()
     for feature in data.features:
@@ -92,7 +91,7 @@ def _add_points(
     data: ReportData,
     device: str,
 ) -> str:
-    """Add the compensated points of a feature; their normals lead from the material."""
+    """Add the compensated points of a feature; normals lead from the material."""
     points = feature.seen.points
     element = writer.add(point_sets, "MeasuredPointSet", own_id=True)
     element.set("count", str(len(points)))
@@ -107,7 +106,7 @@ def _add_points(
 
 
 def _attributes(feature: ReportedFeature, summary: VerdictSummary) -> dict[str, float | str]:
-    """Return what QIF has no element for, or none that every shape has."""
+    """Return data without an element in QIF, or without one for every shape."""
     fit = feature.seen.fit
     told: dict[str, float | str] = {}
     if summary.verdict is not None:
@@ -117,7 +116,7 @@ def _attributes(feature: ReportedFeature, summary: VerdictSummary) -> dict[str, 
         if len(feature.seen.points) > MINIMUM_POINTS[feature.shape]:
             told["Form"], told["RMS"] = fit.form, fit.rms
     if feature_word(feature.shape) == "OppositeParallelLines":
-        # QIF calls slots and rectangles the same.
+        # QIF has one name for slots and rectangles.
         told["Shape"] = feature.shape.value
     if feature.seen.note:
         told["Note"] = clean_text(feature.seen.note)
@@ -125,7 +124,7 @@ def _attributes(feature: ReportedFeature, summary: VerdictSummary) -> dict[str, 
 
 
 def _from_start(feature: ReportedFeature, element: Element, data: ReportData) -> Element:
-    """Return a measured line or cylinder with its point where the points on it begin."""
+    """Return a measured line or cylinder with its point at the start of its measured points."""
     if (
         not is_told_from_start(feature.shape)
         or element.direction is None

@@ -1,8 +1,8 @@
-"""Elements of a QIF document that keep account of what was read.
+"""Elements of a QIF document that track what was read.
 
-An item of a plan is taken only if every child and attribute of its elements was read, or is listed
-in `HARMLESS` with the reason. Anything else refuses the item by name: a modifier that is skipped
-turns one tolerance into another.
+An item is imported only if every child and attribute of its elements was read, or is listed in
+`HARMLESS` with the reason. Anything else refuses the item by name: a skipped modifier would turn
+one tolerance into another.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ HARMLESS = frozenset({
     "ParentFeatureNominalId", "SurfaceFeatureNominalId",
     # An earlier measurement.
     "MeasurementDeviceIds", "NotableEventIds", "PointList",
-    # Extents that the ball does not touch, and outlines: imported planes have no targets.
+    # Extents without touches, and outlines: imported planes have no targets.
     "Bottom", "Depth", "PolyLine", "Rectangle", "Circle",
     # The same value in a second unit, for display.
     "ToleranceDualValue", "TargetDualValue", "MaxDualValue", "MinDualValue",
@@ -63,14 +63,10 @@ _STATED = (
 
 
 class Node:
-    """An element that notes which of its children and attributes were read.
+    """An element that tracks which of its children and attributes were read.
 
-    Parameters
-    ----------
-    units
-        DocumentUnits of the document.
-    is_pmi
-        Whether the units of product and manufacturing information apply (characteristics).
+    `units`: of the document. `is_pmi`: use the units of product and manufacturing information
+    (characteristics).
     """
 
     def __init__(self, element: etree._Element, units: DocumentUnits, *, is_pmi: bool) -> None:
@@ -86,7 +82,6 @@ class Node:
 
     @property
     def word(self) -> str:
-        """Name of the element."""
         return local_name(self.element)
 
     def child(self, name: str) -> Node | None:
@@ -106,11 +101,10 @@ class Node:
         return node
 
     def children(self, name: str) -> list[Node]:
-        """Return all children of that name."""
         return [self._open(one) for one in self._children.pop(name, [])]
 
     def names(self) -> Iterator[str]:
-        """Yield the names of the children that were not read."""
+        """Yield the names of unread children."""
         yield from self._children
 
     def attribute(self, name: str) -> str:
@@ -124,7 +118,6 @@ class Node:
         return "" if node is None else node.content()
 
     def content(self) -> str:
-        """Return the text of this element."""
         return (self.element.text or "").strip()
 
     def ids(self, name: str) -> list[str]:
@@ -197,7 +190,7 @@ class Node:
 
 
 def local_name(element: etree._Element) -> str:
-    """Return the name of a QIF element; one of another namespace keeps its namespace."""
+    """Return the name of a QIF element; foreign ones keep their namespace."""
     return str(element.tag).removeprefix(Q)
 
 
@@ -209,12 +202,9 @@ def _three(node: Node) -> tuple[float, float, float]:
 
 
 class References:
-    """A document with what its elements refer to, and the names of the features taken from it.
+    """A document with its references, and the names of imported features.
 
-    Raises
-    ------
-    NotTakenError
-        Its units contradict each other, or one id belongs to two elements.
+    Raises NotTakenError for contradictory units or duplicate ids.
     """
 
     def __init__(self, root: etree._Element) -> None:
@@ -232,7 +222,7 @@ class References:
         self._of_nominal: dict[str, list[str]] = {}
 
     def pairs(self, word: str) -> Iterator[tuple[etree._Element, etree._Element | None]]:
-        """Yield items with their nominals, then nominals that no item refers to."""
+        """Yield items with their nominals, then nominals without items."""
         drawn = set()
         for item in self.root.iterfind(f".//{Q}{word}Items/*"):
             own = (item.findtext(f"{Q}{word}NominalId") or "").strip()
@@ -243,17 +233,15 @@ class References:
                 yield nominal, nominal
 
     def node(self, element: etree._Element | None) -> Node:
-        """Open an element."""
         if element is None:
             raise NotTakenError("an element that it refers to is missing")
         return Node(element, self._units, is_pmi="Characteristic" in local_name(element))
 
     def at(self, own_id: str) -> Node:
-        """Open the element of an id."""
         return self.node(self._by_id.get(own_id))
 
     def name(self, item: etree._Element, nominal: etree._Element | None, element: str) -> str:
-        """Return a unique name as plans have it, from the child ``element`` of the item."""
+        """Return a unique valid name from the child ``element`` of the item."""
         text = item.findtext(f"{Q}{element}") or item.findtext(f"{Q}Name")
         if not text and nominal is not None:
             text = nominal.findtext(f"{Q}Name")
@@ -264,7 +252,7 @@ class References:
         return self.unique(plain, element, f"_{item.get('id', '0')}")
 
     def unique(self, name: str, element: str, suffix: str = "_2") -> str:
-        """Return a name that no other item has: two of one name would be judged as one."""
+        """Return a unique name: two of one name would be judged as one."""
         made, count = name[:60], 1
         while (element, made.casefold()) in self._names:
             end = suffix if count == 1 else f"_{count + 1}"
@@ -273,7 +261,7 @@ class References:
         return made
 
     def stated(self, item: etree._Element, nominal: etree._Element | None) -> list[str]:
-        """Return the numbers of a characteristic as the document states them, with their units."""
+        """Return the numbers of a characteristic as in the document, with their units."""
         own = "" if nominal is None else nominal.findtext(f"{Q}CharacteristicDefinitionId") or ""
         found = dict.fromkeys(
             f"{local_name(one)} {text}{' ' if unit else ''}{unit}"
@@ -285,7 +273,6 @@ class References:
         return list(found)
 
     def add_feature(self, item: etree._Element, nominal: etree._Element, name: str) -> None:
-        """Note the name of a feature that the plan has."""
         self._of_item[str(item.get("id"))] = name
         self._of_nominal.setdefault(str(nominal.get("id")), []).append(name)
 
@@ -294,7 +281,6 @@ class References:
         return self._of_item.get(own_id, "")
 
     def features_of_nominal(self, own_id: str) -> list[str]:
-        """Return the names of the features of a nominal."""
         return self._of_nominal.get(own_id, [])
 
     def feature_of_nominal(self, own_id: str) -> str:

@@ -1,9 +1,9 @@
-"""Features and characteristics of a QIF 3.0 plan or MBD document become a plan.
+"""Import of a plan from a QIF 3.0 plan or MBD document.
 
-A document from elsewhere is hostile until it was read: no document type, no entity, no other file,
-no network, and at most `LARGEST` bytes. An item is taken whole, with everything that the schema
-allows in it, or it is left out by name with the reason (`_nodes`). Items come first; nominals that
-no item refers to, as in models (MBD), are read as they are.
+Documents are untrusted: no document type, no entity, no other file, no network, and at most
+`LARGEST` bytes. An item is imported completely, with everything that the schema allows in it, or
+omitted by name with the reason (`_nodes`). Items come first; nominals without items, as in models
+(MBD), are read directly.
 """
 
 from __future__ import annotations
@@ -47,7 +47,7 @@ _PLACES = {
 
 @dataclass(frozen=True, slots=True)
 class LeftOut:
-    """An item of the document that the plan does not have, and the reason."""
+    """An omitted item, and the reason."""
 
     name: str
     why: str
@@ -58,24 +58,17 @@ class QifPlan:
     """A plan, and the account of its document."""
 
     plan: Plan
-    """With everything that was taken."""
     left_out: list[LeftOut] = field(default_factory=list)
-    """Everything else, by name."""
 
 
 def plan_of_qif(content: bytes, name: str, part: str, file: str = "QIF document") -> QifPlan:
-    """Return the plan of a document with its account, and the items that it could not take.
-
-    Parameters
-    ----------
-    file
-        Name of the document, for the account.
+    """Return the plan of a document with its account, and the omitted items.
 
     Raises
     ------
     InputError
         It is no QIF document of version 3, too large, has a document type or contradictory units,
-        or has no feature that can be taken.
+        or no importable feature.
     """
     root = _root(content)
     try:
@@ -200,7 +193,7 @@ def _extent(
     point: tuple[float, float, float],
     direction: tuple[float, float, float] | None,
 ) -> dict[str, Any]:
-    """Return length and middle: QIF states where it begins, a plan where its middle is."""
+    """Return length and middle: QIF states the start, a plan the middle."""
     extent = shape.spec.qif.extent
     if extent not in ("nominal", "definition") or direction is None:
         return {}

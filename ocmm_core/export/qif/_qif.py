@@ -1,10 +1,10 @@
 """Results as a QIF 3.0 document (ANSI/DMSC QIF, ISO 23952).
 
-Everything is in the frame of the report, millimetres and degrees, and every number is the one that
-the job has. A feature goes definition, nominal, item, measurement, point set; a characteristic
-likewise. ``combinedUncertainty`` is the standard uncertainty u = U / 2; U stands in an attribute.
-NOT PROVEN is INDETERMINATE. A characteristic without a value has no measurement; the results name
-it and say why.
+Everything is in the frame of the report, millimetres and degrees, with the job's exact numbers. A
+feature has definition, nominal, item, measurement, point set; a characteristic likewise.
+``combinedUncertainty`` is the standard uncertainty u = U / 2; U is in an attribute. NOT PROVEN is
+INDETERMINATE. A characteristic without a value has no measurement; the results give its name and
+the reason.
 """
 
 from __future__ import annotations
@@ -60,7 +60,7 @@ def _differences(
 
 
 def _other_part(root: etree._Element, data: ReportData) -> Iterator[str]:
-    """Yield where the verdict on the part, or what the job must not be taken for, is another."""
+    """Yield differences of the verdict on the part, or of the states of the job."""
     element, wanted = inspection_status(data.part)
     for parent in ("MeasurementResults/{*}InspectionStatus", "ActualComponent/{*}Status"):
         path = f".//{{*}}{parent}/{{*}}{element}"

@@ -1,4 +1,4 @@
-"""How our shapes and characteristics are called in QIF 3.0, and what their elements hold."""
+"""Names of shapes and characteristics in QIF 3.0, and contents of their elements."""
 
 from __future__ import annotations
 
@@ -13,26 +13,23 @@ from ocmm_core.tolerances.kinds import spec_for
 
 Value = float | Float | str
 Pair = tuple[str, "Value | list[Pair]"]
-"""Name of an XML element and what it holds: a number, a vector, text, or elements."""
+"""Name of an XML element and its content: a number, a vector, text, or elements."""
 
 
 def feature_word(shape: Shape) -> str:
-    """Return how the names of the elements of a feature begin."""
+    """Return the prefix of a feature's element names."""
     return shape.spec.qif.feature
 
 
 def is_told_from_start(shape: Shape) -> bool:
-    """Return whether QIF tells a shape from the point where it begins, along its direction."""
+    """Return whether QIF locates a shape by its start along its direction."""
     return shape.spec.qif.extent in ("nominal", "definition")
 
 
 def characteristic_word(kind: str, shape: Shape | None, count: int) -> str:
-    """Return how the names of the elements of a characteristic begin.
+    """Return the prefix of a characteristic's element names.
 
-    Parameters
-    ----------
-    shape
-        Of its first feature; None where it is not known.
+    `shape`: of its first feature, if known.
     """
     words = spec_for(kind, shape).qif
     if count == 1 and words.of_one:
@@ -41,7 +38,7 @@ def characteristic_word(kind: str, shape: Shape | None, count: int) -> str:
 
 
 def definition_of(shape: Shape, element: Element, side: str) -> list[Pair]:
-    """Return what the definition of a feature holds."""
+    """Return the contents of a feature's definition."""
     words = shape.spec.qif
     if not words.sizes:
         return []
@@ -61,7 +58,7 @@ def definition_of(shape: Shape, element: Element, side: str) -> list[Pair]:
 
 
 def place_of(shape: Shape, element: Element) -> list[Pair]:
-    """Return where an element lies, as nominals tell it."""
+    """Return the location of an element in the form of nominals."""
     point, direction, across = element.point, element.direction, element.across
     place = shape.spec.qif.place
     if place == "location" or direction is None:
@@ -84,7 +81,7 @@ def place_of(shape: Shape, element: Element) -> list[Pair]:
 
 
 def nominal_of(shape: Shape, element: Element) -> list[Pair]:
-    """Return where a nominal element lies; a line and a cylinder are told from their start."""
+    """Return the location of a nominal element; for a line and a cylinder by its start."""
     if not is_told_from_start(shape) or element.length is None or element.direction is None:
         return place_of(shape, element)
     start = element.point - 0.5 * element.length * element.direction
@@ -93,7 +90,7 @@ def nominal_of(shape: Shape, element: Element) -> list[Pair]:
 
 
 def measured_of(shape: Shape, element: Element) -> list[Pair]:
-    """Return where a measured element lies and how large it is."""
+    """Return location and size of a measured element."""
     words = shape.spec.qif
     sizes = _sizes(words, element)
     before, after = sizes[: words.before], sizes[words.before :]
@@ -101,7 +98,7 @@ def measured_of(shape: Shape, element: Element) -> list[Pair]:
 
 
 def _sizes(words: QifShape, element: Element) -> list[tuple[str, float | None]]:
-    """Return the sizes of an element by their names; None where one is not known."""
+    """Return the sizes of an element by name; None if unknown."""
     known = {
         "diameter": element.diameter,
         "length": element.length,
@@ -112,13 +109,13 @@ def _sizes(words: QifShape, element: Element) -> list[tuple[str, float | None]]:
 
 
 def _ends(element: Element, angle_deg: float) -> list[Pair]:
-    """Return where a cone ends along its axis; nothing where the plan does not know its length."""
+    """Return the ends of a cone along its axis; empty if the plan lacks its length."""
     if element.length is None:
         return []
     half = 0.5 * element.length
     ends: list[Pair] = [("LargeEndDistance", half)]
     narrowest = 0.5 * (element.diameter or 0.0) - half * np.tan(np.radians(0.5 * angle_deg))
-    # Without a small end QIF takes the cone to its apex.
+    # Without a small end QIF extends the cone to its apex.
     return [*ends, ("SmallEndDistance", -half)] if narrowest > 0.0 else ends
 
 

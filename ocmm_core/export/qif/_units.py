@@ -1,8 +1,8 @@
 """Units of a QIF document: declared once, named by values, never guessed.
 
 A document declares its units by name and factor (Units.xsd, ``S = (X + Offset) Factor``); a value
-names one of them, or none and has the primary one. In characteristics the PMI units come first. A
-name that is known elsewhere must have the factor it has everywhere.
+names one of them, or none for the primary one. In characteristics the PMI units have priority. A
+known name must have its usual factor.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ _ROUNDED = 1e-6
 
 
 class NotTakenError(Exception):
-    """Reason why an item, or the whole document, is not taken."""
+    """Why an item, or the whole document, is not imported."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,24 +28,21 @@ class DocumentUnits:
     """Units of length and angle of a document."""
 
     lengths: MutableMapping[str, float]
-    """mm for one of each declared unit, by its name."""
+    """mm per declared unit, by name."""
     angles: MutableMapping[str, float]
-    """Degrees for one of each, likewise."""
+    """Degrees per declared unit, by name."""
     primary: MutableMapping[str, str]
-    """Names of the primary units by their elements, such as ``PMIAngularUnit``."""
+    """Names of the primary units by element, such as ``PMIAngularUnit``."""
 
     def length(self, name: str, *, is_pmi: bool) -> float:
-        """Return mm for one of a value's unit; an empty name is the primary one.
+        """Return mm per unit of a value; an empty name is the primary one.
 
-        Raises
-        ------
-        NotTakenError
-            The unit is not stated or not known.
+        Raises NotTakenError if the unit is missing or unknown.
         """
         return self._scale(name, "LinearUnit", self.lengths, "length", is_pmi=is_pmi)
 
     def angle(self, name: str, *, is_pmi: bool) -> float:
-        """Return degrees for one of a value's unit, likewise."""
+        """Return degrees per unit of a value, likewise."""
         return self._scale(name, "AngularUnit", self.angles, "angle", is_pmi=is_pmi)
 
     def _scale(
@@ -71,17 +68,8 @@ class DocumentUnits:
 def units_of(root: etree._Element, prefix: str) -> DocumentUnits:
     """Read the units that a document declares.
 
-    Parameters
-    ----------
-    prefix
-        Namespace of its elements, in braces.
-
-    Raises
-    ------
-    InputError
-        A name contradicts its factor.
-    NotTakenError
-        A unit is not known and has no factor, or one name has two factors.
+    `prefix`: namespace of its elements, in braces. Raises InputError if a name contradicts its
+    factor, NotTakenError for an unknown unit without a factor, or one name with two factors.
     """
     units = DocumentUnits({}, {}, {})
     for group in ("PrimaryUnits", "OtherUnits"):
@@ -101,7 +89,7 @@ def units_of(root: etree._Element, prefix: str) -> DocumentUnits:
 
 
 def _scale_of(unit: etree._Element, name: str, prefix: str, dimension: Dimension) -> float:
-    """Return mm or degrees for one of a declared unit; the exact factor of a known name."""
+    """Return mm or degrees per declared unit; the exact factor of a known name."""
     si = (unit.findtext(f"{prefix}SIUnitName") or "").strip()
     if si not in ("", "meter" if dimension == "length" else "radian"):
         raise NotTakenError(f"unit {name[:30]!r} is converted to {si[:30]!r}")
@@ -118,7 +106,7 @@ def _scale_of(unit: etree._Element, name: str, prefix: str, dimension: Dimension
 
 
 def number(text: str) -> float:
-    """Return a finite number; NotTakenError if it is none."""
+    """Return a finite number; NotTakenError otherwise."""
     try:
         value = float(text)
     except ValueError:

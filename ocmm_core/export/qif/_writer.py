@@ -1,4 +1,4 @@
-"""Makes the elements of a QIF document: names, ids, numbers with all their digits."""
+"""Elements of a QIF document: names, ids, numbers with all their digits."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from ocmm_core.export.report import Units
 
 
 class Writer:
-    """Makes elements and gives out ids."""
+    """Make elements and assign ids."""
 
     def __init__(self) -> None:
         self.last_id = 0
@@ -29,7 +29,7 @@ class Writer:
         *,
         own_id: bool = False,
     ) -> etree._Element:
-        """Add an element with text or numbers, and an id where it needs one."""
+        """Add an element with text or numbers, and optionally an id."""
         element = etree.SubElement(parent, f"{{{NAMESPACE}}}{name}")
         if own_id:
             self.last_id += 1
@@ -39,7 +39,6 @@ class Writer:
         return element
 
     def add_all(self, parent: etree._Element, pairs: Sequence[Pair]) -> None:
-        """Add elements with what they hold."""
         for name, content in pairs:
             if isinstance(content, list):
                 self.add_all(self.add(parent, name), content)
@@ -47,7 +46,7 @@ class Writer:
                 self.add(parent, name, content)
 
     def add_ids(self, parent: etree._Element, name: str, ids: Sequence[str]) -> None:
-        """Add a list of references; none where it would be empty."""
+        """Add a list of references unless empty."""
         if ids:
             element = self.add(parent, name)
             element.set("n", str(len(ids)))
@@ -55,7 +54,7 @@ class Writer:
                 self.add(element, "Id", one)
 
     def add_attributes(self, parent: etree._Element, values: Mapping[str, float | str]) -> None:
-        """Add what QIF has no element for; it comes first in its parent."""
+        """Add data without an element in QIF; they come first in their parent."""
         if not values:
             return
         element = self.add(parent, "Attributes")
@@ -77,13 +76,13 @@ class Lists:
         self._parent = parent
 
     def count(self) -> None:
-        """Write how many each holds; lists that hold nothing are taken out."""
+        """Write the counts; empty lists are removed."""
         for element in (self.definitions, self.nominals, self.items):
             count_children(element, self._parent)
 
 
 def count_children(element: etree._Element, parent: etree._Element) -> None:
-    """Write how many children an element has, or take it out of its parent where it has none."""
+    """Write the number of children of an element, or remove an empty one from its parent."""
     if len(element):
         element.set("n", str(len(element)))
     else:
@@ -91,7 +90,7 @@ def count_children(element: etree._Element, parent: etree._Element) -> None:
 
 
 def text_of(content: Value) -> str:
-    """Return text or numbers as the document holds them: all digits, never an exponent."""
+    """Return text or numbers for the document: all digits, never an exponent."""
     if isinstance(content, str):
         return content
     return " ".join(
@@ -100,5 +99,5 @@ def text_of(content: Value) -> str:
 
 
 def finite(name: str, value: float) -> float:
-    """Return a number; StorageError where it is none that can be reported."""
+    """Return a number; StorageError if it cannot be reported."""
     return Units.finite(name, value, 0).value

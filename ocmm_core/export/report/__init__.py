@@ -1,11 +1,11 @@
-"""The data of a report, and its text, JSON, workbook and PolyWorks files.
+"""Data of a report, and its text, JSON, workbook and PolyWorks files.
 
 In: an evaluated job and a profile. Out: one frozen `ReportData`, and bytes of files made from it.
 
-Read `_report_data` (all that a report can say) and `_exporter` (what every format can do).
-`_head`, `_elements`, `_tables` and `_names` are shared by the formats: `_polyworks`, `_delimited`,
+Read `_report_data` (all data of a report) and `_exporter` (interface of formats). `_head`,
+`_elements`, `_tables` and `_names` are shared by the formats: `_polyworks`, `_delimited`,
 `_json_file` with `_json_schema`, `_xlsx` with `_xlsx_reader`, `_first_article` (inspection plan,
-AS9102). `_profile` sets how text files are written, `_paper_facts` what a test report must state;
+AS9102). `_profile` defines text files, `_paper_facts` the required statements of a test report;
 `_specimen` shows a template without a job. Templates are in the package `template`. Each format has
 its own reader.
 It must not know the registry, QIF or Q-DAS.

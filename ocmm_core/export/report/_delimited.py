@@ -1,6 +1,6 @@
 """Tables as delimited text by a profile, and back.
 
-No cell is ever quoted: names are whitelisted before, and text loses what would need it.
+Cells are never quoted: names are whitelisted before, and text loses characters that need it.
 """
 
 from __future__ import annotations
@@ -13,11 +13,10 @@ from ocmm_core.export.report._tables import Cell, Number, Table
 from ocmm_core.names import ascii_name, name_fault
 
 _INSTEAD = {",": ";", ";": ",", "\t": " "}
-"""Signs that stand in text for the delimiter."""
+"""Replacements of the delimiter in text."""
 
 
 def delimited(table: Table, profile: Profile, shape: TableProfile) -> bytes:
-    """Return a table as text."""
     lines = [_cells(row, profile) for row in table.rows]
     if shape.header:
         lines.insert(0, list(table.columns))
@@ -28,7 +27,7 @@ def delimited(table: Table, profile: Profile, shape: TableProfile) -> bytes:
 def compare_delimited(
     name: str, content: bytes, table: Table, profile: Profile, shape: TableProfile
 ) -> list[str]:
-    """Return in what a file that was read back differs from the table, in sentences."""
+    """Return the differences of a file read back from the table, in sentences."""
     try:
         text = content.decode(profile.encoding)
     except UnicodeDecodeError as error:
@@ -55,7 +54,7 @@ def compare_delimited(
 
 
 def same_number(wanted: Number, text: str, decimal: str = ".") -> bool:
-    """Return whether text tells a number to its last digit."""
+    """Return whether text equals a number to its last digit."""
     try:
         found = float(text.replace(decimal, "."))
     except ValueError:
@@ -67,7 +66,7 @@ def same_number(wanted: Number, text: str, decimal: str = ".") -> bool:
 
 
 def told(text: str, profile: Profile) -> str:
-    """Return text as a cell can hold it."""
+    """Return text fitted to a cell."""
     plain = clean_text(text).replace(profile.separator, _INSTEAD[profile.separator])
     plain = plain.replace('"', "'")
     if profile.encoding == "ascii":

@@ -1,4 +1,4 @@
-"""Nominal and actual elements as reports give them: whole sizes, unit vectors, degrees."""
+"""Nominal and actual elements as reported: full sizes, unit vectors, degrees."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from ocmm_core.geometry import Float, RigidTransform, unit
 
 @dataclass(frozen=True, slots=True)
 class Element:
-    """A nominal or actual element as reports give it; None for what its shape has not."""
+    """A nominal or actual element as reported; None for what its shape lacks."""
 
     point: Float
     """(3,), mm: centre or point on the element."""
@@ -20,26 +20,26 @@ class Element:
     across: Float | None = None
     """`direction`, `across`: (3,), unit: normal or axis, and the direction of the length."""
     diameter: float | None = None
-    """mm: of circle, sphere, cylinder; of a cone square to its axis at ``point``; of the centre
-    line of a torus."""
+    """mm: of circle, sphere, cylinder; of a cone perpendicular to its axis at ``point``; of the
+    centre line of a torus."""
     length: float | None = None
     width: float | None = None
     """`length`, `width`: mm: of slot, rectangle and ellipse, over all; the width of a torus is that
-    of its tube. Of other shapes the nominal length along the axis, where the plan knows it."""
+    of its tube. Of other shapes the nominal length along the axis, if in the plan."""
     angle_deg: float | None = None
     """Full apex angle of a cone."""
 
 
 def element_of_nominal(nominal: NominalFeature, frame: RigidTransform) -> Element:
-    """Return what the plan says in another frame than that in which it is written.
+    """Return a nominal of the plan in another frame.
 
-    What the shape has not is left out, whatever the defaults of the plan say.
+    Properties that the shape lacks are left out, regardless of defaults of the plan.
     """
     shape = nominal.shape
     across = unit(np.array(nominal.across)) if shape.spec.has_across else None
     return Element(
         point=frame.apply(np.array(nominal.point, dtype=np.float64)),
-        # A sphere has no direction, whatever the plan's default says.
+        # A sphere has no direction, regardless of the plan's default.
         direction=(
             frame.rotation @ unit(np.array(nominal.direction))
             if shape.spec.planned_direction
@@ -54,7 +54,7 @@ def element_of_nominal(nominal: NominalFeature, frame: RigidTransform) -> Elemen
 
 
 def element_of_fit(fit: Fit, frame: RigidTransform) -> Element:
-    """Return a fit (world frame) in another frame, with whole sizes instead of half ones."""
+    """Return a fit (world frame) in another frame, with full sizes instead of half ones."""
     sizes = {size.field: size.whole(fit.geometry) or None for size in fit.shape.spec.sizes}
     return Element(
         point=frame.apply(fit.point),

@@ -1,4 +1,4 @@
-"""What every format of a report can do."""
+"""Interface of report formats."""
 
 from __future__ import annotations
 
@@ -12,33 +12,32 @@ from ocmm_core.export.report._tables import Table
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ReportFormat:
-    """What people and commands know of a format.
+    """Description of a format for people and commands.
 
-    A report of an incomplete job is refused in every format alike (`require_complete`), so no
-    format has a rule of its own.
+    Reports of incomplete jobs are refused in every format alike (`require_complete`).
     """
 
     name: str
     title: str
     purpose: str
-    """Whom the files are for."""
+    """Audience of the files."""
     suffixes: tuple[str, ...]
-    """How the names of its files end, behind the name of the job."""
+    """Endings of its file names, after the name of the job."""
     profile: str
-    """What it takes from the profile; empty where it takes nothing."""
+    """What it uses of the profile; may be empty."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Exporter(ReportFormat):
-    """A format that the core writes."""
+    """A format written by the core."""
 
     contents: Callable[[Sequence[ReportData], Profile], dict[str, bytes]]
     """The files of jobs, bytes by file name."""
     differences: Callable[[Sequence[ReportData], Profile, Mapping[str, bytes]], list[str]]
-    """One sentence for everything in which files, as they were read back, differ from the jobs. It
-    reads them with a reader of its own, never with what wrote them."""
+    """Differences between files read back and the jobs, a sentence each. It has a reader
+    independent of the writer."""
     preview: Callable[[Sequence[ReportData], Profile], tuple[Table, ...]]
-    """What will be in the files, as tables."""
+    """Contents of the files as tables."""
     batch: bool
-    """Several jobs go into one file as several values; otherwise each has files of its own, and the
-    functions get one job at a time."""
+    """Several jobs go into one file as several values; otherwise the functions get one job at a
+    time."""

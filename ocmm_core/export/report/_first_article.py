@@ -1,7 +1,7 @@
-"""Requirements with balloon numbers: as an inspection plan, and as form 3 of AS9102 with results.
+"""Requirements with balloon numbers: inspection plan, and form 3 of AS9102 with results.
 
 A first article inspection accounts for every requirement of the drawing. Requirements that the plan
-lacks are listed as NOT MEASURED with the reason; no cell that could mean conformity is left empty.
+lacks are NOT MEASURED with the reason; no cell that could mean conformity is left empty.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""The head of a report: the verdict on the part first, then whom and what the job is about."""
+"""Head of a report: the verdict on the part first, then identification of the job."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ from ocmm_core.tolerances.decisions import U_WORDS, Verdict
 
 _RESULT = "characteristic"
 _LONGEST_LIST = 200
-"""Signs of names in one cell; free text is cut at 250, and no name may be lost."""
+"""Characters of names in one cell; free text is cut at 250, and no name may be lost."""
 
 
 def head_table(data: ReportData) -> Table:
-    """Return what is to be known about the whole job, as pairs of word and text."""
+    """Return the summary of the job, as pairs of word and text."""
     view, head = data.view, data.head
     counts = dict.fromkeys(Verdict, 0)
     for result in data.results:
@@ -68,7 +68,7 @@ def _numbered(title: str, sentences: Sequence[str]) -> Iterator[tuple[str, str]]
 
 
 def _named(title: str, kind: str, names: Sequence[str]) -> Iterator[tuple[str, str]]:
-    """Yield names under a title, on as many lines as they need; none without any."""
+    """Yield names under a title, on as many lines as needed."""
     lines: list[str] = []
     for name in names:
         checked = check_name(kind, name)

@@ -1,7 +1,7 @@
-"""The whole job as JSON with its raw observations, every number exactly as it is inside.
+"""The whole job as JSON with its raw observations and exact numbers.
 
-Numbers are written in the shortest form that is read back as the same number; a spot that was not
-seen is null. The schema has a version: a later one never changes what a field means.
+Numbers are written in the shortest form that reads back as the same number; an unseen spot is null.
+The schema is versioned: later ones never change the meaning of a field.
 """
 
 from __future__ import annotations
@@ -53,7 +53,7 @@ from ocmm_core.measuring import MeasuredPoint
 from ocmm_core.tolerances.decisions import PartVerdict, VerdictSummary
 
 _NO_NUMBERS = (None, None, None)
-"""Value, deviation and uncertainty of what is not measured."""
+"""Value, deviation and uncertainty if not measured."""
 
 
 def _contents(jobs: Sequence[ReportData], profile: Profile) -> dict[str, bytes]:
@@ -206,7 +206,7 @@ def _feature(feature: ReportedFeature, summary: VerdictSummary) -> FeaturePart:
 def _result(reported: ReportedResult, explained: Explanation | None) -> ResultPart:
     result = reported.result
     name = check_name("characteristic", result.name)
-    # What is provisional is for screens; a program that takes a number asks for no verdict.
+    # Provisional values are for screens: programs read numbers without the verdict.
     measured, deviation, uncertainty = result.stated or _NO_NUMBERS
     return ResultPart(
         name=name,

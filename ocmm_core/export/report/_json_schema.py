@@ -1,4 +1,4 @@
-"""The form of a report in JSON, and its reader."""
+"""Schema of a report in JSON, and its reader."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ class _Part(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tru
 
 
 class PartVerdictPart(_Part, frozen=True, kw_only=True):
-    """The verdict on the part, and why it is not better.
+    """The verdict on the part, and its reasons.
 
     ``word`` leads, with the count of requirements if the plan lacks some; ``requirements`` has the
     count for every plan with a source. ``verdict`` is in the words of the characteristics, null
@@ -37,7 +37,7 @@ class PartVerdictPart(_Part, frozen=True, kw_only=True):
 
 
 class JobPart(_Part, frozen=True, kw_only=True):
-    """What the job says about itself; ``complete`` is that of `PartVerdictPart`."""
+    """Metadata of the job; ``complete`` is that of `PartVerdictPart`."""
 
     name: str
     uuid: str
@@ -63,11 +63,11 @@ class JobPart(_Part, frozen=True, kw_only=True):
 
 
 class SealPart(_Part, frozen=True, kw_only=True):
-    """How far the job went, and the signature of the station on that (``ocmm audit verify``).
+    """End of the job's chain, and its signature by the station (``ocmm audit verify``).
 
     ``steps`` and ``head`` are the rows of the audit and the hash of the last one, ``key`` is the
-    fingerprint of the key that signed them, and ``line`` what the code on paper holds; both are
-    empty where nobody signed the job.
+    fingerprint of the signing key, and ``line`` the text of the printed code; both are empty for an
+    unsigned job.
     """
 
     steps: int
@@ -84,7 +84,7 @@ class InstrumentPart(_Part, frozen=True, kw_only=True):
 
 
 class FramePart(_Part, frozen=True, kw_only=True):
-    """The frame in which everything measured is given; world to frame is ``R x + t``."""
+    """Frame of all measured values; world to frame is ``R x + t``."""
 
     name: str
     rotation_from_world: Matrix
@@ -92,7 +92,7 @@ class FramePart(_Part, frozen=True, kw_only=True):
 
 
 class ElementPart(_Part, frozen=True, kw_only=True):
-    """A nominal or actual element, mm and degrees; null for what it has not."""
+    """A nominal or actual element, mm and degrees; null for what it lacks."""
 
     point: Vector
     direction: Vector | None
@@ -106,8 +106,8 @@ class ElementPart(_Part, frozen=True, kw_only=True):
 class FeaturePart(_Part, frozen=True, kw_only=True):
     """One feature; nominal in the part frame, actual in `FramePart`.
 
-    ``verdict`` is the worst of the characteristics about it and null without any (or in a file of a
-    version that did not say it); ``deciding`` names the one that decides.
+    ``verdict`` is the worst of its characteristics and null without any (or in a file of a version
+    without it); ``deciding`` names the deciding one.
     """
 
     name: str
@@ -125,7 +125,7 @@ class FeaturePart(_Part, frozen=True, kw_only=True):
 
 
 class ExplanationPart(_Part, frozen=True, kw_only=True):
-    """Why a result is not CONFORM, and what to do; ``beyond`` is negative inside the limits."""
+    """Why a result is not CONFORM, and the remedy; ``beyond`` is negative inside the limits."""
 
     cause: str
     beyond: float | None
@@ -137,7 +137,7 @@ class ExplanationPart(_Part, frozen=True, kw_only=True):
 
 
 class ResultPart(_Part, frozen=True, kw_only=True):
-    """One characteristic; uncertainty is U: value ± U holds the truth in 95 of 100 cases."""
+    """One characteristic; uncertainty is U: value ± U covers the truth in 95 of 100 cases."""
 
     name: str
     kind: str
@@ -162,7 +162,7 @@ class ResultPart(_Part, frozen=True, kw_only=True):
 
 
 class ObservationPart(_Part, frozen=True, kw_only=True):
-    """One point as it was stored: ball centre in the world of the job, and its raw spots, px."""
+    """One point as stored: ball centre in the world of the job, and its raw spots, px."""
 
     number: int
     feature: str
@@ -183,14 +183,14 @@ class ObservationPart(_Part, frozen=True, kw_only=True):
 
 
 class TakenBackPart(_Part, frozen=True, kw_only=True):
-    """One point that was taken back: it does not count, and it is not forgotten."""
+    """An annulled point: it does not count, but is kept."""
 
     observation: ObservationPart
     reason: str
 
 
 class PaperFactPart(_Part, frozen=True, kw_only=True):
-    """A line of the head of the report: heading, clause of ISO/IEC 17025 that asks for it, text."""
+    """A line of the head of the report: heading, clause of ISO/IEC 17025, text."""
 
     group: str
     clause: str
@@ -201,10 +201,9 @@ class PaperFactPart(_Part, frozen=True, kw_only=True):
 class ReportFile(_Part, frozen=True, kw_only=True):
     """The whole file.
 
-    ``state`` has what the report must not be taken for: SIMULATED, CAMERAS UNPROVEN, INCOMPLETE,
-    IN DOUBT or UNCALIBRATED. ``head`` is what the report says of laboratory, customer, item,
-    measurement and instruments; "not stated" where nobody knows. These, ``part_verdict`` and
-    ``seal`` are missing in files of versions that did not say them.
+    ``state`` has the limitations of the report: SIMULATED, CAMERAS UNPROVEN, INCOMPLETE, IN DOUBT
+    or UNCALIBRATED. ``head`` has laboratory, customer, item, measurement and instruments; "not
+    stated" if unknown. These, ``part_verdict`` and ``seal`` are missing in files of older versions.
     """
 
     schema: str
@@ -229,7 +228,7 @@ class ReportFile(_Part, frozen=True, kw_only=True):
 
 
 def read_report(content: bytes) -> ReportFile:
-    """Return what a file holds.
+    """Return the contents of a file.
 
     Raises
     ------

@@ -1,7 +1,7 @@
-"""What may go into files of other programs: names are checked, free text is cleaned.
+"""Names and texts in files of other programs: names are checked, free text is cleaned.
 
-A name that is written as a command or a file name is never escaped: it is taken as it is or
-refused. Free text (who measured, serial numbers, notes) is kept, without what controls a program.
+A name used as a command or a file name is never escaped: it is accepted or refused. Free text
+(operators, serial numbers, notes) is kept without control characters.
 """
 
 from __future__ import annotations
@@ -15,14 +15,14 @@ from ocmm_core.names import FORMULA_SIGNS, file_stem, label_fault, name_fault
 
 _LONGEST = 250
 _NO_TEXT = frozenset({"Cc", "Cf", "Cs", "Co", "Cn", "Zl", "Zp"})
-"""Unicode categories of signs that nobody reads: controls, directions, halves, ends of lines."""
+"""Invisible Unicode categories: controls, directions, surrogates, line ends."""
 
 _COMMANDS = ("=", "+", "-", "@")
-"""Begin a formula in a spreadsheet (CWE-1236)."""
+"""Start of a formula in a spreadsheet (CWE-1236)."""
 
 
 def last_moment(begun_utc: str, taken_utc: Iterable[str]) -> datetime:
-    """Return the latest of the times of points, or when the job began where there is none, as UTC.
+    """Return the latest time of points, or the start of a job without any, as UTC.
 
     Raises
     ------
@@ -48,12 +48,9 @@ def _moment_of(text: str) -> datetime:
 
 
 def check_name(kind: str, name: str) -> str:
-    """Return a name that reports can contain; raise StorageError for any other.
+    """Return a name that reports can contain; StorageError otherwise.
 
-    Parameters
-    ----------
-    kind
-        Of what, for the message: ``"feature"``, ``"plan"`` ...
+    `kind`: for the message, ``"feature"``, ``"plan"`` ...
     """
     if fault := label_fault(name) if kind == "plan" else name_fault(name):
         raise StorageError(
@@ -65,7 +62,7 @@ def check_name(kind: str, name: str) -> str:
 
 
 def check_file_stem(name: str) -> str:
-    """Return the name of a job that files can be called after; raise StorageError otherwise."""
+    """Return the name of a job valid for file names; StorageError otherwise."""
     if (
         file_stem(name) != name.replace(" ", "_")
         or name != name.strip()
@@ -80,19 +77,19 @@ def check_file_stem(name: str) -> str:
 
 
 def clean_text(text: str) -> str:
-    """Return free text on one line, without control characters and half characters."""
+    """Return free text on one line, without control characters and surrogates, truncated."""
     return one_line(text)[:_LONGEST]
 
 
 def one_line(text: str) -> str:
-    """Return free text as `clean_text`, however long it is."""
+    """Return free text as `clean_text`, without truncation."""
     kept = "".join(" " if unicodedata.category(sign) in _NO_TEXT else sign for sign in text)
     return " ".join(kept.split())
 
 
 def spreadsheet_text(text: str) -> str:
-    """Return text, with a quote before it where a spreadsheet would compute it (OWASP ASVS 1.2.10).
+    """Return text, quoted if a spreadsheet would compute it (OWASP ASVS 1.2.10).
 
-    For cells of text only: numbers begin with a minus where they are negative.
+    For cells of text only: negative numbers start with a minus.
     """
     return f"'{text}" if text.lstrip().startswith(_COMMANDS) else text

@@ -1,7 +1,7 @@
-"""What a test report must say of itself (ISO/IEC 17025:2017, 7.8.2 and 7.8.3), field by field.
+"""Required statements of a test report (ISO/IEC 17025:2017, 7.8.2 and 7.8.3), field by field.
 
-Each fact names the clause that asks for it, so that a test can go through the list. What nobody
-knows is `NOT_STATED`; nothing is guessed, and nothing is left out because it is empty.
+Each fact names its clause, so that a test can check the list. Unknown facts are `NOT_STATED`;
+nothing is guessed or omitted.
 """
 
 from __future__ import annotations
@@ -30,8 +30,8 @@ CLAUSES = (
     "7.8.2.1 h", "7.8.2.1 i", "7.8.2.1 j", "7.8.2.1 l", "7.8.2.1 m", "7.8.2.1 n", "7.8.2.1 o",
     "7.8.2.2", "7.8.3.1 a", "7.8.3.1 b", "7.8.3.1 c",
 )  # fmt: skip
-"""What a test report is asked for. Left out: k (sampling: every item is measured), p (results of
-others: there are none), opinions and methods of customers (7.8.3.1 d, e)."""
+"""Clauses for test reports. Omitted: k (sampling: every item is measured), p (results of others:
+there are none), opinions and methods of customers (7.8.3.1 d, e)."""
 
 _HEAD_DIGITS = 16
 _NUMBER_DIGITS = 8
@@ -42,24 +42,22 @@ class PaperFact:
     """One line of the head of a report."""
 
     group: Group
-    """Under which heading."""
     clause: str
-    """Of ISO/IEC 17025 that asks for it; empty where none does."""
+    """Clause of ISO/IEC 17025 that requires it; may be empty."""
     name: str
     value: str
-    """`name`, `value`: What is printed; ``value`` is `NOT_STATED` where nobody knows."""
+    """`name`, `value`: Printed texts; ``value`` is `NOT_STATED` if unknown."""
 
     @property
     def stated(self) -> bool:
-        """Return whether there is something to read."""
         return self.value != NOT_STATED
 
 
 def report_number(data: ReportData) -> str:
-    """Return what tells the report from every other one.
+    """Return the unique number of the report.
 
-    That of the person who asked for it; else made from job, identity and how far the job went, so
-    that two reports of the same state of a job have the same number, and others another one.
+    Given by the user, or made from job, identity and end of its chain: equal for reports of the
+    same state of a job, different for others.
     """
     given = one_line(data.paper.given.number)
     if given:
@@ -69,7 +67,7 @@ def report_number(data: ReportData) -> str:
 
 
 def paper_facts(data: ReportData, lengths: PaperLengths = _MM) -> tuple[PaperFact, ...]:
-    """Return the head of a report in the order of the paper, whose lengths are in a unit."""
+    """Return the head of a report in printed order, with lengths in a unit."""
     return tuple(
         PaperFact(group, clause, name, one_line(value) or NOT_STATED)
         for group, clause, name, value in _facts(data, lengths)
@@ -77,7 +75,7 @@ def paper_facts(data: ReportData, lengths: PaperLengths = _MM) -> tuple[PaperFac
 
 
 def open_clauses(data: ReportData) -> tuple[str, ...]:
-    """Return the clauses of which a report states nothing, in their order."""
+    """Return the clauses without a statement, in order."""
     facts = paper_facts(data)
     said = {fact.clause for fact in facts if fact.stated}
     return tuple(clause for clause in CLAUSES if clause not in said)
@@ -140,9 +138,9 @@ def statements(data: ReportData) -> tuple[str, ...]:
 
 
 def environment(data: ReportData) -> str:
-    """Return what was read off in the room, then the temperatures that the results rest on.
+    """Return the ambient readings, then the temperatures of the results.
 
-    Those have their standard uncertainties, and what was done with them.
+    With their standard uncertainties and compensations.
     """
     climate, room = data.climate, _room(data)
     told = [
@@ -157,13 +155,13 @@ def environment(data: ReportData) -> str:
 
 
 def _room(data: ReportData) -> tuple[str, ...]:
-    """Return what the job keeps of the room; what is given with the report for the rest alone."""
+    """Return the ambient readings of the job; those given with the report fill gaps only."""
     kept = {field for field, _ in data.view.room}
     return (*(told for _, told in data.view.room), *surroundings(data.paper.given, kept))
 
 
 def plan_deviations(data: ReportData) -> tuple[str, ...]:
-    """Return in what a job did not follow its plan, in sentences; "none" is a statement, too."""
+    """Return the deviations of a job from its plan, in sentences; "none" is also a statement."""
     told = [*data.paper.given.deviations]
     if data.view.simulated:
         told.append(SIMULATED_LINE)
@@ -186,7 +184,7 @@ def plan_deviations(data: ReportData) -> tuple[str, ...]:
 
 
 def frame_words(data: ReportData, lengths: PaperLengths = _MM) -> str:
-    """Return the units, and the frame in which every coordinate of the report is given."""
+    """Return the units, and the frame of all coordinates of the report."""
     datums = data.plan.alignment
     if data.system == "World":
         frame = "World frame of the cameras: the part is not aligned"
@@ -212,7 +210,7 @@ def _machine(data: ReportData) -> str:
 
 
 class _Camera(msgspec.Struct):
-    """A camera, of a rig document as of a record."""
+    """A camera, of a rig document or a record."""
 
     name: str = ""
     serial: int | str = ""
@@ -226,7 +224,7 @@ class _Certificate(msgspec.Struct):
 
 
 class _Instruments(msgspec.Struct):
-    """What a rig document or a record says of things with a serial number; the rest is left."""
+    """Items with serial numbers in a rig document or a record; the rest is ignored."""
 
     cameras: list[_Camera] = msgspec.field(default_factory=list)
     artefacts: list[_Certificate] = msgspec.field(default_factory=list)
@@ -238,7 +236,7 @@ def _instruments(text: str) -> _Instruments:
         found = msgspec.json.decode(text) if text.startswith("{") else tomllib.loads(text)
         return msgspec.convert(found, _Instruments)
     except (ValueError, msgspec.MsgspecError, RecursionError):
-        # A report is not the place to judge the documents of a job; `reopen_job` does.
+        # A report does not judge the documents of a job; `reopen_job` does.
         return _Instruments()
 
 

@@ -1,17 +1,16 @@
 """Points, cloud, features, report and a macro for PolyWorks|Inspector, by a profile.
 
-With the profile that is meant for it: pure ASCII, CR LF, decimal point in every locale,
-millimetres with four decimals, unit vectors with six. Names are checked, never quoted or escaped: a
-name that would need it is refused. The files are our own proposal; no public description of
-PolyWorks' text import was found (docs/exports.md).
+With the default profile: pure ASCII, CR LF, decimal point in every locale, millimetres with four
+decimals, unit vectors with six. Names are checked, never quoted or escaped: a name that would need
+it is refused. The file formats are our own proposal; no public description of PolyWorks' text
+import was found (docs/exports.md).
 
 Points are compensated surface points; their vector leaves the material, so that the ball centre is
-``xyz + radius * ijk``. Ball centres are written only where the profile asks for them, into files
-whose names say so.
+``xyz + radius * ijk``. Ball centres are written only on request of the profile, into files named
+accordingly.
 
-The verdict on the part stands first in ``_job.csv``. What the job must not be taken for (simulated,
-incomplete) stands in the names of all files, and in a column of every table with a header, whatever
-the profile is.
+The verdict on the part is first in ``_job.csv``. The states of the job (simulated, incomplete) are
+in the names of all files, and in a column of every table with a header, in every profile.
 """
 
 from __future__ import annotations
@@ -45,7 +44,7 @@ _CREATE = re.compile(
 
 @dataclass(frozen=True, slots=True)
 class _Text:
-    """A delimited file that is to be written: its table and how."""
+    """A delimited file to be written."""
 
     table: Table
     shape: TableProfile
@@ -83,7 +82,6 @@ def _preview(jobs: Sequence[ReportData], profile: Profile) -> tuple[Table, ...]:
 
 
 def _texts(data: ReportData, profile: Profile) -> dict[str, _Text]:
-    """Return the delimited files by their names."""
     stem, units = data.stem, profile.units
     tables = {
         f"{stem}_job.csv": (head_table(data), _HEAD),
@@ -98,7 +96,7 @@ def _texts(data: ReportData, profile: Profile) -> dict[str, _Text]:
 
 
 def _chosen(table: Table, shape: TableProfile) -> Table:
-    """Return a table with the columns of the profile, and that of the states where it has room."""
+    """Return a table with the columns of the profile, and the states if it has a header."""
     needed = shape.when_needed
     told = (*shape.columns, *needed)
     if shape.header and JOB_STATE in table.columns and JOB_STATE not in told:
@@ -107,7 +105,7 @@ def _chosen(table: Table, shape: TableProfile) -> Table:
 
 
 def _clouds(data: ReportData, profile: Profile) -> dict[str, Table]:
-    """Return the clouds by their names; they have no delimiter and no decimal sign to choose."""
+    """Return the clouds by name; they have fixed delimiter and decimal sign."""
     clouds = {f"{data.stem}_cloud.asc": points_table(data, profile.units)}
     if profile.centres:
         centres = points_table(data, profile.units, centres=True)
@@ -124,9 +122,9 @@ def _cloud(table: Table) -> bytes:
 
 
 def _macro(points: Table) -> bytes:
-    """Return a macro that makes every point, with nothing in it that could be a command.
+    """Return a macro that makes every point, safe against injection.
 
-    ``$`` expands variables in this language and ``"`` ends a text; names can hold neither.
+    ``$`` expands variables in this language and ``"`` ends a text; names can contain neither.
     """
     lines = [_VERSION]
     for *place, name in points.rows:

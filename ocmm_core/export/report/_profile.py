@@ -1,4 +1,4 @@
-"""The profile: how the text files of a report are written for the program that reads them."""
+"""Profile: format of the text files of a report."""
 
 from __future__ import annotations
 
@@ -24,20 +24,17 @@ class TableProfile(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fie
     header: bool
     """The first line holds the names of the columns."""
     columns: list[str]
-    """In their order."""
+    """In order."""
     when_needed: list[str] = msgspec.field(default_factory=list)
-    """Further columns that are written where the job has something for them."""
+    """Further columns, written if the job has values for them."""
 
 
 class Profile(Document, frozen=True, kw_only=True):
-    """A profile as it is written down."""
+    """A profile as stored."""
 
     name: str
-    """What people call it."""
     delimiter: Literal[",", ";", "tab"]
-    """``","``, ``";"`` or ``"tab"``."""
     decimal: Literal[".", ","]
-    """``"."`` or ``","``."""
     lengths: Literal["mm", "inch"]
     """Unit of all lengths in the files."""
     length_decimals: int
@@ -45,29 +42,24 @@ class Profile(Document, frozen=True, kw_only=True):
     vector_decimals: int
     """`length_decimals`, `angle_decimals`, `vector_decimals`: Digits after the decimal sign."""
     encoding: Literal["ascii", "utf-8", "utf-8-sig"]
-    """Of the tables; whatever it is, only characters of ASCII are written, except with UTF-8."""
+    """Of the tables; only ASCII characters are written, except with UTF-8."""
     line_end: Literal["CRLF", "LF"]
-    """``"CRLF"`` or ``"LF"``."""
     points: TableProfile
     features: TableProfile
     report: TableProfile
-    """`points`, `features`, `report`: The three tables."""
     centres: bool = False
-    """Also write the ball centres, into files of their own."""
+    """Also write the ball centres, into separate files."""
 
     @property
     def separator(self) -> str:
-        """Return the sign between two cells."""
         return _DELIMITERS[self.delimiter]
 
     @property
     def newline(self) -> str:
-        """Return the end of a line."""
         return _LINE_ENDS[self.line_end]
 
     @property
     def units(self) -> Units:
-        """Return unit and digits of all numbers."""
         return Units(self.lengths, self.length_decimals, self.angle_decimals, self.vector_decimals)
 
 
@@ -77,7 +69,7 @@ def load_profile(path: Path | str) -> Profile:
     Raises
     ------
     InputError
-        The document is malformed, or files that are written by it could not be read.
+        The document is malformed, or its files would be unreadable.
     """
     path = Path(path)
     profile = load_document(path, Profile, SCHEMA)
@@ -97,7 +89,6 @@ def load_profile(path: Path | str) -> Profile:
 
 
 def polyworks_profile() -> Profile:
-    """Return the profile that is used where none is given."""
     return load_profile(resource("profiles", "polyworks.toml"))
 
 

@@ -59,12 +59,10 @@ class ReportedFeature:
 
     @property
     def name(self) -> str:
-        """Return its name."""
         return self.seen.name
 
     @property
     def shape(self) -> Shape:
-        """Return its shape."""
         return self.seen.shape
 
 
@@ -79,7 +77,6 @@ class ReportedResult:
 
     @property
     def unit(self) -> Literal["mm", "deg"]:
-        """Return the unit of nominal, limits, value and uncertainty."""
         return self.result.unit if self.asked is None else spec_of(self.asked.kind).unit
 
     @property
@@ -89,7 +86,6 @@ class ReportedResult:
 
     @property
     def datums(self) -> tuple[str, ...]:
-        """Return the names of the datums in their order."""
         return () if self.asked is None else tuple(self.asked.datums)
 
     @property
@@ -145,17 +141,14 @@ class ReportData:
 
     @property
     def job(self) -> str:
-        """Return the name of the job."""
         return self.view.job
 
     @property
     def results(self) -> tuple[CharacteristicResult, ...]:
-        """Return the characteristics in the order of the plan."""
         return self.view.characteristics
 
     @property
     def reported(self) -> tuple[ReportedResult, ...]:
-        """Return the results with their characteristics of the plan."""
         asked = {item.name: item for item in self.plan.characteristics}
         return tuple(ReportedResult(result, asked.get(result.name)) for result in self.results)
 
@@ -171,12 +164,10 @@ class ReportData:
 
     @property
     def system(self) -> Literal["Part", "World"]:
-        """Return the name of that frame."""
         return "World" if self.T_part_from_world is None else "Part"
 
     @property
     def part(self) -> PartVerdict:
-        """Return the verdict on the part."""
         return self.view.part_verdict
 
     @property
@@ -216,19 +207,18 @@ class ReportData:
 
     @property
     def stem(self) -> str:
-        """Return how the names of the files begin: with the name of the job and its states.
+        """Return the stem of the file names: the name of the job and its states.
 
         Raises
         ------
         StorageError
-            Files cannot be called after the job.
+            The job's name is invalid for files.
         """
         name = check_file_stem(self.job)
         return "_".join((name, *(state.replace(" ", "_") for state in self.states)))
 
     @property
     def rule_words(self) -> str:
-        """Return the decision rule in words."""
         return rule_words(rule_id(self.plan.rule))
 
 
@@ -309,7 +299,6 @@ def _part_from_nominal(plan: Plan) -> RigidTransform | None:
 
 
 def report_of_job(job: ReopenedJob) -> ReportData:
-    """Return the data of a report on a stored job."""
     last = {event.kind: event.text for event in job.events}
     calibration = last.get("calibration", "NONE")
     probe = last.get("probe", f"NONE {job.body.name}:")
@@ -345,7 +334,7 @@ def _note_of(reference: ReferenceBody) -> str:
 def _instrument(note: str, *, uncalibrated: bool) -> Instrument:
     """Return cameras or probe from the text that the job file keeps of them."""
     short = _HASH.sub(lambda found: found.group()[:_SHORT], note, count=1)
-    # Further hashes are those of the records behind the first one: the note has them.
+    # Further hashes of dependent records are in the note.
     short = re.sub(r" (calibration|qualification) [0-9a-f]{64}", "", short)
     short = re.sub(r"due (\d{4}-\d\d-\d\d)T\S*", r"due \1", short)
     word, _, rest = short.partition(" ")

@@ -1,4 +1,4 @@
-"""A report of nothing: what a template looks like, before there is a job."""
+"""Empty report, to preview a template without a job."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ _NO_JOB = "00000000-0000-0000-0000-000000000000"
 
 
 def specimen_report() -> ReportData:
-    """Return the report of a part that nobody touched: every result is "Not measured".
+    """Return the report of an untouched part: every result is "Not measured".
 
-    No number is made up, and it says SIMULATED, so that the page is not taken for a report.
+    No number is made up, and it is marked SIMULATED, so that the page is not taken for a report.
     """
     path = resource(*_PLAN)
     plan = load_plan(path)

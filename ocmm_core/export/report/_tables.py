@@ -1,8 +1,8 @@
-"""The tables of a report: points, features, characteristics and head, cell by cell.
+"""Tables of a report: points, features, characteristics and head, cell by cell.
 
-All formats that people read (text files, workbook, preview) take their cells from here, so that
-they cannot say different things. Points are compensated surface points; their vector leaves the
-material, so that the ball centre is ``xyz + radius * ijk``.
+All human-readable formats (text files, workbook, preview) take their cells from here, so that they
+agree. Points are compensated surface points; their vector leaves the material, so that the ball
+centre is ``xyz + radius * ijk``.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from ocmm_core.tolerances.decisions import Verdict
 MM_PER_INCH = 25.4
 
 JOB_STATE = "JobState"
-"""Column that says SIMULATED and INCOMPLETE in every row of every table, whatever its file is."""
+"""Column with SIMULATED and INCOMPLETE in every row of every table."""
 
 POINT_COLUMNS = (
     "Name", "X", "Y", "Z", "I", "J", "K", "Feature", "Number", "Taken", "Flag", JOB_STATE,
@@ -50,19 +50,19 @@ TESTS = {
     Verdict.NOT_MEASURED: "Not measured",
     Verdict.PROVISIONAL: "Not measured",
 }
-"""Column ``Test``: what is not decided neither passes nor fails, whatever the profile."""
+"""Column ``Test``: undecided results neither pass nor fail, in every profile."""
 
 
 @dataclass(frozen=True, slots=True)
 class Number:
-    """A number and how many of its digits are told."""
+    """A number and its displayed decimals."""
 
     value: float
     decimals: int
 
     def text(self, decimal: str = ".") -> str:
-        """Return it as text, the same in every locale and never as minus zero."""
-        # Python's format knows no locale; adding zero to what is rounded drops the sign of -0.0.
+        """Return it as text, locale-independent and never as minus zero."""
+        # Python's format ignores the locale; adding zero after rounding drops the sign of -0.0.
         written = f"{round(self.value, self.decimals) + 0.0:.{self.decimals}f}"
         return written.replace(".", decimal)
 
@@ -73,11 +73,8 @@ Cell = str | int | Number | None
 
 @dataclass(frozen=True, slots=True)
 class Table:
-    """A table with named columns."""
-
     title: str
     columns: tuple[str, ...]
-    """In their order."""
     rows: tuple[tuple[Cell, ...], ...]
 
     def chosen(self, columns: Sequence[str], when_needed: Sequence[str] = ()) -> Table:
@@ -102,19 +99,17 @@ class Units:
     vector_decimals: int = 6
 
     def scaled(self, mm: float) -> float:
-        """Return a length in the unit of the file."""
         return mm / MM_PER_INCH if self.lengths == "inch" else mm
 
     def length(self, name: str, mm: float | None) -> Number | None:
-        """Return a length of what is called ``name``."""
+        """Return a length; ``name`` is for errors."""
         return None if mm is None else self.finite(name, self.scaled(mm), self.length_decimals)
 
     def angle(self, name: str, degrees: float | None) -> Number | None:
-        """Return an angle of what is called ``name``."""
+        """Return an angle; ``name`` is for errors."""
         return None if degrees is None else self.finite(name, degrees, self.angle_decimals)
 
     def place(self, name: str, mm: Float) -> list[Cell]:
-        """Return three coordinates."""
         return [self.length(name, float(value)) for value in mm]
 
     def vector(self, name: str, direction: Float | None) -> list[Cell]:
@@ -125,7 +120,7 @@ class Units:
 
     @staticmethod
     def finite(name: str, value: float, decimals: int) -> Number:
-        """Return a number; StorageError where it is none that can be reported."""
+        """Return a number; StorageError if it is not finite."""
         if not math.isfinite(value):
             raise StorageError(
                 "export.not_finite",
@@ -146,13 +141,12 @@ def points_table(data: ReportData, units: Units, *, centres: bool = False) -> Ta
 
 
 def features_table(data: ReportData, units: Units) -> Table:
-    """Return nominal and measured features."""
     rows: list[tuple[Cell, ...]] = []
     for feature in data.features:
         check_name("feature", feature.name)
         told = _verdict_cells(data, feature)
         if feature.nominal_element is not None:
-            # The verdict stands beside what it is about; without a measured row, here.
+            # The verdict is in the measured row; without one, here.
             beside = told if feature.actual_element is None else ("", "", *told[2:])
             row = _row_of(feature, feature.nominal_element, "Nominal", "Part", units)
             rows.append((*row, *beside))
@@ -169,7 +163,6 @@ def _verdict_cells(data: ReportData, feature: ReportedFeature) -> tuple[Cell, ..
 
 
 def report_table(data: ReportData, units: Units) -> Table:
-    """Return the characteristics with their verdicts."""
     rows = [_result_row(data, reported, units) for reported in data.reported]
     return Table("Characteristics", REPORT_COLUMNS, tuple(rows))
 
@@ -198,7 +191,7 @@ def _point_row(
 
 
 def _flag(data: ReportData, feature: ReportedFeature, point: MeasuredPoint) -> str:
-    """Return what is to be known about a point; empty where it is like the others."""
+    """Return the flags of a point; may be empty."""
     flags = []
     if point.number in data.view.held:
         flags.append("held back")
@@ -212,7 +205,7 @@ def _row_of(
 ) -> tuple[Cell, ...]:
     name, fit, count = feature.name, feature.seen.fit, len(feature.seen.points)
     measured = component == "Measured" and fit is not None
-    # As few points as the shape needs lie on it whatever they are: that is no measure of form.
+    # With the minimum number of points the fit is exact: no measure of form.
     has_form = measured and count > MINIMUM_POINTS[feature.shape]
     return (
         name, feature.shape.value, component,
@@ -232,7 +225,7 @@ def _row_of(
 
 
 def note_of(seen: FeatureView) -> str:
-    """Return what is to be known about a measured feature; empty where there is nothing."""
+    """Return the remarks on a measured feature; may be empty."""
     notes = [clean_text(seen.note)] if seen.note else []
     if seen.provisional and seen.taken < seen.needed:
         notes.insert(0, f"Provisional: {seen.taken} of {seen.needed} points.")

@@ -1,13 +1,12 @@
-"""The report as a workbook: the verdict and the job on the front sheet, then three of typed cells.
+"""The report as a workbook: verdict and job on the front sheet, then three of typed cells.
 
-What the job must not be taken for (simulated, incomplete) stands above the table of every sheet.
-Every sheet prints as it is: on A4, as wide as a page, with its heads on every page and the number
-of the page in the foot. The columns that say the same in every row stand behind those that are
-printed.
+The states of the job (simulated, incomplete) are above the table of every sheet. Every sheet is
+ready to print: on A4, one page wide, with its heads on every page and the page number in the foot.
+Columns with the same content in every row are to the right of the printed ones.
 
-Text is written as text, whatever it begins with: nothing in the workbook is a formula, a link or a
-guess (xlsxwriter's ``strings_to_*`` are off). Numbers are numbers, shown with the digits of the
-profile. What was written is read back from the archive itself, cell by cell.
+Text is written as text in any case: nothing in the workbook is a formula or a link (xlsxwriter's
+``strings_to_*`` are off). Numbers are numbers, shown with the digits of the profile. The file is
+verified by reading back the archive, cell by cell.
 """
 
 from __future__ import annotations
@@ -50,15 +49,15 @@ if TYPE_CHECKING:
 _WIDEST = 60
 _FRONT = "Verdict"
 _FRONT_SIGNS = 100
-"""In a line of the front sheet."""
+"""Characters in a line of the front sheet."""
 _LINE_PT = 15.0
 _FILLED = 0.9
-"""Of the width of a column, in signs, letters that are wider than digits leave so much."""
+"""Usable share of a column's width, in characters: letters are wider than digits."""
 _FRONT_WIDTHS = (32, 82)
 
 _A4 = 9
 _ROWS_A_PAGE = 95
-"""Of a long table: letters are then as high as in a telephone book, and still read."""
+"""Of a long table: letters are then as small as in a telephone book, but legible."""
 
 PRINTED = {
     "Characteristics": (
@@ -73,7 +72,7 @@ PRINTED = {
         "Name", "X", "Y", "Z", "I", "J", "K", "Feature", "Number", "Taken", "Flag",
     ),
 }  # fmt: skip
-"""Columns on paper by the name of the sheet; the others of its table stand to the right of them."""
+"""Printed columns by name of the sheet; the other columns are to the right of them."""
 
 _LENGTHS = ("X", "Y", "Z")
 _UPRIGHT = frozenset({_FRONT, "Points"})
@@ -101,7 +100,7 @@ def _contents(jobs: Sequence[ReportData], profile: Profile) -> dict[str, bytes]:
 
 def new_workbook(stream: io.BytesIO, **properties: object) -> xlsxwriter.Workbook:
     """Return a workbook with document properties, in which texts stay texts."""
-    # The window knows this format from its start, and writes workbooks in a process of its own.
+    # Imported late: the window lists this format at its start, and writes it in a side process.
     import xlsxwriter
 
     book = xlsxwriter.Workbook(
@@ -114,13 +113,13 @@ def new_workbook(stream: io.BytesIO, **properties: object) -> xlsxwriter.Workboo
             "nan_inf_to_errors": False,
         },
     )
-    # The same job gives the same bytes, whenever it is reported.
+    # The same job gives the same bytes at any time.
     book.set_properties(properties)
     return book
 
 
 def _write_front(book: xlsxwriter.Workbook, data: ReportData) -> None:
-    """Write the front sheet: the verdict in large letters, then why."""
+    """Write the front sheet: the verdict in large letters, then the reasons."""
     sheet = _new_sheet(book, data, _FRONT)
     ink, fill = _COLOURS.get(data.part.verdict, _UNDECIDED)
     large = book.add_format(
@@ -130,7 +129,7 @@ def _write_front(book: xlsxwriter.Workbook, data: ReportData) -> None:
     plain = book.add_format({"font_size": 14, "quote_prefix": True})
     bold = book.add_format({"bold": True, "valign": "top"})
     value = book.add_format({"text_wrap": True, "valign": "top", "align": "left"})
-    # A text that looks like a formula stays text also when somebody edits its cell.
+    # A text that looks like a formula stays text even after editing its cell.
     quoted = book.add_format(
         {"text_wrap": True, "valign": "top", "align": "left", "quote_prefix": True}
     )
@@ -146,7 +145,7 @@ def _write_front(book: xlsxwriter.Workbook, data: ReportData) -> None:
         sheet.write_string(row, 0, line, warned if is_state else plain)
     for row, (name, told) in enumerate(_job_rows(data), start=len(lines)):
         sheet.write_string(row, 0, str(name), bold)
-        # Not every program makes a row as high as its text.
+        # Some programs do not fit the row height to its text.
         high = len(textwrap.wrap(str(told), round(_FILLED * _FRONT_WIDTHS[1])))
         if high > 1:
             sheet.set_row(row, _LINE_PT * high)
@@ -158,7 +157,7 @@ def _write_front(book: xlsxwriter.Workbook, data: ReportData) -> None:
 
 
 def _job_rows(data: ReportData) -> tuple[tuple[Cell, ...], ...]:
-    """Return what the front sheet says of the whole job below its verdict."""
+    """Return the lines of the front sheet below the verdict."""
     table, speech = head_table(data), _speech(data)
     return tuple(said_line(row[0], row[1], speech) for row in (table.columns, *table.rows))
 
@@ -168,7 +167,7 @@ def _looks_computed(text: str) -> bool:
 
 
 def _write_table(book: xlsxwriter.Workbook, data: ReportData, key: str, table: Table) -> None:
-    """Write a table on a sheet of its own, below the states of the job."""
+    """Write a table on a separate sheet, below the states of the job."""
     sheet = _new_sheet(book, data, key)
     heads = {
         side: book.add_format(
@@ -177,7 +176,7 @@ def _write_table(book: xlsxwriter.Workbook, data: ReportData, key: str, table: T
         for side in ("left", "right")
     }
     text = book.add_format({"indent": 1})
-    # A text that looks like a formula stays text also when somebody edits its cell.
+    # A text that looks like a formula stays text even after editing its cell.
     quoted = book.add_format({"indent": 1, "quote_prefix": True})
     digits = {
         count: book.add_format({"num_format": "0." + "0" * count if count else "0"})
@@ -216,24 +215,24 @@ def _new_sheet(book: xlsxwriter.Workbook, data: ReportData, title: str) -> Works
     job = _footed(data.job)
     sheet.set_footer(_speech(data).say(f"&L{job}&C&A&RPage &P of &N"))
     if data.states:
-        # On paper, too, whatever page of the sheet it is.
+        # Also on paper, on every page of the sheet.
         sheet.set_header(f"&C&B{said(data.state_words, _speech(data))}")
         sheet.set_tab_color(_WARNING)
     return sheet
 
 
 def _footed(text: str) -> str:
-    """Return a text as the foot of a page takes it: its one sign of command doubled."""
+    """Return a text for the foot of a page, with its command character doubled."""
     return text.replace("&", "&&")
 
 
 def _above(data: ReportData) -> tuple[str, ...]:
-    """Return what stands above the table of every sheet."""
+    """Return the lines above the table of every sheet."""
     return (str(said(data.state_words, _speech(data))),) if data.states else ()
 
 
 def _front_lines(data: ReportData) -> tuple[str, ...]:
-    """Return the lines of the front sheet: verdict, states, reasons, whom it is about."""
+    """Return the lines of the front sheet: verdict, states, reasons, identification."""
     part, head, speech = data.part, data.head, _speech(data)
     about = (("Part", head.part), ("Serial number", head.serial), ("Operator", head.operator))
     return (
@@ -251,12 +250,11 @@ def _front_lines(data: ReportData) -> tuple[str, ...]:
 
 
 def _speech(data: ReportData) -> Speech:
-    """Return the language of the report."""
     return Speech(data.paper.template.language)
 
 
 def _cells_of(data: ReportData, profile: Profile) -> dict[str, list[list[Cell]]]:
-    """Return what every sheet holds, row by row."""
+    """Return the rows of every sheet."""
     above: list[list[Cell]] = [[line] for line in _above(data)]
     front: list[list[Cell]] = [[line] for line in _front_lines(data)]
     front += [list(row) for row in _job_rows(data)]
@@ -316,14 +314,14 @@ def _preview(jobs: Sequence[ReportData], profile: Profile) -> tuple[Table, ...]:
 
 
 def _tables(data: ReportData, profile: Profile) -> dict[str, Table]:
-    """Return the tables in the language of the report, by what their sheets are called here."""
+    """Return the translated tables by untranslated names of their sheets."""
     units = _units(data, profile)
     tables = (report_table(data, units), features_table(data, units), points_table(data, units))
     return {table.title: _for_paper(table, units, _speech(data)) for table in tables}
 
 
 def _units(data: ReportData, profile: Profile) -> Units:
-    """Return the units of the profile, or inch where the paper of the report is in inch."""
+    """Return the units of the profile, or inch if the report is in inch."""
     lengths = PaperLengths(data.paper.template.lengths)
     if lengths.unit == "mm" or profile.units.lengths == "inch":
         return profile.units
@@ -332,7 +330,7 @@ def _units(data: ReportData, profile: Profile) -> Units:
 
 
 def _for_paper(table: Table, units: Units, speech: Speech) -> Table:
-    """Return a table with what is printed first; its heads say the unit where no column does."""
+    """Return a table with printed columns first; its heads state the unit if no column does."""
     printed = PRINTED[table.title]
     chosen = table.chosen((*printed, *(name for name in table.columns if name not in printed)))
     named = replace(said_table(chosen, speech), title=speech.word(table.title))

@@ -1,4 +1,4 @@
-"""The reader of workbooks, by which what was written is checked: from the archive, cell by cell."""
+"""Independent reader of workbooks for verification: from the archive, cell by cell."""
 
 from __future__ import annotations
 
@@ -12,16 +12,13 @@ from lxml import etree
 _SPACE = "{http://schemas.openxmlformats.org/spreadsheetml/2006/main}"
 _ESCAPED = re.compile(r"_x005F(_x[0-9A-Fa-f]{4}_)")
 _MOST_BYTES = 200_000_000
-"""More than any sheet that was written here; a reader has a limit."""
+"""Limit of a sheet, above any that was written here."""
 
 
 def read_workbook(content: bytes) -> dict[str, list[list[str | float | None]]]:
-    """Return the cells of every sheet of a workbook by its name, row by row.
+    """Return the cells of every sheet of a workbook by name, row by row.
 
-    Raises
-    ------
-    ValueError
-        It holds a formula, a link or more than can be.
+    Raises ValueError if it holds a formula or a link, or is too large.
     """
     with zipfile.ZipFile(io.BytesIO(content)) as archive:
         parts = {info.filename: info for info in archive.infolist()}
@@ -63,7 +60,7 @@ def _rows(sheet: etree._Element, texts: Sequence[str]) -> list[list[str | float 
 
 
 def _column(place: str) -> int:
-    """Return the number of a column, from zero, of a place such as ``AB12``."""
+    """Return the number of a column, from zero, of a cell such as ``AB12``."""
     number = 0
     for sign in place:
         if sign.isalpha():
@@ -72,5 +69,5 @@ def _column(place: str) -> int:
 
 
 def _unescaped(text: str) -> str:
-    """Return text without the one escape that the writer uses for itself."""
+    """Return text without the only escape used by the writer."""
     return _ESCAPED.sub(r"\1", text)

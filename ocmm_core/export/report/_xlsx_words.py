@@ -1,7 +1,7 @@
-"""The words of a workbook in the language of its report: sheets, heads, verdicts, sentences.
+"""Translation of a workbook: sheets, heads, verdicts, sentences.
 
-Names of people, parts, features and documents are never said: only columns and lines that hold
-words of the program are. The other formats stay as they are, for programs read them.
+Names of people, parts, features and documents are not translated, only columns and lines with words
+of the program. The other formats are not translated: programs read them.
 """
 
 from __future__ import annotations
@@ -21,14 +21,14 @@ _SPOKEN_LINES = frozenset({
     "Part verdict", "Job state", "Decision rule", "Uncertainty", "Frame", "Complete",
     "Not proven because", "Temperatures", "Reported at 20 C", "Item", "Cameras", "Probe",
 })  # fmt: skip
-"""Lines of the front sheet whose value is one; others hold names, numbers and hashes."""
+"""Lines of the front sheet with a translated value; others hold names, numbers and hashes."""
 
 _NUMBERED = ("Cameras ", "Doubt ")
-"""How lines of sentences begin that are counted."""
+"""Start of numbered lines of sentences."""
 
 
 def said_table(table: Table, speech: Speech) -> Table:
-    """Return a table in a language: its heads, and the cells that hold words of the program."""
+    """Return a translated table: its heads, and cells with words of the program."""
     spoken = [name in _SPOKEN for name in table.columns]
     rows = tuple(
         tuple(said(cell, speech) if say else cell for cell, say in zip(row, spoken, strict=True))
@@ -38,7 +38,6 @@ def said_table(table: Table, speech: Speech) -> Table:
 
 
 def said_line(name: Cell, told: Cell, speech: Speech) -> tuple[Cell, Cell]:
-    """Return a line of the front sheet in a language."""
     head = str(name)
     if head in _SPOKEN_LINES or head.startswith(_NUMBERED):
         told = said(told, speech)
@@ -49,7 +48,7 @@ def said_line(name: Cell, told: Cell, speech: Speech) -> tuple[Cell, Cell]:
 
 
 def said(cell: Cell, speech: Speech) -> Cell:
-    """Return words of the program in a language: a sentence, a word, or several with commas."""
+    """Return translated words of the program: a sentence, a word, or a list with commas."""
     if not isinstance(cell, str) or not cell:
         return cell
     whole = speech.say(cell)

@@ -1,11 +1,11 @@
-"""Whose paper a report is: its template, what no job knows, and where both are kept.
+"""Report sheet: template, data that no job contains, and their storage.
 
-In: documents of a laboratory, settings, what was given with a job. Out: one `Paper` for every way
-to a report.
+In: documents of a laboratory, settings, data given with a job. Out: one `Paper` for every route to
+a report.
 
-Read `_template` (order, head, signatures, and what is asked of whoever writes) with
-`_paper_lengths` (the unit of a paper) and `_surroundings` (what was read off in the room).
-`_papers` keeps it for every route to a report, `_headed` gives it the head of the settings.
+Read `_template` (order, head, signatures, and data to be entered) with `_paper_lengths` (unit) and
+`_surroundings` (ambient readings).
+`_papers` stores it for every route to a report, `_headed` adds the head from the settings.
 It must not know a job: the data of a report are in `report`.
 """
 

@@ -1,4 +1,4 @@
-"""The template of reports with the head that the settings say."""
+"""Report template with the head of the settings."""
 
 from __future__ import annotations
 
@@ -20,17 +20,17 @@ _LARGEST_LOGO = 4 << 20
 
 
 def use_head(settings: Settings, folder: Path) -> Path | None:
-    """Let every report of this station begin with the head that the settings say.
+    """Use the head of the settings for every report of this station.
 
     Laboratory, logo, machine, place, signatures, language and unit are put into the template of the
-    settings, or into the one in use, and the result is kept for every route to a report
-    (`keep_template`). Where the settings say nothing of it, the template in use stays as it is, and
-    None is returned.
+    settings, or into the current one, and the result is stored for every route to a report
+    (`keep_template`). Without such settings the current template is unchanged, and None is
+    returned.
 
     Parameters
     ----------
     folder
-        Where the template with its head is written, with the logo beside it.
+        For the template with its head and logo.
 
     Raises
     ------
@@ -47,17 +47,14 @@ def use_head(settings: Settings, folder: Path) -> Path | None:
 
 
 def headed_paper(settings: Settings) -> Paper:
-    """Return the paper that reports have by the settings, without keeping it; errors as `use_head`.
-
-    It is for a preview: what reports look like is not changed by looking.
-    """
+    """Return the report sheet by the settings, for a preview; errors as `use_head`."""
     with tempfile.TemporaryDirectory(prefix="ocmm-head-") as scratch:
         path = _written_head(settings, Path(scratch))
         return load_paper(path or settings.report_template or template_in_use())
 
 
 def _written_head(settings: Settings, made: Path) -> Path | None:
-    """Write the template with its head, and return where; None where the settings say nothing."""
+    """Write the template with its head, and return its path; None without settings."""
     source = settings.report_template or template_in_use()
     paper = load_paper(source)
     language = _language(settings)
@@ -75,7 +72,7 @@ def _written_head(settings: Settings, made: Path) -> Path | None:
     if settings.report_logo is not None:
         logo, suffix = read_bytes(settings.report_logo, _LARGEST_LOGO), settings.report_logo.suffix
     if logo:
-        # Under the name of its content: a report that is being written reads one or the other.
+        # Named by its hash: a concurrent report reads one version or the other.
         laboratory["logo"] = f"logo-{hashlib.sha256(logo).hexdigest()[:12]}{suffix}"
     text = toml_text(data).encode("utf-8")
     path = made / f"head-{hashlib.sha256(text).hexdigest()[:12]}.toml"
@@ -95,7 +92,7 @@ def _written_head(settings: Settings, made: Path) -> Path | None:
 
 
 def _said(settings: Settings) -> dict[tuple[str, str], str | list[str]]:
-    """Return what the settings say of a template, by its part and field; empty is not said."""
+    """Return the template fields of the settings, by part and field; empty ones are omitted."""
     return {
         ("laboratory", "name"): settings.report_laboratory,
         ("laboratory", "address"): list(settings.report_address),
@@ -111,12 +108,12 @@ def _said(settings: Settings) -> dict[tuple[str, str], str | list[str]]:
 
 
 def _lengths(settings: Settings) -> str:
-    """Return the unit of reports: what is set, or that of the window."""
+    """Return the unit of reports: by setting, or that of the window."""
     return settings.window_units if settings.report_units == "window" else settings.report_units
 
 
 def _language(settings: Settings) -> str:
-    """Return the language of reports: what is set, or that of the window, or that of the system."""
+    """Return the language of reports: by setting, or that of the window, or of the system."""
     chosen = settings.report_language
     if chosen == "window":
         chosen = settings.window_language

@@ -1,6 +1,6 @@
-"""Lengths on paper: in mm, in which they are kept, or in inch; the unit stands in every head.
+"""Lengths in reports: mm or inch, with the unit in every head.
 
-What a program reads (QIF, DCC, Q-DAS, JSON, tables of PolyWorks) stays in the unit of its format.
+Machine-readable files (QIF, DCC, Q-DAS, JSON, PolyWorks tables) keep the unit of their format.
 """
 
 from __future__ import annotations
@@ -14,46 +14,41 @@ _MM_PER_INCH = 25.4
 """Exact, by the definition of 1959."""
 
 _DECIMALS: dict[LengthUnit, int] = {"mm": 4, "inch": 5}
-"""0.00001 in is 0.25 µm. One digit less, 2.5 µm, is as large as U: a limit of 0.02 mm would stand
-there as 0.0008 in, which is 0.0203 mm."""
+"""0.00001 in is 0.25 µm. One digit less, 2.5 µm, is as large as U: a limit of 0.02 mm would be
+printed as 0.0008 in, which is 0.0203 mm."""
 
 _WORDS: dict[LengthUnit, str] = {"mm": "mm", "inch": "in"}
 
 
 @dataclass(frozen=True, slots=True)
 class PaperLengths:
-    """How a paper writes lengths, and U with them."""
+    """Format of lengths, and U, in a report."""
 
     unit: LengthUnit = "mm"
     """Of all lengths of its tables and plots."""
 
     @property
     def word(self) -> str:
-        """Return the unit as it stands in heads."""
         return _WORDS[self.unit]
 
     @property
     def per_mm(self) -> float:
-        """Return how many of the unit one mm is."""
+        """Return the number of units per mm."""
         return 1.0 / _MM_PER_INCH if self.unit == "inch" else 1.0
 
     @property
     def decimals(self) -> int:
-        """Return the digits behind the decimal sign."""
         return _DECIMALS[self.unit]
 
     def number(self, mm: float, *, signed: bool = False) -> str:
-        """Return a length as a number, without its unit and never as a negative zero."""
+        """Return a length without its unit and never as a negative zero."""
         value = mm / _MM_PER_INCH if self.unit == "inch" else mm
         return f"{value:+z.{self.decimals}f}" if signed else f"{value:z.{self.decimals}f}"
 
     def quantity(self, value: float, unit: str, *, signed: bool = False) -> str:
-        """Return a value of a table whose head says the unit of lengths.
+        """Return a value of a table whose head has the unit of lengths.
 
-        Parameters
-        ----------
-        value
-            mm, or degrees where ``unit`` is ``deg``: these carry their sign themselves.
+        `value`: mm, or degrees if ``unit`` is ``deg``, with their sign.
         """
         if unit == "deg":
             return f"{value:+z.4f}°" if signed else f"{value:z.4f}°"
@@ -61,7 +56,6 @@ class PaperLengths:
 
     @property
     def sentence(self) -> str:
-        """Return what the head of a paper says of its units."""
         if self.unit == "inch":
             return (
                 "Lengths of tables and plots in inch (1 in = 25.4 mm), in sentences in mm; "

@@ -1,8 +1,8 @@
-"""The paper of every report: the template of this station, and what was given with a job.
+"""Report sheet of every report: the template of this station, and data given with a job.
 
-Whoever writes a report (the window, `ocmm measure`, `ocmm report`, a key in the middle of a job)
-gets the same paper: the template is kept once, with its logo, in the folder of this user; customer,
-order, drawing and the like are kept beside the file of the job, which is sealed and not changed.
+All routes (the window, `ocmm measure`, `ocmm report`, a key during a job) get the same sheet: the
+template is stored once, with its logo, in the folder of this user; customer, order, drawing and the
+like are stored next to the job file, which is sealed and not changed.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from ocmm_core.seals import release_path
 
 PARTICULARS_SCHEMA = "ocmm.report-particulars/1"
 BESIDE = ".paper.json"
-"""Behind the name of a job file."""
+"""Suffix to the name of a job file."""
 
 _LARGEST = 1 << 16
 _LONGEST = 1000
@@ -34,25 +34,25 @@ class _Kept(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tru
 
 
 def station_template() -> Path:
-    """Return where the template of this station is kept; it need not exist."""
+    """Return the path of this station's template, which may not exist."""
     return platformdirs.user_data_path("ocmm") / "reports" / "template.toml"
 
 
 def template_in_use() -> Path:
-    """Return the template of a report for which nobody names one."""
+    """Return the default template of a report."""
     kept = station_template()
     return kept if kept.exists() else standard_template()
 
 
 def keep_template(path: Path) -> Path:
-    """Keep a template with its logo for every report of this station; return where.
+    """Store a template with its logo for every report of this station; return its path.
 
     Raises
     ------
     InputError
         It cannot be used.
     StorageError
-        It cannot be kept.
+        It cannot be stored.
     """
     paper, kept = load_paper(path), station_template()
     if path.resolve() == kept.resolve():
@@ -82,12 +82,12 @@ def keep_template(path: Path) -> Path:
 
 
 def given_with(job: Path) -> Particulars:
-    """Return what was kept with a job; empty where nothing was.
+    """Return the data stored with a job; empty without any.
 
     Raises
     ------
     InputError
-        The file beside the job is none of these.
+        The file next to the job is malformed.
     """
     path = _beside(job)
     if not path.exists():
@@ -102,16 +102,16 @@ def given_with(job: Path) -> Particulars:
 
 
 def keep_given(job: Path, given: Particulars) -> Path:
-    """Keep what is given with a job, beside its file; return where.
+    """Store data next to the file of a job; return the path.
 
-    The number of a report is not kept: it is that of one report.
+    The number of a report is not stored, as it belongs to one report.
 
     Raises
     ------
     InputError
-        A text is too long for a paper, or what was read off in the room is no reading.
+        A text is too long, or an ambient reading is invalid.
     StorageError
-        It cannot be kept.
+        It cannot be stored.
     """
     _require_short(given)
     path = _beside(job)
@@ -125,19 +125,19 @@ def keep_given(job: Path, given: Particulars) -> Path:
 
 
 def paper_of(job: Path, given: Particulars | None = None, template: Path | None = None) -> Paper:
-    """Return the paper of a report about a job.
+    """Return the report sheet of a job.
 
     Parameters
     ----------
     given
-        Stands before what was kept with the job, field by field.
+        Overrides data stored with the job, field by field.
     template
         Default: that of this station, else the plain one.
 
     Raises
     ------
     InputError
-        Template, or what was kept with the job, cannot be used.
+        Template, or data stored with the job, cannot be used.
     """
     kept = given_with(job)
     if given is not None:

@@ -1,6 +1,6 @@
-"""What a person read off beside a measurement, a sentence each, from what is given with a report.
+"""Sentences on ambient readings given with a report.
 
-What is kept in the job itself stands before it (`_paper_facts.environment`).
+Readings stored in the job itself have priority (`_paper_facts.environment`).
 """
 
 from __future__ import annotations
@@ -15,21 +15,14 @@ _SAID = {
     "humidity": lambda reading: f"Humidity {reading}.",
     "pressure": lambda reading: f"Air pressure {reading}.",
 }
-"""A sentence of each quantity, by its field."""
+"""Sentence of each quantity, by its field."""
 
 
 def surroundings(given: Particulars, known: AbstractSet[str] = frozenset()) -> tuple[str, ...]:
-    """Return what was read off, a sentence each; nothing for what nobody read.
+    """Return the ambient readings, a sentence each, without missing ones.
 
-    Parameters
-    ----------
-    known
-        Fields that a record has: what is given for them is passed over.
-
-    Raises
-    ------
-    InputError
-        A field holds no reading, another unit, or a number that is none of a room.
+    `known`: fields in a record, which override the given ones. Raises InputError if a field is no
+    reading, has another unit, or an implausible number.
     """
     asked = [one for one in QUANTITIES if one.field not in known]
     read = [(one.field, reading_of(one, getattr(given, one.field))) for one in asked]

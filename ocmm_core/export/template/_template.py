@@ -1,4 +1,4 @@
-"""The template of a report: whose paper it is, in which order it speaks, and who signs it."""
+"""Template of a report: letterhead, order of sections, signatures."""
 
 from __future__ import annotations
 
@@ -25,14 +25,14 @@ SCHEMA = "ocmm.report-template/1"
 
 Section = Literal["results", "why", "deviations", "picture", "features", "basis"]
 SECTIONS: tuple[Section, ...] = get_args(Section)
-"""Parts of the paper that a template orders or leaves out; head and records always stand."""
+"""Parts of the report that a template orders or omits; head and records are always included."""
 
 _NEEDED: tuple[Section, ...] = ("results", "basis")
-"""ISO/IEC 17025 asks for results with their uncertainty: no template leaves them out."""
+"""ISO/IEC 17025 requires results with their uncertainty: templates cannot omit them."""
 
 _LARGEST_LOGO = 2_000_000
 _PICTURES = (b"\x89PNG\r\n\x1a\n", b"\xff\xd8\xff")
-"""How a PNG and a JPEG begin: nothing else is decoded, and nothing that may refer elsewhere."""
+"""Magic bytes of PNG and JPEG: no other format, which might refer to other files, is decoded."""
 
 _MOST_LINES = 12
 _LONGEST_LINE = 400
@@ -51,22 +51,21 @@ WHOLE_ONLY = "This report may be copied only as a whole, unless the laboratory a
 
 
 class LaboratoryPart(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """Who measured: the letterhead."""
+    """The laboratory, for the letterhead."""
 
     name: str = ""
     address: list[str] = msgspec.field(default_factory=list)
     contact: str = ""
-    """`name`, `address`, `contact`: As they are printed."""
     logo: str = ""
-    """PNG or JPEG beside the template; empty for none."""
+    """PNG or JPEG next to the template; may be empty."""
     accreditation: str = ""
-    """Number under which the laboratory is accredited for what it reports; empty for none."""
+    """Accreditation number for the reported work; may be empty."""
     country: str = ""
-    """Two letters (ISO 3166-1), for digital certificates; empty where it is not stated."""
+    """Two letters (ISO 3166-1), for digital certificates; may be empty."""
 
 
 class MachinePart(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """The measuring machine as the laboratory calls it: name, serial number, inventory number."""
+    """The measuring machine as named by the laboratory: name, serial number, inventory number."""
 
     name: str = ""
     serial: str = ""
@@ -74,74 +73,68 @@ class MachinePart(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fiel
 
 
 class ReportTemplate(Document, frozen=True, kw_only=True):
-    """A template as it is written down."""
+    """A template as stored."""
 
     name: str
-    """What people call it."""
     language: Literal["en", "de"] = "en"
-    """Of the paper. What a program reads (JSON, tables, QIF) stays English."""
+    """Of the report. Machine-readable files (JSON, tables, QIF) are in English."""
     lengths: LengthUnit = "mm"
-    """Unit of lengths on the paper and in the workbook; what a program reads stays in mm."""
+    """Unit of lengths in report and workbook; machine-readable files are in mm."""
     title: str = "Measurement report"
-    """Over the report."""
     laboratory: LaboratoryPart = msgspec.field(default_factory=LaboratoryPart)
     machine: MachinePart = msgspec.field(default_factory=MachinePart)
-    """`laboratory`, `machine`: Whose paper it is, and with what they measure."""
     place: str = ""
-    """Where it is measured, unless a job says otherwise."""
+    """Default place of the measurement."""
     statements: list[str] = msgspec.field(default_factory=list)
-    """Sentences above the signatures, beside those that every report has."""
+    """Sentences above the signatures, in addition to those of every report."""
     signatures: list[str] = msgspec.field(
         default_factory=lambda: ["Measured by, date", "Authorised by, date"]
     )
-    """What stands below the lines."""
+    """Text below the lines."""
     sections: list[Section] = msgspec.field(default_factory=lambda: list(SECTIONS))
-    """Which parts the paper has, in their order."""
 
 
 @dataclass(frozen=True, slots=True)
 class Particulars:
-    """What a report says that no job file knows; whoever asks for the report gives it.
+    """Report data that are not in the job file, given with the request.
 
-    Empty is "not stated" on the paper.
+    Empty ones are printed as "not stated".
     """
 
     number: str = ""
     """Of the report; empty for one made from job, identity and step."""
     customer: str = ""
     customer_address: str = ""
-    """`customer`, `customer_address`: For whom."""
     order: str = ""
     drawing: str = ""
     revision: str = ""
-    """`order`, `drawing`, `revision`: What was ordered; ``order`` stands in for that of the job
-    where it has none."""
+    """`order`, `drawing`, `revision`: Of the ordered part; ``order`` is used if the job has none.
+    """
     machine: str = ""
     """The machine that made the part, for statistics."""
     place: str = ""
-    """Where it was measured; empty for that of the template."""
+    """Place of the measurement; empty for that of the template."""
     received: str = ""
-    """When the item came, and in which condition."""
+    """Date and condition of the item's receipt."""
     room: str = ""
     humidity: str = ""
     pressure: str = ""
-    """`room`, `humidity`, `pressure`: Of the air where it was measured, °C, % and hPa: a number, a
-    range, or a number with what it is uncertain by (`surroundings`)."""
+    """`room`, `humidity`, `pressure`: Ambient air, °C, % and hPa: a number, a range, or a number
+    with its uncertainty (`surroundings`)."""
     deviations: tuple[str, ...] = ()
-    """From the plan or the method, in sentences, beside those that the job shows itself."""
+    """From the plan or the method, in sentences, in addition to those found in the job."""
     remarks: tuple[str, ...] = ()
-    """Anything else, in sentences."""
+    """Other statements, in sentences."""
 
 
 @dataclass(frozen=True, slots=True)
 class Paper:
-    """A template with what it needs from elsewhere."""
+    """A template with its external data."""
 
     template: ReportTemplate
     logo: bytes = b""
-    """Content of the picture; empty without one."""
+    """Content of the picture, or empty."""
     given: Particulars = field(default_factory=Particulars)
-    """What the job does not know."""
     release: ReleaseState | None = None
     """Of the template; None without one, or if it is shipped."""
 
@@ -152,12 +145,12 @@ class Paper:
 
 
 def plain_paper() -> Paper:
-    """Return the paper of a report for which nobody chose a template."""
+    """Return the report sheet without a template."""
     return Paper(ReportTemplate(schema=SCHEMA, unit="mm", name="plain"))
 
 
 def standard_template() -> Path:
-    """Return the template that is shipped, to be copied and filled in."""
+    """Return the shipped template, to be copied and filled in."""
     return resource("reports", "standard.toml")
 
 
@@ -167,8 +160,8 @@ def load_paper(path: Path | str, given: Particulars | None = None) -> Paper:
     Raises
     ------
     InputError
-        The document is malformed, leaves out what a report must have, names a section twice, is
-        too long to be printed, or its logo is no PNG or JPEG beside it.
+        The document is malformed, omits a required section, repeats a section, is too long to be
+        printed, or its logo is no PNG or JPEG next to it.
     """
     path = Path(path)
     try:
@@ -207,7 +200,7 @@ def load_paper(path: Path | str, given: Particulars | None = None) -> Paper:
 def _logo(path: Path, name: str) -> bytes:
     if not name:
         return b""
-    # A template from elsewhere must not make the report hold another file of this computer.
+    # Foreign templates must not embed other files of this computer.
     if Path(name).name != name:
         raise _error(path, "laboratory.logo", "is not the name of a file beside the template")
     try:
@@ -228,7 +221,6 @@ def _error(path: Path, field: str, fault: str) -> InputError:
 
 
 def _field_error(path: Path, error: InputError) -> InputError:
-    """Return what is wrong with the structure, with the line and the field as they are written."""
     said = error.what.removeprefix(f"{path}: ").removesuffix(".")
     fault, _, where = said.partition(" - at `$")
     field = re.sub(r"\[(?:\d+|\.\.\.)\]", "", where.rstrip("`").lstrip("."))
@@ -246,7 +238,7 @@ def _field_error(path: Path, error: InputError) -> InputError:
 
 
 def _place(path: Path, field: str) -> str:
-    """Return the file, with the line where a field is written; without where it is not there."""
+    """Return the file, with the line of a field if present."""
     table, _, key = field.rpartition(".")
     now = ""
     try:

@@ -1,12 +1,12 @@
-"""Jobs after they were measured: reopened, compared, and doubted.
+"""Finished jobs: reopened, compared, checked against later findings.
 
-In: job files, and the histories of calibrations and tips as they are today.
-Out: jobs computed anew from raw observations, points in doubt, batches side by side.
+In: job files, and the current histories of calibrations and tips.
+Out: jobs recalculated from raw observations, suspect points, comparisons of batches.
 
-Read `_reopen` with `_stored_documents`, `_batch`, `_last_jobs`, `_compare` with
-`_comparison`. What became of the calibration: `_camera_history` and `_camera_doubts`,
-`_tip_history` and `_tip_doubts`, and `_recall_record` (what a recall decided); `_known` sends it to
-a worker. Jobs are read in memory (`storage.read_job`). It must not know a running station.
+Read `_reopen` with `_stored_documents`, `_batch`, `_last_jobs`, `_compare` with `_comparison`.
+Later findings on the calibration: `_camera_history` and `_camera_doubts`, on the tip:
+`_tip_history` and `_tip_doubts`, and `_recall_record` (decisions of a recall); `_known` sends them
+to a worker. Jobs are read in memory (`storage.read_job`). It must not know a running station.
 """
 
 from __future__ import annotations

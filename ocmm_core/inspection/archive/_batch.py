@@ -1,4 +1,4 @@
-"""The parts of a batch: one job file a part, all by the same plan, in one folder."""
+"""Parts of a batch: one job file per part, all by the same plan, in one folder."""
 
 from __future__ import annotations
 
@@ -19,28 +19,24 @@ SUFFIX = ".ocmm"
 
 @dataclass(frozen=True, slots=True)
 class BatchPart:
-    """One part of a batch."""
-
     path: Path
     serial: str
     batch: str
     operator: str
-    """`serial`, `batch`, `operator`: From its header."""
     created_utc: str
-    """ISO 8601 text."""
+    """ISO 8601."""
     plan_identity: str
-    """SHA-256 of the plan that it was measured by."""
+    """SHA-256."""
     points: int
-    """How many points it has."""
 
 
 def parts_of_batch(
     folder: Path, batch: str, passed_over: Callable[[OcmmError], object] = lambda fault: None
 ) -> tuple[BatchPart, ...]:
-    """Return the parts of a batch in a folder, oldest first.
+    """Return the parts of a batch in a folder, oldest first, also running ones.
 
-    One that is being measured is in the list. Files that cannot be read as jobs are left out, and
-    ``passed_over`` gets the fault of each: a list never keeps anybody from measuring.
+    Unreadable files are left out, and ``passed_over`` gets the fault of each: a list must never
+    prevent measuring.
     """
     found, batch = [], normal_name(batch)
     for path in sorted(folder.glob(f"*{SUFFIX}")):
@@ -66,7 +62,7 @@ def parts_of_batch(
 
 
 def next_serial(serial: str) -> str:
-    """Return the serial number after this one: its last number, one more, as wide as before.
+    """Return the next serial number: its last number incremented, same width.
 
     Raises
     ------
@@ -91,10 +87,10 @@ def require_new_serial(
     serial: str,
     passed_over: Callable[[OcmmError], object] = lambda fault: None,
 ) -> None:
-    """Raise InputError where a part of this serial number is in the batch already.
+    """Raise InputError if the batch has a part of this serial number already.
 
-    Measured again it would count twice in every statistic of the batch. ``passed_over`` is told of
-    files beside that cannot be read.
+    It would count twice in all statistics of the batch. ``passed_over`` gets the faults of
+    unreadable files.
     """
     if not batch or serial == NOT_GIVEN:
         return

@@ -1,10 +1,10 @@
-"""Which points of a job are in doubt because of the cameras: from the history of the calibration.
+"""Points of a job that are suspect because of the cameras, by the history of the calibration.
 
-A doubt - an alarm of the monitor, a verification by an artefact that was wrong - holds back the
-points since all was last known to be well; a verification that passes lets them count again. A
-verification that fails leaves nobody knowing since when the cameras are wrong: the points since the
-last good one stay held back, whatever the next one says, until a recall decides over them. So do
-those of a doubt that was never answered because another calibration was put in force instead.
+A suspicion - an alarm of the monitor, a verification by a wrong artefact - holds the points since
+the last good check; a passed verification releases them. After a failed verification the start of
+the error is unknown: the points since the last good one stay held, regardless of later checks,
+until a recall decides. So do those of a suspicion that was never checked because another
+calibration was put in force.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ def points_in_doubt(
     events
         Of the rig, oldest first, also about its other calibrations.
     calibration
-        Hash of the record that the points were taken with.
+        Hash of the record that the points were measured with.
     taken
         When each point was stored, by number.
     """
@@ -38,7 +38,7 @@ def points_in_doubt(
         now = datetime.fromisoformat(one.utc)
         if one.calibration != calibration:
             if one.kind is EventKind.ACCEPTED and doubts and not failures:
-                # Nobody will answer the doubt by a check any more, so it is believed.
+                # No later check will resolve the suspicion, so it is taken as true.
                 failures.append(Span(good, f"{doubts[0].why} Not verified since."))
         elif one.kind is EventKind.PASSED:
             # What failed before this good check may have been wrong up to it.

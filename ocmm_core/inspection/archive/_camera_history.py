@@ -1,9 +1,9 @@
-"""What became of the calibration of the cameras after a job was measured.
+"""Later findings on the calibration of the cameras of a job.
 
-A verification that failed puts every job since the last good one in doubt, not only the one at
-hand, and so do a doubt and an artefact that was wrong. The history of a calibration is on the
-computers that measure with it. It is asked only where it holds the very record that the job was
-measured with; elsewhere a job says what its own file says, and that the history is not here.
+A failed verification makes every job since the last good one suspect, and so do a suspicion and a
+wrong artefact. The history is on the computers that measure with the calibration. It is used only
+if it contains the very record of the job; otherwise the job stands by its own file, with a note
+that the history is missing here.
 """
 
 from __future__ import annotations
@@ -33,39 +33,38 @@ _VERIFIED = "The calibration has since been verified and passed."
 _TAKEN_OVER = "Recorded in the calibration history."
 _RECALLED = "A recall found that the verdicts hold."
 _SAME_ALARM = timedelta(minutes=1)
-"""The monitor holds points back and puts the calibration in doubt at once."""
+"""The monitor holds points and reports the calibration as suspect within this time."""
 
 
 @dataclass(frozen=True, slots=True)
 class CameraHistory:
-    """What this computer knows of the calibration of a job; can be sent to another one."""
+    """History of the calibration of a job on this computer; can be sent to another one."""
 
     calibration: str = ""
-    """Hash of the record that the job was measured with; empty where there is nothing to ask."""
+    """Hash of the record of the job; empty without history."""
     events: tuple[Event, ...] = ()
     recalled: frozenset[int] = frozenset()
-    """Points that the last recall about the job has released."""
+    """Points released by the last recall about the job."""
     absent: str = ""
     unread: tuple[str, ...] = ()
-    """`absent`, `unread`: As of `History`."""
+    """`absent`, `unread`: As in `History`."""
     rig: str = ""
-    """Name of the camera system."""
 
 
 def settle_cameras(
     session: InspectionSession, job: JobFile, store: CalibrationStore, calibration: str
 ) -> bool:
-    """Hold back and release points by what happened to their calibration; say if any changed.
+    """Hold and release points by the history of their calibration; return whether any changed.
 
     Parameters
     ----------
     calibration
-        Hash of the record that the points were taken with.
+        Hash of the record that the points were measured with.
 
     Raises
     ------
     StorageError
-        It could not be made durable; points are held back until the program ends.
+        It could not be made durable; points are held until the program ends.
     CalibrationError
         The record of a recall was changed.
     """
@@ -100,18 +99,12 @@ def _settle(session: InspectionSession, job: JobFile, known: CameraHistory) -> b
 def ask_cameras(
     job: JobFile, record: CameraRecord | None, folder: Path, store: CalibrationStore | None = None
 ) -> CameraHistory:
-    """Return what the history of the calibration on this computer says of a job, where it is.
+    """Return the history of a job's calibration on this computer, if present.
 
-    Parameters
-    ----------
-    job
-        Own copy of a job file.
-    record
-        What the job was measured with; None for a rig document, which has no history.
-    folder
-        Where calibrations are kept, rig by rig.
-    store
-        That of the rig in it, where the caller has read it.
+    `job`: Own copy of a job file.
+    `record`: Calibration of the job; None for a rig document, which has no history.
+    `folder`: Folder of calibrations, one subfolder per rig.
+    `store`: That of the rig, if already read.
     """
     if record is None:
         return CameraHistory()
@@ -135,12 +128,9 @@ def ask_cameras(
 def settle_by_calibration(
     session: InspectionSession, job: JobFile, known: CameraHistory
 ) -> History:
-    """Hold back and release points by what is known of their calibration.
+    """Hold and release points by the known history of their calibration.
 
-    Parameters
-    ----------
-    job
-        Own copy of a job file.
+    `job`: Own copy of a job file.
     """
     if not known.calibration:
         return History(absent=known.absent, unread=known.unread)
@@ -171,11 +161,11 @@ def _without(points: dict[int, str], numbers: frozenset[int]) -> dict[int, str]:
 
 
 def _known_alarms(events: Sequence[Event], calibration: str, job: JobFile) -> dict[int, bool]:
-    """Return the points that the monitor held back for a doubt that the history knows.
+    """Return the points that the monitor held for a suspicion in the history.
 
-    The monitor holds back for other causes, too (the part has moved, the probe has changed), which
-    no verification of the cameras answers: only what the history tells in the same words at the
-    same time is its own. The value is whether a good check has answered it since.
+    The monitor also holds points for causes that no verification resolves (moved part, changed
+    probe): an alarm belongs to the history only with the same words at the same time. The value is
+    whether a good check has resolved it since.
     """
     own = [one for one in events if one.calibration == calibration]
     checked = [datetime.fromisoformat(one.utc) for one in own if one.kind is EventKind.PASSED]

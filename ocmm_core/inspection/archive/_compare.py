@@ -1,4 +1,4 @@
-"""Jobs of one plan side by side: trend, control chart and capability of every characteristic."""
+"""Comparison of jobs of one plan: trend, control chart and capability per characteristic."""
 
 from __future__ import annotations
 
@@ -24,8 +24,8 @@ from ocmm_core.processes import processes_for, side_by_side
 from ocmm_core.tolerances.decisions import CharacteristicResult
 
 _TRIED, _START_S = 2, 4.0
-"""Jobs that are read before it is decided how, and what the start of processes costs, s: they load
-libraries and kernels for one to two seconds each, on cores that would read meanwhile."""
+"""Jobs read before deciding on parallel reading, and the cost of starting processes, s: each loads
+libraries and kernels for one to two seconds, on cores that could read meanwhile."""
 
 
 def compare_folder(
@@ -34,7 +34,7 @@ def compare_folder(
     probes: Path | None = None,
     calibrations: Path | None = None,
 ) -> Comparison:
-    """Return what the jobs of a folder say together; as `compare_files`.
+    """Compare the jobs of a folder; as `compare_files`.
 
     Raises
     ------
@@ -54,28 +54,23 @@ def compare_files(
     processes: int | None = None,
     site: Site = HERE,
 ) -> Comparison:
-    """Return what jobs say together: those by the plan of the latest one.
+    """Compare jobs: those by the plan of the latest one.
 
     Parameters
     ----------
     paths
-        Job files; they are opened read-only, many of them in processes side by side. One that
-        cannot be read is left out and named.
-    progress
-        Told how far it is, and the share that is done.
+        Job files; read-only, many in parallel processes. Unreadable ones are left out and named.
     probes, calibrations
-        Where histories are kept, as for `reopen_job`.
+        Folders of histories, as for `reopen_job`.
     processes
-        Of this computer that read; None for one a core, or this one alone where there are few
-        jobs.
+        Reading processes; None: one per core, or this process alone for few jobs.
     site
-        Where jobs are computed; one that names neither workers nor a scheduler leaves it to
-        ``processes``.
+        Where to compute; without workers and scheduler ``processes`` applies.
 
     Raises
     ------
     InputError
-        There are fewer than two jobs of one plan, or a job is there twice.
+        There are fewer than two jobs of one plan, or a job occurs twice.
     """
     jobs: list[PartJob] = []
     unread: list[str] = []
@@ -126,12 +121,11 @@ def compare_files(
 
 
 def compare_jobs(jobs: Sequence[ReopenedJob]) -> tuple[Trend, ...]:
-    """Return what the jobs of one plan say together, characteristic by characteristic.
+    """Compare open jobs of one plan, characteristic by characteristic.
 
-    For scripts that hold jobs open, and for tests; commands and the window read files
-    (`compare_files`). A value that rests on points in doubt, or on an uncalibrated machine, is
-    shown and not counted: a trend must not be made of it. Nor are values of simulated jobs beside
-    those of real ones.
+    For scripts and tests; commands and the window read files (`compare_files`). Values with suspect
+    points or from an uncalibrated machine are shown but not counted, nor are simulated values in a
+    comparison with real ones.
 
     Raises
     ------
@@ -142,23 +136,23 @@ def compare_jobs(jobs: Sequence[ReopenedJob]) -> tuple[Trend, ...]:
 
 
 def _read_content(path: Path, file: bytes, known: bytes) -> PartJob:
-    """Return what a comparison takes of a job, on whichever computer."""
+    """Return the comparison data of a job, on any computer."""
     return _part_job(reopen_content(path, file, known_from(known)))
 
 
 def _read_all(
     work: Callable[[Path], PartJob], paths: Sequence[Path], processes: int | None, progress: Tell
 ) -> Iterator[PartJob | OcmmError]:
-    """Give what came of each file, in their order; others read with it where that pays.
+    """Yield the result of each file in order, reading in parallel if that pays.
 
-    How long a job takes (0.03 s with 14 points, 0.2 s with 91 and thirteen characteristics) decides
-    more than how many there are: two are read here, the second one with everything loaded, and
-    processes are started where what is left takes longer than their start.
+    The time per job (0.03 s with 14 points, 0.2 s with 91 and thirteen characteristics) decides
+    more than their number: two are read here, the second one with everything loaded, and processes
+    are started if the rest takes longer than their start.
     """
 
     def read(some: Sequence[Path], many: int, before: int) -> Iterator[PartJob | OcmmError]:
         def told(done: int) -> None:
-            # What was read before was told of then.
+            # Earlier files were reported then.
             if done or not before:
                 count = before + done
                 progress(f"Read {count} of {len(paths)} jobs", count / max(len(paths), 1))
@@ -204,7 +198,7 @@ def _part_job(job: ReopenedJob) -> PartJob:
 
 
 def why_not_counted(job: ReopenedJob, result: CharacteristicResult) -> str:
-    """Return what speaks against counting a value; empty where nothing does."""
+    """Return the reason for not counting a value; empty if it counts."""
     if job.doubts:
         return job.doubts[0]
     if job.view.unproven:

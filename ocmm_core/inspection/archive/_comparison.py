@@ -1,4 +1,4 @@
-"""What jobs of one plan say together: trend, control chart and capability of characteristics."""
+"""Result of a comparison of jobs: trend, control chart and capability per characteristic."""
 
 from __future__ import annotations
 
@@ -25,59 +25,52 @@ from ocmm_core.tolerances.kinds import spec_of
 from ocmm_core.tolerances.zones import Characteristic
 
 _ROOM = 1.12
-"""A scale is so much longer than what it shows."""
+"""Length of a scale relative to its content."""
 
 
 @dataclass(frozen=True, slots=True)
 class PartValue:
-    """One characteristic of one part."""
-
     job: str
     serial: str
     created_utc: str
-    """`job`, `serial`, `created_utc`: Of its job."""
     value: float | None
     uncertainty: float | None
-    """`value`, `uncertainty`: Measured value and U (95 %); None where there is none."""
+    """`value`, `uncertainty`: Measured value and U (95 %), or None."""
     verdict: Verdict
 
 
 @dataclass(frozen=True, slots=True)
 class Trend:
-    """One characteristic over all parts."""
-
     name: str
     kind: str
-    """`name`, `kind`: As in the plan."""
     low: float
     high: float
-    """`low`, `high`: Limits of the value; infinite where there is none."""
+    """`low`, `high`: Limits of the value, may be infinite."""
     parts: tuple[PartValue, ...]
-    """In the order in which the jobs were begun."""
+    """In the order of the starts of the jobs."""
     left_out: tuple[str, ...]
-    """Why parts are not counted, a sentence each; empty where all are."""
+    """Reasons for not counting parts, a sentence each."""
     chart: ControlChart | None
     capability: ProcessCapability | None
-    """`chart`, `capability`: None where there is nothing to say; ``why_not`` then says why."""
+    """`chart`, `capability`: None if not computed; ``why_not`` has the reason."""
     why_not: str
-    """A sentence, or empty."""
     features: tuple[str, ...] = ()
-    """That the characteristic is about, with its datums."""
+    """Features of the characteristic, with its datums."""
 
     @property
     def values(self) -> Float:
-        """Return the values that are counted, (n,)."""
+        """Return the counted values, (n,)."""
         return np.array([part.value for part in self.parts if part.value is not None])
 
     @property
     def caution(self) -> str:
-        """Return what must be known before the indices are used; empty where nothing must."""
+        """Return a warning about the indices of a process out of control; empty without one."""
         if self.chart is None or self.capability is None or not self.chart.signals:
             return ""
         return "Not in control: find the causes of the signals before Cp and Cpk are used."
 
     def span(self) -> tuple[float, float]:
-        """Return the ends of a scale for values, their uncertainties, and both kinds of limits."""
+        """Return the ends of an axis for values, their uncertainties, and both kinds of limits."""
         ends = [value for value in (self.low, self.high) if math.isfinite(value)]
         if self.chart is not None:
             ends += [self.chart.low, self.chart.high]
@@ -94,35 +87,25 @@ class Comparison:
     """Jobs of one plan side by side."""
 
     plan: str
-    """Name of the plan that they were measured by."""
     jobs: tuple[str, ...]
-    """Names of the jobs, in the order in which they were begun."""
+    """In the order of their starts."""
     words: tuple[str, ...]
-    """What each of them is and what its part is."""
     trends: tuple[Trend, ...]
-    """One for every characteristic."""
     left_out: tuple[str, ...]
-    """Why files are not compared, a sentence each."""
+    """Reasons for not comparing files, a sentence each."""
     unread: tuple[str, ...]
-    """Those of them about files that could not be read."""
+    """The reasons in ``left_out`` about unreadable files."""
     simulated: bool
-    """What is counted came from a virtual rig."""
+    """The counted jobs came from a virtual rig."""
     files: tuple[FileIdentity, ...] = ()
-    """The job files that were read on this computer."""
 
     def require_names(self) -> None:
-        """Raise StorageError if a job is no longer on the disk under its name."""
+        """Raise StorageError if a job is not on the disk under its name any more."""
         for file in self.files:
             file.require_name()
 
     def about(self, feature: str) -> Comparison:
-        """Return what is about a feature; everything where its name is empty.
-
-        Raises
-        ------
-        InputError
-            No characteristic is about it.
-        """
+        """Return the trends of a feature, all for an empty name; InputError without any."""
         if not feature:
             return self
         found = tuple(trend for trend in self.trends if feature in trend.features)
@@ -138,7 +121,7 @@ class Comparison:
 
 @dataclass(frozen=True, slots=True)
 class PartJob:
-    """What a comparison takes of a job; little enough to come from another process."""
+    """Data of a job for a comparison; small enough to come from another process."""
 
     path: Path
     uuid: str
@@ -146,15 +129,13 @@ class PartJob:
     created_utc: str
     plan: str
     plan_text: str
-    """`path`, `uuid`, `serial`, `created_utc`, `plan`, `plan_text`: Of the job and its plan."""
     characteristics: tuple[Characteristic, ...]
     values: tuple[tuple[tuple[float, float] | None, str, Verdict], ...]
-    """For each of them value and U (95 %), or None; why it is not counted, or nothing; its verdict.
-    Whether the job is simulated beside real ones is not looked at here."""
+    """Per characteristic: value and U (95 %), or None; reason for not counting it; verdict.
+
+    Ignores mixing of simulated and real jobs."""
     simulated: bool
-    """It came from a virtual rig."""
     words: str
-    """What the job is and what its part is, in a line."""
     file: FileIdentity | None
 
 
@@ -187,7 +168,7 @@ def trends_of(jobs: Sequence[PartJob]) -> tuple[Trend, ...]:
 
 
 def all_simulated(jobs: Sequence[PartJob]) -> bool:
-    """Return whether all jobs came from virtual rigs, so that what they say together did, too."""
+    """Return whether all jobs, and so their comparison, are simulated."""
     return all(job.simulated for job in jobs)
 
 

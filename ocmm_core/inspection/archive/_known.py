@@ -1,8 +1,7 @@
-"""What a computer knows of a job beside its file: then another one opens the file as this one does.
+"""Knowledge about a job outside its file, so that another computer opens it identically.
 
-Histories of calibrations and tips, the ring of known keys, and how far the job was seen to go are
-on the computer that asks. A worker elsewhere gets the bytes of the job and this; it looks nothing
-up.
+Histories of calibrations and tips, trusted keys, and the last known end of the job are on the
+querying computer. A worker elsewhere gets the bytes of the job and this; it looks nothing up.
 """
 
 from __future__ import annotations
@@ -23,25 +22,25 @@ from ocmm_core.storage import JobFile, JobSeal, held_sentences
 
 @dataclass(frozen=True, slots=True)
 class KnownOfJob:
-    """What is known of a job beside its file."""
+    """Knowledge about a job outside its file."""
 
     seal: JobSeal
-    """How far it goes, who signed it by the keys that are known, and what is missing."""
+    """Its known end, its signer by the trusted keys, and missing steps."""
     cameras: CameraHistory = field(default_factory=CameraHistory)
     tip: TipHistory = field(default_factory=TipHistory)
-    """`cameras`, `tip`: What became known later."""
+    """`cameras`, `tip`: Later findings."""
     held: tuple[str, ...] = ()
-    """Why the archive of the shop holds the job back, a sentence each."""
+    """Reasons why the archive of the shop holds the job."""
     left_out: str = ""
 
 
 def known_alone(job: JobFile, keys: KeyFolder | None = None) -> KnownOfJob:
-    """Return what is known of a job by its file and the known keys alone."""
+    """Return the knowledge by its file and the trusted keys alone."""
     return KnownOfJob(replace(job.seal(keys), missing=""), left_out=job.left_out)
 
 
 def known_by_file(job: JobFile) -> KnownOfJob:
-    """Return what every computer knows of a job: a signature that verifies counts with any key."""
+    """Return the knowledge common to all computers: a valid signature counts with any key."""
     seal = replace(job.seal(), missing="")
     if seal.state.word is SealWord.UNKNOWN_KEY:
         seal = replace(seal, state=replace(seal.state, word=SealWord.SEALED))
@@ -56,16 +55,14 @@ def known_here(
     store: CalibrationStore | None = None,
     keys: KeyFolder | None = None,
 ) -> KnownOfJob:
-    """Return what this computer knows of a job, and remember how far it goes.
+    """Return this computer's knowledge of a job, and remember its end.
 
     Parameters
     ----------
     job
         Own copy of the file.
     store
-        Of the rig of the job in ``calibrations``, where the caller has read it.
-    keys
-        Those that are believed, where the caller has read them.
+        Of the rig of the job in ``calibrations``, if already read.
     """
     stored = StoredDocuments(path, job.head)
     seal = job.seal(keys)
@@ -83,12 +80,9 @@ def known_here(
 def content_and_known(
     path: Path, probes: Path | None, calibrations: Path | None
 ) -> tuple[bytes, bytes]:
-    """Return all that another computer needs to open a job: its bytes, and what is known.
+    """Return all that another computer needs to open a job: its bytes, and the knowledge.
 
-    Raises
-    ------
-    OcmmError
-        The job cannot be read.
+    Raises OcmmError if the job cannot be read.
     """
     try:
         with JobFile.read(path) as job:
@@ -99,5 +93,5 @@ def content_and_known(
 
 
 def known_from(content: bytes) -> KnownOfJob:
-    """Return what `content_and_known` said."""
+    """Decode the knowledge from `content_and_known`."""
     return msgspec.json.decode(content, type=KnownOfJob)

@@ -1,4 +1,4 @@
-"""The jobs that were worked on last, and where the part of the last one of a batch stood."""
+"""Recent jobs, and the pose of the previous part of a batch."""
 
 from __future__ import annotations
 
@@ -18,27 +18,25 @@ from ocmm_core.inspection.session import header_of
 from ocmm_core.storage import JobSummary, event_value, read_summary
 
 MOST_FILES = 2000
-"""Files of a folder that are looked at for their time."""
+"""Files of a folder whose modification time is read."""
 
 
 @dataclass(frozen=True, slots=True)
 class LastJob:
-    """One job as a list shows it."""
+    """A job in a list."""
 
     path: Path
     part: str = ""
     serial: str = ""
     operator: str = ""
-    """`part`, `serial`, `operator`: From its header; empty where it cannot be read."""
+    """`part`, `serial`, `operator`: Empty if the header cannot be read."""
     points: int = 0
-    """How many count."""
     finished: int = 0
     features: int = 0
-    """`finished`, `features`: How many features are finished or skipped, of how many."""
+    """`finished`, `features`: Features finished or skipped, of all."""
     paused: bool = False
-    """It was left in a pause."""
     changed_s: float = 0.0
-    """When its file was changed, seconds since 1970."""
+    """Modification time of the file, s since 1970."""
     fault: OcmmError | None = None
     """Why it cannot be read; None for a sound one."""
 
@@ -55,14 +53,14 @@ def last_jobs(
     most: int = 20,
     stopped: Callable[[], bool] = lambda: False,
 ) -> tuple[LastJob, ...]:
-    """Return the jobs of a folder, and some others, that were changed last; newest first.
+    """Return the most recently changed jobs of a folder and of ``also``, newest first.
 
-    No more than ``most`` files are opened. One that is damaged, or no job, is in the list with its
-    fault; a folder that is not there has no jobs.
+    At most ``most`` files are opened. Damaged files are listed with their fault; a missing folder
+    has no jobs.
     """
     found: dict[Path, float] = {}
     for path in (*_in_folder(folder), *also):
-        # A file that goes away meanwhile, or a name that is none.
+        # A file that vanishes meanwhile, or an invalid name.
         with contextlib.suppress(OSError, ValueError):
             found[path.absolute()] = path.stat().st_mtime
     newest = sorted(found, key=lambda path: found[path], reverse=True)[:most]
@@ -112,9 +110,8 @@ def previous_part_pose(
 ) -> RigidTransform | None:
     """Return the motion from the world to the nominals by the last part of a batch.
 
-    None where there is no part before, it was measured by another plan, with other cameras or
-    relative to a reference body, or its part frame is not known. It is only for guidance: what
-    cannot be read is left alone.
+    None without a previous part of the same plan and cameras, for one relative to a reference body,
+    or if its part frame is unknown. For guidance only: unreadable files are ignored.
     """
     before = [p for p in parts_of_batch(folder, batch) if p.plan_identity == plan_identity]
     if not batch or not before:

@@ -1,7 +1,7 @@
-"""What the histories of cameras and tips have in common when they are asked about a job.
+"""Shared by the histories of cameras and tips: suspect spans of time, and held points.
 
-A history is a sequence of events; some of them begin a time in doubt. `points_between` says which
-points of the job were taken in it, `hold` holds them back, and `sentences` says so to a person.
+A history is a sequence of events; some start a suspect span. `points_between` returns the points of
+the job within spans, `hold` holds them, and `sentences_of` explains it.
 """
 
 from __future__ import annotations
@@ -18,15 +18,13 @@ from ocmm_core.storage import JobFile, Observed
 
 @dataclass(frozen=True, slots=True)
 class History:
-    """What a history says of a job, in sentences."""
+    """Findings of a history on a job, in sentences."""
 
     against: tuple[str, ...] = ()
-    """Which points it puts in doubt, and why; they are held back."""
+    """Suspect points and reasons; they are held."""
     unread: tuple[str, ...] = ()
-    """That it is here and cannot be read."""
     absent: str = ""
-    """That it is not on this computer; empty where it is, where there is none, or where the absence
-    says nothing."""
+    """Missing history; empty if it is here, does not exist, or its absence is irrelevant."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,12 +34,12 @@ class Doubts:
     open: dict[int, str]
     """Until a good check: of the tip, or a verification of the calibration."""
     failed: dict[int, str]
-    """Whatever a later check says: for good (tip), or until a recall decides (cameras)."""
+    """Regardless of later checks: for good (tip), or until a recall decides (cameras)."""
 
 
 @dataclass(frozen=True, slots=True)
 class Span:
-    """A time in doubt: from ``since`` (None: from the first point) until a good check."""
+    """A suspect span: from ``since`` (None: the first point) until a good check."""
 
     since: datetime | None
     why: str
@@ -54,18 +52,12 @@ def points_between(
     *,
     reason: Literal["first", "last"],
 ) -> dict[int, str]:
-    """Return the points from the beginning of a span up to a moment, with the reason of the span.
+    """Return the points within spans up to a moment, with the reason of the span.
 
-    Parameters
-    ----------
-    taken
-        When each point was stored, by number.
-    spans
-        Oldest first.
-    end
-        Points from then on are not in doubt; None where nothing ends it.
-    reason
-        Which span gives the reason for a point that lies in several: the first or the last one.
+    `taken`: When each point was stored, by number.
+    `spans`: Oldest first.
+    `end`: Points from then on are not suspect; None without end.
+    `reason`: Span that gives the reason for a point in several: the first or the last one.
     """
     return {
         number: span.why
@@ -79,14 +71,14 @@ def points_between(
 def first_taken(job: JobFile) -> dict[int, datetime]:
     """Return when the observation of each point was first stored, also of annulled ones.
 
-    A point that was put back, or turned round, is a new row; its observation is as old as it was.
-    Whether a point is as it was stored is not looked at.
+    Restored or flipped points are new rows; their observation keeps its age. The audit of the rows
+    is not checked.
     """
     return first_stored(job.observed())
 
 
 def first_stored(observed: Sequence[Observed]) -> dict[int, datetime]:
-    """Return the same of what is known of all points of a job, by number."""
+    """Return the same from the observations of a job, by number."""
     first: dict[tuple[float, int, int], datetime] = {}
     for one in observed:
         key = one.time_s, one.first_frame, one.last_frame
@@ -95,7 +87,7 @@ def first_stored(observed: Sequence[Observed]) -> dict[int, datetime]:
 
 
 def sentences_of(session: InspectionSession, *hold_reasons: HoldReason) -> tuple[str, ...]:
-    """Return what is held back for some causes now, each reason in one sentence."""
+    """Return the reasons for which points are now held, one sentence each."""
     return tuple(
         sentence
         for hold_reason in hold_reasons
@@ -104,12 +96,9 @@ def sentences_of(session: InspectionSession, *hold_reasons: HoldReason) -> tuple
 
 
 def hold(session: InspectionSession, points: Mapping[int, str], hold_reason: HoldReason) -> bool:
-    """Hold back points, each for its reason, and say whether any was not held before.
+    """Hold points, each for its reason; return whether any was not held before.
 
-    Raises
-    ------
-    StorageError
-        It could not be made durable; points are held back until the program ends.
+    Raises StorageError if it could not be made durable; points are held until the program ends.
     """
     changed = False
     for reason in dict.fromkeys(points.values()):
@@ -119,7 +108,7 @@ def hold(session: InspectionSession, points: Mapping[int, str], hold_reason: Hol
 
 
 def _sentences(held: Mapping[int, str], hold_reason: HoldReason) -> list[str]:
-    """Return for every reason how many points it puts in doubt, and what to do."""
+    """Return a sentence per reason: number of suspect points, and remedy."""
     reasons = list(held.values())
     return [
         f"{why} {_counted(reasons.count(why))} suspect. {hold_reason.remedy}"

@@ -1,8 +1,8 @@
-"""The document of a recall: which verdicts change, hold or cannot be known, and what it rests on.
+"""Record of a recall: verdicts that change, hold or cannot be known, and the evidence.
 
-It is a sealed record (`calibration.sealed`) in the store of the calibration that it is about, and
-the chain of events of that calibration names it: nobody can change what was decided, or take it for
-a decision about other points. Job files are never written to.
+It is a sealed record (`calibration.sealed`) in the store of its calibration, and named in that
+calibration's chain of events: decisions cannot be altered, or applied to other points. Job files
+are never written.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ SCHEMA = "ocmm.recall/1"
 
 
 class Outcome(StrEnum):
-    """What a recall found of a verdict, and so of a job."""
+    """Outcome of a verdict, and so of a job."""
 
     HOLDS = "HOLDS"
     CHANGES = "CHANGES"
@@ -30,36 +30,31 @@ class Outcome(StrEnum):
 
 
 class RecalledValue(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """A value as it was stated, or as it is stated now."""
+    """A value as stated before or now."""
 
     value: float | None
     expanded: float | None
-    """`value`, `expanded`: mm or in the unit of the characteristic, and U (95 %); None where there
-    is none."""
+    """`value`, `expanded`: mm or the unit of the characteristic, and U (95 %), or None."""
     verdict: str
-    """Without regard to the doubt that the recall is about."""
+    """Without regard to the suspicion of the recall."""
 
 
 class RecalledCharacteristic(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """What became of one characteristic."""
-
     name: str
     before: RecalledValue
     after: RecalledValue | None
-    """`before`, `after`: By the calibration of the job, and by what its spots speak for; ``after``
-    is None where that is not known."""
+    """`before`, `after`: By the calibration of the job, and by the one that its spots support; None
+    if unknown."""
     outcome: Outcome
     reason: str
     """`outcome`, `reason`: And why, in a sentence."""
     released: bool
-    """The value that the job states may be used as it is."""
+    """The value stated by the job may be used as it is."""
 
 
 class RecalledJob(
     msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, omit_defaults=True
 ):
-    """What became of one job."""
-
     path: str
     sha256: str
     """`path`, `sha256`: The file, and the hash of its content when it was read."""
@@ -67,18 +62,16 @@ class RecalledJob(
     part: str
     serial: str
     created_utc: str
-    """`job_uuid`, `part`, `serial`, `created_utc`: Of its head."""
     rig: str
     calibration: str
-    """`rig`, `calibration`: What it was measured with, and the hash of that record."""
+    """`rig`, `calibration`: Name of the rig, and hash of the calibration of the job."""
     in_doubt: tuple[int, ...]
-    """Numbers of the points that the history puts in doubt."""
+    """Numbers of the points that are suspect by the history."""
     why: tuple[str, ...]
-    """What put them in doubt, a sentence each."""
     later: str
-    """Hash of the calibration that it was computed with; empty where there was none to use."""
+    """Hash of the later calibration used; empty if there was none."""
     judgement: str
-    """What the spots speak for, in a sentence."""
+    """Conclusion from the spots, in a sentence."""
     characteristics: tuple[RecalledCharacteristic, ...]
     """In the order of the plan."""
     released: tuple[int, ...]
@@ -86,12 +79,12 @@ class RecalledJob(
     points_sha256: str
     """Of those points (`points_digest`)."""
     simulated: bool = False
-    """Its points come from a virtual rig: no real part was measured. Not written where it is not
-    so, because recalls of earlier versions, which lack it, keep their hash by that."""
+    """From a virtual rig: no real part was measured. Not written if false, so that recalls of
+    earlier versions, which lack it, keep their hash."""
 
     @property
     def outcome(self) -> Outcome:
-        """Return that of the job: CHANGES where any verdict does, HOLDS where all hold."""
+        """Return the outcome of the job: CHANGES if any verdict does, HOLDS if all hold."""
         found = {one.outcome for one in self.characteristics}
         if Outcome.CHANGES in found:
             return Outcome.CHANGES
@@ -99,35 +92,29 @@ class RecalledJob(
 
 
 class RecallRecord(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """One recall."""
-
     schema: str
-    """`SCHEMA`."""
     made_utc: str
     made_by: str
     software: str
-    """`made_utc`, `made_by`, `software`: When, by whom (empty for a trial, which decides nothing)
-    and with which version."""
+    """`made_utc`, `made_by`, `software`: Time, name (empty for a trial, which decides nothing) and
+    version."""
     folders: tuple[str, ...]
-    """Where jobs were looked for."""
     looked_at: int
-    """How many job files were opened."""
+    """Number of opened job files."""
     jobs: tuple[RecalledJob, ...]
-    """Those that are touched."""
     unread: tuple[str, ...]
     """Files that could not be judged, a sentence each."""
 
     def count(self, outcome: Outcome) -> int:
-        """Return how many jobs came out so."""
         return sum(job.outcome is outcome for job in self.jobs)
 
     def count_verdicts(self, outcome: Outcome) -> int:
-        """Return how many characteristics came out so."""
+        """Return how many characteristics have an outcome."""
         return sum(one.outcome is outcome for job in self.jobs for one in job.characteristics)
 
 
 def points_digest(points: Sequence[MeasuredPoint], numbers: Collection[int]) -> str:
-    """Return the SHA-256 of the observations with these numbers, as far as they are there."""
+    """Return the SHA-256 of the existing observations with these numbers."""
     state = hashlib.sha256()
     for point in sorted(points, key=lambda point: point.number):
         if point.number in numbers:
@@ -138,17 +125,11 @@ def points_digest(points: Sequence[MeasuredPoint], numbers: Collection[int]) -> 
 
 
 def points_released(store: CalibrationStore, calibration: str, job: JobFile) -> frozenset[int]:
-    """Return the points of a job that the last recall about it has released.
+    """Return the points of a job released by the last recall about it.
 
-    Parameters
-    ----------
-    calibration
-        Hash of the record that the points were taken with.
+    `calibration`: Hash of the record that the points were measured with.
 
-    Raises
-    ------
-    CalibrationError
-        The record of a recall is missing or was changed.
+    Raises CalibrationError if the record of a recall is missing or was changed.
     """
     events = store.events
     for at in range(len(events) - 1, -1, -1):
@@ -166,7 +147,7 @@ def points_released(store: CalibrationStore, calibration: str, job: JobFile) -> 
 
 
 def _is_overtaken(since: Sequence[Event], job: RecalledJob) -> bool:
-    """Return whether something became known after a recall that it did not reckon with."""
+    """Return whether later findings overtake a recall."""
     against = (EventKind.FAILED, EventKind.SUSPECTED, EventKind.FALLEN)
     return any(
         (one.calibration == job.calibration and one.kind in against)

@@ -1,11 +1,10 @@
-"""A job opened read-only from its own file, computed anew and compared with what is stored.
+"""Reopen a job read-only from its own file, recalculate it and compare with the stored results.
 
-Plan, cameras, probe, reference body and temperatures are in the job file, as they were. Nothing
-else is needed: no document of this computer, no record, no clock. Only what became known later of
-the tip and of the cameras is looked up where their history is on this computer
-(`_tip_history`, `_camera_history`, together in `_known`). The file is read in memory
-(`storage.read_job`): it can be write-protected, from another computer or an older version, or being
-measured by another program.
+Plan, cameras, probe, reference body and temperatures are in the job file; no other document, record
+or clock is needed. Only later findings on tip and cameras come from their histories on this
+computer (`_tip_history`, `_camera_history`, together in `_known`). The file is read in memory
+(`storage.read_job`): it can be write-protected, from another computer or an older version, or in
+use by another program.
 """
 
 from __future__ import annotations
@@ -36,85 +35,83 @@ from ocmm_core.tolerances.decisions import not_proven
 from ocmm_core.tracking import ProbeBody, TipSensitivity
 
 Tell = Callable[[str, float], None]
-"""Told what is done next, and the share that is done."""
+"""Receives the next step, and the share done."""
 
 SAME_TIP_MM = 0.01
-"""The stored mean tip of the frames and the tip of their mean spots differ by what is not
-linear between them: 0.002 mm at most in the demonstration job."""
+"""Tolerated difference between the stored mean tip of the frames and the tip of their mean spots,
+from nonlinearity: at most 0.002 mm in the demonstration job."""
 
 
 @dataclass(frozen=True, slots=True)
 class ReopenedJob:
-    """A job as its own file says it is; the file is closed again."""
+    """A job by its own file; the file is closed again."""
 
     path: Path
     head: JobHead
-    """What the job says about itself, with all documents."""
+    """Metadata and all documents of the job."""
     plan: Plan
     rig: Rig
     body: ProbeBody
-    """`plan`, `rig`, `body`: What was measured, and with what: by the file alone. ``body`` has the
-    geometry of the temperatures of the job."""
+    """`plan`, `rig`, `body`: By the file alone. ``body`` has the geometry at the job's
+    temperatures."""
     options: SessionOptions
     """Limits, temperatures, contact and reference body of the job."""
     view: JobView
-    """The job, computed anew from the points; nothing in it is proven where there are doubts."""
+    """The recalculated job; nothing in it is proven if anything is suspect."""
     T_part_from_world: RigidTransform | None
     """The part frame; None while its datums are not measured."""
     points: tuple[MeasuredPoint, ...]
-    """Not annulled, as they are stored: ball centres in the world of the job, as warm as it was."""
+    """Valid points as stored: ball centres in the world of the job, at its temperatures."""
     sensitivities: tuple[TipSensitivity, ...]
-    """Of each point, computed anew from its raw spots."""
+    """Per point, recalculated from its raw spots."""
     taken_back: tuple[tuple[MeasuredPoint, str], ...]
-    """The points that were taken back, as they are stored, and why."""
+    """Annulled points as stored, and why."""
     events: tuple[JobEvent, ...]
     taken_utc: dict[int, str]
-    """`events`, `taken_utc`: What happened; when each point was stored, also annulled ones."""
+    """`events`, `taken_utc`: Events; time of storage per point, also of annulled ones."""
     faults: tuple[str, ...]
-    """One sentence for everything in which the file disagrees with its own audit."""
+    """Disagreements of the file with its own audit, a sentence each."""
     differences: tuple[str, ...]
-    """One sentence for every point that comes out otherwise than it is stored."""
+    """Points that differ from the stored ones, a sentence each."""
     seal: JobSeal
-    """How far the job goes, and who signed it."""
+    """End of the job's chain, and its signer."""
     history: History = field(default_factory=History)
-    """What the history of the probe says of the job, where it is on this computer."""
+    """Findings of the probe's history on this computer."""
     cameras: History = field(default_factory=History)
-    """What the history of the calibration says of the job, or that it is not on this computer."""
+    """Findings of the calibration's history, or that it is missing on this computer."""
     held: Mapping[HoldReason, Mapping[int, str]] = field(default_factory=dict)
-    """The points that are held back, for what and why, by the file and by these histories."""
+    """Held points by reason, by the file and by these histories."""
     recalled: tuple[str, ...] = ()
-    """Why the archive of the shop holds the job back, as far as this computer has learned."""
+    """Why the archive of the shop holds the job, as far as known to this computer."""
 
     identity: FileIdentity | None = None
     """The file that was read; None if its bytes came from elsewhere."""
     left_out: str = ""
-    """What of the file is in no complete step, as a sentence; empty if there is nothing."""
+    """Content outside complete steps, as a sentence; empty if none."""
 
     @property
     def annulled(self) -> tuple[int, ...]:
-        """Return the numbers of the points that were taken back."""
         return tuple(point.number for point, _ in self.taken_back)
 
     @property
     def climate(self) -> Climate:
-        """Return the temperatures that the job was measured with."""
         return self.options.climate
 
     @property
     def contact(self) -> ContactForce | None:
-        """Return what the hand's force did; None where the design of the probe is not known."""
+        """Return the effect of the probing force; None if the design of the probe is unknown."""
         return self.options.contact
 
     @property
     def doubts(self) -> tuple[str, ...]:
-        """Return all that speaks against the job, in sentences."""
+        """Return all findings against the job, in sentences."""
         tip = (*self.history.unread, *self.history.against)
         cameras = (*self.cameras.unread, *self.cameras.against)
         return (*self.faults, *self.differences, *self.recalled, *cameras, *tip)
 
     @property
     def remarks(self) -> tuple[str, ...]:
-        """Return what a reader should know and what speaks against nothing, in sentences."""
+        """Return remarks that are no findings against the job, in sentences."""
         kinds = (ADOPTED, CLOCK, LEFT_OUT, RESCUED)
         told = (event.text for event in self.events if event.kind in kinds)
         return (*told, *filter(None, (self._renamed, self.left_out, self.cameras.absent)))
@@ -135,20 +132,20 @@ def reopen_job(
     alone: bool = False,
     known: KnownOfJob | None = None,
 ) -> ReopenedJob:
-    """Open a job read-only and compute everything in it anew.
+    """Open a job read-only and recalculate everything in it.
 
     Parameters
     ----------
     probes
-        Where histories of probes are kept on this computer; None is the folder of this user.
+        Folder of probe histories; None is the folder of this user.
     tell
-        Told what is done next; whoever opens many points wants to see how far it is.
+        Receives progress, for jobs with many points.
     calibrations
-        Where histories of calibrations are kept on this computer; None is the folder of this user.
+        Folder of calibration histories; None is the folder of this user.
     alone
-        By its file alone: no history is asked, and not how far this computer saw the job go.
+        By its file alone: without histories and this computer's memory of its end.
     known
-        What another computer knows of it (`known_here`): nothing is asked here.
+        Knowledge of another computer (`known_here`); nothing is looked up here.
 
     Raises
     ------
@@ -170,21 +167,15 @@ def reopen_job(
 
 
 def reopen_content(path: Path, file: bytes, known: KnownOfJob) -> ReopenedJob:
-    """Return the job in the bytes of a file; errors as of `reopen_job`.
-
-    Parameters
-    ----------
-    path
-        What it is called: nothing is asked on this computer.
-    """
+    """Return the job in the bytes of a file; errors as of `reopen_job`."""
     with JobFile.in_memory(path, file) as job, _told_of(path):
         return _reopened(path, job, known, lambda what, share: None)
 
 
 def reopen_alone(path: Path, job: JobFile) -> ReopenedJob:
-    """Return an open job by its file alone, called ``path``: the same on every computer.
+    """Return an open job by its file alone, called ``path``: identical on every computer.
 
-    A good signature counts with any key. Readers decide which keys they trust.
+    A valid signature counts with any key. Readers decide which keys they trust.
     """
     with _told_of(path):
         return _reopened(path, job, known_by_file(job), lambda what, share: None)
@@ -192,7 +183,7 @@ def reopen_alone(path: Path, job: JobFile) -> ReopenedJob:
 
 @contextlib.contextmanager
 def _told_of(path: Path) -> Iterator[None]:
-    """Let an error say which job it is about."""
+    """Name the job in errors."""
     try:
         yield
     except OcmmError as error:
@@ -251,7 +242,7 @@ def _reopened(path: Path, job: JobFile, known: KnownOfJob, tell: Tell) -> Reopen
 
 
 def _judged(view: JobView, doubts: Sequence[str], held: Sequence[str]) -> JobView:
-    """Return the view, nothing in it proven where something speaks against the file or the job."""
+    """Return the view, with nothing proven if file or job are suspect."""
     if not doubts and not held:
         return view
     fault = doubts[0] if doubts else ""
@@ -263,12 +254,9 @@ def _judged(view: JobView, doubts: Sequence[str], held: Sequence[str]) -> JobVie
 def _differences(
     points: Sequence[MeasuredPoint], anew: Sequence[Sequence[Float]], plan: Plan, body: ProbeBody
 ) -> list[str]:
-    """Return where a point is not the one that is stored.
+    """Return the differences from the stored points.
 
-    Parameters
-    ----------
-    anew
-        For every point where its raw spots put it, by each method that the job was measured with.
+    `anew`: For every point its tips from the raw spots, by each method used in the job.
     """
     found = []
     known = {feature.name for feature in plan.features}

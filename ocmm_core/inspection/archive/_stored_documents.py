@@ -1,4 +1,4 @@
-"""The documents in a job file: what was measured, and with what."""
+"""Documents in a job file: plan, cameras, probe and conditions."""
 
 from __future__ import annotations
 
@@ -36,39 +36,37 @@ _DOCUMENT = "document.toml"
 
 @dataclass(frozen=True, slots=True)
 class StoredDocuments:
-    """Read the documents of a job; all methods raise InputError where one cannot be used."""
+    """Read the documents of a job; all methods raise InputError if one cannot be used."""
 
     path: Path
-    """The file that the person opened, for what is said."""
+    """The opened file, for messages."""
     head: JobHead
-    """Holds the texts."""
 
     def plan(self) -> Plan:
-        """Return what was measured."""
         return self._from_text("plan", self.head.plan_text, load_plan)
 
     def rig(self) -> Rig:
-        """Return the cameras, of a calibration record or of the rig document itself."""
+        """Return the cameras, from a calibration record or the rig document."""
         record = self.camera_record()
         if record is None:
             return self._from_text("rig", self.head.rig_text, load_rig)
         return rig_from_record(record)
 
     def camera_record(self) -> CameraRecord | None:
-        """Return the calibration; None where the rig document itself stands for it."""
+        """Return the calibration; None if the job has a rig document."""
         try:
             return _camera_record(self.head.rig_text)
         except msgspec.MsgspecError as error:
             raise self._unreadable("rig", error) from error
 
     def probe_records(self) -> ProbeText | None:
-        """Return the records of the probe; None where it was measured with its document."""
+        """Return the records of the probe; None if the job has a probe document."""
         if _schema(self.head.probe_text) != TEXT_SCHEMA:
             return None
         return self._record("probe", self.head.probe_text, ProbeText)
 
     def probe(self) -> ProbeBody:
-        """Return the probe, of its records or of the probe document itself."""
+        """Return the probe, from its records or the probe document."""
         text = self.probe_records()
         if text is None:
             return self._from_text("probe", self.head.probe_text, load_probe)
@@ -79,13 +77,7 @@ class StoredDocuments:
     def measured_with(
         self, events: Sequence[JobEvent], stored: JobReference | None
     ) -> tuple[ProbeBody, SessionOptions]:
-        """Return the probe as warm as it was, and what the session counted with.
-
-        Parameters
-        ----------
-        events
-            Of the job file, oldest first.
-        """
+        """Return the probe at the job's temperature, and the options of the session."""
         body = self.probe()
         recorded = [event.text for event in events if event.kind == CLIMATE_EVENT]
         climate = climate_of_text(recorded[-1]) if recorded else Climate()
@@ -117,7 +109,7 @@ class StoredDocuments:
         )
 
     def _from_text(self, what: str, text: str, load: Callable[[Path], T]) -> T:
-        """Return what a document in the job says; ``load`` takes it from a file."""
+        """Load a document of the job; ``load`` reads a file."""
         try:
             found: T = _loaded(text, load)
             return found
@@ -127,13 +119,13 @@ class StoredDocuments:
 
 @lru_cache(maxsize=16)
 def _camera_record(text: str) -> CameraRecord | None:
-    """Return the calibration that a text says; None of a document. Remembered, as `_loaded`."""
+    """Return the calibration in a text, None for a document; cached like `_loaded`."""
     return decode_json(text, CameraRecord) if _schema(text) == CAMERA_RECORD_SCHEMA else None
 
 
 @lru_cache(maxsize=16)
 def _loaded(text: str, load: Callable[[Path], T]) -> T:
-    """Return what a text says; the jobs of a batch hold the same ones, so it is remembered."""
+    """Load a text; cached, as the jobs of a batch hold the same ones."""
     with scratch_folder("document") as folder:
         file = folder / _DOCUMENT
         file.write_bytes(text.encode("utf-8"))
@@ -144,12 +136,12 @@ def _loaded(text: str, load: Callable[[Path], T]) -> T:
 
 
 def named(error: OcmmError, name: str, told: str) -> OcmmError:
-    """Return an error that names what the person opened instead of a copy of it."""
+    """Return an error that names the opened file instead of its copy."""
     return type(error)(error.code, error.what.replace(name, told), error.remedy.replace(name, told))
 
 
 def about(error: OcmmError, path: Path) -> OcmmError:
-    """Return an error of a job that names its file, as most do."""
+    """Return an error that names the file of the job."""
     if str(path) in error.what:
         return error
     return type(error)(error.code, f"{path}: {error.what}", error.remedy)
@@ -160,7 +152,7 @@ class _Head(msgspec.Struct, frozen=True):
 
 
 def _schema(text: str) -> str:
-    """Return the ``schema`` of a record; empty where the text is a document, which is no JSON."""
+    """Return the ``schema`` of a record; empty for a document, which is no JSON."""
     try:
         return decode_json(text, _Head).schema
     except msgspec.MsgspecError:

@@ -1,9 +1,8 @@
-"""Which points of a job are in doubt because of the tip: from the history of the tip alone.
+"""Points of a job that are suspect because of the tip, by the tip's history.
 
-A doubt - a blow, a long pause, a tip that was mounted - holds back the points since the tip was
-last known to be good, or since the blow; a check that passes lets them count again. A check that
-fails leaves nobody knowing since when the tip is wrong: the points since the last good check have
-to be taken again, whatever the next check says.
+A suspicion - a shock, a long pause, a mounted tip - holds the points since the tip was last found
+good, or since the shock; a passed check releases them. After a failed check the start of the error
+is unknown: the points since the last good check must be measured again, regardless of later checks.
 """
 
 from __future__ import annotations
@@ -20,7 +19,7 @@ _DOUBTED = (TipEventKind.DOUBTED, TipEventKind.MOUNTED)
 
 
 def last_good_utc(events: Sequence[TipEvent], tip: str) -> datetime | None:
-    """Return when a tip was last found to be good, or None where it never was."""
+    """Return when a tip was last found good, or None if never."""
     found = [one.utc for one in events if one.tip == tip and one.kind in GOOD]
     return datetime.fromisoformat(found[-1]) if found else None
 
@@ -31,7 +30,7 @@ def points_in_doubt(events: Sequence[TipEvent], tip: str, taken: Mapping[int, da
     Parameters
     ----------
     tip
-        That the points were taken with.
+        Tip of the points.
     taken
         When each point was stored, by number.
     """

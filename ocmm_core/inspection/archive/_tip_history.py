@@ -1,8 +1,8 @@
-"""What became of the tip after a job was measured.
+"""Later findings on the tip of a job.
 
-A check that failed puts every job since the last good one in doubt, not only the one at hand. The
-history of a probe is on the computers that measure with it. It is asked only where it holds the
-very calibration that the job was measured with; elsewhere a job says what its own file says.
+A failed check makes every job since the last good one suspect. The history of a probe is on the
+computers that measure with it. It is used only if it contains the very calibration of the job;
+otherwise the job stands by its own file.
 """
 
 from __future__ import annotations
@@ -31,10 +31,10 @@ _CHECKED = "The tip has since been checked and is unchanged."
 
 @dataclass(frozen=True, slots=True)
 class TipHistory:
-    """What this computer knows of the tip of a job; can be sent to another one."""
+    """History of the tip of a job on this computer; can be sent to another one."""
 
     tip: str = ""
-    """Its name; empty where there is nothing to ask."""
+    """Name of the tip; empty without history."""
     events: tuple[TipEvent, ...] = ()
     unread: tuple[str, ...] = ()
 
@@ -42,17 +42,17 @@ class TipHistory:
 def settle_tip(
     session: InspectionSession, job: JobFile, events: Sequence[TipEvent], tip: str
 ) -> bool:
-    """Hold back and release the points of a job by what happened to its tip; say if any changed.
+    """Hold and release the points of a job by its tip's history; return whether any changed.
 
     Parameters
     ----------
     tip
-        That the points were taken with.
+        Tip of the points.
 
     Raises
     ------
     StorageError
-        It could not be made durable; points are held back until the program ends.
+        It could not be made durable; points are held until the program ends.
     """
     doubts = points_in_doubt(events, tip, first_taken(job))
     changed = [hold(session, doubts.failed, HoldReason.FAILED_TIP)]
@@ -64,14 +64,14 @@ def settle_tip(
 
 
 def ask_tip(probe: ProbeText | None, folder: Path) -> TipHistory:
-    """Return what the history of a probe on this computer says, where there is one.
+    """Return the history of a job's probe on this computer, if present.
 
     Parameters
     ----------
     probe
-        What the job was measured with; None for a probe without records, which has no history.
+        Records of the job's probe; None without records, and so without history.
     folder
-        Where records of probes are kept, probe by probe.
+        Folder of probe records, one subfolder per probe.
     """
     if probe is None:
         return TipHistory()
@@ -96,12 +96,9 @@ def ask_tip(probe: ProbeText | None, folder: Path) -> TipHistory:
 
 
 def settle_by_history(session: InspectionSession, job: JobFile, known: TipHistory) -> History:
-    """Hold back and release points by what is known of their tip.
+    """Hold and release points by the known history of their tip.
 
-    Parameters
-    ----------
-    job
-        Own copy of a job file.
+    `job`: Own copy of a job file.
     """
     if not known.tip:
         return History(unread=known.unread)

@@ -1,11 +1,11 @@
-"""Why a value is as it is: what the evidence of a job speaks for.
+"""Causes of results that are not good, by the evidence in the job.
 
 In: an evaluated job with a characteristic that is NOT CONFORM or NOT PROVEN.
-Out: by how much, which cause the evidence speaks for, which points, and what to do now.
+Out: the amount, the supported cause, the points behind it, and the remedy.
 
-Read `_cause` (what may be behind it), `_explain` (the way in), `_inquiry` (what results would be
-if points were others), `_amounts`, `_suspects` (points that others speak against), `_deviations`
-and `_common_causes` (errors that a whole job shares), `_remaining_causes`, `_causes` (the choice).
+Read `_cause` (possible causes), `_explain` (entry), `_inquiry` (results under hypotheses),
+`_amounts`, `_suspects` (points contradicted by others), `_deviations` and `_common_causes` (errors
+shared by a whole job), `_remaining_causes`, `_causes` (the choice).
 A cause is tried before it is named. It must not know a session: it changes nothing.
 """
 

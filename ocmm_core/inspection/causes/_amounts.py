@@ -1,4 +1,4 @@
-"""By how much a value is out, and where it or its uncertainty would have to be."""
+"""Distance of a value from its limits, with and without U."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ def is_low(item: Characteristic, result: CharacteristicResult) -> bool:
 
 
 def way_to_good(item: Characteristic, result: CharacteristicResult) -> float | None:
-    """Return how far a value is from where it would conform, U included; None without a value."""
+    """Return the distance of a value from conformity, U included; None without a value."""
     beyond, uncertainty = beyond_limit(item, result), result.uncertainty
     if beyond is None or uncertainty is None:
         return None
@@ -29,7 +29,7 @@ def way_to_good(item: Characteristic, result: CharacteristicResult) -> float | N
 
 
 def beyond_limit(item: Characteristic, result: CharacteristicResult) -> float | None:
-    """Return by how much a value lies beyond the nearer limit; negative inside, None without."""
+    """Return the distance beyond the nearer limit, negative inside; None without a value."""
     value = result.measured
     if value is None:
         return None
@@ -38,7 +38,7 @@ def beyond_limit(item: Characteristic, result: CharacteristicResult) -> float | 
 
 
 def amount_words(item: Characteristic, result: CharacteristicResult) -> str:
-    """Return by how much a value is out, or what U or the value would have to be, beside U."""
+    """Return the excess of a value, or the required U or value, next to U, in words."""
     beyond, u, value = beyond_limit(item, result), result.uncertainty, result.measured
     if beyond is None or u is None or value is None:
         return result.note

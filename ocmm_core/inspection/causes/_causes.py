@@ -1,9 +1,9 @@
-"""Which cause the evidence speaks for where a characteristic is NOT CONFORM or NOT PROVEN.
+"""Choice of the cause of a characteristic that is NOT CONFORM or NOT PROVEN.
 
-Two things are asked of every cause. Is there evidence of it in the points of the whole job? And
-would the value be good, or much nearer to it, without it? The second is computed, not estimated:
-points are left out, moved or turned round, and the characteristic is evaluated anew. The first
-cause of which both hold is named, the most specific first; the part is what remains.
+A cause needs evidence in the points of the whole job, and the value must be good, or much nearer to
+it, without it. The second is computed, not estimated: points are omitted, moved or flipped, and the
+characteristic is evaluated again. The first cause with both is named, the most specific first; the
+part is the last resort.
 """
 
 from __future__ import annotations
@@ -34,18 +34,15 @@ from ocmm_core.tolerances.kinds import spec_of
 from ocmm_core.tolerances.zones import Characteristic
 
 _SIDE = 0.15
-"""Part of a ball's diameter by which an offset may differ from it."""
+"""Tolerated difference between an offset and a ball diameter, relative to the diameter."""
 _OTHER_PLACE = 0.5
-"""Part of a tolerance by which a plan's two nominals of one place may differ."""
+"""Tolerated difference between two nominals of one place, relative to the tolerance."""
 
 
 def cause_of(inquiry: Inquiry, item: Characteristic, result: CharacteristicResult) -> CauseFinding:
-    """Return the cause that the evidence speaks for, and what to do.
+    """Return the cause that the evidence supports, and the remedy.
 
-    Parameters
-    ----------
-    item, result
-        What is asked about, NOT CONFORM or NOT PROVEN.
+    `item`, `result`: The characteristic in question, NOT CONFORM or NOT PROVEN.
     """
     if inquiry.is_doubted(item, result):
         return CauseFinding(Cause.DOUBT, (), (), result.note)
@@ -184,7 +181,7 @@ def _datum(
     own = inquiry.own_features(item)
     best: tuple[float, str] | None = None
     for name in inquiry.rests_on(item):
-        # What holds the frame is a datum of all else, also where it is toleranced itself.
+        # Features that hold the frame are datums of all else, even if toleranced themselves.
         if (name in own and name not in inquiry.held_by) or not common.stands_out(name):
             continue
         trial = inquiry.moved(f"home {name}", partial(brought_home, inquiry.job, common, name))
@@ -252,7 +249,7 @@ def _drawn_place(item: Characteristic, bound: BoundAlignment) -> float | None:
 
 
 def _saved(bound: BoundAlignment, common: Common) -> BoundAlignment:
-    """Return the frame of the plan where most features have it, as a frame that is known."""
+    """Return the plan's frame at the place supported by most features, as a known frame."""
     T: RigidTransform = nominal_frame(bound).compose(common.place.T_nominal_from_world)
     rows = tuple(tuple(float(value) for value in row) for row in T.rotation)
     nothing = tuple((0.0,) * 6 for _ in range(6))

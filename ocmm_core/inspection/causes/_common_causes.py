@@ -1,7 +1,7 @@
-"""Errors that a whole job shares: the ball, the warmth of the part, the frame, the noise.
+"""Errors shared by a whole job: the ball, the part's temperature, the frame, the noise.
 
-Each is accepted only where several features show it that have nothing else in common, and no
-feature speaks against it. What one feature alone shows may as well be the part.
+Each is accepted only if several otherwise unrelated features show it and none contradicts it. What
+one feature alone shows may as well be the part.
 """
 
 from __future__ import annotations
@@ -25,55 +25,53 @@ from ocmm_core.inspection.evaluation import EvaluatedJob, whereabouts
 from ocmm_core.tolerances.uncertainty import FormSample
 
 STEEL_PER_K = 11.5e-6
-"""Expansion that a change of temperature is told with where that of the part is not known."""
+"""Assumed expansion if that of the part is unknown, 1/K."""
 
 _LIMIT_K = 40.0
-"""A part that would have to be so much warmer or colder is not: something else is wrong."""
+"""A larger temperature difference is implausible: something else is wrong."""
 _SURE = 6.0
-"""Standard uncertainties by which a pattern must differ from nothing."""
+"""Standard uncertainties by which a pattern must differ from zero."""
 _REMAINS = 0.75
-"""Part of the features that may follow a pattern as little as they did without it."""
+"""Share of the misfit that may remain unexplained with a pattern."""
 _GAIN, _MANY = 0.3, 3
-"""Part of its misfit by which a witness comes nearer; and how many come for one that goes away."""
+"""Relative gain of a witness of a pattern; and witnesses required per feature made worse."""
 _FOLLOWS, _STRAYS = 1.5, 2.5
-"""Misfit against the usual one up to which a feature follows a pattern, and beyond which not."""
+"""Misfit, relative to the usual one, up to which a feature follows a pattern, and beyond which not.
+"""
 _LEAST_WITNESSES, _LEAST_SIZES = 2, 3
 _NOTHING = 1e-12
 _NOISY = 5.0
-"""Square of the scatter against that of the noise beyond which points scatter for a reason."""
+"""Squared scatter relative to the noise, beyond which points scatter for a reason."""
 
 
 @dataclass(frozen=True, slots=True)
 class Common:
-    """What the features of a job have in common."""
+    """Common errors of the features of a job."""
 
     surfaces: tuple[TouchedSurface, ...]
-    """Touches that are used, without those that their own feature speaks against."""
+    """Accepted touches, without suspects of their own feature."""
     place: Pattern
-    """The nominals where most features have them, misfits beside."""
+    """Pose of the nominals supported by most features, with misfits."""
     scale: float
-    """mm: how far features are off that follow the best pattern."""
+    """mm: usual misfit of features that follow the best pattern."""
     ball: float | None = None
-    """mm: by what the ball is greater than it is held for; None where nothing says so."""
+    """mm: excess of the ball over its assumed size; None without evidence."""
     both_sides: bool = False
     """Inner and outer features agree on the ball."""
     growth: float | None = None
-    """By what share the part is longer than its nominals; None where nothing says so."""
+    """Relative excess of the part over its nominals; None without evidence."""
     shifted: float | None = None
-    """mm: by what the frame of the plan is off where features are; None where it is not."""
+    """mm: error of the plan's frame at the features; None if none."""
 
     def stands_out(self, name: str) -> bool:
-        """Return whether a feature lies elsewhere than the others want it."""
+        """Return whether a feature contradicts the others."""
         return self.place.misfits.get(name, 0.0) > _STRAYS * self.scale
 
 
 def common_causes(job: EvaluatedJob, left_out: Collection[int]) -> Common | None:
-    """Return what the features of a job have in common; None while it is not known where it is.
+    """Return the common errors of the features of a job; None while its pose is unknown.
 
-    Parameters
-    ----------
-    left_out
-        Places of points that do not belong to what the others of their feature show.
+    `left_out`: Indices of points contradicted by their feature.
     """
     found = whereabouts(job.plan, job.found)
     surfaces = surfaces_of(job.actual, left_out)
@@ -104,7 +102,7 @@ def common_causes(job: EvaluatedJob, left_out: Collection[int]) -> Common | None
 
 
 def expansion(job: EvaluatedJob) -> float:
-    """Return the expansion of the part, 1/K; that of steel where nobody knows it."""
+    """Return the expansion of the part, 1/K; that of steel if unknown."""
     known = job.options.climate.part.expansion
     if known is not None:
         return known.per_k
@@ -113,7 +111,7 @@ def expansion(job: EvaluatedJob) -> float:
 
 
 def ball_taken_off(job: EvaluatedJob, common: Common) -> Float:
-    """Return what ball centres must move by, (N, 3), mm, world, if the ball is greater."""
+    """Return the shift of ball centres, (N, 3), mm, world, that undoes a larger ball."""
     moved = np.zeros((len(job.points), 3))
     back = common.place.T_nominal_from_world.rotation
     for surface in common.surfaces:
@@ -123,7 +121,7 @@ def ball_taken_off(job: EvaluatedJob, common: Common) -> Float:
 
 
 def growth_taken_off(job: EvaluatedJob, common: Common) -> Float:
-    """Return what ball centres must move by, (N, 3), mm, world, if the part has grown."""
+    """Return the shift of ball centres, (N, 3), mm, world, that undoes the part's growth."""
     moved = np.zeros((len(job.points), 3))
     back = common.place.T_nominal_from_world.rotation
     for surface in common.surfaces:
@@ -134,9 +132,9 @@ def growth_taken_off(job: EvaluatedJob, common: Common) -> Float:
 
 
 def brought_home(job: EvaluatedJob, common: Common, name: str) -> Float:
-    """Return what ball centres of a feature must move by, (N, 3), mm, to lie on its nominal.
+    """Return the shift of a feature's ball centres, (N, 3), mm, onto its nominal.
 
-    Its nominal is where the other features have it.
+    The nominal is placed by the other features.
     """
     others = [surface for surface in common.surfaces if surface.name != name]
     T = common.place.T_nominal_from_world
@@ -151,9 +149,9 @@ def brought_home(job: EvaluatedJob, common: Common, name: str) -> Float:
 
 
 def scatter_of(job: EvaluatedJob, leave_out: Collection[str]) -> float | None:
-    """Return how many times more than their noise the points of nearly all features scatter.
+    """Return the scatter of nearly all features relative to their noise.
 
-    None where they do not, or too few features show it: the form of one surface is its own.
+    None if it is normal, or shown by too few features: the form of one surface is its own.
     """
     samples = [item for item in job.samples if item.feature not in leave_out]
     ratios = [scatter_ratio(item) for item in samples]
@@ -168,12 +166,12 @@ def scatter_of(job: EvaluatedJob, leave_out: Collection[str]) -> float | None:
 
 
 def scatter_ratio(sample: FormSample) -> float:
-    """Return the mean square of a feature's residuals against what noise alone would give."""
+    """Return the mean square of a feature's residuals relative to noise alone."""
     return max(sample.scatter, _NOTHING) / max(sample.scatter - sample.variance, _NOTHING)
 
 
 def _explains(plain: Pattern, pattern: Pattern) -> bool:
-    """Return whether a pattern brings several features nearer, and takes none of weight away."""
+    """Return whether a pattern improves several features, and worsens none of weight."""
     scale = min(plain.scale(), pattern.scale())
     before, after = plain.unexplained(scale), pattern.unexplained(scale)
     if abs(pattern.amount) < _SURE * pattern.sigma or after > _REMAINS * before:
@@ -185,7 +183,7 @@ def _explains(plain: Pattern, pattern: Pattern) -> bool:
 
 
 def _is_ball(plain: Pattern, ball: Pattern, surfaces: Collection[TouchedSurface]) -> bool:
-    """Return whether sizes speak for the ball: inner and outer ones, or enough of one kind."""
+    """Return whether sizes support the ball: inner and outer ones, or enough of one kind."""
     agree = [
         item for item in _sized(surfaces)
         if ball.misfits[item.name] < _FOLLOWS * ball.scale()
@@ -206,7 +204,7 @@ def _is_inner(surface: TouchedSurface) -> bool:
 def _shift(
     surfaces: tuple[TouchedSurface, ...], planned: RigidTransform, place: Pattern, scale: float
 ) -> float | None:
-    """Return what the frame of the plan is off by at the features, mm; None where it is not."""
+    """Return the error of the plan's frame at the features, mm; None if none."""
     there = misfits_in(surfaces, planned)
     won = sum(
         there[name] > _STRAYS * scale and off < _FOLLOWS * scale

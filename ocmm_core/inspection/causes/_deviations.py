@@ -1,9 +1,9 @@
-"""How all points of a job lie to the nominal surfaces, and what many features have in common.
+"""Deviations of all points of a job from the nominal surfaces, and patterns common to features.
 
-A bad feature is bad alone. A wrong ball, a warm part or a wrong frame moves the points of every
-feature after one pattern: all outwards from the material, all away from one place, all rigidly. The
-patterns are fitted so that features which follow none of them count little (Geman and McClure's
-estimator, a weight a feature), because one of them may be what is wrong with the part.
+A bad feature is bad alone. A wrong ball, a warm part or a wrong frame moves the points of all
+features in one pattern: all away from the material, all away from one place, all rigidly. Patterns
+are fitted so that features which follow none of them have little weight (Geman and McClure's
+estimator, a weight per feature), because one of them may be the defect of the part.
 """
 
 from __future__ import annotations
@@ -18,38 +18,38 @@ from ocmm_core.features.measured import ActualFeature
 from ocmm_core.features.shapes import DIRECTION, NominalFeature, Shape, nominal_geometry
 from ocmm_core.geometry import Float, Int, RigidTransform, rotation_from_vector, unit
 
-"""Shapes that have one side, and no inside."""
+"""One-sided shapes, without inside."""
 
 LEAST_SCALE_MM = 0.008
-"""Features that lie nearer to a pattern follow it: no part is made better."""
+"""Features nearer to a pattern than this follow it: no part is made better."""
 
 _STEPS = 15
 _FAR_MM = 20.0
-"""Scale from which the estimator comes down, so that a frame that is far off is found, too."""
+"""Initial scale of the estimator, so that a frame that is far off is also found."""
 _BESIDE = 0.2
 _RIDGE = 1e-9
 
 
 @dataclass(frozen=True, slots=True)
 class TouchedSurface:
-    """The touches of one feature against its nominal surface."""
+    """Touches of one feature against its nominal surface."""
 
     name: str
     nominal: NominalFeature
-    """What the plan says; the direction of a line is the normal of its face."""
+    """From the plan; the direction of a line is the normal of its face."""
     geometry: Float
     """(12,), frame of the nominals."""
     places: Int
-    """(n,): of its points among all of the job."""
+    """(n,): indices of its points among all of the job."""
     tips: Float
     """(n, 3), mm, world: ball centres."""
     tip_radius: float
     """mm."""
     direction: Float
-    """(3,), unit, world: mean direction from the material as it was probed."""
+    """(3,), unit, world: mean direction from the material as probed."""
 
     def lies(self, T_nominal_from_world: RigidTransform) -> tuple[Float, Float, Float]:
-        """Return how far its points stand out of the nominal material.
+        """Return the distances of its points from the nominal material.
 
         Returns
         -------
@@ -77,25 +77,24 @@ class TouchedSurface:
 
 @dataclass(frozen=True, slots=True)
 class Pattern:
-    """What all features have in common."""
+    """A pattern common to all features."""
 
     T_nominal_from_world: RigidTransform
-    """Where the nominals are."""
     amount: float
     sigma: float
-    """`amount`, `sigma`: Of the pattern beside the rigid motion, and its standard uncertainty by
-    the scatter of the features: mm for a ball, a plain number for a scale. Zero for no such
-    pattern."""
+    """`amount`, `sigma`: Amount in addition to the rigid motion, and its standard uncertainty by
+    the scatter of the features: mm for a ball, dimensionless for a scale. Zero without a pattern.
+    """
     misfits: Mapping[str, float]
-    """mm, root mean square, of each feature by its name."""
+    """mm, root mean square, per feature name."""
 
     def scale(self) -> float:
-        """Return what a feature that follows the pattern is off by, mm, as most of them are."""
+        """Return the usual misfit of a feature that follows the pattern, mm."""
         values = np.array(list(self.misfits.values()))
         return max(1.5 * float(np.median(values)), LEAST_SCALE_MM) if len(values) else 0.0
 
     def unexplained(self, scale: float) -> float:
-        """Return how many features do not follow, those in part included."""
+        """Return the number of features that do not follow, fractions included."""
         ratios = np.array(list(self.misfits.values())) / scale
         return float(np.sum(ratios**2 / (1.0 + ratios**2)))
 
@@ -103,7 +102,7 @@ class Pattern:
 def surfaces_of(
     actual: Mapping[str, ActualFeature], leave_out: Collection[int] = ()
 ) -> tuple[TouchedSurface, ...]:
-    """Return the probed features; points whose places are in ``leave_out`` are not among them."""
+    """Return the probed features without the points whose indices are in ``leave_out``."""
     found = []
     for name, feature in actual.items():
         touches = feature.touches
@@ -138,17 +137,17 @@ def _geometry(nominal: NominalFeature) -> Float:
 
 
 def rigid(surfaces: Sequence[TouchedSurface], start: RigidTransform) -> Pattern:
-    """Return where the nominals are by all features that agree."""
+    """Return the pose of the nominals by all features that agree."""
     return _fitted(surfaces, start, None)
 
 
 def with_ball(surfaces: Sequence[TouchedSurface], start: RigidTransform) -> Pattern:
-    """Return the same where the ball may be greater than it is held for, by ``amount``, mm."""
+    """Return the same with a ball larger than assumed by ``amount``, mm."""
     return _fitted(surfaces, start, lambda normals, contacts: np.ones(len(normals)))
 
 
 def with_growth(surfaces: Sequence[TouchedSurface], start: RigidTransform) -> Pattern:
-    """Return the same where the part may be longer than its nominals, by a share ``amount``."""
+    """Return the same with a part larger than its nominals by the share ``amount``."""
     middle = np.mean([surface.geometry[:3] for surface in surfaces], axis=0)
 
     def grown(normals: Float, contacts: Float) -> Float:
@@ -159,7 +158,7 @@ def with_growth(surfaces: Sequence[TouchedSurface], start: RigidTransform) -> Pa
 
 
 def misfits_in(surfaces: Sequence[TouchedSurface], T: RigidTransform) -> dict[str, float]:
-    """Return how far each feature is off where the nominals are at ``T``, mm."""
+    """Return the misfit of each feature with the nominals at ``T``, mm."""
     return {item.name: float(np.sqrt(np.mean(item.lies(T)[0] ** 2))) for item in surfaces}
 
 
@@ -168,13 +167,10 @@ def _fitted(
     start: RigidTransform,
     pattern: Callable[[Float, Float], Float] | None,
 ) -> Pattern:
-    """Return the motion and the amount of a pattern, by Gauss-Newton with a weight a feature.
+    """Return motion and amount of a pattern, by Gauss-Newton with a weight per feature.
 
-    Parameters
-    ----------
-    pattern
-        From normals and contact points, (n, 3) each, frame of the nominals, to what one unit of
-        the amount adds to the deviations, (n,).
+    `pattern`: From normals and contact points, (n, 3) each, frame of the nominals, to the change of
+      the deviations per unit of the amount, (n,).
     """
     T, amount, sigma = start, 0.0, 0.0
     owner = np.repeat(np.arange(len(surfaces)), [len(item.tips) for item in surfaces])
@@ -208,8 +204,8 @@ def _fitted(
         T = RigidTransform(rotation_from_vector(change[:3]), change[3:6]).compose(T)
         if pattern is not None:
             amount = float(change[6])
-            # Points of one feature share its error: features are what is counted (a sandwich of
-            # clusters), and one degree of freedom is the pattern's own.
+            # Points of one feature share its error: count features (a sandwich of clusters); the
+            # pattern has one degree of freedom.
             pulls = np.zeros((len(surfaces), matrix.shape[1]))
             np.add.at(pulls, owner, design * (weights * left)[:, None])
             spread = inverse @ pulls.T @ pulls @ inverse

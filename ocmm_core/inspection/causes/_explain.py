@@ -1,6 +1,6 @@
-"""Why a characteristic is NOT CONFORM or NOT PROVEN, and what to do now.
+"""Explanations: why a characteristic is NOT CONFORM or NOT PROVEN, and the remedy.
 
-Computed on demand, beside the measuring: it evaluates the job several times over.
+Computed on demand: it evaluates the job several times.
 """
 
 from __future__ import annotations
@@ -31,12 +31,12 @@ def explanations(
     body: ProbeBody,
     options: SessionOptions,
 ) -> tuple[Explanation, ...]:
-    """Return an explanation for every result that is NOT CONFORM or NOT PROVEN, in their order.
+    """Return an explanation for every result that is NOT CONFORM or NOT PROVEN, in order.
 
     Parameters
     ----------
     points, sensitivities, rig, body, options
-        As `evaluation.evaluate_job`: the points that count, as they are stored.
+        As `evaluation.evaluate_job`: the points that count, as stored.
     """
     if not any(result.verdict in EXPLAINED for result in view.characteristics):
         return ()
@@ -45,7 +45,7 @@ def explanations(
 
 
 def explanations_of(job: EvaluatedJob, view: JobView) -> tuple[Explanation, ...]:
-    """Return the same for a job that was evaluated already."""
+    """Return the same for an evaluated job."""
     inquiry = Inquiry(job, view)
     asked = {item.name: item for item in job.plan.characteristics}
     return tuple(
@@ -56,7 +56,7 @@ def explanations_of(job: EvaluatedJob, view: JobView) -> tuple[Explanation, ...]
 
 
 def explain(inquiry: Inquiry, item: Characteristic, result: CharacteristicResult) -> Explanation:
-    """Return why one characteristic is not CONFORM, and what to do."""
+    """Return why one characteristic is not CONFORM, and the remedy."""
     beyond, uncertainty = beyond_limit(item, result), result.uncertainty
     finding = cause_of(inquiry, item, result)
     if beyond is None or uncertainty is None:

@@ -1,4 +1,4 @@
-"""Questions to one job: what its points show, and what results would be if they were others."""
+"""Queries to one job: evidence in its points, and results under hypotheses."""
 
 from __future__ import annotations
 
@@ -27,23 +27,20 @@ from ocmm_core.tolerances.uncertainty import Budget, budget_of
 from ocmm_core.tolerances.zones import Characteristic, Evaluation
 
 MOST_POINTS = 5
-"""Points that are named at most."""
+"""Maximum number of named points."""
 
 CURED = 0.4
-"""Part of the way to the limit that may remain where a cause explains a value."""
+"""Share of the distance to the limit that may remain if a cause explains a value."""
 _WEAKEST = 0.5
-"""Part of the strongest push below which a point is not named beside it."""
+"""Points with a weaker push relative to the strongest are not named."""
 
 Results = Mapping[str, CharacteristicResult]
 
 
 class Inquiry:
-    """All questions to one job; what several characteristics ask is computed once.
+    """Queries to one job; shared quantities are computed once.
 
-    Parameters
-    ----------
-    view
-        As it stands: verdicts, coverage, points that are held back.
+    `view`: Current verdicts, coverage, held points.
     """
 
     def __init__(self, job: EvaluatedJob, view: JobView) -> None:
@@ -58,14 +55,14 @@ class Inquiry:
         self.numbers = np.array([point.number for point in job.points])
         self._trials: dict[str, Results] = {}
 
-    # What is known of the job.
+    # Facts of the job.
 
     @cached_property
     def suspects(self) -> dict[str, Suspects]:
-        """Return the points that their own feature speaks against, by feature."""
+        """Return the points contradicted by their own feature, by feature."""
         found = {}
         for sample in self.job.samples:
-            # Noise differs with the way a face looks: features are compared by it.
+            # Noise depends on the direction of a face, so features are compared relative to it.
             others = [scatter_ratio(item) for item in self.job.samples if item is not sample]
             noise = sample.scatter / scatter_ratio(sample)
             usual = max(float(np.median(others)), 1.0) * noise if len(others) > 1 else None
@@ -76,48 +73,47 @@ class Inquiry:
 
     @cached_property
     def common(self) -> Common | None:
-        """Return what the features have in common; None while it is not known where the part is."""
+        """Return the common errors; None while the pose of the part is unknown."""
         out = {number for item in self.suspects.values() for number in item.numbers}
         places = np.flatnonzero(np.isin(self.numbers, list(out)))
         return common_causes(self.job, places.tolist())
 
     @cached_property
     def as_measured(self) -> Results:
-        """Return the results in question as they were measured."""
         return self._named(self.job.results_of(self.items))
 
     @cached_property
     def noisy(self) -> float | None:
-        """Return how many times more than their noise nearly all points scatter; None where not."""
+        """Return the excess scatter of nearly all points relative to noise; None if normal."""
         return scatter_of(self.job, self.suspects.keys())
 
     @cached_property
     def held_by(self) -> tuple[str, ...]:
-        """Return the features that hold the part frame, each of which more than one value feels."""
+        """Return the features that hold the part frame, which influence several values."""
         bound = self.job.plan.bound_alignment
         return () if bound is None else bound.features
 
     def is_doubted(self, item: Characteristic, result: CharacteristicResult) -> bool:
-        """Return whether something else than the value decides: its note says what to do."""
+        """Return whether something other than the value decides: its note has the remedy."""
         if result.verdict is not Verdict.NOT_PROVEN:
             return False
         if self.view.unproven or held_below(result, self.job.plan, self.view):
             return True
         return bool(unknown_frame(self.job.alignment)) and needs_part_frame(item)
 
-    # What would be without a cause.
+    # Results under hypotheses.
 
     @staticmethod
     def _named(results: Sequence[CharacteristicResult]) -> Results:
         return {result.name: result for result in results}
 
     def trial(self, key: str, make: Callable[[], Sequence[CharacteristicResult]]) -> Results:
-        """Return the results in question as ``make`` gives them, made once for each key."""
+        """Return the results in question from ``make``, cached by key."""
         if key not in self._trials:
             try:
                 self._trials[key] = self._named(make())
             except OcmmError:
-                # What cannot be evaluated without a cause is not explained by it.
+                # A hypothesis that cannot be evaluated explains nothing.
                 self._trials[key] = {}
         return self._trials[key]
 
@@ -127,7 +123,7 @@ class Inquiry:
         return self.trial(key, lambda: job.results_of(self.items, job.moved(by())))
 
     def cured(self, item: Characteristic, trial: Results) -> float | None:
-        """Return what remains of the way to the limit, 0 to `CURED`; None where more does."""
+        """Return the remaining share of the distance to the limit, 0 to `CURED`; None if more."""
         before, after = self.as_measured.get(item.name), trial.get(item.name)
         if before is None or after is None:
             return None
@@ -137,31 +133,27 @@ class Inquiry:
         return max(left, 0.0) / way
 
     def turned(self, name: str) -> tuple[MeasuredPoint, ...]:
-        """Return the points of the job, those of one feature compensated to the other side."""
+        """Return the points of the job, with one feature compensated to the other side."""
         return tuple(
             replace(point, direction=-point.direction) if point.feature == name else point
             for point in self.job.points
         )
 
-    # Points and features.
-
     def rests_on(self, item: Characteristic) -> list[str]:
-        """Return the probed features that a value rests on."""
         return self.job.plan.rests_on(item)
 
     def own_features(self, item: Characteristic) -> tuple[str, ...]:
-        """Return the probed features that are toleranced; a datum that is, too, is one of them."""
+        """Return the toleranced probed features, including datums that are toleranced."""
         return tuple(
             dict.fromkeys(name for one in item.features for name in self.job.plan.probed(one))
         )
 
     def own_points(self, name: str) -> tuple[int, ...]:
-        """Return the numbers of a feature's points."""
         feature = self.job.actual.get(name)
         return () if feature is None else feature.numbers
 
     def jacobian(self, rows: Rows, name: str) -> Float:
-        """Return how a value answers to its feature's points along their normals, (n,)."""
+        """Return the derivative of a value by its feature's points along their normals, (n,)."""
         for sample in self.job.samples:
             if sample.feature == name:
                 jacobian = sample.jacobian(rows)
@@ -171,7 +163,7 @@ class Inquiry:
         return np.zeros(0)
 
     def strongest(self, item: Characteristic, result: CharacteristicResult) -> tuple[int, ...]:
-        """Return the points that push the value most towards where it is."""
+        """Return the points that push the value most in its direction."""
         evaluation, common = self.job.evaluations.get(item.name), self.common
         if spec_of(item.kind).form_alone:
             return self.extremes(item.features[0])
@@ -179,7 +171,7 @@ class Inquiry:
             return ()
         sign = -1.0 if is_low(item, result) else 1.0
         if common is None:
-            # Where the part is nobody knows: each point counts by how far it is off its element.
+            # Pose of the part unknown: each point counts by its distance from its element.
             return self._foremost(self._by_residuals(evaluation, sign))
         back = common.place.T_nominal_from_world
         pushes: list[tuple[float, int]] = []
@@ -198,7 +190,7 @@ class Inquiry:
         for sample in self.job.samples:
             residuals = self.job.actual[sample.feature].fit.residuals
             jacobian = sample.jacobian(evaluation.gradient[None])[0]
-            # A line is off in two directions across it, and its residuals have no sign.
+            # A line has two directions of residual across it, and its residuals have no sign.
             if len(jacobian) == len(residuals):
                 numbers = self.numbers[sample.places].tolist()
                 pushes += zip((sign * jacobian * residuals).tolist(), numbers, strict=True)
@@ -211,7 +203,7 @@ class Inquiry:
         return tuple(number for push, number in pushes[:MOST_POINTS] if push > max(least, 0.0))
 
     def extremes(self, name: str) -> tuple[int, ...]:
-        """Return the two points of a feature between which its form lies."""
+        """Return the two points of a feature that limit its form."""
         feature = self.job.actual.get(name)
         if feature is None or feature.touches is None:
             return ()
@@ -230,7 +222,7 @@ class Inquiry:
         return ()
 
     def budget(self, item: Characteristic) -> Budget | None:
-        """Return where the uncertainty of a value comes from; None where it has none."""
+        """Return the uncertainty budget of a value; None without U."""
         evaluation = self.job.evaluations.get(item.name)
         if evaluation is None:
             return None

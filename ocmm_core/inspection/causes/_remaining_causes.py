@@ -1,4 +1,4 @@
-"""What remains where no error explains a value: too little to tell, or the part itself."""
+"""Remaining causes if no error explains a value: too little evidence, or the part itself."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ from ocmm_core.tolerances.uncertainty import gradients_of
 from ocmm_core.tolerances.zones import Characteristic
 
 _AMPLIFIED = 1.8
-"""Noise against that of as many points all round beyond which their places are what is bad."""
+"""Noise relative to equally many points all round, beyond which their spread is bad."""
 _MOST_OF_U = 0.5
 _ROUGH, _ENOUGH = 9.0, 3
-"""Square of the scatter of one surface against the usual one, of so many features at least."""
+"""Squared scatter of one surface relative to the usual one, and minimum number of features."""
 _CHANCE = 3.0
 """Standard deviations by which the scatter of the points may move a value by chance."""
 
@@ -41,7 +41,7 @@ _REMEDIES = {
 def few_points(
     inquiry: Inquiry, item: Characteristic, result: CharacteristicResult
 ) -> CauseFinding | None:
-    """Return that points lie where they say little of the value."""
+    """Return that points lie where they hardly determine the value."""
     evaluation = inquiry.job.evaluations.get(item.name)
     if evaluation is None or result.uncertainty is None:
         return None
@@ -70,7 +70,7 @@ def few_points(
 def scatter(
     inquiry: Inquiry, item: Characteristic, result: CharacteristicResult
 ) -> CauseFinding | None:
-    """Return that the points scatter too much for the tolerance, all of them or one surface's."""
+    """Return that the points scatter too much for the tolerance: all, or one surface's."""
     budget = inquiry.budget(item)
     if budget is None or result.measured is None:
         return None
@@ -103,7 +103,7 @@ def scatter(
 
 
 def _own_shape(inquiry: Inquiry, names: Sequence[str]) -> str | None:
-    """Return the feature whose surface alone scatters; None where others do, too."""
+    """Return the feature whose surface alone scatters; None if others do also."""
     samples = {item.feature: scatter_ratio(item) for item in inquiry.job.samples}
     usual = float(np.median(list(samples.values())))
     rough = [name for name in names if samples.get(name, 0.0) > _ROUGH * usual]
@@ -111,7 +111,7 @@ def _own_shape(inquiry: Inquiry, names: Sequence[str]) -> str | None:
 
 
 def _by_chance(inquiry: Inquiry, item: Characteristic, result: CharacteristicResult) -> bool:
-    """Return whether points that scatter as these do may show the value by chance."""
+    """Return whether this scatter may give the value by chance."""
     evaluation, beyond = inquiry.job.evaluations.get(item.name), beyond_limit(item, result)
     if evaluation is None or beyond is None:
         return False
@@ -127,7 +127,7 @@ def _by_chance(inquiry: Inquiry, item: Characteristic, result: CharacteristicRes
 def uncertainty(
     inquiry: Inquiry, item: Characteristic, result: CharacteristicResult
 ) -> CauseFinding | None:
-    """Return what most of U is where the value is inside, or could not be told to be."""
+    """Return the largest part of U if the value is inside, or could not be proven to be."""
     too_tight = result.tur is not None and result.tur < 1.0
     if result.verdict is not Verdict.NOT_PROVEN or (result.leaning != "in" and not too_tight):
         return None
@@ -143,7 +143,7 @@ def uncertainty(
 
 
 def the_part(inquiry: Inquiry, item: Characteristic, result: CharacteristicResult) -> CauseFinding:
-    """Return that no error of measuring fits what the points show."""
+    """Return that no measuring error fits the points."""
     beyond, u = beyond_limit(item, result), result.uncertainty
     small = "°" if result.unit == "deg" else " mm"
     names = inquiry.own_features(item)

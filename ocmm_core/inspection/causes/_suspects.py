@@ -1,10 +1,9 @@
-"""Points of one feature that the others speak against: one, two, or a group side by side.
+"""Points of one feature contradicted by the others: one, two, or a group of neighbours.
 
-`features.outliers` takes the worst point first, so that a burr under two or three neighbouring
-points can hide itself: each of them is the others' witness. Here groups are judged as a whole, by
-what the sum of squared residuals loses when they are left out (R. D. Cook and S. Weisberg,
-Residuals and Influence in Regression, 1982, 2.2.2), with Bonferroni's bound over all groups of
-that size.
+`features.outliers` removes the worst point first, so that a burr under two or three neighbouring
+points can hide: each supports the others. Here groups are judged as a whole, by the decrease of the
+sum of squared residuals without them (R. D. Cook and S. Weisberg, Residuals and Influence in
+Regression, 1982, 2.2.2), with Bonferroni's bound over all groups of that size.
 """
 
 from __future__ import annotations
@@ -24,49 +23,46 @@ from ocmm_core.features.shapes import Criterion, Fit, Shape
 from ocmm_core.geometry import Float
 
 SMALLEST_MM = 0.02
-"""Nearer than this to what the others show no point is suspected: form does that."""
+"""Smaller deviations are no suspects: form explains them."""
 
 FALSE_ALARM = 0.01
 _MOST_POINTS = 3
 _ALL_PAIRS = 40
-"""Up to so many points of a feature any two are tried, else neighbours only."""
+"""Number of points up to which all pairs are tried, else neighbours only."""
 _PRIOR = 8.0
 _NEIGHBOUR = 1.5
-"""Neighbours are nearer than so many usual distances to the nearest point."""
+"""Neighbours are closer than this multiple of the usual distance to the nearest point."""
 
 
 @dataclass(frozen=True, slots=True)
 class Suspects:
-    """Points that do not belong to what the others of their feature show."""
+    """Points contradicted by the others of their feature."""
 
     feature: str
     numbers: tuple[int, ...]
     off: tuple[float, ...]
-    """mm, in the same order: how far each stands out of the material that the others show."""
+    """mm, in the same order: distance out of the material shown by the others."""
     probability: float
-    """That points of a good feature look so."""
+    """Probability of such points on a good feature."""
     together: bool
-    """They lie side by side."""
+    """They are neighbours."""
 
     @property
     def is_burr(self) -> bool:
-        """Return whether neighbouring points stand out of the material."""
+        """Return whether neighbouring points protrude from the material."""
         return self.together and len(self.numbers) > 1 and min(self.off) > 0.0
 
 
 def suspects_of(
     feature: ActualFeature, noise: float, usual: float | None = None
 ) -> Suspects | None:
-    """Return the points of a feature that the others speak against; None where they agree.
+    """Return the points of a feature contradicted by the others; None if all agree.
 
-    Parameters
-    ----------
-    noise
-        mm^2: mean square of a residual by the noise of the points alone; less scatter is chance.
-    usual
-        mm^2: mean square of the residuals of the other features of the job. Where a feature
-        scatters no more once points are left out, it counts as if it had been seen on some points
-        more (a prior of `_PRIOR` degrees of freedom): few points left could say little of it.
+    `noise`: mm^2: mean square of a residual by the noise of the points alone; less scatter is
+      chance.
+    `usual`: mm^2: mean square of the residuals of the other features of the job. If a feature
+      scatters no more without some points, it counts as if seen on some points more (a prior of
+      `_PRIOR` degrees of freedom), because few remaining points are weak evidence.
     """
     touches = feature.touches
     fit = _least_squares(feature)
@@ -132,7 +128,7 @@ def _least_squares(feature: ActualFeature) -> Fit | None:
 
 
 def _loss(group: Sequence[int], kept: Float, residuals: Float) -> float:
-    """Return what the sum of squares loses without these points; zero where all rests on them."""
+    """Return the decrease of the sum of squares without these points; zero if all rests on them."""
     rows = list(group)
     own = kept[np.ix_(rows, rows)]
     if float(np.linalg.eigvalsh(own)[0]) < 1e-3:

@@ -1,12 +1,12 @@
-"""Tolerances of a model become characteristics of a plan, with an account of all of them.
+"""Import of a model's tolerances as characteristics of a plan, with a complete account.
 
-In: a plan with features of a STEP model, and what the model says of tolerances. Out: the plan with
-characteristics and an alignment, and for every item of the model what became of it, or why nothing.
+In: a plan with features of a STEP model, and the tolerances in the model. Out: the plan with
+characteristics and an alignment, and for every item of the model its result, or why it has none.
 
-Read `_account` (what comes out), `_surfaces` (faces to features), `_context` (the plan that grows,
-and what each characteristic is checked against), then `_sizes` with their limits, `_frames`,
-`_zones`, `_general`, and `_plan_of_model`, which joins them and stores the account in the
-plan. The package is independent of files: `inspection.step` reads them.
+Read `_account` (results), `_surfaces` (faces to features), `_context` (the growing plan and its
+checks), then `_sizes` with their limits, `_frames`, `_zones`, `_general`, and `_plan_of_model`,
+which joins them and stores the account in the plan. The package does not read files:
+`inspection.step` does.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""The account of what a model says of tolerances: nothing of it is dropped in silence."""
+"""Account of a model's tolerances: no item is dropped silently."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ Group = Literal[
     "dimension", "tolerance", "datum reference", "datum", "datum target", "annotation", "general"
 ]
 NOT_IMPORTED = "the tolerances of the model were not imported"
-"""Reason of every requirement of a model whose features alone were imported."""
+"""Reason of every requirement of a model if only its features were imported."""
 
 GROUPS: tuple[Group, ...] = (
     "dimension", "tolerance", "datum reference", "datum", "datum target", "annotation", "general",
@@ -22,25 +22,25 @@ Status = Literal["taken", "partly", "refused"]
 
 
 class RefusedError(ValueError):
-    """Why an item becomes nothing of the plan, as a part of a sentence."""
+    """Why an item is not imported, as a part of a sentence."""
 
 
 class AccountItem(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """One item of a model and what became of it."""
+    """One item of a model and its result."""
 
     group: Group
     name: str
     kind: str
-    """`group`, `name`, `kind`: What it is, its label in the model, and what it says."""
+    """`group`, `name`, `kind`: Type, label in the model, and content."""
     entity: int
     status: Status
     """``taken``, ``partly`` (for some of its surfaces), or ``refused``."""
     became: tuple[str, ...] = ()
-    """Names of what it is in the plan: characteristics, datums, the alignment."""
+    """Names of its characteristics, datums or alignment in the plan."""
     why: str = ""
     """Why it, or a part of it, was refused; part of a sentence."""
     remark: str = ""
-    """What holds with it although it was taken; part of a sentence."""
+    """Remark on an imported item; part of a sentence."""
 
 
 class Account(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -48,14 +48,13 @@ class Account(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=T
 
     items: tuple[AccountItem, ...] = ()
     remarks: tuple[str, ...] = ()
-    """Sentences about all of it: the standard, the alignment."""
+    """General sentences: the standard, the alignment."""
 
     def of(self, *groups: Group) -> tuple[AccountItem, ...]:
-        """Return the items of some groups."""
         return tuple(item for item in self.items if item.group in groups)
 
     def counts(self) -> dict[Group, dict[Status, int]]:
-        """Return how many items of each group were taken, partly taken and refused."""
+        """Return the number of items per group and status."""
         found = Counter((item.group, item.status) for item in self.items)
         words: tuple[Status, ...] = ("taken", "partly", "refused")
         return {
@@ -67,7 +66,7 @@ class Account(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=T
     def by_itself(self) -> tuple[AccountItem, ...]:
         """Return the items without those that follow another one.
 
-        A datum reference follows its tolerance, and a label the item that it shows.
+        A datum reference follows its tolerance, and a label its item.
         """
         return tuple(
             item
@@ -77,10 +76,8 @@ class Account(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=T
 
     @property
     def taken(self) -> int:
-        """Return how many items were taken as a whole."""
         return sum(item.status == "taken" for item in self.items)
 
     @property
     def is_complete(self) -> bool:
-        """Return whether all items were taken as a whole."""
         return self.taken == len(self.items)

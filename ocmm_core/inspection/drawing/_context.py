@@ -1,4 +1,4 @@
-"""The plan that items of a model are taken into, and what every item is checked against."""
+"""The growing plan, and the checks of every imported item."""
 
 from __future__ import annotations
 
@@ -17,21 +17,21 @@ from ocmm_core.tolerances.kinds import characteristic_fault, geometry_value, spe
 from ocmm_core.tolerances.zones import Characteristic
 
 SAME_MM = 0.02
-"""A dimension that is further from its surface is of another one, or in another unit: what is shown
-with three decimals of an inch is rounded by no more."""
+"""mm: a dimension further from its surface belongs to another one, or has another unit; three
+decimals of an inch are not rounded by more."""
 SAME_DEG = 0.02
 _LONGEST = 60
 
 
 class Context:
-    """A plan that grows; each characteristic is refused where it could not be measured.
+    """A growing plan; characteristics that could not be measured are refused.
 
     Attributes
     ----------
     plan
-        As it is by now.
+        Current plan.
     surfaces
-        Which features the faces of the model are.
+        Features of the faces of the model.
     """
 
     def __init__(self, plan: Plan, surfaces: Surfaces) -> None:
@@ -39,17 +39,14 @@ class Context:
         self._nominals = nominal_geometries(plan.features, plan.constructions)
 
     def changed(self, plan: Plan) -> None:
-        """Go on with another plan, with features or an alignment more."""
+        """Continue with another plan, with additional features or an alignment."""
         self.plan = plan
         self._nominals = nominal_geometries(plan.features, plan.constructions)
 
     def checked(self, items: Sequence[Characteristic]) -> list[Characteristic]:
-        """Return characteristics that can be measured and mean the surfaces as they are drawn.
+        """Return characteristics that can be measured and match the surfaces as drawn.
 
-        Raises
-        ------
-        RefusedError
-            One of them cannot be, or its nominal is not that of the model.
+        Raises RefusedError if one cannot be measured, or its nominal is not that of the model.
         """
         probed = {feature.name for feature in self.plan.features}
         for item in items:
@@ -63,7 +60,7 @@ class Context:
         return list(items)
 
     def drawn_value(self, item: Characteristic) -> float:
-        """Return what a size, distance or angle is of the model itself; RefusedError if nothing."""
+        """Return a size, distance or angle in the model; RefusedError if undefined."""
         try:
             return geometry_value(item, self._nominals, self.plan.shapes, self.plan.bound_alignment)
         except (FitError, KeyError) as error:
@@ -71,7 +68,7 @@ class Context:
             raise RefusedError(f"it cannot be compared with the model: {what}") from error
 
     def add(self, items: Sequence[Characteristic]) -> tuple[str, ...]:
-        """Take characteristics into the plan and return their names, which are made unique."""
+        """Add characteristics to the plan and return their names, which are made unique."""
         named = []
         for item in items:
             name = self._free_name(item.name)
@@ -107,7 +104,7 @@ class Context:
 
 
 def plan_name(label: str, feature: NominalFeature | None = None) -> str:
-    """Return a label as a plan can name it, with the feature where it has several."""
+    """Return a label as a valid name of a plan, with the feature if it has several."""
     name = usable_name(label, len(label)) or "item"
     if feature is not None:
         name = f"{name[: _LONGEST - len(feature.name) - 1].rstrip()} {feature.name}"

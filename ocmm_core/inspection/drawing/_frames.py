@@ -1,4 +1,4 @@
-"""Datums of a model become features of the plan, and one of its datum systems the alignment."""
+"""Import of datums as features of the plan, and of one datum system as its alignment."""
 
 from __future__ import annotations
 
@@ -27,18 +27,15 @@ _TARGETS = (
     "that name it, by hand"
 )
 _SAFE_WITHOUT = ("maximum material requirement", "least material requirement")
-"""What lets the part move within the datum: what conforms without it conforms with it."""
+"""They let the part move within the datum: what conforms without them conforms with them."""
 _MOST = 100
 """Points on each face of a datum of several, and targets of it."""
 
 
 class Frames:
-    """The datums of a model, as features of the plan where they can be.
+    """Datums of a model, as features of the plan if possible.
 
-    Parameters
-    ----------
-    context
-        The plan; it gets a middle plane for a datum of two opposite faces.
+    `context`: The plan; it gets a middle plane for a datum of two opposite faces.
     """
 
     def __init__(
@@ -53,7 +50,7 @@ class Frames:
             self._items.append(self._take(datum))
 
     def account(self) -> list[AccountItem]:
-        """Return what became of datums and targets."""
+        """Return the results of datums and targets."""
         found = [
             AccountItem(
                 group="datum target", name=one.name, kind=f"{one.word} of datum {one.datum}",
@@ -65,12 +62,9 @@ class Frames:
         return [*self._items, *found]
 
     def names_of(self, references: Sequence[DatumReference]) -> list[str]:
-        """Return the features that datum references name, in their order.
+        """Return the features named by datum references, in order.
 
-        Raises
-        ------
-        RefusedError
-            One has a modifier, is a common datum, or is no feature of the plan.
+        Raises RefusedError if one has a modifier, is a common datum, or is no feature of the plan.
         """
         names = []
         for reference in references:
@@ -97,12 +91,9 @@ class Frames:
         return names
 
     def open_motions(self, names: Sequence[str]) -> tuple[str, ...]:
-        """Return what datums leave open, in words; empty where they hold the part.
+        """Return the motions left open by datums, in words; empty if they hold the part.
 
-        Raises
-        ------
-        RefusedError
-            A part just as drawn could not be held by them.
+        Raises RefusedError if even the part as drawn could not be held by them.
         """
         plan = self._context.plan
         nominals = nominal_geometries(plan.features, plan.constructions)
@@ -112,9 +103,9 @@ class Frames:
             raise RefusedError(f"its datums do not hold: {error.what}") from error
 
     def align(self, tolerances: Sequence[Tolerance]) -> str:
-        """Give the plan the datum system that most tolerances name; return a sentence about it.
+        """Align the plan to the datum system of most tolerances; return a sentence about it.
 
-        Only one that leaves no motion open is an alignment; a plan that has one keeps it.
+        Only a system without open motions becomes the alignment; an existing alignment is kept.
         """
         if self._context.plan.alignment is not None:
             return "The plan keeps its alignment; tolerances name their datums themselves."
@@ -178,9 +169,9 @@ class Frames:
         raise RefusedError(f"it is made of {len(features)} surfaces ({names}{more}), not supported")
 
     def _whole_plane(self, letter: str, features: tuple[NominalFeature, ...]) -> str:
-        """Return the plane of several faces that lie in one, which the plan gets.
+        """Add the plane of several coplanar faces to the plan and return it.
 
-        It is touched on all of them in turn.
+        All faces are touched in turn.
         """
         name = self._free(letter)
         rows = zip_longest(*(feature.targets for feature in features))
@@ -203,7 +194,7 @@ class Frames:
         return name
 
     def _middle(self, letter: str, features: tuple[NominalFeature, ...]) -> str:
-        """Return the middle plane of two opposite faces, which the plan gets."""
+        """Add the middle plane of two opposite faces to the plan and return it."""
         plan = self._context.plan
         name = self._free(letter)
         middle = Bisector(name=name, features=tuple(feature.name for feature in features))
@@ -215,7 +206,7 @@ class Frames:
 
 
 def _are_one_plane(features: Sequence[NominalFeature]) -> bool:
-    """Return whether features are planes with targets that lie in one and look the same way."""
+    """Return whether features are coplanar planes with targets and equal normals."""
     if any(one.shape is not Shape.PLANE or not one.targets for one in features):
         return False
     first = np.array(features[0].direction)
@@ -225,7 +216,7 @@ def _are_one_plane(features: Sequence[NominalFeature]) -> bool:
 
 
 def _face_away(first: NominalFeature, second: NominalFeature) -> bool:
-    """Return whether two features are parallel faces that look opposite ways."""
+    """Return whether two features are parallel planes with opposite normals."""
     if first.shape is not Shape.PLANE or second.shape is not Shape.PLANE:
         return False
     return float(np.dot(first.direction, second.direction)) < _OPPOSITE

@@ -13,11 +13,11 @@ from ocmm_core.errors import InputError
 _SCHEMA = "ocmm.general-tolerances/1"
 Letter = Literal["f", "m", "c", "v"]
 CLASSES: dict[str, Letter] = {f"iso2768-{letter}": letter for letter in ("f", "m", "c", "v")}
-"""What may be asked for."""
+"""Accepted words."""
 
 
 class Step(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """Deviations of nominal sizes up to ``to``, mm; zero where there is none."""
+    """Deviations of nominal sizes up to ``to``, mm; zero if undefined."""
 
     to: float
     f: float
@@ -27,11 +27,9 @@ class Step(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True
 
 
 class Table(Document, frozen=True, kw_only=True, rename={"start": "from"}):
-    """A table of general tolerances."""
-
     name: str
     source: str
-    """`name`, `source`: The standard, and where in it."""
+    """`name`, `source`: The standard, and the place in it."""
     start: float
     """mm: the smallest nominal size."""
     steps: list[Step]
@@ -39,7 +37,7 @@ class Table(Document, frozen=True, kw_only=True, rename={"start": "from"}):
 
 @dataclass(frozen=True, slots=True)
 class General:
-    """The general tolerance that a note asks for."""
+    """General tolerance requested by a note."""
 
     words: str
     """As on the drawing: ``ISO 2768-m``."""
@@ -47,7 +45,7 @@ class General:
     _table: Table
 
     def deviation(self, nominal: float) -> float | None:
-        """Return how far a size may be off to either side, mm; None where the table ends."""
+        """Return the symmetric deviation of a size, mm; None beyond the table."""
         if nominal < self._table.start:
             return None
         for step in self._table.steps:
@@ -63,7 +61,7 @@ def general_of(asked: str) -> General | None:
     Raises
     ------
     InputError
-        There is none of that word.
+        The word is unknown.
     """
     if not asked:
         return None

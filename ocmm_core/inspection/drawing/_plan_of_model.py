@@ -33,16 +33,14 @@ def with_account(
 
     Parameters
     ----------
-    file
-        The model.
     without
-        Reason for importing features without tolerances, part of a sentence: nothing is in the
-        plan then.
+        Reason for importing features without tolerances, part of a sentence; no item is then in
+        the plan.
 
     Raises
     ------
     InputError
-        The model cannot be read any more.
+        The model can no longer be read.
     """
     if not account.items or model.pmi is None:
         return plan
@@ -104,14 +102,12 @@ _Named: TypeAlias = Dimension | Tolerance | Datum | DatumTarget | Annotation
 
 
 def plan_with_tolerances(plan: Plan, model: StepModel, general: str = "") -> tuple[Plan, Account]:
-    """Return a plan with the tolerances of the model that its features come from.
+    """Return a plan with the tolerances of its model.
 
     Parameters
     ----------
     plan
-        With features of the model; those of the model that are not in it were left out.
-    model
-        What was read from the file.
+        With features of the model; missing features of the model were left out.
     general
         General tolerance for sizes and distances without their own: a word of `CLASSES`; empty for
         none.
@@ -119,14 +115,14 @@ def plan_with_tolerances(plan: Plan, model: StepModel, general: str = "") -> tup
     Returns
     -------
     Plan
-        With characteristics, and with an alignment where it had none and a datum system holds it.
+        With characteristics, and with an alignment if it had none and a datum system holds it.
     Account
-        All items of the model, each taken or refused with its reason.
+        All items of the model, each imported or refused with its reason.
 
     Raises
     ------
     InputError
-        There is no such general tolerance.
+        The general tolerance is unknown.
     """
     asked = general_of(general)
     pmi = model.pmi
@@ -158,7 +154,7 @@ def plan_with_tolerances(plan: Plan, model: StepModel, general: str = "") -> tup
 
 
 def _all_refused(pmi: Pmi) -> Account:
-    """Return an account where nothing can be used: what was read of items is named."""
+    """Return an account in which all items are refused, by name."""
     why = f"nothing of the model's tolerances can be used: {pmi.fault}"
     groups: tuple[tuple[Group, Sequence[_Named]], ...] = (
         ("dimension", pmi.dimensions), ("tolerance", pmi.tolerances), ("datum", pmi.datums),
@@ -172,7 +168,7 @@ def _all_refused(pmi: Pmi) -> Account:
         for item in items
     ]  # fmt: skip
     if not pmi.dimensions and not pmi.tolerances:
-        # At least one requirement of the model is then known to be missing.
+        # So that at least one requirement of the model is counted as missing.
         found.append(
             AccountItem(
                 group="general", name="all", kind="tolerances of the model", entity=0,
@@ -183,7 +179,7 @@ def _all_refused(pmi: Pmi) -> Account:
 
 
 def _references(tolerance: Tolerance, taken: AccountItem, pmi: Pmi) -> list[AccountItem]:
-    """Return the datum references of a tolerance; of a datum with targets, each of them."""
+    """Return the datum references of a tolerance; for a datum with targets, each target."""
     found = []
     targets = {datum.name: datum.targets for datum in pmi.datums}
     for place, reference in enumerate(tolerance.datums, start=1):
@@ -218,7 +214,7 @@ def _annotation(
     labels: Mapping[str, object],
     by_name: Mapping[str, AccountItem],
 ) -> AccountItem:
-    """Return what became of a label: what became of the item that it shows, or it is a note."""
+    """Return the result of a label: that of its item, or it is a note."""
     if not one.shows:
         text = one.text if len(one.text) <= _LONGEST_NOTE else one.text[:_LONGEST_NOTE] + "…"
         return AccountItem(
@@ -238,7 +234,7 @@ def _annotation(
 
 
 def _with_notes(items: Sequence[AccountItem], pmi: Pmi) -> tuple[AccountItem, ...]:
-    """Return items with the notes that stand on their faces: a note may change what they mean."""
+    """Return items with the notes on their faces: a note may change their meaning."""
     notes = [one for one in pmi.annotations if not one.shows and one.faces]
     faces = {one.entity: set(one.faces) for one in pmi.dimensions}
     faces |= {one.entity: set(one.faces) for one in pmi.tolerances}

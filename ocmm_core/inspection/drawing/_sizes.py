@@ -1,11 +1,11 @@
-"""Dimensions of a model become sizes, distances and angles with limits.
+"""Import of dimensions as sizes, distances and angles with limits.
 
 Limits of fits such as H7 and g6, up to 500 mm (ISO 286-1:2010, tables 1 to 5; ISO 286-2).
 
-The tables are those of the standard, micrometres: its formulas are rounded in ways that they do not
-say. A hole has the deviation of the shaft of the same letter with the other sign; K to P, where
-interference counts, are shifted by the difference of two grades (ISO 286-1, 4.3.2.5) so that hole
-and shaft of neighbouring grades fit as the basic shaft system does.
+The tables are those of the standard, micrometres: its formulas are rounded by unstated rules. A
+hole has the deviation of the shaft of the same letter with opposite sign; K to P, for interference
+fits, are shifted by the difference of two grades (ISO 286-1, 4.3.2.5) so that hole and shaft of
+neighbouring grades fit as the basic shaft system does.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from ocmm_core.inspection.pmi import Dimension
 from ocmm_core.tolerances.zones import Characteristic
 
 _UP_TO = (3, 6, 10, 18, 30, 50, 80, 120, 180, 250, 315, 400, 500)
-"""mm: over the one before, up to and including this one."""
+"""mm: above the previous one, up to and including this one."""
 _GRADES = {
     4: (3, 4, 4, 5, 6, 7, 8, 10, 12, 14, 16, 18, 20),
     5: (4, 5, 6, 8, 9, 11, 13, 15, 18, 20, 23, 25, 27),
@@ -43,14 +43,14 @@ _CLEAR = {
     "g": (2, 4, 5, 6, 7, 9, 10, 12, 14, 15, 17, 18, 20),
     "h": (0,) * 13,
 }
-"""How far the upper limit of a shaft lies below the nominal size."""
+"""Distance of the upper limit of a shaft below the nominal size."""
 _TIGHT = {
     "k": (0, 1, 1, 1, 2, 2, 2, 3, 3, 4, 4, 4, 5),
     "m": (2, 4, 6, 7, 8, 9, 11, 13, 15, 17, 20, 21, 23),
     "n": (4, 8, 10, 12, 15, 17, 20, 23, 27, 31, 34, 37, 40),
     "p": (6, 12, 15, 18, 22, 26, 32, 37, 43, 50, 56, 62, 68),
 }
-"""How far the lower limit of a shaft lies above the nominal size; of k in the grades 4 to 7."""
+"""Distance of the lower limit of a shaft above the nominal size; for k, grades 4 to 7."""
 _SHIFTED_TO = {"k": 8, "m": 8, "n": 8, "p": 7}
 """Grade up to which holes of the letter are shifted."""
 _CODE = re.compile(r"([A-Za-z]{1,2})(\d{1,2})")
@@ -58,19 +58,12 @@ _LEAST = 5
 
 
 def fit_limits(code: str, size: float) -> tuple[float, float, bool]:
-    """Return lower and upper deviation, mm, of a fit, and whether it is of a hole.
+    """Return lower and upper deviation of a fit, mm, and whether it is a hole.
 
-    Parameters
-    ----------
-    code
-        Such as ``H7`` or ``g6``.
-    size
-        Nominal diameter, mm.
+    `code`: Such as ``H7`` or ``g6``.
+    `size`: Nominal diameter, mm.
 
-    Raises
-    ------
-    RefusedError
-        The tables do not have it.
+    Raises RefusedError if the tables do not have it.
     """
     found = _CODE.fullmatch(code)
     letter, grade = (found.group(1), int(found.group(2))) if found else ("", 0)
@@ -107,7 +100,7 @@ def _upper_of_hole(word: str, grade: int, row: int, code: str) -> float:
             raise RefusedError(f"its limits are the fit {code}, which the tables do not have")
         return -_TIGHT[word][row]
     if word == "m" and grade == 6 and _UP_TO[row] == 315:
-        # The one exception that the standard makes.
+        # The only exception in the standard.
         return -9.0
     # Up to 3 mm the standard has no shift.
     shift = 0 if row == 0 else _GRADES[grade][row] - _GRADES[grade - 1][row]
@@ -115,7 +108,7 @@ def _upper_of_hole(word: str, grade: int, row: int, code: str) -> float:
 
 
 THEORETICAL = "theoretical"
-"""Word of the file for a theoretically exact (basic) dimension."""
+"""Word in the file for a theoretically exact (basic) dimension."""
 _BASIC = (THEORETICAL, "basic", "theoretically exact")
 _REFERENCE = ("auxiliary", "reference")
 _SIZES = {
@@ -129,22 +122,20 @@ _BETWEEN_FACES = ("size", "width", "thickness", "linear distance", "distance")
 
 @dataclass(frozen=True, slots=True)
 class SizeLimits:
-    """Limits of the diameter of a feature, mm."""
-
     low: float
     high: float
 
 
 class Sizes:
-    """Takes dimensions into a plan, and knows the limits of the sizes that it took."""
+    """Import dimensions into a plan, and keep the limits of imported sizes."""
 
     def __init__(self, context: Context, general: General | None) -> None:
         self._context, self._general = context, general
         self.limits: dict[str, list[SizeLimits]] = {}
-        """Of diameters, by the name of the feature; of a feature with several sizes all."""
+        """Of diameters, by the name of the feature; all for a feature with several sizes."""
 
     def take(self, item: Dimension) -> AccountItem:
-        """Take a dimension, and return what became of it."""
+        """Import a dimension, and return its result."""
         said = AccountItem(
             group="dimension", name=item.name, kind=_words(item), entity=item.entity,
             status="refused",
@@ -179,7 +170,7 @@ class Sizes:
         return Found(tuple(both), (), ())
 
     def _with_limits(self, item: Dimension, found: Found) -> tuple[Dimension, str]:
-        """Return a dimension with limits, its own or general ones, and what is said of those."""
+        """Return a dimension with limits, its own or general ones, and a remark."""
         for note in item.notes:
             if note in _REFERENCE:
                 raise RefusedError("it is a reference dimension, which has no tolerance")
@@ -205,7 +196,7 @@ class Sizes:
         return msgspec.structs.replace(item, lower=-off, upper=off), words
 
     def _with_fit(self, item: Dimension, found: Found) -> tuple[Dimension, str]:
-        """Return a diameter with the limits of its fit, and what is said of them."""
+        """Return a diameter with the limits of its fit, and a remark."""
         if item.nominal is None:
             raise RefusedError(f"its limits are the fit {item.fit}, and the file gives it no value")
         if item.word != "diameter" or item.of != "length" or item.lower is not None or item.notes:
@@ -224,7 +215,7 @@ class Sizes:
         return msgspec.structs.replace(item, lower=lower, upper=upper), words
 
     def _as_nominal(self, item: Dimension, found: Found, said: AccountItem) -> AccountItem:
-        """Return what became of a theoretically exact dimension: the model must have it."""
+        """Return the result of a theoretically exact dimension: the model must match it."""
         exact = msgspec.structs.replace(item, lower=0.0, upper=0.0)
         wanted = self._context.checked(self._characteristics(exact, found))
         names = tuple(dict.fromkeys(name for one in wanted for name in one.features))
@@ -286,7 +277,7 @@ def _of(
 
 
 def _words(item: Dimension) -> str:
-    """Return what a dimension says, as on a drawing."""
+    """Return a dimension in words, as on a drawing."""
     said = item.word
     unit = {"length": " mm", "angle": "°"}.get(item.of, "")
     if item.nominal is not None:

@@ -1,4 +1,4 @@
-"""Which features of a plan the faces of an item are."""
+"""Features of a plan by faces of a model."""
 
 from __future__ import annotations
 
@@ -12,25 +12,18 @@ from ocmm_core.inspection.step import StepModel
 
 @dataclass(frozen=True, slots=True)
 class Found:
-    """The features of some faces."""
-
     features: tuple[NominalFeature, ...]
-    """Of the plan, each once, in the order of the faces."""
+    """Each once, in the order of the faces."""
     missing: tuple[str, ...]
     """Why faces are no features: parts of a sentence, each once."""
     part_of: tuple[str, ...]
-    """Names of features of which only some faces were named."""
+    """Features of which only some faces were named."""
 
 
 class Surfaces:
-    """The features of a plan by the faces that they are.
+    """Features of a plan by their faces.
 
-    Parameters
-    ----------
-    model
-        What was read.
-    features
-        Of the plan, by name; those that were left out are not among them.
+    `features`: Features of the plan by name, without omitted ones.
     """
 
     def __init__(self, model: StepModel, features: Mapping[str, NominalFeature]) -> None:
@@ -42,7 +35,6 @@ class Surfaces:
                 self._faces.setdefault(name, set()).add(number)
 
     def of(self, faces: Sequence[int]) -> Found:
-        """Return the features that faces of the file are."""
         found: dict[str, NominalFeature] = {}
         missing: dict[str, int] = {}
         for number in faces:
@@ -57,12 +49,9 @@ class Surfaces:
         return Found(tuple(found.values()), said, part_of)
 
     def one(self, faces: Sequence[int], odd: Sequence[str]) -> NominalFeature:
-        """Return the one feature that faces are.
+        """Return the one feature of some faces.
 
-        Raises
-        ------
-        RefusedError
-            They are none, several, or something else as well.
+        Raises RefusedError if they are none, several, or also something else.
         """
         found = self.all_of(faces, odd)
         if found.missing:
@@ -73,7 +62,7 @@ class Surfaces:
         return found.features[0]
 
     def all_of(self, faces: Sequence[int], odd: Sequence[str]) -> Found:
-        """Return the features of faces; RefusedError where there are none, or edges besides."""
+        """Return the features of faces; RefusedError if none, or if edges are included."""
         if odd:
             words = ", ".join(word.lower().replace("_", " ") for word in odd)
             raise RefusedError(f"it is attached to something that is not probed ({words})")

@@ -1,4 +1,4 @@
-"""Geometrical tolerances of a model become characteristics with a zone."""
+"""Import of geometrical tolerances as characteristics with a zone."""
 
 from __future__ import annotations
 
@@ -29,12 +29,10 @@ _ORIENTATION = ("parallelism", "perpendicularity", "angularity")
 _FORM = ("flatness", "roundness", "cylindricity", "straightness")
 _RUNOUT = ("circular runout", "total runout")
 _IN_DATUMS = ("position", "line profile", "surface profile")
-"""Kinds whose zones stand where the datums say; those of one system must be met at once."""
+"""Kinds whose zones are located by datums; those of one system must be met simultaneously."""
 
 
 class Zones:
-    """Takes geometrical tolerances into a plan."""
-
     def __init__(
         self, context: Context, frames: Frames, sizes: Sizes, tolerances: Sequence[Tolerance]
     ) -> None:
@@ -44,7 +42,7 @@ class Zones:
         )
 
     def take(self, item: Tolerance) -> AccountItem:
-        """Take a tolerance, and return what became of it."""
+        """Import a tolerance, and return its result."""
         said = AccountItem(
             group="tolerance", name=item.name, kind=_words(item), entity=item.entity,
             status="refused",
@@ -103,11 +101,11 @@ class Zones:
     def _lower(
         self, item: Tolerance, features: Sequence[NominalFeature], datums: list[str]
     ) -> Tolerance:
-        """Return what the lower segment of a composite tolerance is by itself (ASME Y14.5).
+        """Return the lower segment of a composite tolerance on its own (ASME Y14.5).
 
-        It holds form and orientation and leaves the place to the upper one. Without datums a
-        profile does so; of one face or axis the rest is an orientation. The places of a pattern to
-        each other are neither.
+        It controls form and orientation and leaves the location to the upper one. A profile without
+        datums is one; for one face or axis the rest is an orientation. The locations within a
+        pattern are neither.
         """
         if item.word == "surface profile" and not datums:
             return item
@@ -161,12 +159,12 @@ class Zones:
             raise RefusedError(
                 f"it has '{modifier}', and {feature.name} {count} toleranced sizes in the plan"
             )
-        # At maximum material a bore is as small as it may be, a shaft as large.
+        # At maximum material a bore is at its smallest, a shaft at its largest.
         small = (feature.side == "inner") == (modifier == "maximum material")
         return round(limits[0].low if small else limits[0].high, 6)
 
     def _refuse_shared(self, item: Tolerance, count: int, datums: list[str]) -> None:
-        """Refuse what other zones share an open datum system with: each alone would be too mild."""
+        """Refuse zones that share an open datum system: each alone would be too lenient."""
         if not datums:
             return
         free = self._frames.open_motions(datums)
@@ -246,7 +244,7 @@ def _system(item: Tolerance) -> tuple[tuple[str, ...], ...]:
 
 
 def _words(item: Tolerance) -> str:
-    """Return what a tolerance says, as in its frame on a drawing."""
+    """Return a tolerance in words, as in its frame on a drawing."""
     sign = {"cylinder": "Ø", "sphere": "SØ"}.get(_ZONES.get(item.zone, ""), "")
     said = item.word
     if item.size is not None:

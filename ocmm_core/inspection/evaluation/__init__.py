@@ -1,13 +1,12 @@
-"""From the points of a job to features, results, guidance and what is seen of them.
+"""Evaluation: from the points of a job to features, results, guidance and views.
 
 In: the plan, the points that count, options and temperatures of the session.
-Out: frozen views: features, frame, results with U, progress, where the next point is wanted.
+Out: frozen views: features, frame, results with U, progress, next target.
 
-Read `_evaluation` (points to results) with `_options`, `_job_graph` and `_job_values` (each is
-computed when its inputs change, `_cache`), `_evaluated` (a job with all that its
-results rest on), `_uncertainty` (budgets), `_view` (what screens and scripts read), then
-`_progress`, `_guidance`, `_surfaces`, `_coverage`, `_alignment_preview`. What stops a result:
-`_outliers`, `_quarantine`.
+Read `_evaluation` (points to results) with `_options`, `_job_graph` and `_job_values` (recomputed
+when their inputs change, `_cache`), `_evaluated` (a job with all intermediate quantities),
+`_uncertainty` (budgets), `_view` (read by screens and scripts), then `_progress`, `_guidance`,
+`_surfaces`, `_coverage`, `_alignment_preview`. Blocked results: `_outliers`, `_quarantine`.
 It changes no job and must not know how touches come: that is `session`.
 """
 

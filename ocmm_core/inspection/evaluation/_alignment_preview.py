@@ -1,4 +1,4 @@
-"""The alignment of a job as it stands, to be looked at before it is accepted."""
+"""Preview of the alignment of a job, before it is accepted."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def alignment_of_points(
     Parameters
     ----------
     points, sensitivities
-        Of the job so far, as they are stored; in the same order.
+        Of the job so far, as stored; in the same order.
 
     Raises
     ------

@@ -1,12 +1,12 @@
-"""What was computed of a job, each result with all that it was computed from.
+"""Cache of a job's results, each with all its inputs.
 
-Results form a graph: features rest on points, frames on features, values on both. A node keeps its
-latest result and its inputs, the very objects; it is good as long as these are the same objects,
-which nobody changes: points, features, plans and options are frozen. So no number can outlive what
-it rests on, and one more point computes anew what hangs on it and nothing else.
+Results form a graph: features depend on points, frames on features, values on both. A node keeps
+its latest result and its inputs; it is valid while these are the identical objects, which are
+frozen: points, features, plans and options. So no number can outlive its inputs, and one more point
+recomputes only its dependents.
 
-What a value asks of the features is not known beforehand: which way an axis runs may rest on any of
-them. So a node may also read from a mapping, and what it has read is among its inputs.
+Some inputs are not known beforehand: the direction of an axis may depend on any feature. So a node
+may also read from a mapping, and the entries read are among its inputs.
 """
 
 from __future__ import annotations
@@ -21,10 +21,10 @@ V = TypeVar("V")
 
 
 class EvaluationCache:
-    """Keep one result for every node; as many nodes as a plan has features and characteristics.
+    """Keep one result per node; as many nodes as a plan has features and characteristics.
 
-    Several threads may ask at once: what two of them compute from other points, both are given
-    rightly, and one of the two is kept.
+    Thread-safe: concurrent callers with different points each get their correct result, and one of
+    them is kept.
     """
 
     def __init__(self) -> None:
@@ -35,12 +35,8 @@ class EvaluationCache:
 
         Parameters
         ----------
-        key
-            Which one.
-        inputs
-            All that ``make`` computes from.
         make
-            Computes it, where it is not known for these inputs; errors are not kept.
+            Computes it if not cached for these inputs; errors are not cached.
         """
         node = self._nodes.get(key)
         if node is None or not node.has(inputs):
@@ -54,7 +50,7 @@ class EvaluationCache:
         source: Mapping[str, V],
         make: Callable[[Mapping[str, V]], T],
     ) -> T:
-        """Return the result of a node that also rests on what ``make`` reads of ``source``."""
+        """Return the result of a node that also depends on what ``make`` reads of ``source``."""
         node = self._nodes.get(key)
         if node is None or not node.has(inputs) or not node.would_read(source):
             watch = _Watch(source)
@@ -65,7 +61,7 @@ class EvaluationCache:
 
 @dataclass(frozen=True, slots=True)
 class _Node:
-    """A result and its inputs, what was read by name, and all names where they were asked for."""
+    """A result and its inputs, the entries read by name, and all names if they were listed."""
 
     inputs: tuple[object, ...]
     value: object
@@ -77,14 +73,14 @@ class _Node:
         return len(inputs) == len(self.inputs) and all(map(is_, inputs, self.inputs))
 
     def would_read(self, source: Mapping[str, V]) -> bool:
-        """Return whether reading from ``source`` finds the very objects that were found."""
+        """Return whether reading from ``source`` gives the identical objects."""
         if self.names is not None and self.names != tuple(source):
             return False
         return all(source.get(name, _NOTHING) is value for name, value in self.read.items())
 
 
 class _Watch(Mapping[str, V], Generic[V]):
-    """A mapping that notes what is read from it; one of another one is noted in both."""
+    """A mapping that records reads; nested watches both record them."""
 
     def __init__(self, source: Mapping[str, V]) -> None:
         self._source = source
@@ -109,4 +105,4 @@ class _Watch(Mapping[str, V], Generic[V]):
 
 
 _NOTHING = object()
-"""Stands for what a mapping does not have."""
+"""Marks a missing key of a mapping."""

@@ -1,4 +1,4 @@
-"""How well the points of a feature are spread over it."""
+"""Distribution of the points over a feature."""
 
 from __future__ import annotations
 
@@ -16,13 +16,13 @@ from ocmm_core.measuring import MeasuredPoint
 _SECTORS = 8
 _WIDEST_GAP_DEG = 150.0
 _NARROWEST = 0.15
-"""Points of a plane this much narrower than long lie nearly on a line."""
+"""Width relative to length below which points of a plane lie nearly on a line."""
 _SHORTEST = 0.5
-"""Part of a line's length, or of a radius along an axis, that points should extend over."""
+"""Share of a line's length, or of a radius along an axis, that points should span."""
 _CAP_DEG = 60.0
 _SAME_GAP = 1e-6
-"""Gaps between touches that differ by less than this part of a sector are equally wide: rounding
-is 1e-9 of it, the doubt of a touch 1e-4."""
+"""Gaps that differ by less than this share of a sector are equal: rounding is 1e-9 of it, the
+uncertainty of a touch 1e-4."""
 
 
 def coverage_of(
@@ -31,20 +31,19 @@ def coverage_of(
     points: Sequence[MeasuredPoint],
     T_nominal_from_world: RigidTransform | None = None,
 ) -> Coverage:
-    """Return how the points of a feature are spread over it.
+    """Return the distribution of the points over a feature.
 
     Round shapes are divided into sectors about their direction, planes into cells, lines into
-    stretches; a sphere into patches of the half that was touched. Sectors begin where no touch is
-    near, so that evenly spread touches lie one in each, wherever the first one is. Where the plan
-    says how large a plane or line is, and where that is in the world, the whole of it counts; else
-    the area that the points themselves span.
+    stretches; a sphere into patches of the touched half. Sector edges avoid touches, so that evenly
+    spread touches fall one in each, wherever the first one is. If the extent of a plane or line and
+    its pose are known, all of it counts; else the area spanned by the points.
 
     Parameters
     ----------
     fit
         World frame.
     T_nominal_from_world
-        None while it is not known where the part stands.
+        None while the pose of the part is unknown.
     """
     tips = np.array([point.tip_world for point in points])
     match fit.shape.spec.spread:
@@ -67,17 +66,14 @@ def _coverage(cells: Sequence[bool], kind: str, warning: str, start: float = 0.0
 
 
 def _dial(turns: Float, count: int) -> tuple[NDArray[np.bool_], float]:
-    """Return which of ``count`` sectors are touched, and where the first begins, rad.
+    """Return which of ``count`` sectors are touched, and the start of the first, rad.
 
-    The edges stand in the middle of the widest gap between the touches, all sectors laid on one
-    another: no touch is nearer to an edge than half a sector by the number of touches, and
-    neither rounding nor a hand that is not quite steady moves it across. Of gaps that are equally
-    wide, the one that shows the fewest sectors as touched is taken.
+    The edges lie in the middle of the widest gap between the touches, all sectors superposed: no
+    touch is nearer to an edge than half a sector divided by the number of touches, so that neither
+    rounding nor an unsteady hand moves it across. Among equally wide gaps, the one with the fewest
+    touched sectors is used.
 
-    Parameters
-    ----------
-    turns
-        (n,), angles of the touches about the axis, rad.
+    `turns`: (n,), angles of the touches about the axis, rad.
     """
     places = turns / (2.0 * np.pi) * count
     if not places.size:

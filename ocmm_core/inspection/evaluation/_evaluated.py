@@ -1,7 +1,6 @@
-"""A job with all that its results rest on, and what it would say if its points were others.
+"""A job with all intermediate quantities, and its results with modified points.
 
-The results of a job are enough for a screen. Whoever asks where they come from, for a budget or a
-cause, wants the features, the parts of the uncertainty and the gradients behind them, too.
+Budgets and causes need the features, parts of the uncertainty and gradients behind the results.
 """
 
 from __future__ import annotations
@@ -35,36 +34,34 @@ from ocmm_core.tracking import ProbeBody, TipSensitivity
 
 @dataclass(frozen=True, slots=True)
 class EvaluatedJob:
-    """A job with all that its results rest on."""
+    """A job with all intermediate quantities of its results."""
 
     plan: Plan
     options: SessionOptions
-    """`plan`, `options`: What is measured, and by which limits."""
     points: tuple[MeasuredPoint, ...]
-    """N points as they are reported."""
+    """N points as reported."""
     found: Mapping[str, ActualFeature | FitError]
-    """Every feature, or why there is none."""
+    """Every feature, or why it is unknown."""
     alignment: BoundAlignment | None
     """Bound and settled; None without one."""
     parts: tuple[Contribution, ...]
     factors: PointFactors
     """`parts`, `factors`: Parts of the joint uncertainty of the points, and their sum."""
     samples: tuple[FormSample, ...]
-    """What the features show of their form."""
     evaluations: Mapping[str, Evaluation]
     missing: Mapping[str, str]
-    """`evaluations`, `missing`: Values with their gradients by the name of the characteristic, and
-    why others have none."""
+    """`evaluations`, `missing`: Values with gradients by name of the characteristic, and why others
+    have none."""
 
     @property
     def actual(self) -> dict[str, ActualFeature]:
-        """Return the features that are known."""
+        """Return the known features."""
         return {k: v for k, v in self.found.items() if isinstance(v, ActualFeature)}
 
     def results_of(
         self, items: Sequence[Characteristic], points: Sequence[MeasuredPoint] | None = None
     ) -> tuple[CharacteristicResult, ...]:
-        """Return the results of characteristics, as measured or if the points were others.
+        """Return the results of characteristics, as measured or for other points.
 
         Parameters
         ----------
@@ -81,7 +78,7 @@ class EvaluatedJob:
     def results_without(
         self, items: Sequence[Characteristic], numbers: Collection[int]
     ) -> tuple[CharacteristicResult, ...]:
-        """Return the results of characteristics if points had not been taken."""
+        """Return the results of characteristics without some points."""
         kept = [i for i, point in enumerate(self.points) if point.number not in numbers]
         found = checked_features(self.plan, [self.points[i] for i in kept], self.options)
         alignment = alignment_of(self.plan, found)
@@ -90,7 +87,7 @@ class EvaluatedJob:
     def results_in(
         self, items: Sequence[Characteristic], alignment: AnyAlignment
     ) -> tuple[CharacteristicResult, ...]:
-        """Return the results of characteristics if the part frame were another."""
+        """Return the results of characteristics in another part frame."""
         return evaluate_all(items, alignment, self.found, self.factors, self.plan.rule)
 
     def moved(self, by: Float) -> tuple[MeasuredPoint, ...]:
@@ -110,12 +107,12 @@ def evaluated_job(
     options: SessionOptions,
     probe: ProbeState | None = None,
 ) -> EvaluatedJob:
-    """Return a job with all that its results rest on; arguments as `evaluation.evaluate_job`.
+    """Return a job with all intermediate quantities; arguments as `evaluation.evaluate_job`.
 
     Parameters
     ----------
     probe
-        Tells warmth and weight of the probe from its calibration; None names them together.
+        Separates temperature and weight of the probe from its calibration; None joins them.
     """
     reported = tuple(reported_points(points, options.climate.part))
     found = checked_features(plan, reported, options)
@@ -143,7 +140,7 @@ def evaluated_job(
 
 
 def require_measured(name: str, found: Mapping[str, ActualFeature | FitError]) -> ActualFeature:
-    """Return a feature; raise FitError if it is not known."""
+    """Return a feature; FitError if unknown."""
     feature = found.get(name)
     if isinstance(feature, ActualFeature):
         return feature

@@ -1,4 +1,4 @@
-"""From the points of a job to features, results and what is seen of them."""
+"""From the points of a job to features and results."""
 
 from __future__ import annotations
 
@@ -32,29 +32,28 @@ from ocmm_core.tracking import ProbeBody, TipSensitivity
 
 @dataclass(frozen=True, slots=True)
 class JobStatus:
-    """What of a job is in doubt."""
+    """Suspicions about a job."""
 
     held: Mapping[int, str]
-    """Points that are held back, and why."""
     unproven: str
-    """Why the job proves nothing; empty where it does."""
+    """Why the job proves nothing; empty if it does."""
 
 
 @dataclass(frozen=True, slots=True)
 class JobResults:
-    """What the points of a job say."""
+    """Results of the points of a job."""
 
     points: Mapping[str, Sequence[MeasuredPoint]]
     actual: Mapping[str, ActualFeature | FitError]
-    """Every feature of the plan as it is, or why it is not known."""
+    """Every feature of the plan, or why it is unknown."""
     results: tuple[CharacteristicResult, ...]
     rests_on: Mapping[str, Sequence[str]]
-    """The probed features that each characteristic rests on, by its name."""
+    """The probed features of each characteristic, by its name."""
     commanding: Mapping[str, CommandingPoints] = field(default_factory=dict)
     """Points that command the fit of a probed feature, by its name."""
 
     def judged(self, status: JobStatus) -> tuple[CharacteristicResult, ...]:
-        """Return the results, those in doubt as not proven."""
+        """Return the results, suspect ones as not proven."""
         doubtful = {name: f"{one.words} {REMOVE}" for name, one in self.commanding.items()}
         notes = doubtful | notes_on(self.points, status.held)
         results = self.results
@@ -81,11 +80,9 @@ def evaluate_job(
     Parameters
     ----------
     sensitivities
-        Of each point, in their order.
-    done, skipped
-        Features that have all their points, and those that were left out.
+        Per point, in their order.
     cache
-        What was computed of the same job before; None computes all of it.
+        Of earlier evaluations of the same job; None computes everything.
     """
     graph = FeatureGraph(plan, options, cache or EvaluationCache())
     touched = graph.touched(points)
@@ -108,7 +105,7 @@ def evaluate_job(
 
 @dataclass(frozen=True, slots=True)
 class _Probed:
-    """How far the features of a job are."""
+    """Progress of the features of a job."""
 
     below: Below
     done: frozenset[str]
@@ -117,11 +114,10 @@ class _Probed:
     actual: Mapping[str, ActualFeature | FitError]
 
     def as_far(self, item: Characteristic, result: CharacteristicResult) -> CharacteristicResult:
-        """Return a result without a verdict where something that it rests on is not done.
+        """Return a result without a verdict if a feature it depends on is not done.
 
-        It is PROVISIONAL once one of its own features has points: what there is may be looked at.
-        It is NOT MEASURED before that, and where a feature was left out or is done without a
-        number: nothing more will come by itself.
+        It is PROVISIONAL once one of its own features has points. It is NOT MEASURED before that,
+        and if a feature was skipped or is done without a number: nothing more will come.
         """
         below = self.below.rests_on[item.name]
         open_ = [name for name in below if name not in self.done]
@@ -137,11 +133,11 @@ class _Probed:
         if own.isdisjoint(self.touched):
             return result if result.measured is None else not_measured(item, waits)
         if spec_of(item.kind).own_form:
-            # Every further point can only make form worse: a part of them says nothing.
+            # Further points can only increase form: a subset is no evidence.
             nothing = not_measured(item, "")
             return provisional(nothing, f"Form is evaluated when {open_[0]} is complete.")
         if result.measured is None:
-            # The feature itself may be what has no number yet; its own reason is the better one.
+            # If the feature itself has no number yet, its own reason is better.
             why = result.note if open_[0] in own else waits
             return provisional(result, why)
         return provisional(result, f"Provisional: {open_[0]} is incomplete.")
@@ -150,9 +146,9 @@ class _Probed:
 def checked_features(
     plan: Plan, points: Sequence[MeasuredPoint], options: SessionOptions
 ) -> dict[str, ActualFeature | FitError]:
-    """Return every feature of a plan, probed or constructed, as the points show it, or why not.
+    """Return every feature of a plan, probed or constructed, or why it is unknown.
 
-    Points are as they are reported; rows of jacobians call them by their places.
+    Points are as reported; rows of jacobians refer to them by index.
     """
     touched = Touched.of(points, range(len(points)))
     return FeatureGraph(plan, options, EvaluationCache()).features(touched)
@@ -161,7 +157,7 @@ def checked_features(
 def measured_frame(
     plan: Plan, points: Sequence[MeasuredPoint], options: SessionOptions, cache: EvaluationCache
 ) -> RigidTransform | None:
-    """Return the part frame of stored points; what is known of them is not computed again."""
+    """Return the part frame of stored points, using the cache."""
     graph = FeatureGraph(plan, options, cache)
     return graph.frame(graph.features(graph.touched(points)))
 
@@ -169,7 +165,7 @@ def measured_frame(
 def alignment_of(
     plan: Plan, actual: Mapping[str, ActualFeature | FitError]
 ) -> BoundAlignment | None:
-    """Return the alignment as results are computed with it: bound to nominals, senses settled.
+    """Return the alignment used for results: bound to nominals, senses settled.
 
     While its features are not measured the senses are left open.
     """

@@ -1,6 +1,6 @@
-"""Where the next point is wanted, and the cue that leads the ball there.
+"""Next target, and the cue that guides the ball there.
 
-Guidance needs to know only roughly where the part is: no result rests on it.
+Guidance needs only a rough pose of the part: no result depends on it.
 """
 
 from __future__ import annotations
@@ -32,20 +32,20 @@ _SMALLEST_RING = 0.06
 
 @dataclass(frozen=True, slots=True)
 class Cue:
-    """What leads the ball to its place."""
+    """Guidance cue."""
 
     ring_px_fraction: float
-    """Radius of the ring, as a part of its largest one."""
+    """Radius of the ring, relative to its largest one."""
     tone_hz: float
-    """Pitch of the tone; three octaves higher at the place than far from it."""
+    """Pitch of the tone; three octaves higher at the target than far from it."""
     arrived: bool
 
 
 def cue(distance_mm: float) -> Cue:
     """Return ring and tone for a distance, mm: the ring shrinks and the tone rises.
 
-    Both follow the logarithm of the distance, so that the last millimetres are told as clearly as
-    the first hundred. A distance that is not a number is as far as can be.
+    Both follow the logarithm of the distance, so that the last millimetres are as distinct as the
+    first hundred. NaN counts as the largest distance.
     """
     distance = distance_mm if np.isfinite(distance_mm) else FAR_MM
     share = float(np.log(np.clip(distance, NEAR_MM, FAR_MM) / NEAR_MM) / np.log(FAR_MM / NEAR_MM))
@@ -58,18 +58,18 @@ def cue(distance_mm: float) -> Cue:
 
 @dataclass(frozen=True, slots=True)
 class Whereabouts:
-    """Where the nominals of the plan are in the world."""
+    """Pose of the nominals in the world."""
 
     T_nominal_from_world: RigidTransform
     approximate: bool
-    """From features that are not the datums of the plan, or fewer of them."""
+    """From other features than the plan's datums, or only some of them."""
 
 
 def whereabouts(plan: Plan, actual: Mapping[str, ActualFeature | FitError]) -> Whereabouts | None:
-    """Return where the nominals are by the features measured so far; None where that is open.
+    """Return the pose of the nominals by the features measured so far; None if undetermined.
 
-    With the alignment of the plan, once its datums are measured; before that by whatever planes
-    and centres there are, if they leave no freedom.
+    By the alignment of the plan once its datums are measured; before that by any planes and centres
+    that leave no freedom.
     """
     aligned = aligned_nominals(plan, actual)
     if aligned is not None:
@@ -83,8 +83,8 @@ def aligned_nominals(
 ) -> RigidTransform | None:
     """Return the motion from the world to the frame of the nominals, by the plan's alignment.
 
-    Nominals may be written in another frame than the one that the alignment makes; the alignment
-    of the nominals themselves is the way between the two.
+    Nominals may be in another frame than that of the alignment; the alignment of the nominals
+    themselves relates the two.
     """
     T_part_from_world = frame_of(plan, actual)
     bound = plan.bound_alignment
@@ -100,7 +100,7 @@ def aligned_nominals(
 def place_of_nominals(
     plan: Plan, points: Sequence[MeasuredPoint], options: SessionOptions, cache: EvaluationCache
 ) -> RigidTransform | None:
-    """Return `aligned_nominals` of stored points; what is known of them is not computed again."""
+    """Return `aligned_nominals` of stored points, using the cache."""
     graph = FeatureGraph(plan, options, cache)
     actual = graph.features(graph.touched(points))
     return cache.watched("nominals", (plan,), actual, lambda watch: aligned_nominals(plan, watch))
@@ -109,7 +109,7 @@ def place_of_nominals(
 def _by_features(
     plan: Plan, actual: Mapping[str, ActualFeature | FitError]
 ) -> RigidTransform | None:
-    """Return the motion by normals of planes and centres, or None where it is not determined."""
+    """Return the motion by normals of planes and centres, or None if undetermined."""
     normals, centres = [], []
     for nominal in plan.features:
         feature = actual.get(nominal.name)
@@ -120,7 +120,7 @@ def _by_features(
         elif nominal.shape.spec.centred:
             plane = actual.get(nominal.projection)
             if isinstance(plane, ActualFeature):
-                # How deep a bore was touched says nothing about where it is.
+                # The depth of touches in a bore does not locate it.
                 up = plane.fit.direction
                 depth = float((feature.fit.point - plane.fit.point) @ up)
                 centres.append((np.array(nominal.point), feature.fit.point - depth * up))
@@ -137,7 +137,7 @@ def _by_features(
         return None
     if np.linalg.svd(there, compute_uv=False)[1] < 0.1:
         return None
-    # Directions have no place: each with its opposite, so that only the turn is fitted.
+    # Directions have no location: each with its opposite, so that only the rotation is fitted.
     rotation, _ = rigid_fit(np.concatenate([here, -here]), np.concatenate([there, -there]))
     rows = [np.eye(3)] * len(centres)
     rest = [there_c - rotation @ here_c for there_c, here_c in centres]
@@ -159,14 +159,14 @@ def targets_of(
     tip_radius: float,
     last_world: Float | None,
 ) -> tuple[Target, ...]:
-    """Return where points of a feature are still wanted, the one nearest to the last point first.
+    """Return the open targets of a feature, the one nearest to the last point first.
 
     Parameters
     ----------
     points
-        Those that the feature has; each covers the target nearest to it.
+        Points of the feature; each covers the target nearest to it.
     place
-        Where the nominals are; nothing is wanted anywhere while that is not known.
+        Pose of the nominals; no targets if unknown.
     tip_radius
         mm.
     last_world
@@ -194,8 +194,8 @@ def targets_of(
 
 
 def nearest(targets: Sequence[Target], tip_world: Float) -> Target | None:
-    """Return the target that the ball, (3,), mm, is nearest to; None where there is none.
+    """Return the target nearest to the ball, (3,), mm; None without targets.
 
-    For tests: nothing in the product asks for it.
+    For tests only.
     """
     return min(targets, key=lambda target: target.distance(tip_world), default=None)

@@ -1,15 +1,13 @@
-"""The features of a job and its values as nodes of a graph, each computed when its inputs change.
+"""Features of a job and its values as nodes of a graph, recomputed when their inputs change.
 
-Points lead to features, features and sensitivities to what is known of each feature (its
-uncertainty, its form), all of these to frames and values. What is not in the inputs of a node is
-not looked at: see `EvaluationCache`.
+Points lead to features, features and sensitivities to the record of each feature (uncertainty,
+form), all of these to frames and values. A node reads only its inputs: see `EvaluationCache`.
 
-Single points: compensated along the direction of the plan once the part frame is known.
-
-The fit of any other shape gives the normal of the surface. A point has only its approach, which is
-as straight as the hand: a slant lets the radius of the ball act too little, always to the same
-side. Where the plan's direction can be turned into the world it is the better one, and a point
-that came from far off it, because the ball slid into place, gives no number.
+Single points are compensated along the direction of the plan once the part frame is known. The fit
+of any other shape gives the normal of the surface; a point has only its approach, which is as
+straight as the hand: a slant compensates too little of the ball radius, always to the same side.
+The plan's direction is better if it can be transformed to the world. A point that came from far off
+it, because the ball slid into place, gives no number.
 """
 
 from __future__ import annotations
@@ -55,12 +53,8 @@ def compensate_by_plan(
 ) -> dict[str, ActualFeature | FitError]:
     """Return the single points of a plan, compensated along its directions, by name.
 
-    Parameters
-    ----------
-    nominals
-        Features of the plan; those of another shape are left out of the result.
-    points
-        All points of the job, or those of these features.
+    `nominals`: Features of the plan; other shapes are ignored.
+    `points`: All points of the job, or those of these features.
     """
     single = [item for item in nominals if item.shape is Shape.POINT]
     to_world = T_part_from_world.rotation.T
@@ -95,19 +89,17 @@ Found = Mapping[str, ActualFeature | FitError]
 
 @dataclass(frozen=True, slots=True)
 class PlanFacts:
-    """What follows from a plan alone."""
+    """Quantities that follow from a plan alone."""
 
     by_name: Mapping[str, NominalFeature]
     bound: BoundAlignment | None
-    """The alignment with nominals; None without one."""
     nominals: Mapping[str, Float]
     """Geometry vectors (12,) of all features, by name."""
     constructions: Sequence[Construction]
-    """Each after those it needs."""
+    """Each after its inputs."""
 
     @classmethod
     def of(cls, plan: Plan) -> PlanFacts:
-        """Return those of a plan."""
         return cls(
             {item.name: item for item in plan.features},
             plan.bound_alignment,
@@ -118,15 +110,14 @@ class PlanFacts:
 
 @dataclass(frozen=True, slots=True)
 class Below:
-    """The probed features under the characteristics of a plan, by name of the characteristic."""
+    """Probed features of the characteristics of a plan, by name of the characteristic."""
 
     rests_on: Mapping[str, Sequence[str]]
     own: Mapping[str, Set[str]]
-    """`rests_on`, `own`: All that it rests on, and those that it is about."""
+    """`rests_on`, `own`: All that it depends on, and those that it is about."""
 
     @classmethod
     def of(cls, plan: Plan) -> Below:
-        """Return those of a plan."""
         bound, asked = plan.bound_alignment, plan.characteristics
         return cls(
             {item.name: plan.rests_on(item, bound) for item in asked},
@@ -139,14 +130,14 @@ class Below:
 
 @dataclass(frozen=True, slots=True)
 class Touched:
-    """The points of a job by feature, as they are reported, and what rows call them."""
+    """Points of a job by feature, as reported, and their indices in rows of jacobians."""
 
     points: Mapping[str, tuple[MeasuredPoint, ...]]
     places: Mapping[str, tuple[int, ...]]
 
     @classmethod
     def of(cls, points: Sequence[MeasuredPoint], places: Sequence[int]) -> Touched:
-        """Return the points by feature; no two may have the same place."""
+        """Return the points by feature; indices must be unique."""
         if len(set(places)) < len(points):
             raise ValueError("two points have the same number")
         own: defaultdict[str, list[MeasuredPoint]] = defaultdict(list)
@@ -160,7 +151,6 @@ class Touched:
         )
 
     def of_features(self, names: Sequence[str]) -> tuple[list[MeasuredPoint], list[int]]:
-        """Return the points of some features and their places."""
         points: list[MeasuredPoint] = []
         places: list[int] = []
         for name in names:
@@ -170,15 +160,7 @@ class Touched:
 
 
 class FeatureGraph:
-    """Features, frame and alignment of a job.
-
-    Parameters
-    ----------
-    plan, options
-        What is measured, and by which limits.
-    cache
-        Keeps what was computed.
-    """
+    """Features, frame and alignment of a job."""
 
     def __init__(self, plan: Plan, options: SessionOptions, cache: EvaluationCache) -> None:
         self.plan, self.options, self.cache = plan, options, cache
@@ -186,11 +168,10 @@ class FeatureGraph:
 
     @property
     def below(self) -> Below:
-        """Return what the characteristics rest on."""
         return self.cache.known("below", (self.plan,), lambda: Below.of(self.plan))
 
     def touched(self, points: Sequence[MeasuredPoint]) -> Touched:
-        """Return stored points as they are reported; rows call them by their numbers."""
+        """Return stored points as reported, indexed by their numbers."""
         part = self.options.climate.part
         raw = Touched.of(points, [point.number for point in points])
         return Touched(
@@ -205,7 +186,7 @@ class FeatureGraph:
         )
 
     def features(self, touched: Touched) -> dict[str, ActualFeature | FitError]:
-        """Return every feature of the plan, probed or constructed, or why there is none."""
+        """Return every feature of the plan, probed or constructed, or why it is unknown."""
         actual = {item.name: self._fitted(item, touched) for item in self.plan.features}
         rule, known = self.plan.alignment, actual
         if rule is not None and any(name not in actual for name in rule.features):
@@ -218,7 +199,7 @@ class FeatureGraph:
         for name, feature in actual.items():
             if isinstance(feature, ActualFeature) and feature.fit.form > self.options.max_form:
                 actual[name] = self._scattered(name, feature)
-        # What was projected onto a plane that is in doubt is in doubt itself.
+        # Projections onto a suspect plane are suspect.
         for nominal in self.plan.features:
             plane = actual.get(nominal.projection)
             if isinstance(plane, FitError):
@@ -247,7 +228,7 @@ class FeatureGraph:
         )
 
     def alignment(self, actual: Found) -> BoundAlignment | None:
-        """Return the alignment as results are computed with it: senses settled, if they can be."""
+        """Return the alignment used for results: senses settled, if possible."""
         bound = self.facts.bound
         if bound is None:
             return None
@@ -271,7 +252,7 @@ class FeatureGraph:
             known = [self.facts.by_name[name] for name in names if name in self.facts.by_name]
             return actual_features(known, points, places)[nominal.name]
 
-        # The plan: what the feature is projected onto stands there.
+        # The plan is an input because it contains the plane of projection.
         return self.cache.known(("feature", nominal.name), (self.plan, nominal, *points), made)
 
     def _compensated(

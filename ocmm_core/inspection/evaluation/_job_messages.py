@@ -1,8 +1,8 @@
-"""What stands on every page, sheet and file of a job before anything else, in words.
+"""Headlines of a job on every page, sheet and file.
 
-States say what a job must not be taken for: a real part, proven data, a complete measurement. They
-come from the job itself (`JobView.simulated`, `JobView.camera_doubts`, `JobView.part_verdict`), so
-that nothing can say less than another.
+States are limitations of a job: simulated, unproven cameras, incomplete. They come from the job
+itself (`JobView.simulated`, `JobView.camera_doubts`, `JobView.part_verdict`), so that all outputs
+agree.
 """
 
 from __future__ import annotations
@@ -12,18 +12,19 @@ from ocmm_core.inspection.evaluation._view import JobView
 
 SIMULATED = "SIMULATED"
 UNPROVEN_CAMERAS = _UNPROVEN
-"""Cameras that a file describes, and that cannot prove all that ours do."""
+"""Cameras described by a file, which cannot prove all that ours do."""
 
 INCOMPLETE = "INCOMPLETE"
 PARTIAL_PLAN = "PARTIAL PLAN"
-"""The model, document or table of the plan asks for more than the plan contains."""
+"""The source of the plan has more requirements than the plan."""
 NO_REAL_PART = "No real part was measured."
 SIMULATED_LINE = "SIMULATED: No real part was measured."
-"""Whole, for catalogues translate sentences; a test holds it to the two above."""
+"""A literal, because catalogues translate whole sentences; a test compares it with the two above.
+"""
 
 
 def job_states(view: JobView) -> tuple[str, ...]:
-    """Return the states of a job, the one that matters most first; empty for a real, whole one."""
+    """Return the states of a job, the most important first; empty for a real, complete one."""
     states = (
         (SIMULATED, view.simulated),
         (UNPROVEN_CAMERAS, bool(view.camera_doubts)),
@@ -46,7 +47,7 @@ def state_lines(view: JobView) -> tuple[str, ...]:
 
 
 def part_line(view: JobView) -> str:
-    """Return the verdict on the part with its reasons, or its counts where it has none."""
+    """Return the verdict on the part with its reasons, or its counts without a verdict."""
     part = view.part_verdict
     if part.lines[0] != part.headline:
         return "; ".join(part.lines)

@@ -1,4 +1,4 @@
-"""What is known of every feature of a job, and its values, computed where their inputs change."""
+"""Records of features and values of a job, recomputed when their inputs change."""
 
 from __future__ import annotations
 
@@ -22,22 +22,17 @@ from ocmm_core.tracking import ProbeBody, TipSensitivity
 
 @dataclass(frozen=True, slots=True)
 class Record:
-    """What is known of one feature."""
-
     feature: ActualFeature | FitError
     factors: PointFactors | None
     """Uncertainty of its own points; None without any."""
     sample: FormSample | None
-    """What it shows of its form; None where nothing."""
+    """Evidence of its form; None if none."""
 
 
 class ValueGraph:
     """Values of a job.
 
-    Parameters
-    ----------
-    rig, body
-        What the points were taken with.
+    `rig`, `body`: Cameras and probe of the points.
     """
 
     def __init__(self, graph: FeatureGraph, rig: Rig, body: ProbeBody) -> None:
@@ -48,14 +43,10 @@ class ValueGraph:
     def results(
         self, touched: Touched, sensitivities: Mapping[str, Sequence[TipSensitivity]], actual: Found
     ) -> tuple[CharacteristicResult, ...]:
-        """Return a result for every characteristic of the plan, in their order.
+        """Return a result for every characteristic of the plan, in order.
 
-        Parameters
-        ----------
-        touched, actual
-            The points, and what `FeatureGraph` makes of them.
-        sensitivities
-            Of the points of each feature, in their order.
+        `touched`, `actual`: The points, and their features by `FeatureGraph`.
+        `sensitivities`: Of the points of each feature, in order.
         """
         plan, alignment = self._graph.plan, self._graph.alignment(actual)
         blocks = {name: self._factors(name, touched, own) for name, own in sensitivities.items()}
@@ -66,7 +57,6 @@ class ValueGraph:
     def _factors(
         self, name: str, touched: Touched, sensitivities: Sequence[TipSensitivity]
     ) -> PointFactors:
-        """Return the uncertainty of the points of a feature."""
         points, options, bound = touched.points[name], self._graph.options, self._graph.facts.bound
 
         def made() -> PointFactors:
@@ -90,7 +80,6 @@ class ValueGraph:
     def _record(
         self, name: str, feature: ActualFeature | FitError, blocks: Mapping[str, PointFactors]
     ) -> Record:
-        """Return what is known of a feature."""
         facts = self._graph.facts
         plane = facts.by_name[name].projection if name in facts.by_name else ""
         found = [blocks[other] for other in (name, plane) if other in blocks]
@@ -111,7 +100,6 @@ class ValueGraph:
         records: Mapping[str, Record],
         owners: Mapping[int, str],
     ) -> CharacteristicResult:
-        """Return the result of a characteristic."""
         inputs = (self._graph.plan, item, alignment)
 
         def kept(
@@ -130,14 +118,14 @@ class ValueGraph:
 
 
 class _Known:
-    """Records as evaluations ask for them."""
+    """Records in the form that evaluations need."""
 
     def __init__(self, records: Mapping[str, Record], owners: Mapping[int, str]) -> None:
         self._records, self._owners = records, owners
         self.actual = _Features(records)
 
     def touching(self, places: Sequence[int]) -> set[str]:
-        """Return the names of the features that the points of these places belong to."""
+        """Return the features of the points with these indices."""
         return {self._owners[place] for place in places}
 
     def factors(self, names: Collection[str]) -> PointFactors:
@@ -146,13 +134,10 @@ class _Known:
         return joined_factors([factors for factors in found if factors is not None])
 
     def sample(self, name: str) -> FormSample | None:
-        """Return what a feature shows of its form; None where nothing."""
         return self._records[name].sample
 
 
 class _Features(Mapping[str, ActualFeature | FitError]):
-    """The features of records."""
-
     def __init__(self, records: Mapping[str, Record]) -> None:
         self._records = records
 

@@ -1,8 +1,8 @@
-"""What a session accepts and counts with, and its limits as the job file keeps them.
+"""Options of a session, and its limits as stored in the job file.
 
-Limits are not in the plan: two programs with other limits would say other things about the same
-points. What was in force last is what a job is computed anew with. Files of older versions lack
-the event; they were measured with the limits that are the default.
+Limits are not in the plan: other limits would give other results for the same points. A job is
+recalculated with the last limits. Files of older versions lack the event; they were measured with
+the default limits.
 """
 
 from __future__ import annotations
@@ -21,7 +21,6 @@ from ocmm_core.storage import JobEvent
 from ocmm_core.tracking import Method, ReferenceBody
 
 LIMITS_EVENT = "limits"
-"""Kind of the event of the job file."""
 
 FOR_COMPARISON = (
     "Poses computed with the method of the thesis, for comparison: U does not apply to this method."
@@ -31,28 +30,24 @@ FOR_COMPARISON = (
 
 @dataclass(frozen=True, slots=True)
 class SessionOptions:
-    """What the session accepts."""
-
     point: PointOptions = field(default_factory=PointOptions)
-    """What a touch must be like."""
     max_form: float = 0.5
-    """A feature whose points scatter by more than this, mm, has a point that belongs elsewhere: it
-    gives no result."""
+    """mm: a feature whose points scatter by more has a misassigned point and gives no result."""
     climate: Climate = field(default_factory=Climate)
-    """Temperatures of probe and part, and what is compensated for them."""
+    """Temperatures of probe and part, and their compensation."""
     contact: ContactForce | None = None
-    """What the hand's force does to the probe; None where its design is not known."""
+    """Effect of the probing force; None if the design of the probe is unknown."""
     reference: ReferenceBody | None = None
-    """Reference body to which all points are given; None without one."""
+    """Reference body of all points; None without one."""
     near: RigidTransform | None = None
-    """Motion from the world to the nominals of the plan, roughly, as a part before this one stood;
-    only for guidance. None where nothing is known."""
+    """Rough motion from the world to the nominals of the plan, from a previous part; for guidance
+    only."""
     method: Method = "gauss-newton"
-    """How the poses of the touches are computed; results of ``"thesis"`` prove nothing."""
+    """Computation of the poses of touches; results of ``"thesis"`` prove nothing."""
 
 
 class _Written(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """Limits as they are written down; lengths in mm, times in s."""
+    """Limits as stored; lengths in mm, times in s."""
 
     max_form: float
     window_s: float
@@ -65,13 +60,12 @@ class _Written(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_def
 
 
 def limits_text(options: SessionOptions) -> str:
-    """Return the text of the event."""
     written = _Written(max_form=options.max_form, **asdict(options.point), method=options.method)
     return msgspec.json.encode(written).decode()
 
 
 def with_stored_limits(options: SessionOptions, events: Sequence[JobEvent]) -> SessionOptions:
-    """Return options with the limits that were in force last; as they are where none is stored.
+    """Return options with the last stored limits, unchanged if there are none.
 
     Raises
     ------
@@ -88,9 +82,9 @@ def with_stored_limits(options: SessionOptions, events: Sequence[JobEvent]) -> S
 
 
 def methods_used(events: Sequence[JobEvent]) -> tuple[Method, ...]:
-    """Return the ways in which poses of a job were computed, without repeats; InputError as above.
+    """Return the methods of a job's poses, without repeats; InputError as above.
 
-    Points of one job may differ in it: it is gone on with as somebody likes.
+    A job may be resumed with another method, so its points may differ in it.
     """
     found = [_read(event.text).method for event in events if event.kind == LIMITS_EVENT]
     return tuple(dict.fromkeys(found)) or (SessionOptions().method,)

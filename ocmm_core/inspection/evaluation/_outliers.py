@@ -1,4 +1,4 @@
-"""Points of a feature that are flagged because they are far from the element of the others."""
+"""Flags on points of a feature that lie far from the others."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from ocmm_core.features.shapes import DIRECTION, Criterion, NominalFeature
 from ocmm_core.measuring import MeasuredPoint
 
 SMALLEST_MM = 0.02
-"""Nearer than this to the element of the other points nothing is flagged: form does that."""
+"""mm: smaller distances from the element of the other points are form, not flagged."""
 REMOVE = "Delete it, or touch the place again to confirm it."
 """Remedy for points that command a fit."""
 USUAL_MM = 0.03
@@ -27,10 +27,9 @@ USUAL_MM = 0.03
 
 
 def outliers(feature: ActualFeature) -> tuple[int, ...]:
-    """Return the numbers of the points that do not belong to what the others show.
+    """Return the numbers of the points contradicted by the others.
 
-    It flags and never removes; see `features.outliers`. A constructed feature has no points of its
-    own, and nothing of it is flagged.
+    Flags and never removes; see `features.outliers`. Constructed features have no points.
     """
     if feature.raw is None or feature.touches is None:
         return ()

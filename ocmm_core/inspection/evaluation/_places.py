@@ -1,7 +1,7 @@
-"""Where to touch the nominal surface of a feature, one function for each kind of surface.
+"""Touch points on the nominal surface, one function for each kind of surface.
 
-All is in the frame of the plan's nominals. The ``point`` of a feature is the middle of what is
-touched: of the length of a line, cylinder or cone, of the area of a plane.
+All is in the frame of the plan's nominals. The ``point`` of a feature is the middle of the touched
+region: of the length of a line, cylinder or cone, of the area of a plane.
 """
 
 from __future__ import annotations
@@ -14,23 +14,21 @@ from ocmm_core.features.shapes import NominalFeature
 from ocmm_core.geometry import Float, perpendicular_pair, unit
 
 _EDGE = 0.06
-"""Touches keep this part of a length away from its ends."""
+"""Margin of touches to the ends, as a share of the length."""
 _LEVELS = 0.3
-"""Touches around an axis lie this part of its length above and below the middle."""
+"""Distance of the levels around an axis from its middle, as a share of the length."""
 _MANY = 12
-"""From so many points on three heights are touched instead of two."""
+"""Points from which three levels are touched instead of two."""
 _GOLDEN = np.pi * (3.0 - np.sqrt(5.0))
 
 
 @dataclass(frozen=True, slots=True)
 class Places:
-    """Where a feature is to be touched."""
-
     points: Float
-    """(n, 3), mm, on the surface; none where the plan does not say how large the feature is."""
+    """(n, 3), mm, on the surface; empty if the plan has no size of the feature."""
     normals: Float
-    """(n, 3), unit, from the material towards the probe; zero for a line, whose plan does not say
-    which face it lies in."""
+    """(n, 3), unit, from the material towards the probe; zero for a line, whose plan does not name
+    its face."""
 
 
 NOWHERE = Places(np.empty((0, 3)), np.empty((0, 3)))
@@ -43,7 +41,7 @@ def _spread(count: int) -> Float:
 
 
 def across_of(nominal: NominalFeature) -> Float:
-    """Return the direction of the length, (3,), unit, square to the direction of the feature."""
+    """Return the direction of the length, (3,), unit, perpendicular to that of the feature."""
     axis = unit(np.array(nominal.direction))
     across = np.array(nominal.across) - (axis @ np.array(nominal.across)) * axis
     if float(np.linalg.norm(across)) < 1e-6:
@@ -54,14 +52,12 @@ def across_of(nominal: NominalFeature) -> Float:
 def at_point(
     nominal: NominalFeature, centre: Float, axis: Float, sign: float, count: int
 ) -> Places:
-    """Return the one place of a point, so many times."""
     return Places(np.tile(centre, (count, 1)), np.tile(axis, (count, 1)))
 
 
 def along_line(
     nominal: NominalFeature, centre: Float, axis: Float, sign: float, count: int
 ) -> Places:
-    """Return places along a line."""
     if nominal.length <= 0.0:
         return NOWHERE
     along = _spread(count) * nominal.length
@@ -105,7 +101,7 @@ def _radial(first: Float, second: Float, turns: Float) -> Float:
 def around_axis(
     nominal: NominalFeature, centre: Float, axis: Float, sign: float, count: int
 ) -> Places:
-    """Return places around a circle, or at several heights around a cylinder or cone."""
+    """Return places around a circle, or on several levels around a cylinder or cone."""
     first, second = perpendicular_pair(axis)
     levels = np.zeros(1)
     if not nominal.shape.spec.is_flat and nominal.length > 0.0:
@@ -126,16 +122,16 @@ def around_axis(
 
 
 def on_cap(nominal: NominalFeature, centre: Float, axis: Float, sign: float, count: int) -> Places:
-    """Return places over the half of a sphere that looks along its direction."""
+    """Return places over the hemisphere about the sphere's direction."""
     normals = _cap(axis, count)
     return Places(centre + sign * 0.5 * nominal.diameter * normals, normals)
 
 
 def _cap(axis: Float, count: int) -> Float:
-    """Return directions over the half of a sphere about ``axis``, by the golden angle."""
+    """Return directions over the hemisphere about ``axis``, by the golden angle."""
     first, second = perpendicular_pair(axis)
     heights = 1.0 - (np.arange(count) + 0.5) / count if count > 1 else np.ones(1)
-    # The first one is the pole: it is the easiest to find.
+    # The first one is the pole, the easiest to find.
     heights = heights + (1.0 - heights[0]) * np.linspace(1.0, 0.0, count)
     rings = np.sqrt(np.maximum(1.0 - heights**2, 0.0))
     cap: Float = heights[:, None] * axis + rings[:, None] * _radial(
@@ -147,7 +143,6 @@ def _cap(axis: Float, count: int) -> Float:
 def on_torus(
     nominal: NominalFeature, centre: Float, axis: Float, sign: float, count: int
 ) -> Places:
-    """Return places around the tube of a torus."""
     radial = _radial(*perpendicular_pair(axis), _turns(count))
     tilt = np.radians(60.0) * (np.arange(count) % 3 - 1.0)
     normals = np.cos(tilt)[:, None] * axis + np.sin(tilt)[:, None] * radial
@@ -158,7 +153,7 @@ def on_torus(
 def _on_outline(
     flat: tuple[Float, Float], nominal: NominalFeature, centre: Float, axis: Float, sign: float
 ) -> Places:
-    """Return places on an outline, in the plane of its middle, from places in that plane."""
+    """Return places on an outline in 3D from places in its plane."""
     along = across_of(nominal)
     points, normals = flat
     basis = np.stack([along, np.cross(axis, along)])
@@ -168,7 +163,6 @@ def _on_outline(
 def on_ellipse(
     nominal: NominalFeature, centre: Float, axis: Float, sign: float, count: int
 ) -> Places:
-    """Return places around an ellipse."""
     flat = _ellipse(0.5 * nominal.length, 0.5 * nominal.width, count)
     return _on_outline(flat, nominal, centre, axis, sign)
 
@@ -176,7 +170,6 @@ def on_ellipse(
 def on_round_slot(
     nominal: NominalFeature, centre: Float, axis: Float, sign: float, count: int
 ) -> Places:
-    """Return places around a slot with round ends."""
     flat = _round_slot(0.5 * nominal.length, 0.5 * nominal.width, count)
     return _on_outline(flat, nominal, centre, axis, sign)
 
@@ -184,7 +177,6 @@ def on_round_slot(
 def on_rectangle(
     nominal: NominalFeature, centre: Float, axis: Float, sign: float, count: int
 ) -> Places:
-    """Return places on the sides of a slot with square ends or a rectangle."""
     flat = _rectangle(0.5 * nominal.length, 0.5 * nominal.width, count)
     return _on_outline(flat, nominal, centre, axis, sign)
 

@@ -1,8 +1,8 @@
-"""How far a job has come: which features are done or skipped, and which one is next.
+"""Progress of a job: features done, skipped, and the active one.
 
-The points alone do not say it: an inspector finishes a feature with fewer points, skips one, or
-opens one again. Every such decision is kept in the job file as an event `STANDING_EVENT`, so that
-the job goes on where it was when it is opened again.
+Points alone do not determine it: an inspector finishes a feature with fewer points, skips one, or
+reopens one. Every such decision is an event `STANDING_EVENT` of the job file, so that a reopened
+job resumes where it was.
 """
 
 from __future__ import annotations
@@ -21,11 +21,10 @@ from ocmm_core.storage import JobEvent, JobFile, event_value
 
 STANDING_EVENT = "standing"
 PAUSED, RESUMED = "paused", "resumed"
-"""Kinds of events of the job file."""
 
 
 class WrittenProgress(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """A standing as it is written down; the fields are those of `Progress`."""
+    """Stored progress; fields as of `Progress`."""
 
     done: list[str]
     skipped: list[str]
@@ -36,23 +35,20 @@ class WrittenProgress(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 @dataclass(frozen=True, slots=True)
 class Progress:
-    """Where a job stands."""
-
     names: tuple[str, ...]
     """All features, in the order of the plan."""
     active: str = ""
-    """Feature that takes the next point; empty where none does."""
+    """Feature that takes the next point; empty if none."""
     done: frozenset[str] = frozenset()
     skipped: frozenset[str] = frozenset()
-    """`done`, `skipped`: Features that have what they need, and those that were left out."""
+    """`done`, `skipped`: Complete features, and omitted ones."""
     probing: Probing = "plan"
-    """In the order of the plan, or in any."""
     methods: Mapping[str, str] = field(default_factory=dict)
-    """Compensation (`measuring.compensation.METHODS`) of features where the inspector has chosen
-    another one than the plan."""
+    """Compensation (`measuring.compensation.METHODS`) of features for which the inspector overrides
+    the plan."""
 
     def advanced(self) -> Progress:
-        """Return it with the next feature active: the first one after the active that is open."""
+        """Return a copy with the first open feature after the active one active."""
         start = self.names.index(self.active) if self.active in self.names else 0
         order = (*self.names[start:], *self.names[:start])
         if self.active not in self.skipped:
@@ -61,23 +57,23 @@ class Progress:
         return replace(self, active=next((name for name in order if name not in settled), ""))
 
     def finished(self, name: str) -> Progress:
-        """Return it with a feature done; the next one becomes active if that was."""
+        """Return a copy with a feature done; the next one becomes active if it was."""
         changed = replace(self, done=self.done | {name}, skipped=self.skipped - {name})
         return changed.advanced() if name == self.active or not self.active else changed
 
     def left_out(self, name: str) -> Progress:
-        """Return it with a feature skipped; the next one becomes active if that was."""
+        """Return a copy with a feature skipped; the next one becomes active if it was."""
         changed = replace(self, done=self.done - {name}, skipped=self.skipped | {name})
         return changed.advanced() if name == self.active else changed
 
     def opened(self, name: str) -> Progress:
-        """Return it with a feature active that takes points again."""
+        """Return a copy with `name` reopened and active."""
         return replace(self, active=name, done=self.done - {name}, skipped=self.skipped - {name})
 
     def reopened(self, name: str) -> Progress:
-        """Return it with a feature that takes points again; active where no other is.
+        """Return a copy with a feature reopened, and active if no other is.
 
-        One that was skipped stays so: who takes a point out of it has not opened it again.
+        A skipped feature stays so: deleting a point from it does not reopen it.
         """
         changed = replace(self, done=self.done - {name})
         if changed.active or name in self.skipped:
@@ -86,19 +82,17 @@ class Progress:
 
     @property
     def written(self) -> WrittenProgress:
-        """Return it as it is written down."""
         return WrittenProgress(
             sorted(self.done), sorted(self.skipped), self.active, self.probing, dict(self.methods)
         )
 
     @property
     def text(self) -> str:
-        """Return the text of the event."""
         return msgspec.json.encode(self.written).decode()
 
 
 def progress_from(written: WrittenProgress, names: tuple[str, ...]) -> Progress:
-    """Return what was written down, for the features of a plan."""
+    """Return stored progress for the features of a plan."""
     return Progress(
         names,
         written.active if written.active in names else "",
@@ -110,13 +104,7 @@ def progress_from(written: WrittenProgress, names: tuple[str, ...]) -> Progress:
 
 
 def progress_of(plan: Plan, counts: Mapping[str, int], events: Sequence[JobEvent]) -> Progress:
-    """Return where a job stands after its points and events.
-
-    Parameters
-    ----------
-    counts
-        How many points each feature has.
-    """
+    """Return the progress of a job after its points and events."""
     names = tuple(feature.name for feature in plan.features)
     start, written = Progress(names), False
     for event in reversed(events):
@@ -131,7 +119,7 @@ def progress_of(plan: Plan, counts: Mapping[str, int], events: Sequence[JobEvent
             feature.name in start.done
             and counts.get(feature.name, 0) >= MINIMUM_POINTS[feature.shape]
         )
-        # What is written knows of features that were reopened with all their points.
+        # Stored progress includes complete features that were reopened.
         or (not written and counts.get(feature.name, 0) >= feature.points)
     }
     found = replace(start, done=frozenset(done), skipped=start.skipped - done)
@@ -141,7 +129,7 @@ def progress_of(plan: Plan, counts: Mapping[str, int], events: Sequence[JobEvent
 
 
 def open_plan(plan: Plan, job: JobFile) -> Plan:
-    """Return what is left of a plan after the points of a job: features with missing points."""
+    """Return the rest of a plan after the points of a job: features with missing points."""
     names = [point.feature for point in job.points()]
     counts = {name: names.count(name) for name in names}
     progress = progress_of(plan, counts, job.events())

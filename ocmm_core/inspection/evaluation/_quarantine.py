@@ -1,10 +1,10 @@
-"""Points that are held back: stored and shown, but proving nothing until they are released.
+"""Held points: stored and shown, but proving nothing until released.
 
-A whole job is withdrawn where nobody knows its results, so that none may look current.
+A whole job is withdrawn if its results are unknown, so that none may look current.
 
-Where the calibration or the tip came into doubt while a job was measured, the points since the last
-good check may be wrong. Which ones follows from the events of the job file alone, so that they stay
-held back when the job is opened again.
+If calibration or tip became suspect during a job, the points since the last good check may be
+wrong. The events of the job file alone determine which ones, so that they stay held when the job is
+reopened.
 """
 
 from __future__ import annotations
@@ -26,9 +26,9 @@ WITHDRAWN = "Result withdrawn."
 
 
 class HoldReason(Enum):
-    """What points are held back for, and so what lets them count again.
+    """Reason for holding points, and so the condition of their release.
 
-    Each has its own kinds of events; their text names the points, then says why:
+    Each has its own kinds of events; their text names the points, then the reason:
     ``5,6,7: reason``.
     """
 
@@ -47,19 +47,19 @@ class HoldReason(Enum):
         "points of a tip that failed, released",
         "Re-probe them.",
     )
-    """Nothing releases them: nobody knows since when the tip was wrong."""
+    """Never released: the start of the tip's error is unknown."""
     CALIBRATION = (
         "points held back for the calibration",
         "points released for the calibration",
         "Verify the calibration. If it passes, the points count again; if not, recall the jobs.",
     )
-    """By the history of the calibration; what the monitor saw in the job itself is `CAMERAS`."""
+    """By the history of the calibration; alarms of the monitor within the job are `CAMERAS`."""
     FAILED_CALIBRATION = (
         "points of a calibration that failed",
         "points of a calibration that failed, released",
         "Recall the jobs (ocmm recall) and re-probe the points it does not release.",
     )
-    """Only a recall releases them: nobody knows since when the cameras were wrong."""
+    """Released by a recall only: the start of the cameras' error is unknown."""
 
     def __init__(self, held: str, released: str, remedy: str) -> None:
         self.held = held
@@ -68,14 +68,13 @@ class HoldReason(Enum):
 
 
 def event_text(numbers: Collection[int], reason: str) -> str:
-    """Return the text of an event about points."""
     return f"{','.join(str(number) for number in sorted(numbers))}: {reason}"
 
 
 def held_back(
     events: Sequence[JobEvent], hold_reason: HoldReason = HoldReason.CAMERAS
 ) -> dict[int, str]:
-    """Return the points that are held back after these events, oldest first, and why each is."""
+    """Return the held points after these events, oldest first, and the reason of each."""
     held: dict[int, str] = {}
     for event in events:
         if event.kind not in (hold_reason.held, hold_reason.released):
@@ -92,9 +91,9 @@ def held_back(
 
 
 def notes_of(held: Mapping[HoldReason, Mapping[int, str]]) -> dict[int, str]:
-    """Return for every point that is held back why, and what to do."""
+    """Return reason and remedy of every held point."""
     notes: dict[int, str] = {}
-    # What nothing releases is told first.
+    # Permanent reasons first.
     for hold_reason in reversed(HoldReason):
         for number, reason in held[hold_reason].items():
             notes.setdefault(number, f"{reason} {hold_reason.remedy}")
@@ -104,10 +103,7 @@ def notes_of(held: Mapping[HoldReason, Mapping[int, str]]) -> dict[int, str]:
 def notes_on(
     points: Mapping[str, Sequence[MeasuredPoint]], held: Mapping[int, str]
 ) -> dict[str, str]:
-    """Return why points of features prove nothing, and what to do, by feature; where some do.
-
-    ``points`` are those of every feature.
-    """
+    """Return by feature why its points prove nothing, and the remedy, if any are held."""
     notes: dict[str, str] = {}
     for name, own in points.items() if held else ():
         found = [point.number for point in own if point.number in held]
@@ -122,7 +118,7 @@ def _note(feature: str, numbers: Sequence[int], why: str) -> str:
 
 
 def held_below(result: CharacteristicResult, plan: Plan, view: JobView) -> tuple[int, ...]:
-    """Return the numbers of the points that are held back and that a result rests on."""
+    """Return the numbers of the held points that a result depends on."""
     item = next((item for item in plan.characteristics if item.name == result.name), None)
     names = result.features if item is None else plan.rests_on(item)
     return tuple(
@@ -137,19 +133,13 @@ def held_below(result: CharacteristicResult, plan: Plan, view: JobView) -> tuple
 def with_doubt(
     result: CharacteristicResult, features: Sequence[str], notes: Mapping[str, str]
 ) -> CharacteristicResult:
-    """Return a result, NOT PROVEN where one of the features that it rests on has a note."""
+    """Return a result, NOT PROVEN if one of its features has a note."""
     why = next((notes[name] for name in features if name in notes), "")
     return not_proven(result, why) if why else result
 
 
 def withdrawn(job: JobView, why: str) -> JobView:
-    """Return a job with its points and without every number that was computed from them.
-
-    Parameters
-    ----------
-    why
-        What has failed, a sentence.
-    """
+    """Return a job with its points and without any computed number."""
     return replace(
         job,
         features=tuple(map(_without_fit, job.features)),

@@ -1,8 +1,8 @@
-"""The nominal surface of a feature: where to touch it, and how far a ball is from it.
+"""Nominal surface of a feature: where to touch it, and the distance of a ball from it.
 
-All is in the frame of the plan's nominals. The ``point`` of a feature is the middle of what is
-touched: of the length of a line, cylinder or cone, of the area of a plane. `SURFACES` is the
-registry: one entry a shape.
+All is in the frame of the plan's nominals. The ``point`` of a feature is the middle of the touched
+region: of the length of a line, cylinder or cone, of the area of a plane. `SURFACES` is the
+registry: one entry per shape.
 """
 
 from __future__ import annotations
@@ -23,10 +23,10 @@ _DEEP_MM = 10.0
 
 @dataclass(frozen=True, slots=True)
 class Nearness:
-    """How a ball lies to a nominal surface."""
+    """Position of a ball relative to a nominal surface."""
 
     gap: float
-    """mm: from the ball's surface to the nominal one; zero where it touches."""
+    """mm: from the ball's surface to the nominal one; zero in contact."""
     normal: Float
     """(3,), unit: from the material towards the probe, at the nearest place; zero for a line."""
 
@@ -34,14 +34,13 @@ class Nearness:
 def near_point(
     nominal: NominalFeature, arm: Float, axis: Float, sign: float, radius: float
 ) -> Nearness:
-    """Return how a ball lies to a point."""
     return Nearness(float(np.linalg.norm(arm - radius * axis)), axis)
 
 
 def near_line(
     nominal: NominalFeature, arm: Float, axis: Float, sign: float, radius: float
 ) -> Nearness:
-    """Return how a ball lies to a line, on whichever face."""
+    """Return the nearness to a line, on either face."""
     height, reach, _ = _about_axis(arm, axis)
     beyond = _beyond(abs(height), 0.5 * nominal.length)
     return Nearness(float(np.hypot(abs(reach - radius), beyond)), np.zeros(3))
@@ -50,7 +49,7 @@ def near_line(
 def near_plane(
     nominal: NominalFeature, arm: Float, axis: Float, sign: float, radius: float
 ) -> Nearness:
-    """Return how a ball lies to a plane, as far as the plan says it reaches."""
+    """Return the nearness to a plane within its planned extent."""
     height = float(arm @ axis)
     along = across_of(nominal)
     beyond_u = _beyond(abs(float(arm @ along)), 0.5 * nominal.length)
@@ -61,7 +60,6 @@ def near_plane(
 def near_axis(
     nominal: NominalFeature, arm: Float, axis: Float, sign: float, radius: float
 ) -> Nearness:
-    """Return how a ball lies to a circle, cylinder or cone."""
     height, reach, outward = _about_axis(arm, axis)
     half, flat = np.radians(0.5 * nominal.angle_deg), nominal.shape.spec.is_flat
     free = _DEEP_MM if flat else 0.5 * nominal.length + radius
@@ -75,7 +73,6 @@ def near_axis(
 def near_sphere(
     nominal: NominalFeature, arm: Float, axis: Float, sign: float, radius: float
 ) -> Nearness:
-    """Return how a ball lies to a sphere."""
     far = float(np.linalg.norm(arm))
     gap = far - 0.5 * nominal.diameter - sign * radius
     return Nearness(abs(gap), sign * arm / max(far, 1e-9))
@@ -84,20 +81,13 @@ def near_sphere(
 def near_torus(
     nominal: NominalFeature, arm: Float, axis: Float, sign: float, radius: float
 ) -> Nearness:
-    """Return how a ball lies to the tube of a torus."""
     ring = arm - 0.5 * nominal.diameter * _about_axis(arm, axis)[2]
     far = float(np.linalg.norm(ring))
     return Nearness(abs(far - 0.5 * nominal.width - sign * radius), sign * ring / max(far, 1e-9))
 
 
 def near_places(places: Places, arm: Float, axis: Float, radius: float) -> Nearness:
-    """Return how a ball lies to an outline that is known by many places on it.
-
-    Parameters
-    ----------
-    places
-        About the point of the feature.
-    """
+    """Return the nearness to an outline given by many places about the feature's point."""
     height = float(arm @ axis)
     offsets = arm - height * axis - (places.points + radius * places.normals)
     nearest = int(np.argmin(np.sum(offsets**2, axis=1)))
@@ -116,13 +106,13 @@ def _about_axis(arm: Float, axis: Float) -> tuple[float, float, Float]:
 
 
 def _beyond(distance: float, half: float) -> float:
-    """Return how far outside a stretch of half length ``half`` something is; 0 unbounded."""
+    """Return the distance outside a stretch of half length ``half``; 0 if unbounded."""
     return max(distance - half, 0.0) if half > 0.0 else 0.0
 
 
 _OUTLINE = 200
 _ON_IT_MM = 0.05
-"""A target that is farther from the surface is one of another surface."""
+"""mm: a target farther from the surface belongs to another one."""
 
 PlacesOf: TypeAlias = Callable[[NominalFeature, Float, Float, float, int], Places]
 """From a feature, its point (3,), its direction (3,), 1 or -1 for outer or inner, and a count."""
@@ -133,12 +123,8 @@ inner, and the radius of the ball, mm."""
 
 @dataclass(frozen=True, slots=True)
 class SurfaceSpec:
-    """The nominal surface of one shape."""
-
     places: PlacesOf
-    """Where to touch it."""
     nearness: NearnessTo
-    """How a ball lies to it."""
 
 
 def _outline(on_it: PlacesOf) -> SurfaceSpec:
@@ -167,14 +153,13 @@ SURFACES = {
     Shape.CONE: _AROUND,
     Shape.TORUS: SurfaceSpec(places.on_torus, near_torus),
 }
-"""The entries."""
 
 
 def places_of(nominal: NominalFeature, count: int) -> Places:
     """Return ``count`` places on the nominal surface.
 
-    Those that the plan names, fewer where it names fewer; where it names none, or where one of
-    them is not on the surface any more, because the surface was changed since, spread over it.
+    The targets of the plan, maybe fewer; without targets, or if one is off the surface because it
+    was changed since, places spread over it.
     """
     named = _named(nominal, count)
     if named is not None:
@@ -184,21 +169,21 @@ def places_of(nominal: NominalFeature, count: int) -> Places:
 
 
 def nearness(nominal: NominalFeature, ball: Float, radius: float) -> Nearness:
-    """Return how a ball at ``ball`` (3,), mm, with ``radius``, mm, lies to the nominal surface.
+    """Return the nearness of a ball at ``ball`` (3,), mm, with ``radius``, mm, to the surface.
 
-    A circle is the bore or shaft that it is touched in: how deep does not count up to ten
-    millimetres. What the plan says about lengths bounds the surface, else it has no end.
+    A circle is the bore or shaft that it is touched in: depth does not count up to ten millimetres.
+    Lengths of the plan bound the surface, else it is infinite.
     """
     arm, axis = ball - np.array(nominal.point), unit(np.array(nominal.direction))
     return SURFACES[nominal.shape].nearness(nominal, arm, axis, _sign(nominal), radius)
 
 
 def _named(nominal: NominalFeature, count: int) -> Places | None:
-    """Return the places that the plan names; None where there are none to be used."""
+    """Return the targets of the plan; None without usable ones."""
     if not nominal.targets:
         return None
     points = np.array(nominal.targets)
-    # As small a ball as can be: the surface itself is asked for.
+    # Radius 0: distance from the surface itself.
     found = [nearness(nominal, point, 0.0) for point in points]
     if not all(one.gap <= _ON_IT_MM for one in found):
         return None

@@ -1,4 +1,4 @@
-"""Budgets and the task of a simulation of a job, from what its results were computed with."""
+"""Budgets of a job, and the tasks of its simulation."""
 
 from __future__ import annotations
 
@@ -34,15 +34,15 @@ from ocmm_core.tracking import ProbeBody, TipSensitivity
 
 @dataclass(frozen=True, slots=True)
 class JobUncertainty:
-    """Where the uncertainties of a job come from."""
+    """Uncertainty budgets of a job."""
 
     budgets: Mapping[str, Budget]
     """By name of the characteristic, in the order of the plan."""
     missing: Mapping[str, str]
     """Why a characteristic has none."""
     tasks: tuple[Task, ...]
-    """What a simulation does: values in which the form of a surface is an uncertainty, and those of
-    which it is the measurand itself. Empty where nothing can be simulated."""
+    """Of a simulation: values in which form is an uncertainty, and those in which it is the
+    measurand. Empty if nothing can be simulated."""
 
 
 def job_uncertainty(
@@ -59,7 +59,6 @@ def job_uncertainty(
 
 
 def uncertainty_of(job: EvaluatedJob) -> JobUncertainty:
-    """Return budgets and tasks of a job that was evaluated already."""
     plan, actual, factors = job.plan, job.actual, job.factors
     samples = {sample.feature: sample for sample in job.samples}
     budgets: dict[str, Budget] = {}
@@ -70,7 +69,7 @@ def uncertainty_of(job: EvaluatedJob) -> JobUncertainty:
         evaluation = job.evaluations.get(item.name)
         if evaluation is not None:
             try:
-                # Others move nothing of it, and a large job has many.
+                # Others have no influence, and a large job has many.
                 names = (*item.features, *(job.points[k].feature for k in evaluation.places))
                 below = {name: actual[name] for name in names if name in actual}
                 own = [samples[name] for name in below if name in samples]
@@ -98,17 +97,17 @@ def frame_covariance(
     body: ProbeBody,
     options: SessionOptions,
 ) -> Float | None:
-    """Return how well the frame of the nominals is known that a job would hand on, (6, 6).
+    """Return the covariance of the frame of the nominals that a job would save, (6, 6).
 
-    Of a small turn, rad, about the axes of the frame through its origin, and a shift, mm, along
-    them: from the errors of the points, and from the form of the features where points show it.
-    None where a frame was taken over whose own uncertainty is not known, or not carried through:
-    control points, and fits that only start at a saved frame.
+    Of a small rotation, rad, about the axes of the frame through its origin, and a shift, mm, along
+    them: from the errors of the points, and from the form of the features if points show it. None
+    for a reused frame whose own uncertainty is unknown or not propagated: control points, and fits
+    that only start at a saved frame.
 
     Raises
     ------
     OcmmError
-        The features do not say where the part is.
+        The features do not determine the pose of the part.
     """
     climate = options.climate
     reported = reported_points(points, climate.part)
@@ -122,7 +121,7 @@ def frame_covariance(
     actual = {k: v for k, v in found.items() if isinstance(v, ActualFeature)}
     jacobian = Frames(actual, alignment).of_part(plan.name).by_coordinates
     tips = np.array([point.tip_world for point in reported])
-    # A turn counts by what it moves at the size of the part, mm, and is held beside a shift.
+    # Rotations are scaled by the size of the part, mm, to be comparable to shifts.
     arm = max(float(np.linalg.norm(np.ptp(tips, axis=0))), 1.0)
     scale = np.array([arm] * 3 + [1.0] * 3)
     samples = form_samples(found, factors)
@@ -132,7 +131,7 @@ def frame_covariance(
 
 
 def _of_surfaces(samples: Sequence[FormSample], count: int) -> Float:
-    """Return what the form of surfaces adds to each point, (N, 3, 3), mm^2."""
+    """Return the variance of surface form per point, (N, 3, 3), mm^2."""
     added = np.zeros((count, 3, 3))
     for sample in samples:
         squares = np.einsum("nij,nkj->nik", sample.normals, sample.normals)
@@ -141,7 +140,7 @@ def _of_surfaces(samples: Sequence[FormSample], count: int) -> Float:
 
 
 def probe_state(options: SessionOptions, body: ProbeBody) -> ProbeState | None:
-    """Return what warmth and weight have added to the probe; None where its design is unknown."""
+    """Return the effect of temperature and weight on the probe; None if its design is unknown."""
     text = options.climate.probe_design
     if not text:
         return None

@@ -1,4 +1,4 @@
-"""Frozen snapshots of a running inspection, for any screen or script to look at."""
+"""Frozen snapshots of a running inspection, for screens and scripts."""
 
 from __future__ import annotations
 
@@ -28,11 +28,11 @@ from ocmm_core.tolerances.decisions import (
 )
 
 Probing = Literal["plan", "any"]
-"""Whether features are probed in the order of the plan, or in any."""
+"""Order of probing: of the plan, or any."""
 
 
 class StatusWord(Enum):
-    """The one word that the inspector sees."""
+    """Status word shown to the inspector."""
 
     READY = "READY"
     MEASURING = "MEASURING"
@@ -44,28 +44,27 @@ class StatusWord(Enum):
 
 @dataclass(frozen=True, slots=True)
 class ReferenceView:
-    """The reference body to which everything is given."""
+    """Reference body of all coordinates."""
 
     name: str
     n_leds: int
-    """`name`, `n_leds`: Its name and how many LEDs it has."""
     seen: int
-    """How many of them two cameras see now."""
+    """LEDs now seen by two cameras."""
     moved_mm: float | None
     turned_rad: float | None
-    """`moved_mm`, `turned_rad`: How far it and the part were carried against the cameras since the
-    job began; None while that is not known."""
+    """`moved_mm`, `turned_rad`: Motion of body and part relative to the cameras since the start of
+    the job; None if unknown."""
     leds_world: Float | None
-    """(R, 3), mm, world of the job; None before its place is known."""
+    """(R, 3), mm, world of the job; None before its pose is known."""
 
 
 @dataclass(frozen=True, slots=True)
 class LiveView:
-    """The latest state of the machine; pulled 30 to 60 times a second."""
+    """The latest state of the machine; polled 30 to 60 times a second."""
 
     status: StatusWord
     reason: str
-    """`status`, `reason`: The word and, unless READY, the sentence behind it."""
+    """`status`, `reason`: The word and, unless READY, its reason."""
     tip_world: Float | None
     """(3,), mm; None unless the number can be trusted."""
     tip_uncertainty: float | None
@@ -75,29 +74,25 @@ class LiveView:
     """`rotation_world_from_probe`, `origin_world`: (3, 3) and (3,); None together with
     ``tip_world``."""
     spots: Float
-    """(C, S, 2), px: spot of every slot, NaN where the slot sees nothing."""
+    """(C, S, 2), px: spot of every slot, NaN without spot."""
     slot_leds: Int
-    """(C, S) int64: LED number that the slot follows, -1 where unknown."""
+    """(C, S) int64: LED number of the slot, -1 if unknown."""
     frame_counter: int
     """Exposure number of the latest frame, -1 before the first."""
     time_s: float
     """Bus time of the latest frame, s."""
     frames_per_second: float
-    """Frames tracked a second, over the last second of bus time."""
+    """Over the last second of bus time."""
     acquisition: AcquisitionStatus
-    """Counters of the acquisition."""
     slot_references: Int | None = None
-    """(C, S) int64: LED of the reference body that the slot follows, -1 for none; None without a
-    reference body."""
+    """(C, S) int64: LED of the reference body in the slot, -1 for none; None without such a body.
+    """
     reference: ReferenceView | None = None
-    """The reference body; None without one."""
     faults: tuple[str, ...] = ()
-    """What has failed beside the measuring, a sentence each; they stay until a new start."""
+    """Failures outside the measurement, a sentence each; they remain until restart."""
 
 
 class FeatureState(Enum):
-    """Where a feature of the plan stands."""
-
     PENDING = "pending"
     ACTIVE = "active"
     DONE = "done"
@@ -106,7 +101,7 @@ class FeatureState(Enum):
 
 @dataclass(frozen=True, slots=True)
 class DeletedPoint:
-    """A point that was taken out of a feature and can be put back."""
+    """A deleted point that can be restored."""
 
     point: MeasuredPoint
     reason: str
@@ -114,39 +109,38 @@ class DeletedPoint:
 
 @dataclass(frozen=True, slots=True)
 class Coverage:
-    """How well the points of a feature are spread over it."""
+    """Distribution of the points over a feature."""
 
     fraction: float
-    """0 to 1: part of the sectors, cells or stretches that have a point."""
+    """0 to 1: share of the sectors, cells or stretches that have a point."""
     cells: tuple[bool, ...]
-    """Of each sector (counter-clockwise about the direction of the fit), cell or stretch, whether
-    it has a point."""
+    """Per sector (counter-clockwise about the direction of the fit), cell or stretch: has a point.
+    """
     words: str
-    """Fraction in words: "5 of 8 sectors"."""
+    """"5 of 8 sectors"."""
     warning: str = ""
-    """What to do where the points are badly spread; else empty."""
+    """Remedy for a bad distribution; else empty."""
     start: float = 0.0
-    """Where the first sector begins, rad counter-clockwise from the first axis that
-    `perpendicular_pair` gives for the direction; 0 for what has no sectors."""
+    """Start of the first sector, rad counter-clockwise from the first axis of `perpendicular_pair`
+    of the direction; 0 without sectors."""
 
 
 @dataclass(frozen=True, slots=True)
 class Target:
-    """Where the next point is wanted."""
+    """Place of the next point."""
 
     feature: str
-    """Name of the feature."""
     surface_world: Float
     normal_world: Float
     """`surface_world`, `normal_world`: (3,), mm, and (3,), unit, from the material towards the
-    probe; zero for a line, whose plan does not say which face it lies in."""
+    probe; zero for a line, whose plan does not name its face."""
     ball_world: Float
-    """(3,), mm: where the centre of the ball is when it touches there."""
+    """(3,), mm: centre of the ball in contact."""
     approximate: bool = False
-    """The place of the part is only roughly known: guidance, never a result."""
+    """The pose of the part is only roughly known: guidance, never a result."""
 
     def distance(self, tip_world: Float) -> float:
-        """Return how far the ball, (3,) mm, still is from its place, mm."""
+        """Return the distance of the ball, (3,) mm, from its target, mm."""
         return float(np.linalg.norm(tip_world - self.ball_world))
 
 
@@ -156,75 +150,68 @@ class PlannedFeature:
 
     nominal: NominalFeature
     T_world_from_nominal: RigidTransform
-    """Where the nominals of the plan are, or may be."""
+    """Known or assumed pose of the nominals."""
     supposed: bool
-    """Nobody knows where the part is: it is shown upright in the middle of the volume."""
+    """Pose unknown: the part is shown upright in the middle of the volume."""
     targets: tuple[Target, ...] = ()
-    """Where to touch it, if it is supposed there. Neither ring nor tone leads to such places, and
-    no touch is held against them."""
+    """Targets in the assumed pose. Neither ring nor tone guides to them, and no touch is checked
+    against them."""
 
 
 @dataclass(frozen=True, slots=True)
 class FeatureView:
-    """One feature of the plan as it stands."""
+    """State of a feature of the plan."""
 
     name: str
     shape: Shape
     needed: int
     """`name`, `shape`, `needed`: From the plan; ``needed`` points."""
     state: FeatureState
-    """Where it stands."""
     points: tuple[MeasuredPoint, ...]
     """Points that count, oldest first."""
     fit: Fit | None
     """Compensated fit in the world frame (`features.shapes.Fit`; diameters without the ball); None
-    while there are too few points."""
+    with too few points."""
     note: str
     """Why there is no fit, or why its points prove nothing; else empty."""
     outliers: tuple[int, ...] = ()
-    """Numbers of points that lie far from the element that the others show: flagged, and counting
-    until somebody deletes them."""
+    """Numbers of points contradicted by the others: flagged, and counting until deleted."""
     commanding: CommandingPoints | None = None
-    """Points without which the others agree far better: nothing that rests on the feature is proven
-    until they are deleted."""
+    """Points without which the others agree far better; until deleted, nothing is proven."""
     deleted: tuple[DeletedPoint, ...] = ()
-    """Points that were taken out and can be put back, oldest first."""
     coverage: Coverage | None = None
-    """How well the points are spread; None without any."""
     targets: tuple[Target, ...] = ()
-    """Where points are still wanted, the best next one first; empty where it is not known where the
-    part stands, or how large the feature is."""
+    """Open targets, the best next one first; empty if the pose of the part or the size of the
+    feature is unknown."""
     text: str = ""
     picture: str = ""
-    """`text`, `picture`: From the plan: what to do, and the file beside the plan that shows it."""
+    """`text`, `picture`: Instruction of the plan, and its picture file next to the plan."""
     compensation: str = "approach"
-    """How the side of the material is found: one of `measuring.compensation.METHODS`."""
+    """Detection of the side of the material: one of `measuring.compensation.METHODS`."""
 
     @property
     def taken(self) -> int:
-        """Return how many points it has."""
         return len(self.points)
 
     @property
     def last_touch(self) -> int:
-        """Return the number of its last point, deleted or not; zero where it never had one."""
+        """Return the number of its last point, deleted or not; zero if it never had one."""
         last = self.points[-1].number if self.points else 0
         return max(last, *(item.point.number for item in self.deleted), 0)
 
     @property
     def skipped(self) -> bool:
-        """Return whether it was skipped."""
         return self.state is FeatureState.SKIPPED
 
     @property
     def provisional(self) -> bool:
-        """Return whether it is still being probed, so that nothing is decided by it."""
+        """Return whether it is incomplete, so that it decides nothing."""
         return self.state is not FeatureState.DONE
 
 
 @dataclass(frozen=True, slots=True)
 class JobHeader:
-    """Whom and what a job is about: asked for before the first point."""
+    """Identification of a job, entered before the first point."""
 
     operator: str
     part: str
@@ -233,23 +220,22 @@ class JobHeader:
     batch: str = ""
 
     def __post_init__(self) -> None:
-        """Bring the names into their normal form, so that equal names are one part or batch."""
+        """Normalise the names, so that equal names are one part or batch."""
         for one in fields(self):
             object.__setattr__(self, one.name, normal_name(getattr(self, one.name)))
 
 
 @dataclass(frozen=True, slots=True)
 class JobView:
-    """The whole job as it stands; a new one after every change."""
+    """State of the whole job; a new object after every change."""
 
     job: str
     part: str
     operator: str
-    """`job`, `part`, `operator`: Names."""
     features: tuple[FeatureView, ...]
     """In the order of the plan."""
     active: str
-    """Name of the feature that takes the next point; empty when all are done."""
+    """Feature that takes the next point; empty when all are done."""
     characteristics: tuple[CharacteristicResult, ...]
     """In the order of the plan."""
     refusal: Refusal | None
@@ -257,52 +243,48 @@ class JobView:
     complete: bool
     """Every feature is done or skipped."""
     requirements: RequirementCount | None
-    """How many requirements of its sources the plan contains; None for a plan made by hand."""
+    """Requirements of its sources in the plan; None for a plan made by hand."""
     unproven: str = ""
-    """Why no verdict of this job can be CONFORM or NOT CONFORM; empty where they can."""
+    """Why no verdict of this job can be CONFORM or NOT CONFORM; empty if they can."""
     held: tuple[int, ...] = ()
-    """Numbers of the points that are held back: what rests on them is NOT PROVEN."""
+    """Numbers of held points: dependent results are NOT PROVEN."""
     temperature: str = ""
-    """What is known of the temperatures of probe and part, and what is compensated, in words."""
+    """Temperatures of probe and part, and their compensation, in words."""
     at_20_c: bool = False
     """Values are those of the part at 20 °C."""
     header: JobHeader = field(default_factory=lambda: JobHeader("", "", ""))
-    """Operator, part, serial, order and batch."""
     probing: Probing = "plan"
-    """``"plan"``: in the order of the plan; ``"any"``: the feature that is touched is found."""
+    """``"plan"``: in the order of the plan; ``"any"``: the touched feature is recognised."""
     paused: bool = False
-    """Touches are refused until it goes on."""
+    """Touches are refused until the job is resumed."""
     target: Target | None = None
-    """Where the next point is wanted; None where that is not known."""
+    """Place of the next point; None if unknown."""
     constructed: tuple[FeatureView, ...] = ()
-    """Features made from others, in the order of the plan."""
+    """Constructed features, in the order of the plan."""
     undo: str = ""
     redo: str = ""
-    """`undo`, `redo`: What these would take back and do again, in words; empty where there is
-    nothing."""
+    """`undo`, `redo`: Steps that these would undo and redo, in words; empty if none."""
     looked_at: str = ""
-    """Name of the feature that somebody looks back at; empty where nobody does. It changes nothing
-    else here."""
+    """Feature under review; empty if none. It changes nothing else here."""
     simulated: bool = False
-    """Some of it came from a virtual rig: every screen, page and file says so."""
+    """Partly from a virtual rig: every screen, page and file states it."""
     camera_doubts: tuple[str, ...] = ()
-    """What its cameras could not prove, in sentences; every page and file says so."""
+    """Unproven properties of its cameras, in sentences; every page and file states them."""
     placed_part: PlacedPart | None = None
-    """The nominal part by the CAD model of the plan; None where the plan names none."""
+    """The nominal part by the CAD model of the plan; None without one."""
     planned: PlannedFeature | None = None
-    """The active feature by its nominals, as long as it has no fit; None where it has one."""
+    """Nominals of the active feature while it has no fit."""
     room_doubt: str = ""
-    """Why the room lets the job prove nothing by its plan; empty where it does. It stands in
-    ``unproven``, too, where nothing weightier does."""
+    """Why the ambient conditions invalidate the job by its plan; empty if they do not. Also in
+    ``unproven``, unless a weightier reason is."""
     room: tuple[tuple[str, str], ...] = ()
-    """What was read off in the room: fields and sentences, as `environment_words`."""
+    """Ambient readings: fields and sentences, as `environment_words`."""
     part_verdict: PartVerdict = field(init=False)
-    """The verdict on the part. This and what `verdict_of` returns are made of ``features`` and
-    ``characteristics`` whenever a view is made, so that they cannot say anything else."""
+    """The verdict on the part. Like `verdict_of`, derived from ``features`` and ``characteristics``
+    at construction, so that they agree."""
     _summaries: Mapping[str, VerdictSummary] = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
-        """Join the verdicts."""
         resting: dict[str, list[CharacteristicResult]] = {}
         for result in self.characteristics:
             for name in dict.fromkeys(result.features):
@@ -314,26 +296,24 @@ class JobView:
         object.__setattr__(self, "part_verdict", part)
 
     def verdict_of(self, feature: str) -> VerdictSummary:
-        """Return the verdict on a feature: that of all characteristics that are about it."""
         return self._summaries.get(feature, NO_VERDICT)
 
     def deciding(self, feature: str) -> CharacteristicResult | None:
-        """Return the characteristic that decides over a feature; None where it has none."""
+        """Return the deciding characteristic of a feature; None without any."""
         return self.result(self.verdict_of(feature).deciding)
 
     def result(self, name: str) -> CharacteristicResult | None:
-        """Return the result of a characteristic; None where there is none of that name."""
+        """Return the result of a characteristic; None if unknown."""
         return next((item for item in self.characteristics if item.name == name), None)
 
     @property
     def shown(self) -> FeatureView | None:
         """Return the feature that screens show.
 
-        That is the one that somebody looks back at, else the active one; but a feature that is just
-        done stays in sight until the next one has its first point, or nobody would ever see its
-        result, and one whose only point was deleted stays too, so that the point can be put back.
-        Once all is done it is the one that decides over the part, where that is not CONFORM. None
-        where no feature was touched and none is active.
+        That is the one under review, else the active one. But a feature just done stays until the
+        next one has its first point, so that its result is seen, and one whose only point was
+        deleted stays, so that the point can be restored. At the end it is the one that decides over
+        the part, unless CONFORM. None if no feature was touched and none is active.
         """
         named = {item.name: item for item in self.features}
         if self.looked_at in named:
@@ -351,11 +331,11 @@ class JobView:
 
     @property
     def shows_part(self) -> bool:
-        """Return whether screens show the verdict on the part: all is done, nobody looks back."""
+        """Return whether screens show the verdict on the part: all done, no review."""
         return self.complete and not self.looked_at
 
     def feature(self, name: str) -> FeatureView:
-        """Return the feature called ``name``; KeyError if there is none."""
+        """Return a feature by name; KeyError if unknown."""
         for feature in self.features:
             if feature.name == name:
                 return feature

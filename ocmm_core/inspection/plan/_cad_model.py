@@ -1,10 +1,8 @@
-"""The CAD model of a plan: it lies beside the plan, goes with it, and becomes the part shown.
+"""CAD model of a plan, stored next to it, and the cache of parts made from models.
 
-Parts as they were made of CAD models, kept beside the plan so that they are not made again.
-
-Each is named by the hash of its model. Nothing is lost with it: what is damaged, of another
-version or of another model is made anew. Where the folder of the plan cannot be written they are
-kept for this user.
+Cached parts are named by the hash of their model. The cache is expendable: damaged entries, and
+those of another version or model are remade. If the folder of the plan is not writable, the user's
+cache is used.
 """
 
 from __future__ import annotations
@@ -33,12 +31,9 @@ _log = logging.getLogger(__name__)
 
 
 def cached_part(folder: Path, sha256: str) -> PartModel | None:
-    """Return the part of a model that is kept for a folder of plans, or None.
+    """Return the cached part of a model for a folder of plans, or None.
 
-    Parameters
-    ----------
-    sha256
-        Hash of the model.
+    `sha256`: Hash of the model.
     """
     for place in _places(folder):
         path = place / f"{sha256}{MODEL_ENDING}"
@@ -55,10 +50,7 @@ def cached_part(folder: Path, sha256: str) -> PartModel | None:
 
 
 def keep_part(folder: Path, part: PartModel) -> None:
-    """Keep a part for the next time, and drop the oldest where there are too many.
-
-    Nothing is raised: without it the part is made once more.
-    """
+    """Cache a part, and drop the oldest ones beyond the limit; never raises."""
     for place in _places(folder):
         try:
             place.mkdir(parents=True, exist_ok=True)
@@ -96,35 +88,33 @@ _MODEL = FileKind("model", "CAD model", STEP_ENDINGS)
 
 @dataclass(frozen=True, slots=True)
 class PartOfPlan:
-    """The part that a plan names."""
-
     model: PartModel | None = None
-    """None where there is none to show."""
+    """None if there is none to show."""
     doubt: OcmmError | None = None
-    """Why a model that the plan names is not shown; None where it is, or there is none."""
+    """Why a model named by the plan is not shown; None if it is, or there is none."""
 
 
 def with_model(
     plan: Plan, plan_file: Path | None, source: Path, part: PartModel | None = None
 ) -> Plan:
-    """Return the plan with a CAD model; the file is copied beside the plan.
+    """Return the plan with a CAD model; the file is copied next to the plan.
 
-    A file that lies in the folder of the plan already is named as it is. Nothing is written over:
-    another file of the same name stays, and the copy is numbered.
+    A file in the folder of the plan is referenced as it is. Nothing is overwritten: a copy whose
+    name is in use is numbered.
 
     Parameters
     ----------
     plan_file
-        Where the plan is, or is to be; None where it was never saved.
+        Existing or future path of the plan; None if it was never saved.
     source
         A STEP file in whose frame the nominals are.
     part
-        What was read from it, where that is known: kept, so that it is not read again.
+        The part already read from it, for the cache.
 
     Raises
     ------
     InputError
-        The plan has no file, or the source is no STEP file, or is not what ``part`` is of.
+        The plan has no file, or the source is no STEP file, or ``part`` is not of it.
     StorageError
         It cannot be copied.
     """
@@ -158,8 +148,7 @@ def with_model(
 def _kept_together(files: ModelFiles, folder: Path) -> str:
     """Return the name of an assembly, whose files are copied to a folder of their own.
 
-    The files name each other, so that none can be renamed: another folder of the same name stays,
-    and the copy is numbered.
+    The files name each other, so that only the folder can be renamed: it is numbered if in use.
     """
     stem = _MODEL.stem(files.top)
     for number in range(1, MOST_NAMES):
@@ -181,12 +170,12 @@ def _copied(files: ModelFiles, folder: Path, stem: str) -> Path:
 
 
 def without_model(plan: Plan) -> Plan:
-    """Return the plan without a CAD model; its file stays where it is."""
+    """Return the plan without a CAD model; its file is kept."""
     return msgspec.structs.replace(plan, model=None)
 
 
 def carry_model(plan: Plan, old: Path, new: Path) -> None:
-    """Copy the CAD model of a plan from its old folder to a new one; what is there stays.
+    """Copy the CAD model of a plan to another folder; existing files are kept.
 
     Raises
     ------
@@ -212,16 +201,14 @@ def part_of_plan(
     given_up: Callable[[], bool] = lambda: False,
     progress: Callable[[str], None] = lambda _: None,
 ) -> PartOfPlan:
-    """Return the part that a plan names: as it was kept, or read from its model.
-
-    A plan is measured without it, so nothing is raised: what is wrong is said.
+    """Return the part named by a plan, cached or read from its model; never raises.
 
     Parameters
     ----------
     folder
-        Of the plan; None where that is not known.
+        Of the plan; None if unknown.
     given_up, progress
-        As of `read_part`; not asked where the part is kept.
+        As of `read_part`; not called if the part is cached.
     """
     if plan.model is None or folder is None:
         return PartOfPlan()

@@ -1,4 +1,4 @@
-"""What a plan says about the growth of its part."""
+"""Thermal expansion of a plan's part."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ _PPM = 1e-6
 
 
 def material_expansion(plan: Plan) -> Expansion | None:
-    """Return the expansion of the plan's material; None where it names none."""
+    """Return the expansion of the plan's material; None without material."""
     material = plan.material
     if material is None:
         return None
@@ -22,10 +22,10 @@ def material_expansion(plan: Plan) -> Expansion | None:
 
 
 def climate_for(climate: Climate, before: Plan, plan: Plan) -> Climate:
-    """Return the climate of a job by another plan than the one before.
+    """Return the climate of a job after a change of the plan.
 
-    An expansion that the operator gave stays; one that the plan before said gives way to that of
-    the plan.
+    An expansion entered by the operator is kept; one from the old plan is replaced by the new
+    one's.
 
     Raises
     ------

@@ -1,9 +1,9 @@
-"""Features of a plan from a table in text, e.g. out of a spreadsheet.
+"""Features of a plan from a table in text, e.g. from a spreadsheet.
 
-The first line names the columns, in any order: ``name``, ``shape``, ``x``, ``y``, ``z`` are needed;
-``i``, ``j``, ``k``, ``diameter``, ``length``, ``width``, ``angle``, ``side``, ``points`` and
-``text`` may be left out. Headings may state units ("x [inch]"); lengths are mm and angles degrees
-without one. Encodings, separators and decimal signs: `ocmm_core.tables`.
+The first line names the columns, in any order: ``name``, ``shape``, ``x``, ``y``, ``z`` are
+required; ``i``, ``j``, ``k``, ``diameter``, ``length``, ``width``, ``angle``, ``side``, ``points``
+and ``text`` are optional. Headings may state units ("x [inch]"); the default is mm and degrees.
+Encodings, separators and decimal signs: `ocmm_core.tables`.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ LARGEST_BYTES = 2_000_000
 _LARGEST = 1e15
 MOST_FEATURES = 1000
 _UNIT_VECTOR = 5e-3
-"""Of the length of a direction with two decimals, such as (0.71, 0.71, 0)."""
+"""Tolerance of the length of a direction with two decimals, such as (0.71, 0.71, 0)."""
 
 _SHAPES = {re.sub("[^a-z]", "", shape.value.lower()): shape for shape in Shape}
 
@@ -55,13 +55,11 @@ class FeatureTable:
     features: tuple[NominalFeature, ...]
     account: TableAccount
     sha256: str
-    """Of the file."""
     heading_line: int
     lines: tuple[int, ...]
-    """Line of each feature."""
 
     def requirements(self) -> list[Requirement]:
-        """Return the account for the plan: each row, and each line that a user left out."""
+        """Return the account for the plan: each row, and each line skipped by the user."""
         found = []
         for one, line in zip(self.features, self.lines, strict=True):
             asks, reference = _words(one), f"line {line}"
@@ -90,8 +88,6 @@ class FeatureTable:
 
 @dataclass(frozen=True, slots=True)
 class _Cell:
-    """A cell and its place."""
-
     path: Path
     line: int
     column: str
@@ -111,7 +107,7 @@ def feature_table(path: Path | str, options: TableOptions | None = None) -> Feat
     Raises
     ------
     InputError
-        The file cannot be read, or a cell cannot be used; the sentence names line and column.
+        The file cannot be read, or a cell cannot be used; names line and column.
     """
     wanted = NamedColumns(NEEDED, _NUMBERS, (*NEEDED, *OPTIONAL))
     table = read_table(path, wanted, options, LARGEST_BYTES)
@@ -185,7 +181,6 @@ def _feature(table: TextTable, row: TextRow, scales: dict[str, float]) -> Nomina
 
 
 def _words(one: NominalFeature) -> str:
-    """Return the requirement of a row in words."""
     place = ", ".join(f"{value:g}" for value in one.point)
     size = f", diameter {one.diameter:g}" if one.diameter else ""
     return f"{one.shape.value} at {place}{size} mm"
@@ -195,7 +190,7 @@ def _number(table: TextTable, cell: _Cell | None) -> float:
     if cell is None or not cell.text:
         return 0.0
     value = table.grammar.value(cell.text)
-    # Not a number compares as false.
+    # NaN compares as false.
     if not abs(value) <= _LARGEST:
         hint = "12,5" if table.grammar.decimal == "," else "12.5"
         raise cell.fault("is not a number", f"Write it as {hint}, like the other numbers.")

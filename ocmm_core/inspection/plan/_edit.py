@@ -1,7 +1,7 @@
 """Changes of a plan: each takes a plan and returns another one; nothing is changed in place.
 
-The editor of the window and scripts call the same functions. A change that would leave a plan that
-cannot be measured is refused with the sentence that `load_plan` would say.
+The editor of the window and scripts call the same functions. A change that would make the plan
+unmeasurable is refused with the message of `load_plan`.
 """
 
 from __future__ import annotations
@@ -22,10 +22,10 @@ from ocmm_core.tolerances.zones import Characteristic
 Item = TypeVar("Item")
 
 HEAD_FIELDS = ("name", "part", "rule", "compensation", "cameras", "material", "environment")
-"""What a plan says besides its lists and its alignment."""
+"""Fields of a plan other than its lists and its alignment."""
 
 EDITED = Path("the plan")
-"""Stands for the name of the file in sentences about a plan that has none yet."""
+"""File name in messages about an unsaved plan."""
 
 _REFERENCES = {
     "constructions": frozenset({"features", "towards"}),
@@ -37,7 +37,7 @@ _REFERENCES = {
         "feature",
     }),
 }  # fmt: skip
-"""Fields that hold names of features, by the part of the plan that they stand in."""
+"""Fields that hold names of features, by part of the plan."""
 
 
 def new_plan(name: str, part: str) -> Plan:
@@ -46,24 +46,23 @@ def new_plan(name: str, part: str) -> Plan:
 
 
 def usual_points(shape: Shape) -> int:
-    """Return how many points a feature of a shape usually gets."""
     return shape.spec.usual_points
 
 
 def add_feature(plan: Plan, feature: NominalFeature, place: int | None = None) -> Plan:
-    """Return the plan with a feature more, at the end or before ``place``; InputError if faulty."""
+    """Return the plan with an added feature, last or before ``place``; InputError if faulty."""
     features = _inserted(plan.features, feature, place)
     return _checked(msgspec.structs.replace(plan, features=features))
 
 
 def add_construction(plan: Plan, item: Construction, place: int | None = None) -> Plan:
-    """Return the plan with a construction more; InputError if it is faulty."""
+    """Return the plan with an added construction; InputError if faulty."""
     constructions = _inserted(plan.constructions, item, place)
     return _checked(msgspec.structs.replace(plan, constructions=constructions))
 
 
 def add_characteristic(plan: Plan, item: Characteristic, place: int | None = None) -> Plan:
-    """Return the plan with a characteristic more; InputError if it is faulty."""
+    """Return the plan with an added characteristic; InputError if faulty."""
     characteristics = _inserted(plan.characteristics, item, place)
     return _checked(msgspec.structs.replace(plan, characteristics=characteristics))
 
@@ -71,15 +70,15 @@ def add_characteristic(plan: Plan, item: Characteristic, place: int | None = Non
 def replace_item(
     plan: Plan, name: str, item: NominalFeature | Construction | Characteristic
 ) -> Plan:
-    """Return the plan with the feature, construction or characteristic called ``name`` changed.
+    """Return the plan with a feature, construction or characteristic replaced.
 
-    A new name is carried to all that refer to the old one. Changed limits of a characteristic are
-    set, no longer proposed.
+    A new name is carried to all references. Changed limits of a characteristic count as set, no
+    longer as proposed.
 
     Raises
     ------
     InputError
-        There is none of that name and kind, or the plan could not be measured any more.
+        The item is unknown, or the plan would become unmeasurable.
     """
     group = _group_of(item)
     items = list(getattr(plan, group))
@@ -94,12 +93,12 @@ def replace_item(
 
 
 def with_alignment(plan: Plan, rule: Alignment | None) -> Plan:
-    """Return the plan with another alignment, or none; InputError where that cannot be."""
+    """Return the plan with another alignment, or none; InputError if invalid."""
     return _checked(msgspec.structs.replace(plan, alignment=rule))
 
 
 def with_head(plan: Plan, head: Plan) -> Plan:
-    """Return the plan with name, part, rules, material and limits of the room of another.
+    """Return the plan with name, part, rules, material and ambient limits of another.
 
     Raises
     ------
@@ -111,14 +110,14 @@ def with_head(plan: Plan, head: Plan) -> Plan:
 
 
 def remove_item(plan: Plan, name: str, group: str = "") -> Plan:
-    """Return the plan without the feature, construction or characteristic called ``name``.
+    """Return the plan without a feature, construction or characteristic.
 
-    ``group`` is the list that it stands in, where a characteristic has the name of a feature.
+    ``group`` is its list, for a characteristic with the name of a feature.
 
     Raises
     ------
     InputError
-        There is none, or others need it: they are named.
+        The item is unknown, or others need it: they are named.
     """
     group = group or group_of_name(plan, name)
     items = [item for item in getattr(plan, group) if item.name != name]
@@ -134,7 +133,7 @@ def remove_item(plan: Plan, name: str, group: str = "") -> Plan:
 
 
 def move_item(plan: Plan, name: str, place: int, group: str = "") -> Plan:
-    """Return the plan with an item at another place of its list; places beyond an end are it.
+    """Return the plan with an item moved within its list; ``place`` is clipped.
 
     ``group`` as in `remove_item`.
     """
@@ -146,14 +145,11 @@ def move_item(plan: Plan, name: str, place: int, group: str = "") -> Plan:
 
 
 def rename_item(plan: Plan, old: str, new: str) -> Plan:
-    """Return the plan with an item, and all that refers to it, called ``new``.
+    """Return the plan with an item renamed, including references.
 
-    For tests: nothing in the product asks for it.
+    For tests only.
 
-    Raises
-    ------
-    InputError
-        There is none called ``old``, or ``new`` is taken or no name.
+    Raises InputError if the item is unknown, or ``new`` is taken or no name.
     """
     if new == old:
         return plan
@@ -161,7 +157,7 @@ def rename_item(plan: Plan, old: str, new: str) -> Plan:
 
 
 def users_of(plan: Plan, name: str) -> list[str]:
-    """Return what refers to a feature or construction, in words."""
+    """Return the references to a feature or construction, in words."""
     users = [
         item.name
         for group in ("features", "constructions", "characteristics")
@@ -174,7 +170,7 @@ def users_of(plan: Plan, name: str) -> list[str]:
 
 
 def group_of_name(plan: Plan, name: str) -> str:
-    """Return which list of the plan holds ``name``; InputError where none does."""
+    """Return the list of the plan that holds ``name``; InputError if none does."""
     for group in ("features", "constructions", "characteristics"):
         if any(item.name == name for item in getattr(plan, group)):
             return group

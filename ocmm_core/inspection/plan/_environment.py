@@ -1,9 +1,9 @@
-"""The room of a job: what its plan demands of it, what was noted, and what is in doubt of it.
+"""Ambient conditions of a job: limits of the plan, noted readings, and violations.
 
-What a person reads off is an event of the job file: with how many points counted and which number
-the next one gets, so that nobody has to say whether it is the begin or the end, and nobody can. The
-begin is what was noted before the first point, the end what was noted after the last one. A note
-that nothing was measured after gives way to the next one; both stay in the file, and both are told.
+A reading is an event of the job file with the number of points so far and the number of the next
+point, so that start and end are determined without user input. The start is what was noted before
+the first point, the end what was noted after the last one. A reading without measurements after it
+is superseded by the next one; both stay in the file, and both are reported.
 """
 
 from __future__ import annotations
@@ -27,17 +27,16 @@ from ocmm_core.surroundings import (
 )
 
 ENVIRONMENT_EVENT = "environment"
-"""Kind of the event of the job file."""
 
 
 class EnvironmentLimits(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """What a plan demands of the room: least and most, both allowed; None demands nothing."""
+    """Ambient limits of a plan: least and most, inclusive; None for no limit."""
 
     temperature_c: tuple[float, float] | None = None
     humidity_percent: tuple[float, float] | None = None
     pressure_hpa: tuple[float, float] | None = None
-    """`temperature_c`, `humidity_percent`, `pressure_hpa`: Of the air where it is measured, not of
-    part or probe."""
+    """`temperature_c`, `humidity_percent`, `pressure_hpa`: Of the air at the machine, not of part
+    or probe."""
 
 
 _DEMANDS = (
@@ -45,29 +44,28 @@ _DEMANDS = (
     ("humidity_percent", HUMIDITY, "relative humidity"),
     ("pressure_hpa", PRESSURE, "air pressure"),
 )
-"""Fields of `EnvironmentLimits`, what is read off for each, and what that is in a sentence."""
+"""Fields of `EnvironmentLimits`, their quantities, and their names in sentences."""
 _WORDS = {ROOM: "Room", HUMIDITY: "Humidity", PRESSURE: "Air pressure"}
 
 
 class NotedRoom(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """What was read off once, as it was typed."""
+    """Readings as typed."""
 
     points: int
-    """That counted then; zero is the begin."""
+    """Points that counted then; zero is the start."""
     next_point: int
-    """Number that the next point gets: all points with a smaller one were taken before."""
+    """Number of the next point: all points with a smaller one were recorded before."""
     room: str = ""
     humidity: str = ""
     pressure: str = ""
-    """`room`, `humidity`, `pressure`: Readings (`ocmm_core.surroundings`); empty where nobody read
-    them."""
+    """`room`, `humidity`, `pressure`: Readings (`ocmm_core.surroundings`); empty if not read."""
     who: str = ""
-    """That noted it; may be empty."""
+    """Reader; may be empty."""
 
 
 @dataclass(frozen=True, slots=True)
 class _Told:
-    """A reading of one quantity, and the ones that it stands for: typed again, with no point."""
+    """A reading of one quantity, and the ones it supersedes: repeated without a point between."""
 
     noted: NotedRoom
     reading: Reading
@@ -75,7 +73,7 @@ class _Told:
 
 
 def environment_fault(limits: EnvironmentLimits) -> tuple[str, str] | None:
-    """Return the field of a plan that demands what no room can have, and why; None where none."""
+    """Return the field of a plan with impossible limits, and why; None if all are possible."""
     demanded = [(name, one, getattr(limits, name)) for name, one, _ in _DEMANDS]
     if all(span is None for _, _, span in demanded):
         return "environment", "demands nothing: give a range, or leave the table out"
@@ -94,10 +92,7 @@ def environment_fault(limits: EnvironmentLimits) -> tuple[str, str] | None:
 def noted_text(points: int, next_point: int, typed: TypedRoom, who: str) -> str:
     """Return the text of the event.
 
-    Raises
-    ------
-    InputError
-        Something is no reading of a room, or nothing was read.
+    Raises InputError if a value is no ambient reading, or nothing was read.
     """
     typed.check()
     if typed.empty:
@@ -118,12 +113,12 @@ def noted_text(points: int, next_point: int, typed: TypedRoom, who: str) -> str:
 
 
 def note_room_in(job: JobFile, typed: TypedRoom, who: str = "") -> None:
-    """Store in an open job what was read off in the room now.
+    """Store current ambient readings in an open job.
 
     Raises
     ------
     InputError
-        Something is no reading of a room, or nothing was read.
+        A value is no ambient reading, or nothing was read.
     StorageError
         It could not be made durable.
     """
@@ -132,14 +127,14 @@ def note_room_in(job: JobFile, typed: TypedRoom, who: str = "") -> None:
 
 
 def noted_rooms(events: Sequence[JobEvent]) -> tuple[NotedRoom, ...]:
-    """Return what was noted, oldest first.
+    """Return the noted readings, oldest first.
 
     Raises
     ------
     StorageError
         An event does not have its form.
     InputError
-        It holds what is no reading.
+        It contains an invalid reading.
     """
     found = tuple(
         event_value(one.kind, one.text, NotedRoom)
@@ -155,7 +150,7 @@ def noted_rooms(events: Sequence[JobEvent]) -> tuple[NotedRoom, ...]:
 def environment_doubt(
     limits: EnvironmentLimits | None, noted: Sequence[NotedRoom], last_point: int, *, complete: bool
 ) -> str:
-    """Return why the room does not let a job prove anything, and what to do; empty where it does.
+    """Return why ambient conditions invalidate a job, and the remedy; empty if they do not.
 
     Parameters
     ----------
@@ -204,7 +199,7 @@ def _doubts(
 
 
 def environment_words(noted: Sequence[NotedRoom], last_point: int) -> tuple[tuple[str, str], ...]:
-    """Return the readings as they are told, with when they were.
+    """Return the readings in words, with their times.
 
     Returns
     -------
@@ -236,7 +231,7 @@ def _at_end(noted: NotedRoom, last_point: int) -> bool:
 
 
 def _told(one: Quantity, noted: Sequence[NotedRoom]) -> list[_Told]:
-    """Return the readings of a quantity; one typed again with no point between stands for both."""
+    """Return the readings of a quantity; a repeated one without a point between includes both."""
     found: list[_Told] = []
     for item in noted:
         reading = reading_of(one, getattr(item, one.field))

@@ -1,4 +1,4 @@
-"""A plan as a TOML document: what is written is read again and compared."""
+"""A plan as a TOML document: verified by reading back."""
 
 from __future__ import annotations
 
@@ -17,14 +17,12 @@ _LISTS = ("features", "constructions", "characteristics", "sources", "requiremen
 
 
 def save_plan(plan: Plan, path: Path | str) -> None:
-    """Write a plan; the file holds the old one or the new one, whatever happens between.
-
-    Comments of the old file are not kept.
+    """Write a plan atomically; comments of the old file are lost.
 
     Raises
     ------
     InputError
-        The plan asks for something that cannot be measured; nothing is written.
+        The plan is unmeasurable; nothing is written.
     StorageError
         The file cannot be written, or does not hold what was written.
     """
@@ -47,7 +45,7 @@ def save_plan(plan: Plan, path: Path | str) -> None:
 
 
 def plan_text(plan: Plan) -> str:
-    """Return the document of a plan; what is as by default is left out."""
+    """Return the document of a plan, without defaults."""
     lines = [
         f"{field} = {_value(getattr(plan, field))}" for field in ("schema", "unit", "name", "part")
     ]
@@ -57,7 +55,7 @@ def plan_text(plan: Plan) -> str:
         known = ("schema", "unit", "name", "part", *_TABLES, *_LISTS)
         if field.name not in known and value != field.default:
             lines.append(f"{field.name} = {_value(msgspec.to_builtins(value))}")
-    # A list without entries has no table of its own that could say so.
+    # An empty list has no table of its own.
     lines += [f"{name} = []" for name in ("features", "characteristics") if not lists[name]]
     for name in _TABLES:
         if getattr(plan, name) is not None:
@@ -84,7 +82,7 @@ def _value(value: Any) -> str:
     if isinstance(value, bool):
         return "true" if value else "false"
     if isinstance(value, str):
-        # JSON leaves the one character of control that TOML wants written as a number.
+        # JSON does not escape DEL, which TOML requires.
         return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")
     if isinstance(value, dict):
         inner = ", ".join(f"{k} = {_value(v)}" for k, v in value.items() if v is not None)

@@ -1,4 +1,4 @@
-"""Files that a plan names, such as pictures and models: they lie beside it or in a folder there."""
+"""Files named by a plan, such as pictures and models: next to it or in a subfolder."""
 
 from __future__ import annotations
 
@@ -17,34 +17,23 @@ MOST_NAMES = 1000
 
 @dataclass(frozen=True, slots=True)
 class FileKind:
-    """A kind of file beside a plan."""
-
     code: str
-    """Part of the codes of its errors, and the name of a file whose own name cannot be kept."""
+    """Part of its error codes, and fallback file name."""
     words: str
     endings: Sequence[str]
 
     def kept(self, source: Path, content: bytes, folder: Path) -> str:
-        """Return the name of a file in the folder of a plan; it is copied where it is not there.
+        """Return the name of a file in the folder of a plan; it is copied if outside.
 
-        A copy gets a name that every computer takes. Nothing is written over: another file of the
-        same name stays, and the copy is numbered.
+        A copy gets a portable name. Nothing is overwritten: a copy whose name is in use is
+        numbered.
 
-        Raises
-        ------
-        StorageError
-            It cannot be copied.
+        Raises StorageError if it cannot be copied.
         """
         return self.inside(source, folder) or self._copied(source, content, folder)
 
     def write(self, target: Path, content: bytes) -> None:
-        """Write a file.
-
-        Raises
-        ------
-        StorageError
-            It cannot be written.
-        """
+        """Write a file; StorageError if that fails."""
         try:
             target.parent.mkdir(parents=True, exist_ok=True)
             write_atomic(target, content)
@@ -52,7 +41,6 @@ class FileKind:
             raise self.not_written(target, error) from error
 
     def not_written(self, target: Path, error: OSError) -> StorageError:
-        """Return the error that a file cannot be written."""
         return StorageError(
             f"plan.{self.code}_not_written",
             f"{target}: the {self.words} cannot be written ({error.strerror or error}).",
@@ -60,7 +48,6 @@ class FileKind:
         )
 
     def no_name(self, folder: Path, stem: str) -> StorageError:
-        """Return the error that all names of a copy are in use."""
         return StorageError(
             f"plan.{self.code}_names",
             f"{folder}: no free file name for {stem}.",
@@ -68,7 +55,7 @@ class FileKind:
         )
 
     def inside(self, source: Path, folder: Path) -> str:
-        """Return the name of a file in the folder of the plan; empty where it is outside."""
+        """Return the name of a file relative to the folder of the plan; empty if outside."""
         source = source.absolute()
         if not source.is_relative_to(folder):
             return ""
@@ -76,7 +63,7 @@ class FileKind:
         return "" if file_fault(name, self.words, self.endings) else name
 
     def stem(self, source: Path) -> str:
-        """Return a name without its ending that every computer takes."""
+        """Return a portable name without its ending."""
         return re.sub(r"[^A-Za-z0-9_\-]+", "_", source.stem).strip("_-")[:60] or self.code
 
     def _copied(self, source: Path, content: bytes, folder: Path) -> str:

@@ -1,4 +1,4 @@
-"""Contradictions of a plan that is well-formed, found from its nominals before any touch."""
+"""Contradictions of a well-formed plan, found from its nominals before any touch."""
 
 from __future__ import annotations
 
@@ -32,24 +32,24 @@ from ocmm_core.tolerances.kinds import drawn_value, spec_of
 from ocmm_core.tolerances.zones import Characteristic
 
 _SAME_MM = 1e-3
-"""Rounding of documents: features or values this close are the same; mm, and degrees."""
+"""mm or degrees: rounding of documents; closer values are equal."""
 _SAME_SINE = 1e-4
 _APART = 0.02
-"""Nominals of a drawing and of its model differ by no more, mm or degrees, as for an import."""
+"""mm or degrees: tolerated difference between a drawing and its model, as for an import."""
 _FIT_MM, _FIT_SHARE = 0.06, 0.015
 """Least deviation of usual fits (ISO 286-1) from the nominal size, and its share of the size."""
 
 
 @dataclass(frozen=True, slots=True)
 class PlanFinding:
-    """One contradiction of a plan, or something unusual in it."""
+    """A contradiction of a plan, or a warning."""
 
     what: str
     remedy: str
     item: str = "alignment"
     """Name of the feature or characteristic, or ``alignment``."""
     is_error: bool = True
-    """The plan is not valid: it cannot be released and no job is started by it."""
+    """The plan is invalid: it can neither be released nor start a job."""
 
 
 def plan_findings(plan: Plan) -> tuple[PlanFinding, ...]:
@@ -73,7 +73,7 @@ def require_consistent(path: Path, plan: Plan) -> None:
 
 def _constructions(plan: Plan) -> Iterator[PlanFinding]:
     known = nominal_geometries(plan.features, plan.constructions)
-    # What is touched is not nominal: an element through all points may have no nominal.
+    # Touched points are not nominal: an element through all points may have no nominal.
     missing = [
         item.name
         for item in plan.constructions
@@ -90,7 +90,7 @@ def _constructions(plan: Plan) -> Iterator[PlanFinding]:
 
 
 def _alignment(plan: Plan) -> Iterator[PlanFinding]:
-    """Yield why the frame cannot be found; a saved frame rests on other places."""
+    """Yield why the frame is undetermined; a saved frame depends on other places."""
     bound = plan.bound_alignment
     if bound is None or isinstance(bound.rule, SavedFrame):
         return
@@ -113,7 +113,7 @@ def _alignment(plan: Plan) -> Iterator[PlanFinding]:
 def _datums(
     plan: Plan, datums: Sequence[str], nominals: Mapping[str, Float], item: str = "alignment"
 ) -> Iterator[PlanFinding]:
-    """Yield datums that take no degree of freedom from the part."""
+    """Yield datums that constrain no degree of freedom."""
     if any(name not in nominals for name in datums):
         return
     try:
@@ -129,13 +129,13 @@ def _datums(
                 f"that {held} leaves open; it is parallel to it, coaxial with it or lies on it.",
                 "Choose a datum across the ones before it, or remove this datum.",
                 item,
-                # Where all is held already, a datum more changes no result.
+                # If the part is fully constrained, another datum changes no result.
                 is_error=before > 0,
             )
 
 
 def _duplicates(plan: Plan) -> Iterator[PlanFinding]:
-    """Yield features with one nominal surface: no touch belongs to one of them alone."""
+    """Yield features with one nominal surface: touches would be ambiguous."""
     for shape in dict.fromkeys(feature.shape for feature in plan.features):
         group = [feature for feature in plan.features if feature.shape is shape]
         vectors = np.array([nominal_geometry(one) for one in group])
@@ -158,7 +158,7 @@ def _duplicates(plan: Plan) -> Iterator[PlanFinding]:
 
 
 def _overlap(one: NominalFeature, other: NominalFeature, gap: Float, way: Float) -> bool:
-    """Return whether two surfaces of known sizes, without targets, have an area in common."""
+    """Return whether two surfaces of known sizes, without targets, overlap."""
     if one.targets or other.targets or one.shape not in (Shape.PLANE, Shape.CYLINDER):
         return False
     along = abs(float(gap @ way))
@@ -232,7 +232,7 @@ def _limits(item: Characteristic, unit: str) -> Iterator[PlanFinding]:
 
 
 def _nominal(item: Characteristic, value: float, unit: str, slack: float) -> Iterator[PlanFinding]:
-    """Yield the nominal of a characteristic that its features contradict.
+    """Yield a nominal of a characteristic that contradicts its features.
 
     A model may be drawn at the middle of its limits, and a fit at its nominal size.
     """
@@ -260,7 +260,7 @@ def _is_length(item: Characteristic) -> bool:
 
 
 def _slack(plan: Plan, item: Characteristic, nominals: Mapping[str, Float]) -> float:
-    """Return by how much a distance depends on where its features are probed, mm."""
+    """Return by how much a distance depends on the probed places, mm."""
     if not _is_length(item):
         return 0.0
     one, other = (nominals[name][DIRECTION] for name in item.features)
@@ -274,7 +274,7 @@ def _slack(plan: Plan, item: Characteristic, nominals: Mapping[str, Float]) -> f
 
 
 def _materials(plan: Plan) -> Iterator[PlanFinding]:
-    """Yield limits of material that are not those of the size of the same feature."""
+    """Yield limits of material that differ from those of the size of the same feature."""
     sides = {feature.name: feature.side for feature in plan.features}
     limits: dict[tuple[str, str], set[float]] = {}
     for item in plan.characteristics:

@@ -1,4 +1,4 @@
-"""Pictures of the steps of a plan: they lie beside it, and go with it."""
+"""Pictures of the steps of a plan, stored next to it."""
 
 from __future__ import annotations
 
@@ -19,17 +19,15 @@ _PICTURE = FileKind("picture", "picture", PICTURES)
 
 
 def with_picture(plan: Plan, plan_file: Path | None, feature: str, source: Path) -> Plan:
-    """Return the plan with a picture at the step of a feature; the file is copied beside the plan.
+    """Return the plan with a picture for a feature; the file is copied next to the plan.
 
-    A file that lies in the folder of the plan already is named as it is. Nothing is written over:
-    another file of the same name stays, and the copy is numbered.
+    A file in the folder of the plan is referenced as it is. Nothing is overwritten: a copy whose
+    name is in use is numbered.
 
     Parameters
     ----------
     plan_file
-        Where the plan is; None where it was never saved.
-    feature
-        Name of the feature.
+        None if the plan was never saved.
 
     Raises
     ------
@@ -56,7 +54,7 @@ def with_picture(plan: Plan, plan_file: Path | None, feature: str, source: Path)
 
 
 def without_file(plan: Plan, folder: Path | None) -> list[str]:
-    """Return the features whose picture is not there; all with one where there is no folder."""
+    """Return the features whose picture is missing; all with one if there is no folder."""
     return [
         item.name
         for item in plan.features
@@ -65,7 +63,7 @@ def without_file(plan: Plan, folder: Path | None) -> list[str]:
 
 
 def carry_pictures(plan: Plan, old: Path, new: Path) -> None:
-    """Copy the pictures of a plan from its old folder to a new one; what is there stays.
+    """Copy the pictures of a plan to another folder; existing files are kept.
 
     Raises
     ------

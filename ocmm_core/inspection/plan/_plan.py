@@ -1,4 +1,4 @@
-"""The plan: which features to probe, and which characteristics decide over the part."""
+"""The plan: features to probe, and characteristics that decide over the part."""
 
 from __future__ import annotations
 
@@ -29,13 +29,13 @@ from ocmm_core.tolerances.zones import Characteristic
 
 SCHEMA = "ocmm.plan/1"
 MAX_EXPANSION_PPM = 200.0
-"""No solid grows more for a kelvin."""
+"""Upper limit for solids, 1e-6/K."""
 
 _HASH = re.compile(r"[0-9a-f]{64}")
 
 
 class Material(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """What the part is made of: its thermal expansion and standard uncertainty, 1e-6/K."""
+    """Material of the part: its thermal expansion and standard uncertainty, 1e-6/K."""
 
     name: str
     expansion_ppm: float
@@ -43,7 +43,7 @@ class Material(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=
 
 
 class CadModel(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """The STEP file that the nominals are of: its place beside the plan, and its hash."""
+    """The STEP file of the nominals: its place next to the plan, and its hash."""
 
     file: str
     """Relative to the folder of the plan, and inside it."""
@@ -53,45 +53,42 @@ class CadModel(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=
 
 
 class Plan(Document, frozen=True, kw_only=True):
-    """A plan as it is written down; lengths in mm."""
+    """A plan as stored; lengths in mm."""
 
     name: str
     part: str
-    """`name`, `part`: Names of the plan and of the part."""
     features: list[NominalFeature]
     """In the order of probing."""
     characteristics: list[Characteristic]
     """In the order of the report."""
     constructions: list[Construction] = msgspec.field(default_factory=list)
-    """Features made from others, in any order."""
+    """In any order."""
     alignment: Alignment | None = None
-    """Needed as soon as a characteristic is a coordinate."""
+    """Required by characteristics that are coordinates."""
     rule: Literal["iso14253-1", "ilac-g8", "simple"] = "iso14253-1"
     """Decision rule: ISO 14253-1 (default), ILAC-G8 with the guard band w = U, or simple acceptance
     (`tolerances.decision`)."""
     material: Material | None = None
-    """Needed where results are to be reported at 20 °C."""
+    """Required for results at 20 °C."""
     compensation: Literal["approach", "pulled", "shank", "nominal"] = "approach"
-    """How the side of the material is found where a feature does not say it
-    (`measuring.compensation.METHODS`)."""
+    """Default detection of the side of the material (`measuring.compensation.METHODS`)."""
     model: CadModel | None = None
-    """The CAD model whose frame is that of the nominals; it is shown, and nothing is computed of
-    it."""
+    """The CAD model in whose frame the nominals are; shown only, nothing is computed from it."""
     cameras: Literal["proven", "unproven"] = "proven"
-    """``"proven"``: only cameras whose data prove their age and order; ``"unproven"``: also such
-    that do not, knowingly."""
+    """``"proven"``: only cameras whose data prove their age and order; ``"unproven"``: also others,
+    knowingly."""
     environment: EnvironmentLimits | None = None
-    """What the room must be like from the first to the last point; None demands nothing."""
+    """Ambient limits from the first to the last point; None for none."""
     sources: list[PlanSource] = msgspec.field(default_factory=list)
     requirements: list[Requirement] = msgspec.field(default_factory=list)
     """`sources`, `requirements`: Imported files, and the account of their requirements; both are
-    empty in a plan that was made by hand."""
+    empty in a plan made by hand."""
 
     @classmethod
     def completed(cls, data: dict[str, Any]) -> dict[str, Any]:
-        """Return ``data`` with the kind of alignment that the first plans did not name.
+        """Return ``data`` with the kind of alignment that the first plans omitted.
 
-        Its text is in the normal form NFC, so that names typed on different systems are equal.
+        Text is normalised to NFC, so that names typed on different systems are equal.
         """
         data = normal_text(data)
         alignment = data.get("alignment")
@@ -113,13 +110,13 @@ class Plan(Document, frozen=True, kw_only=True):
         return BoundAlignment(self.alignment, self.shapes, nominals)
 
     def probed(self, name: str) -> tuple[str, ...]:
-        """Return the probed features that a feature, probed or constructed, rests on."""
+        """Return the probed features of a feature, probed or constructed."""
         return probed_features(name, self.constructions)
 
     def rests_on(self, item: Characteristic, bound: BoundAlignment | None = None) -> list[str]:
-        """Return the probed features that a characteristic rests on, also those projected onto.
+        """Return the probed features of a characteristic, also those projected onto.
 
-        ``bound`` is `bound_alignment`, where somebody has it.
+        ``bound`` is `bound_alignment`, if already computed.
         """
         found: dict[str, None] = {}
         for name in involved_features(item, bound or self.bound_alignment):
@@ -130,7 +127,7 @@ class Plan(Document, frozen=True, kw_only=True):
         return list(found)
 
     def feature(self, name: str) -> NominalFeature:
-        """Return the feature called ``name``; KeyError if there is none."""
+        """Return a feature by name; KeyError if unknown."""
         for feature in self.features:
             if feature.name == name:
                 return feature
@@ -143,8 +140,7 @@ def load_plan(path: Path | str) -> Plan:
     Raises
     ------
     InputError
-        The document is malformed or asks for something that cannot be measured; the sentence
-        names the field.
+        The document is malformed or unmeasurable; names the field.
     """
     plan = load_document(path, Plan, SCHEMA)
     check_plan(Path(path), plan)
@@ -152,7 +148,7 @@ def load_plan(path: Path | str) -> Plan:
 
 
 def check_plan(path: Path, plan: Plan) -> None:
-    """Raise InputError if the plan asks for something that cannot be measured."""
+    """Raise InputError if the plan is unmeasurable."""
     if not plan.features:
         raise _error(path, "features", "is empty: nothing to measure")
     _check_names(path, plan)

@@ -1,4 +1,4 @@
-"""Release of a plan by name, and its copy in the jobs that are measured by the plan."""
+"""Release of a plan by name, and its copy in the jobs measured by the plan."""
 
 from __future__ import annotations
 

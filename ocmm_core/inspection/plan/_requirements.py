@@ -1,7 +1,7 @@
-"""Requirements of a model, QIF document or table, and how many of them a plan contains now.
+"""Requirements of a model, QIF document or table, and their presence in the plan.
 
-A plan stores the account of each import. Whether a requirement is in the plan is computed from the
-plan at each reading: a characteristic that was deleted, changed or widened no longer counts.
+A plan stores the account of each import. Whether a requirement is in the plan is computed at each
+reading: a characteristic that was deleted, changed or widened no longer counts.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 SourceKind = Literal["model", "QIF document", "table"]
 UNCOUNTED = ("datum", "datum target", "note")
-"""Groups of items that are listed and not counted; a note prevents a complete count."""
+"""Groups that are listed and not counted; a note prevents a complete count."""
 _HASH = re.compile(r"[0-9a-f]{64}")
 _SAME = 1e-9
 _DECIMALS = 6
@@ -34,8 +34,6 @@ _DEFAULTS = {one.name: one.default for one in msgspec.structs.fields(Characteris
 
 
 class PlanSource(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """A file with requirements."""
-
     kind: SourceKind
     file: str
     """Name without folders."""
@@ -74,28 +72,24 @@ class Requirement(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fiel
 
 @dataclass(frozen=True, slots=True)
 class RequirementState:
-    """A requirement, its source, and its state in the plan."""
-
     requirement: Requirement
     source: PlanSource
     why: str
-    """Reason why it is not in the plan; empty if it is."""
+    """Why it is not in the plan; empty if it is."""
 
     @property
     def counts(self) -> bool:
-        """Return whether it is one of the counted requirements."""
         return self.requirement.group not in UNCOUNTED
 
 
 def source_of(kind: SourceKind, file: PurePath | str, sha256: str) -> PlanSource:
-    """Return a source by the name of its file."""
     return PlanSource(kind=kind, file=PurePath(file).name, sha256=sha256)
 
 
 def with_requirements(plan: Plan, source: PlanSource, found: Sequence[Requirement]) -> Plan:
-    """Return the plan with the account of a source, added to those that it has.
+    """Return the plan with the account of a source added.
 
-    A file that was imported before keeps one account: a requirement is the one that is in the plan.
+    A file that was imported before keeps one account: existing requirements of the plan are kept.
     """
     if not found:
         return plan
@@ -120,7 +114,6 @@ def with_requirements(plan: Plan, source: PlanSource, found: Sequence[Requiremen
 
 
 def requirement_states(plan: Plan) -> tuple[RequirementState, ...]:
-    """Return all requirements with their state in the plan as it is now."""
     contents = _contents(plan)
     return tuple(
         RequirementState(one, plan.sources[one.source - 1], _fault(contents, one))
@@ -141,7 +134,7 @@ def requirement_count(plan: Plan) -> RequirementCount | None:
 
 
 def requirements_fault(plan: Plan) -> tuple[str, str] | None:
-    """Return field and fault of an account that cannot be used; None if it can."""
+    """Return field and fault of an unusable account; None if usable."""
     for index, source in enumerate(plan.sources):
         if not _HASH.fullmatch(source.sha256):
             return f"sources[{index}].sha256", "is no SHA-256: 64 digits from 0 to f"
@@ -157,14 +150,11 @@ def requirements_fault(plan: Plan) -> tuple[str, str] | None:
 
 @dataclass(frozen=True, slots=True)
 class _Contents:
-    """Items of a plan by name, for comparison."""
-
     characteristics: Mapping[str, Characteristic]
     shapes: Mapping[str, str]
     geometries: Mapping[str, Float]
 
     def lacks(self, one: Requirement) -> list[str]:
-        """Return the names of a requirement that the plan does not have."""
         absent = [name for name in one.characteristics if name not in self.characteristics]
         return absent + [name for name in one.nominals if name not in self.shapes]
 
@@ -219,7 +209,6 @@ def _fault(contents: _Contents, one: Requirement) -> str:
 
 
 def _keyed(items: Sequence[Requirement]) -> dict[tuple[str, ...], Requirement]:
-    """Return requirements by their place in the source."""
     found: dict[tuple[str, ...], Requirement] = {}
     for one in items:
         key: tuple[str, ...] = (one.group, one.reference, one.label, one.asks)
@@ -230,7 +219,7 @@ def _keyed(items: Sequence[Requirement]) -> dict[tuple[str, ...], Requirement]:
 
 
 def _free(wanted: str, used: set[str]) -> str:
-    """Return a balloon that is not used: the wanted one, or the next number."""
+    """Return an unused balloon: the wanted one, or the next number."""
     if wanted and wanted not in used:
         return wanted
     numbers = [int(one) for one in used if one.isdecimal() and len(one) < 9]

@@ -1,4 +1,4 @@
-"""The plans of a folder, to choose one."""
+"""Plans of a folder, to choose one."""
 
 from __future__ import annotations
 
@@ -27,16 +27,15 @@ class PlanSummary:
     part: str
     release: ReleaseState = NO_RELEASE
     requirements: str = ""
-    """How many requirements of its sources it contains; empty without a source."""
+    """Requirements of its sources in the plan; empty without a source."""
 
     @property
     def remarks(self) -> tuple[str, ...]:
-        """Return release and requirements in words."""
         return tuple(filter(None, (self.release.words, self.requirements)))
 
 
 def plan_card(path: Path) -> PlanSummary:
-    """Return the summary of a plan; raise InputError as `load_plan`."""
+    """Return the summary of a plan; InputError as `load_plan`."""
     plan = load_plan(path)
     count = requirement_count(plan)
     return PlanSummary(
@@ -46,10 +45,7 @@ def plan_card(path: Path) -> PlanSummary:
 
 
 def list_plans(folder: Path) -> tuple[PlanSummary, ...]:
-    """Return the plans of a folder by name of file; what is no plan, or a faulty one, is left out.
-
-    No more than `MOST_FILES` files are looked at.
-    """
+    """Return the valid plans of a folder by file name; reads at most `MOST_FILES` files."""
     try:
         files = sorted(path for path in folder.iterdir() if path.suffix.lower() == SUFFIX)
     except OSError:

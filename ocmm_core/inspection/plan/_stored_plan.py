@@ -1,4 +1,4 @@
-"""The plan that a job was begun with, from its own job file."""
+"""The plan stored in a job file."""
 
 from __future__ import annotations
 
@@ -8,12 +8,12 @@ from ocmm_core.storage import JobHead
 
 
 def stored_plan(head: JobHead) -> Plan:
-    """Return the plan in the head of a job file: a job goes on by that, whatever became of it.
+    """Return the plan in the head of a job file, by which a job is resumed.
 
     Raises
     ------
     InputError
-        The plan was written by another version of the program and cannot be used by this one.
+        The plan is of another version of the program and cannot be used.
     """
     with scratch_folder("plan") as folder:
         path = folder / "plan_of_the_job.toml"

@@ -1,4 +1,4 @@
-"""From faces of the model to what a plan needs for their profile: points, and the demand."""
+"""From faces of the model to their profile: points and characteristic."""
 
 from __future__ import annotations
 
@@ -24,13 +24,13 @@ from ocmm_core.part_model import (
 from ocmm_core.tolerances.zones import Characteristic
 
 CLEAR_MM = 1.0
-"""Beside the radius of the ball: least distance of a place from every edge."""
+"""mm, in addition to the ball radius: least distance of a place from every edge."""
 LEAST_PLACES = 7
-"""Fewer say nothing of a surface that may follow its points."""
+"""Fewer prove nothing about a surface that may follow its points."""
 USUAL_PLACES, USUAL_BALL_RADIUS = 24, 3.0
-"""Points of a best fit to faces, and mm of the ball of the standard probe."""
+"""Points of a best fit to faces, and ball radius of the standard probe, mm."""
 _ON_MM = 0.05
-"""A point that is no farther from a face lies on it."""
+"""mm: distance up to which a point lies on a face."""
 _LONGEST = 40
 
 
@@ -43,7 +43,7 @@ def surface_profile(
     datums: Sequence[str] = (),
     ball_radius: float = 3.0,
 ) -> tuple[list[NominalFeature], Characteristic]:
-    """Return single points spread over faces of the model, and their profile against these faces.
+    """Return single points spread over faces of the model, and their profile.
 
     Parameters
     ----------
@@ -52,14 +52,14 @@ def surface_profile(
     tolerance
         mm: width of the zone.
     count
-        Points in all, shared by the faces.
+        Total number of points, shared by the faces.
     ball_radius
-        mm: of the largest ball that is to fit.
+        mm: of the largest ball.
 
     Raises
     ------
     InputError
-        The model holds no surface of a face, or too few places of the faces have room for the ball.
+        The model has no surface of a face, or too few places have room for the ball.
     """
     held = tuple(nominal_face(face) for face in faces)
     shares = [count // len(held) + (i < count % len(held)) for i in range(len(held))]
@@ -76,9 +76,8 @@ def surface_profile(
 def with_profiles(plan: Plan, free_forms: Sequence[FreeForm], tolerance: float) -> Plan:
     """Return a plan with free-form faces of its model: their points, and a profile of each.
 
-    The profiles are in the datum system that is the plan's alignment. A plan without an alignment
-    gets the best fit to these faces, and each profile is where it fits best: without datums it
-    says nothing of where a face lies.
+    The profiles are in the datum system of the plan's alignment. A plan without one gets the best
+    fit to these faces, and each profile is best-fitted: without datums it does not locate a face.
 
     Parameters
     ----------
@@ -88,7 +87,7 @@ def with_profiles(plan: Plan, free_forms: Sequence[FreeForm], tolerance: float) 
     Raises
     ------
     InputError
-        A name is taken, or the tolerance is none.
+        A name is taken, or the tolerance is invalid.
     """
     if not free_forms:
         return plan
@@ -122,21 +121,20 @@ def with_model_fit(
 ) -> Plan:
     """Return a plan whose alignment is the best fit to faces of its model.
 
-    Single points of the plan that lie on the faces are taken. A face that has fewer than its share
-    gets more, spread over it and called after it.
+    Existing single points on the faces are used. A face with fewer than its share gets more, spread
+    over it and named after it.
 
     Parameters
     ----------
     count
-        Points in all, shared by the faces.
+        Total number of points, shared by the faces.
     ball_radius
-        mm: of the largest ball that is to fit.
+        mm: of the largest ball.
 
     Raises
     ------
     InputError
-        No face is given, the model holds no surface of one, or too few places of them have room for
-        the ball.
+        No face is given, the model has no surface of one, or too few places have room for the ball.
     """
     if not faces:
         raise InputError(
@@ -169,7 +167,7 @@ def with_model_fit(
 
 
 def _lying_on(points: Sequence[NominalFeature], faces: Sequence[NominalFace]) -> list[int]:
-    """Return on which of the faces each point lies, from 0; -1 for none."""
+    """Return the index of the face that each point lies on; -1 for none."""
     if not points:
         return []
     feet = nearest_feet(np.array([one.point for one in points]), [searched(one) for one in faces])
@@ -178,7 +176,7 @@ def _lying_on(points: Sequence[NominalFeature], faces: Sequence[NominalFace]) ->
 
 
 def _named(stem: str, taken: Collection[str]) -> str:
-    """Return a word that no item of a plan begins with yet."""
+    """Return a stem that no item of the plan starts with."""
     words = "".join(sign if sign.isalnum() or sign in " _.-" else " " for sign in stem).strip()
     stem = words[:_LONGEST] or "FACE"
     every = (stem, *(f"{stem} {number}" for number in range(2, len(taken) + 3)))

@@ -1,4 +1,4 @@
-"""Nominals taught on a master part: what was measured becomes what is wanted, rounded."""
+"""Teach nominals on a master part: measured values, rounded, become nominals."""
 
 from __future__ import annotations
 
@@ -21,19 +21,19 @@ def taught_plan(
     T_part_from_world: RigidTransform | None,
     decimals: int = 3,
 ) -> Plan:
-    """Return the plan with the nominals of all features that are measured, in the part frame.
+    """Return the plan with the nominals of all measured features, in the part frame.
 
     Parameters
     ----------
     actual
         Features as measured on the master part, world frame.
     decimals
-        Of lengths, mm: nominals are round where drawings are.
+        Of lengths, mm.
 
     Raises
     ------
     InputError
-        The part frame is not measured: nominals of a world that moves with the part mean nothing.
+        The part frame is not measured: nominals in the world would be meaningless.
     """
     if T_part_from_world is None:
         raise InputError(
@@ -68,6 +68,6 @@ def _taught(
 
 
 def _vector(values: Float, decimals: int) -> tuple[float, float, float]:
-    # Adding zero takes the sign from a negative zero.
+    # Adding zero turns -0.0 into 0.0.
     x, y, z = (round(float(value), decimals) + 0.0 for value in values)
     return (x, y, z)

@@ -1,12 +1,12 @@
-"""What a STEP file says of tolerances (AP242 semantic PMI), read from its text.
+"""Tolerances of a STEP file (AP242 semantic PMI), read from its text.
 
 In: the text of a STEP file. Out: dimensions, tolerances, datums and notes, each with the numbers of
-its faces and, where it cannot be believed, why.
+its faces and, if it cannot be trusted, the reason.
 
-Read `_items` (what comes out), `_part21` (entities of the text), `_measures` (values with units),
-`_aspects` (faces of an aspect), then `_dimensions`, `_tolerances`, and
-`_read`, which joins them; `_picked` reads units and other single entities. It must not know
-features or plans: what an item becomes is `inspection.drawing`.
+Read `_items` (results), `_part21` (entities of the text), `_measures` (values with units),
+`_aspects` (faces of an aspect), then `_dimensions`, `_tolerances`, and `_read`, which joins them;
+`_picked` reads units and other single entities. It must not know features or plans:
+`inspection.drawing` imports the items.
 """
 
 from __future__ import annotations

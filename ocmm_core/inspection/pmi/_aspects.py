@@ -1,4 +1,4 @@
-"""Which faces an aspect of a shape stands for."""
+"""Faces of a shape aspect."""
 
 from __future__ import annotations
 
@@ -19,18 +19,16 @@ MOST_FACES = 10_000
 
 @dataclass(frozen=True, slots=True)
 class Faces:
-    """The faces of an aspect."""
-
     numbers: tuple[int, ...] = ()
-    """Of the faces in the file, each once, in its order."""
+    """Numbers in the file, each once, in its order."""
     others: tuple[str, ...] = ()
-    """What else it stands for, such as edges, by the type of the file."""
+    """Other members, such as edges, by type of the file."""
     derived: bool = False
-    """It is made from these faces, as a middle plane is, and is not them."""
+    """Derived from these faces, such as a middle plane."""
 
 
 class Aspects:
-    """All aspects of a file, with what says which faces they are."""
+    """All aspects of a file, with their faces."""
 
     def __init__(self, file: Part21) -> None:
         self._file = file
@@ -38,7 +36,7 @@ class Aspects:
         self._children = [(word, file.users(word, 2)) for word in RELATIONS if word in file.by_type]
 
     def related(self, aspect: int) -> list[int]:
-        """Return the aspects that stand second in a relation in which this one stands first."""
+        """Return the second aspects of relations in which this one is the first."""
         return [
             number
             for word, by_first in self._children
@@ -47,17 +45,11 @@ class Aspects:
         ]
 
     def faces(self, aspect: int, *, is_note: bool = False) -> Faces:
-        """Return the faces of an aspect and of those that it is composed of.
+        """Return the faces of an aspect and of its components.
 
-        Parameters
-        ----------
-        is_note
-            The aspect is of a note, which has no meaning for tolerances.
+        `is_note`: The aspect is of a note, which has no meaning for tolerances.
 
-        Raises
-        ------
-        BadEntityError
-            An entity on the way is missing, cannot be read, or is not supported.
+        Raises BadEntityError if a visited entity is missing, cannot be read, or is not supported.
         """
         found: dict[int, None] = {}
         others: dict[str, None] = {}
@@ -71,7 +63,7 @@ class Aspects:
             seen.add(number)
             types = self._file.types(number)
             if number != aspect and "DATUM" in types:
-                # A datum feature says so which datum it is.
+                # A datum feature thus names its datum.
                 continue
             if not is_note:
                 self._check(number, "datum" if "DATUM" in types else "aspect")
@@ -89,7 +81,7 @@ class Aspects:
         return Faces(tuple(sorted(found)), tuple(others), derived)
 
     def _check(self, aspect: int, role: str) -> None:
-        """Refuse an aspect that is none, or has relations other than to its parts."""
+        """Refuse an invalid aspect, or one with relations other than to its parts."""
         check_entity(self._file, aspect, role)
         for by_first, of in ((self._usages, "usage"), (self._children, "relation")):
             for word, found in by_first:

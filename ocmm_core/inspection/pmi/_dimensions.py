@@ -19,7 +19,7 @@ _OTHERS = (
     "DIMENSIONAL_SIZE_WITH_PATH",
     "DIMENSIONAL_SIZE_WITH_DATUM_FEATURE",
 )
-"""Those that are listed and not taken: what they add changes what is meant."""
+"""Listed and not imported: their additions change the meaning."""
 DIMENSIONS = (*SIZES, *LOCATIONS, *_OTHERS)
 _SLACK = 1e-9
 _NOTE = "dimensional note"
@@ -27,7 +27,7 @@ _LIMITS = ("nominal value", "upper limit", "lower limit")
 
 
 class Dimensions:
-    """Reads dimensions; what is wrong with one is said in it, and never changes another one."""
+    """Read dimensions; faults are stored in the item and do not affect others."""
 
     def __init__(self, file: Part21, aspects: Aspects, labels: dict[int, str]) -> None:
         self._file, self._aspects, self._labels = file, aspects, labels
@@ -35,7 +35,7 @@ class Dimensions:
         self._tolerances = file.users("PLUS_MINUS_TOLERANCE", 1)
 
     def all(self) -> tuple[Dimension, ...]:
-        """Return the dimensions of the file in its order."""
+        """Return the dimensions of the file in order."""
         return tuple(self._dimension(number) for number in self._file.all_of(*DIMENSIONS))
 
     def _dimension(self, number: int) -> Dimension:
@@ -162,7 +162,7 @@ def _with_found(item: Dimension, found: dict[str, Measure], notes: tuple[str, ..
 
 
 def _checked(item: Dimension) -> Dimension:
-    """Return a dimension with limits that can be; BadEntityError else."""
+    """Return a dimension with valid limits; BadEntityError otherwise."""
     if item.nominal is None or item.lower is None or item.upper is None:
         msg = "the file gives it a tolerance and no value"
         raise BadEntityError(msg)
@@ -177,7 +177,7 @@ def _checked(item: Dimension) -> Dimension:
 
 
 def _own_name(records: dict[str, Any]) -> Any:
-    """Return the name of a representation item, be it simple or complex."""
+    """Return the name of a representation item, simple or complex."""
     for word in ("REPRESENTATION_ITEM", "MEASURE_REPRESENTATION_ITEM"):
         if records.get(word):
             return records[word][0]
@@ -185,7 +185,7 @@ def _own_name(records: dict[str, Any]) -> Any:
 
 
 def _notes(file: Part21, number: int) -> list[str]:
-    """Return the texts of a note beside a value, also of a compound one."""
+    """Return the notes of a value, also of a compound one."""
     records = file.records(number)
     if "DESCRIPTIVE_REPRESENTATION_ITEM" in records:
         name, text = map(plain, file.arguments(number, "DESCRIPTIVE_REPRESENTATION_ITEM")[:2])

@@ -1,4 +1,4 @@
-"""What a model says of its tolerances, as it is passed on: numbers, words and faces."""
+"""Tolerance items of a model: numbers, words and faces."""
 
 from __future__ import annotations
 
@@ -6,40 +6,34 @@ import msgspec
 
 
 class _Item(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """What all items share."""
-
     entity: int
     """Number in the file."""
     name: str
-    """Label that the model gives it."""
+    """Label in the model."""
     fault: str = ""
-    """Why it cannot be believed, as a part of a sentence; empty where nothing is wrong."""
+    """Why it cannot be trusted, as a part of a sentence; empty if it can."""
 
 
 class Dimension(_Item, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """A size, distance or angle."""
-
     word: str
-    """What it is, in the word of the file: ``diameter``, ``linear distance``."""
+    """Type in the word of the file: ``diameter``, ``linear distance``."""
     is_location: bool
-    """It is between two aspects, else of one."""
+    """Between two aspects, else of one."""
     of: str = ""
-    """``length``: mm, or ``angle``: deg; empty where the file has no value."""
+    """``length``: mm, or ``angle``: deg; empty without a value."""
     nominal: float | None = None
-    """None where the file has none."""
     lower: float | None = None
     upper: float | None = None
-    """`lower`, `upper`: Deviations from the nominal, with their sign; None where there is no
-    tolerance."""
+    """`lower`, `upper`: Signed deviations from the nominal; None without a tolerance."""
     fit: str = ""
     """Code of limits and fits, such as ``H7``."""
     notes: tuple[str, ...] = ()
-    """``theoretical``, ``auxiliary`` and other words that change what it means."""
+    """``theoretical``, ``auxiliary`` and other words that change its meaning."""
     faces: tuple[int, ...] = ()
     other_faces: tuple[int, ...] = ()
     """`faces`, `other_faces`: Numbers of the faces of the (first and) second aspect."""
     odd: tuple[str, ...] = ()
-    """What else it stands for, such as edges."""
+    """Other members, such as edges."""
 
 
 class DatumReference(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -51,20 +45,17 @@ class DatumReference(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_f
 
 
 class Tolerance(_Item, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """A geometrical tolerance."""
-
     word: str
     """Type of the file without ``_TOLERANCE``: ``position``, ``surface profile``."""
     size: float | None = None
-    """mm; None where it could not be read."""
+    """mm; None if unreadable."""
     zone: str = ""
-    """Form of the zone in the words of the file; empty where it says none."""
+    """Form of the zone in the words of the file; may be empty."""
     modifiers: tuple[str, ...] = ()
-    """Of the tolerance, in the words of the file."""
+    """In the words of the file."""
     extras: tuple[str, ...] = ()
-    """What else belongs to it and changes its meaning: projected zone, area, unequal zone."""
+    """Additions that change its meaning: projected zone, area, unequal zone."""
     datums: tuple[DatumReference, ...] = ()
-    """In their order."""
     segment: str = ""
     """``upper`` or ``lower`` of a composite tolerance."""
     faces: tuple[int, ...] = ()
@@ -95,16 +86,16 @@ class Annotation(_Item, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """A note or the picture of an item."""
 
     shows: tuple[int, ...] = ()
-    """Numbers of the items that it is the picture of; empty for a note."""
+    """Numbers of the items that it depicts; empty for a note."""
     text: str = ""
     faces: tuple[int, ...] = ()
-    """`text`, `faces`: Of a note: what it says, and the faces that it stands on."""
+    """`text`, `faces`: Of a note: text, and annotated faces."""
     own_aspect: bool = False
-    """Its leader ends at an aspect that no dimension or tolerance has."""
+    """Its leader ends at an aspect without dimension or tolerance."""
 
 
 class Pmi(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """All that a file says of tolerances."""
+    """All tolerance items of a file."""
 
     dimensions: tuple[Dimension, ...] = ()
     tolerances: tuple[Tolerance, ...] = ()
@@ -112,13 +103,12 @@ class Pmi(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True)
     targets: tuple[DatumTarget, ...] = ()
     annotations: tuple[Annotation, ...] = ()
     standards: tuple[str, ...] = ()
-    """Standards of tolerancing that it names."""
+    """Tolerancing standards named in the file."""
     fault: str = ""
-    """Why nothing of it can be used; part of a sentence."""
+    """Why nothing can be used; part of a sentence."""
 
     @property
     def is_empty(self) -> bool:
-        """Return whether the file says nothing of tolerances."""
         return not (
             self.dimensions or self.tolerances or self.datums or self.targets or self.annotations
         )

@@ -1,4 +1,4 @@
-"""Values of PMI with their units, each by its own: lengths in mm, angles in degrees."""
+"""Values of PMI, converted from their units: lengths to mm, angles to degrees."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ class Measure(NamedTuple):
 
 
 def qualifiers_of(file: Part21, number: int) -> list[str]:
-    """Return what qualifies a value, without the digits that it is shown with."""
+    """Return the qualifiers of a value, without its number of digits."""
     named = refs(file.records(number).get("QUALIFIED_REPRESENTATION_ITEM", ()))
     for user in file.users_of(number):
         if "MEASURE_QUALIFICATION" in file.types(user):
@@ -63,16 +63,10 @@ def qualifiers_of(file: Part21, number: int) -> list[str]:
 def measure_of(file: Part21, number: int, *, is_qualified: bool = False) -> Measure:
     """Return the value of a measure with a unit.
 
-    Parameters
-    ----------
-    is_qualified
-        The caller reads its qualifiers.
+    `is_qualified`: The caller reads its qualifiers.
 
-    Raises
-    ------
-    BadEntityError
-        It has no number or unit, the unit is unknown or contradicts its name, or the value is
-        larger than any part.
+    Raises BadEntityError if it has no number or unit, the unit is unknown or contradicts its name,
+    or the value is implausibly large.
     """
     check_entity(file, number, "measure")
     odd = [] if is_qualified else qualifiers_of(file, number)
@@ -93,10 +87,8 @@ def measure_of(file: Part21, number: int, *, is_qualified: bool = False) -> Meas
 def unit_of(file: Part21, number: int, depth: int = 0) -> MeasureUnit:
     """Return the unit of length or angle that an entity defines.
 
-    Raises
-    ------
-    BadEntityError
-        It is no length or angle, is unknown, or its factor contradicts its name.
+    Raises BadEntityError if it is no length or angle, is unknown, or its factor contradicts its
+    name.
     """
     if depth > _DEEPEST:
         msg = f"its unit #{number} refers to itself"
@@ -135,7 +127,6 @@ def unit_of(file: Part21, number: int, depth: int = 0) -> MeasureUnit:
 
 
 def _value_and_unit(file: Part21, number: int) -> tuple[float, int]:
-    """Return a value and the number of its unit."""
     records = file.records(number)
     arguments = next((records[word] for word in _MEASURES if records.get(word)), ())
     values = [one for one in arguments if isinstance(one, Typed | int | float)]
@@ -157,7 +148,7 @@ def _value_and_unit(file: Part21, number: int) -> tuple[float, int]:
 
 
 def _check_kind(file: Part21, value: Typed, unit: int, number: int) -> None:
-    """Refuse a length with a unit of angles, and the other way round."""
+    """Refuse a length with a unit of angles, and vice versa."""
     types = file.types(unit)
     for word, wanted in (("LENGTH", "LENGTH_UNIT"), ("ANGLE", "PLANE_ANGLE_UNIT")):
         if word in value.name and wanted in types:

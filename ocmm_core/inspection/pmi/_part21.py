@@ -1,7 +1,7 @@
-"""The entities of a STEP file as they are written (ISO 10303-21), read as text.
+"""Entities of a STEP file (ISO 10303-21), read as text.
 
-The classes of the geometry library lose what a tolerance needs (the sign of a lower limit, sets of
-faces) and end the process where a reference leads nowhere. Text does neither.
+The classes of the geometry library lose data that tolerances need (the sign of a lower limit, sets
+of faces) and abort the process at dangling references.
 """
 
 from __future__ import annotations
@@ -29,13 +29,13 @@ _SHAPES = (
     "COMPLEX_TRI", "DIRECTION", "EDGE_", "FACE_", "LINE(", "ORIENTED_EDGE", "PLANE(", "POLYLINE",
     "PRESENTATION_STYLE", "SURFACE_S", "TESSELLATED", "TRIANGULATED", "VECTOR", "VERTEX",
 )  # fmt: skip
-"""Starts of geometry and styles, which never refer to a tolerance."""
+"""Start of entity types of geometry and style, which never refer to a tolerance."""
 _REFERENCE = re.compile(r"'[^']*+'|#\s*+(\d++)")
 _WIDE = re.compile(r"\\X2\\([0-9A-Fa-f]*)\\X0\\|\\X4\\([0-9A-Fa-f]*)\\X0\\|\\X\\([0-9A-Fa-f]{2})")
 
 
 class BadEntityError(ValueError):
-    """What is wrong with an entity, as a part of a sentence."""
+    """Fault of an entity, as a part of a sentence."""
 
 
 class Ref(NamedTuple):
@@ -51,7 +51,7 @@ class Word(NamedTuple):
 
 
 class Typed(NamedTuple):
-    """A value that says its type, such as a measure."""
+    """A value with its type, such as a measure."""
 
     name: str
     values: tuple[Any, ...]
@@ -62,14 +62,14 @@ Argument: TypeAlias = "Ref | Word | Typed | str | float | int | tuple[Any, ...] 
 
 @dataclass(frozen=True, slots=True)
 class Part21:
-    """The entities of a file."""
+    """Entities of a file."""
 
     bodies: dict[int, str]
     """Text of each entity by its number, in the order of the file."""
     twice: frozenset[int]
-    """Numbers that two entities have: none of the two can be believed."""
+    """Duplicate numbers: neither entity can be trusted."""
     by_type: dict[str, list[int]]
-    """Numbers of the entities that have a type, also as a part of several, by its word."""
+    """Numbers of the entities by type, also of complex ones."""
     _read: dict[int, dict[str, tuple[Argument, ...]]] = field(default_factory=dict)
     _users: dict[int, list[int]] = field(default_factory=dict)
 
@@ -79,17 +79,11 @@ class Part21:
         return sorted(found)
 
     def types(self, number: int) -> frozenset[str]:
-        """Return the types of an entity; BadEntityError where there is none."""
+        """Return the types of an entity; BadEntityError if missing."""
         return frozenset(self.records(number))
 
     def records(self, number: int) -> dict[str, tuple[Argument, ...]]:
-        """Return the arguments of an entity by the type that they belong to.
-
-        Raises
-        ------
-        BadEntityError
-            There is no such entity, there are two, or its text cannot be read.
-        """
+        """Return the arguments by type; BadEntityError if missing, double or unreadable."""
         if number in self._read:
             return self._read[number]
         if number in self.twice:
@@ -103,13 +97,7 @@ class Part21:
         return found
 
     def arguments(self, number: int, *types: str) -> tuple[Argument, ...]:
-        """Return the arguments of an entity for the first of the types that it has.
-
-        Raises
-        ------
-        BadEntityError
-            As `records`, or it has none of the types.
-        """
+        """Return the arguments for the first type that an entity has; BadEntityError if none."""
         records = self.records(number)
         for word in types:
             if word in records:
@@ -118,13 +106,7 @@ class Part21:
         raise BadEntityError(msg)
 
     def argument(self, number: int, place: int, *types: str) -> Argument:
-        """Return one argument of an entity for the first of the types that it has.
-
-        Raises
-        ------
-        BadEntityError
-            As `arguments`, or there are fewer.
-        """
+        """Return one argument for the first type that an entity has; BadEntityError if missing."""
         arguments = self.arguments(number, *types)
         if place >= len(arguments):
             msg = f"#{number} has {len(arguments)} arguments, fewer than its type"
@@ -132,13 +114,7 @@ class Part21:
         return arguments[place]
 
     def reference(self, number: int, place: int, *types: str) -> int:
-        """Return the number of the one entity that an argument refers to.
-
-        Raises
-        ------
-        BadEntityError
-            As `argument`, or it refers to none or to several.
-        """
+        """Return the one entity that an argument refers to; BadEntityError if none or several."""
         found = refs(self.argument(number, place, *types))
         if len(found) != 1:
             msg = f"#{number} refers to {len(found)} entities where one is needed"
@@ -155,10 +131,7 @@ class Part21:
         return self._users.get(number, [])
 
     def users(self, word: str, place: int) -> dict[int, list[int]]:
-        """Return which entities of a type name an entity at a place of their arguments.
-
-        Entities that cannot be read are left out.
-        """
+        """Return the users of entities by a type at an argument index; skips unreadable ones."""
         found: dict[int, list[int]] = {}
         for number in self.all_of(word):
             try:
@@ -174,10 +147,7 @@ class Part21:
 def read_part21(text: str) -> Part21:
     """Return the entities of the text of a file; their arguments are read when asked for.
 
-    Raises
-    ------
-    BadEntityError
-        The text has no data section, or more entities than a model can have.
+    Raises BadEntityError if the text has no data section, or more entities than a model can have.
     """
     if "/*" in text:
         text = _without_comments(text)
@@ -217,7 +187,7 @@ def refs(argument: Argument) -> list[int]:
 
 
 def plain(argument: Argument, longest: int = 200) -> str:
-    """Return a text as one line that can be printed; empty for anything else."""
+    """Return a text as one printable line; empty for anything else."""
     if not isinstance(argument, str):
         return ""
     line = " ".join("".join(c if c.isprintable() else " " for c in argument).split())
@@ -225,7 +195,7 @@ def plain(argument: Argument, longest: int = 200) -> str:
 
 
 def _statements(text: str) -> Iterator[str]:
-    """Yield what stands before each semicolon that is not in a text, in one pass."""
+    """Yield statements, split at semicolons outside of texts, in one pass."""
     start = 0
     while found := _STATEMENT.match(text, start):
         yield found[1]
@@ -253,7 +223,7 @@ def _words(body: str) -> Iterator[str]:
         if found := _HEAD.match(body):
             yield found[0]
         return
-    # Parts of a complex entity stand beside each other; what stands inside is an argument.
+    # Top-level parts of a complex entity are its types; nested ones are arguments.
     depth = 0
     for found in _OUTLINE.finditer(body):
         sign = found[0]
@@ -297,7 +267,6 @@ def _tokens(body: str, number: int) -> Iterator[tuple[str, Any]]:
 
 
 def _list(tokens: Iterator[tuple[str, Any]], depth: int) -> tuple[Argument, ...]:
-    """Return what stands until the bracket that closes."""
     if depth > _DEEPEST:
         msg = "its lists stand deeper in each other than any model needs"
         raise BadEntityError(msg)
@@ -326,7 +295,7 @@ def _list(tokens: Iterator[tuple[str, Any]], depth: int) -> tuple[Argument, ...]
 
 
 def _decoded(text: str) -> str:
-    """Return a text with its characters beyond ASCII (ISO 10303-21, 6.4.3)."""
+    """Decode characters beyond ASCII (ISO 10303-21, 6.4.3)."""
 
     def one(found: re.Match[str]) -> str:
         try:

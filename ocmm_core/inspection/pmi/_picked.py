@@ -1,7 +1,7 @@
-"""Some entities of a STEP file and its units of length and angle, without reading all of the file.
+"""Selected entities and units of a STEP file, without reading all of it.
 
-The geometry library takes millimetres and radians for a file that names no units, and a factor
-that contradicts its name. Here such a file is refused.
+The geometry library assumes millimetres and radians for a file without units, or with a factor that
+contradicts its name. Here such a file is refused.
 """
 
 from __future__ import annotations
@@ -18,12 +18,8 @@ _UNITS, _CONTEXT = "GLOBAL_UNIT_ASSIGNED_CONTEXT", "GEOMETRIC_REPRESENTATION_CON
 def picked_entities(content: bytes, words: Sequence[str]) -> Part21:
     """Return the entities of a file whose text has any of some words.
 
-    A semicolon inside a text may cut an entity short: then the whole file is read.
-
-    Raises
-    ------
-    BadEntityError
-        As of `read_part21`.
+    A semicolon inside a text may truncate an entity: then the whole file is read. Raises
+    BadEntityError as `read_part21`.
     """
     wanted = re.compile("|".join(map(re.escape, words)).encode(), re.IGNORECASE)
     begin = content.find(b"DATA")
@@ -41,7 +37,7 @@ def picked_entities(content: bytes, words: Sequence[str]) -> Part21:
 
 
 def units_fault(content: bytes) -> str:
-    """Return what is wrong with the units of a model, as a part of a sentence; empty if nothing."""
+    """Return the fault of a model's units, as a part of a sentence; empty if none."""
     try:
         file = picked_entities(content, ("UNIT", _CONTEXT))
         if not file.all_of(_UNITS):

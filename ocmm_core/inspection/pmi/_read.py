@@ -1,8 +1,6 @@
-"""All that the text of a STEP file says of tolerances, and what its faces are.
+"""Reader of all tolerances in the text of a STEP file, with its faces.
 
-Datums, their features, and the targets that they are touched at.
-
-The labels that a model shows, what each is the picture of, and the text of its notes.
+Includes datums with their features and targets, labels with their items, and texts of notes.
 """
 
 from __future__ import annotations
@@ -28,7 +26,7 @@ _LONGEST = 300
 
 
 class Labels:
-    """What the callouts of a file are about."""
+    """Callouts of a file and their items."""
 
     def __init__(self, file: Part21) -> None:
         self._file = file
@@ -50,7 +48,6 @@ class Labels:
         self.names = self._names()
 
     def _names(self) -> dict[int, str]:
-        """Return the labels of items by their number."""
         found: dict[int, str] = {}
         for callout in self._about:
             name = self._name(callout)
@@ -62,10 +59,7 @@ class Labels:
     def annotations(self, aspects: Aspects, of_items: frozenset[int]) -> tuple[Annotation, ...]:
         """Return all callouts in the order of the file.
 
-        Parameters
-        ----------
-        of_items
-            Numbers of the aspects that dimensions, tolerances and datum targets have.
+        `of_items`: aspects of dimensions, tolerances and datum targets.
         """
         found = []
         for number in self._file.all_of("DRAUGHTING_CALLOUT", "LEADER_DIRECTED_CALLOUT"):
@@ -90,16 +84,15 @@ class Labels:
         return tuple(found)
 
     def _shown(self, callout: int) -> tuple[int, ...]:
-        """Return the items that a callout is the picture of.
+        """Return the items depicted by a callout.
 
-        A file that says so has another link to the aspect that the leader ends at, which may be
-        that of a datum; then only the first one counts.
+        An explicit link wins over that to the aspect at the leader's end, which may be a datum's.
         """
         about = self._said.get(callout) or self._about.get(callout, [])
         return tuple(dict.fromkeys(one for one in about if self._is_item(one)))
 
     def standards(self) -> tuple[str, ...]:
-        """Return the standards of tolerancing that texts of the file name."""
+        """Return the tolerancing standards named in texts of the file."""
         found: dict[str, None] = {}
         for number in self._file.all_of("DESCRIPTIVE_REPRESENTATION_ITEM", "PRODUCT", "DOCUMENT"):
             found |= dict.fromkeys(_STANDARD.findall(self._file.bodies[number]))
@@ -118,7 +111,6 @@ class Labels:
             return frozenset()
 
     def _is_item(self, number: int) -> bool:
-        """Return whether an entity is a dimension, tolerance, datum feature or target."""
         types = self._types(number)
         return any(word.startswith(_ITEMS) or "_TOLERANCE" in word for word in types)
 
@@ -127,7 +119,7 @@ class Labels:
         return any("SHAPE_ASPECT" in word or word == "PRODUCT_DEFINITION_SHAPE" for word in types)
 
     def _text(self, about: list[int]) -> str:
-        """Return the text of a note, where the file has it as text."""
+        """Return the text of a note, if stored as text."""
         for definition in about:
             if "PROPERTY_DEFINITION" not in self._types(definition):
                 continue
@@ -146,7 +138,7 @@ _TARGETS = ("PLACED_DATUM_TARGET_FEATURE", "DATUM_TARGET")
 
 
 class Datums:
-    """Reads datums; what is wrong with one is said in it."""
+    """Read datums; faults are stored in the item."""
 
     def __init__(self, file: Part21, aspects: Aspects, labels: dict[int, str]) -> None:
         self._file, self._aspects, self._labels = file, aspects, labels
@@ -154,11 +146,9 @@ class Datums:
         self._feet = file.users("FEATURE_FOR_DATUM_TARGET_RELATIONSHIP", 3)
 
     def targets(self) -> tuple[DatumTarget, ...]:
-        """Return the datum targets of the file in its order."""
         return tuple(self._target(number) for number in self._file.all_of(*_TARGETS))
 
     def all(self) -> tuple[Datum, ...]:
-        """Return the datums of the file in its order."""
         return tuple(self._datum(number) for number in self._file.all_of("DATUM"))
 
     def _target(self, number: int) -> DatumTarget:
@@ -230,7 +220,7 @@ class Datums:
 
 
 def letters_twice(datums: tuple[Datum, ...]) -> tuple[Datum, ...]:
-    """Return datums, those with a fault of which another one has the letter."""
+    """Return datums, with a fault for duplicate letters."""
     names = [one.name for one in datums]
     return tuple(
         msgspec.structs.replace(one, fault=one.fault or "the file has its letter twice")
@@ -249,27 +239,27 @@ _MOST_ITEMS = 20_000
 
 @dataclass(frozen=True, slots=True)
 class FaceText:
-    """A face as the text has it."""
+    """A face in the text."""
 
     number: int
     shape: str
-    """Word of its surface, as of a `Shape` where it is one of those that can be probed."""
+    """Word of its surface, as of a `Shape` if it can be probed."""
     radius: float = 0.0
     """Of cylinders and spheres, in the unit of the file; else 0."""
 
 
 def may_say_tolerances(text: str) -> bool:
-    """Return whether a text has a word of those without which it says nothing of tolerances.
+    """Return whether a text has any word that tolerances require.
 
-    To read all entities of a large file takes seconds; most large files say nothing.
+    Reading all entities of a large file takes seconds, and most large files have no tolerances.
     """
     return any(word in text for word in (*DIMENSIONS, "DATUM", "CALLOUT", "_TOLERANCE"))
 
 
 def read_pmi(text: str) -> tuple[Pmi, tuple[FaceText, ...]]:
-    """Return what a file says of tolerances, and its faces in the order of the file.
+    """Return the tolerances of a file, and its faces in the order of the file.
 
-    What is wrong with one item is said in it; nothing is raised for what a file says.
+    Never raises for contents of the file: faults are stored in the items.
     """
     try:
         file = read_part21(text)
@@ -316,7 +306,6 @@ def _face(file: Part21, number: int) -> FaceText:
 
 
 def _aspects_of_items(file: Part21) -> frozenset[int]:
-    """Return the aspects that dimensions, tolerances and datum targets name."""
     found: set[int] = set()
     words = (*DIMENSIONS, *TOLERANCES, "GEOMETRIC_TOLERANCE")
     for number in file.all_of(*words, "FEATURE_FOR_DATUM_TARGET_RELATIONSHIP"):

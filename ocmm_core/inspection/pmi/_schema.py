@@ -1,7 +1,7 @@
-"""Entity types of the schema (ISO 10303-242) that items are read from; others refuse the item.
+"""Entity types of the schema (ISO 10303-242) that readers understand; others refuse the item.
 
-A tolerance changes its meaning by a part of its entity, an argument or an entity that refers to
-it. `check_entity` accepts those that the readers understand, and those without an influence.
+A part of its entity, an argument or a referring entity can change the meaning of a tolerance.
+`check_entity` accepts those that the readers understand, and those without an influence.
 """
 
 from __future__ import annotations
@@ -55,7 +55,7 @@ _SHOWN = frozenset({
     "APPLIED_GROUP_ASSIGNMENT",
 })  # fmt: skip
 _VALIDATION = "validation property"
-"""End of the names of properties that repeat the item, for checks of a translation."""
+"""End of the names of properties that repeat the item, to check a translation."""
 _ASPECTS = {
     "SHAPE_ASPECT": (4,), "COMPOSITE_SHAPE_ASPECT": (0, 4), "COMPOSITE_GROUP_SHAPE_ASPECT": (0, 4),
     "ALL_AROUND_SHAPE_ASPECT": (0, 4), "DERIVED_SHAPE_ASPECT": (0, 4),
@@ -141,18 +141,11 @@ ROLES = {
     ),
     "usage": EntityRule(dict.fromkeys(USAGES, (5,)), frozenset()),
 }  # fmt: skip
-"""By what the readers take an entity for."""
+"""By the role that readers assign to an entity."""
 
 
 def check_entity(file: Part21, number: int, role: str) -> None:
-    """Refuse an entity with a part, an argument or a user that its reader does not understand.
-
-    Raises
-    ------
-    BadEntityError
-        Its type, the number of its arguments, or the type of an entity that refers to it is none
-        of those in its role.
-    """
+    """Raise BadEntityError for a type, argument count or user outside the entity's role."""
     parts, users = ROLES[role]
     for word, arguments in file.records(number).items():
         if word not in parts:
@@ -171,7 +164,7 @@ def check_entity(file: Part21, number: int, role: str) -> None:
         if is_item and "PROPERTY_DEFINITION" in types:
             name = plain(file.argument(user, 0, "PROPERTY_DEFINITION"))
             odd |= set() if name.endswith(_VALIDATION) else {f"PROPERTY '{name}'"}
-        # A user that is an item itself has parts, which are checked where it is read.
+        # A user that is an item itself is checked when it is read.
         if odd and not types & users:
             msg = f"the {_words(min(odd))} #{user} refers to it, which is not supported"
             raise BadEntityError(msg)

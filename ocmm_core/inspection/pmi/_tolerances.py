@@ -24,7 +24,7 @@ LARGEST_MM = 1000.0
 
 
 class Tolerances:
-    """Reads geometrical tolerances; what is wrong with one is said in it."""
+    """Read geometrical tolerances; faults are stored in the item."""
 
     def __init__(self, file: Part21, aspects: Aspects, labels: dict[int, str]) -> None:
         self._file, self._aspects, self._labels = file, aspects, labels
@@ -39,11 +39,10 @@ class Tolerances:
         self._segments, self._related = self._composites()
 
     def all(self) -> tuple[Tolerance, ...]:
-        """Return the geometrical tolerances of the file in its order."""
         return tuple(self._tolerance(number) for number in self._file.all_of(*_ALL))
 
     def _composites(self) -> tuple[dict[int, str], dict[int, str]]:
-        """Return which segment of a composite tolerances are, and what else relates them."""
+        """Return the segments of composite tolerances, and other relations."""
         word = "GEOMETRIC_TOLERANCE_RELATIONSHIP"
         segments: dict[int, str] = {}
         related: dict[int, str] = {}
@@ -52,7 +51,7 @@ class Tolerances:
                 name = plain(self._file.argument(number, 0, word)) or "without a name"
                 upper, lower = (self._file.reference(number, place, word) for place in (2, 3))
             except BadEntityError:
-                # The tolerances that it refers to cannot read it either.
+                # The related tolerances cannot read it either.
                 continue
             if name != "composite":
                 related.update({upper: name, lower: name})
@@ -165,7 +164,7 @@ class Tolerances:
         return DatumReference(labels=tuple(labels), modifiers=modifiers)
 
     def _in_order(self, held: list[int]) -> list[DatumReference]:
-        """Return datum references of older schemas, which say their precedence as a number."""
+        """Return datum references of older schemas, with numeric precedence."""
         found: dict[int, DatumReference] = {}
         for number in held:
             check_entity(self._file, number, "older datum reference")

@@ -1,11 +1,11 @@
-"""Whether a probe reaches places on a part, and whether cameras see its LEDs there.
+"""Reachability of targets on a part by a probe, and visibility of its LEDs.
 
-In: triangles of a part, places with normals, probe, rig, how the part stands. Out: for each place
-an attitude of the probe, or what stands against it.
+In: triangles of a part, places with normals, probe, rig, placement of the part. Out: for each place
+an attitude of the probe, or the obstacle.
 
-Read `_reach` (what is asked), `_setting` (probe, cameras, placement, attitudes), `_probe_solid`
-(what of a probe can touch), `_part_in_the_way` (the mesh), and the compiled `_grow_kernel`,
-`_search_kernel` and `_tree_kernel`. It must not know files of models, features or plans.
+Read `_reach` (queries), `_setting` (probe, cameras, placement, attitudes), `_probe_solid` (bodies
+of a probe), `_part_in_the_way` (the mesh), and the compiled `_grow_kernel`, `_search_kernel` and
+`_tree_kernel`. It must not know files of models, features or plans.
 """
 
 from __future__ import annotations

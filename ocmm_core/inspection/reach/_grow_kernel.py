@@ -8,15 +8,12 @@ from ocmm_core.camera import compiled
 from ocmm_core.geometry import Float, Int
 
 _LEAF = 4
-"""Triangles that end the division of a box."""
+"""Triangles per leaf."""
 
 
 @compiled()
 def _part_at(wanted: int, low: int, high: int, keys: Float, order: Int) -> None:
-    """Order rows from ``low`` to ``high``: before ``wanted`` none is greater, behind it none less.
-
-    Hoare's selection with the middle row as the mark; the time grows with the number of rows.
-    """
+    """Partition rows ``low`` to ``high`` about ``wanted`` (Hoare's selection, linear time)."""
     while low < high:
         mark = keys[order[(low + high) // 2]]
         i, j = low, high
@@ -39,11 +36,11 @@ def _part_at(wanted: int, low: int, high: int, keys: Float, order: Int) -> None:
 
 @compiled()
 def grow(triangles: Float, boxes: Float, links: Int, order: Int) -> int:
-    """Fill in the tree of ``triangles`` (n, 3, 3), and return how many boxes it has.
+    """Fill in the tree of ``triangles`` (n, 3, 3), and return its number of boxes.
 
     ``boxes`` (2 n, 6): least and greatest coordinates. ``links`` (2 n, 2): the first of two
-    children, which follow each other, and -1; or the first of the triangles of a leaf in ``order``
-    (n,), and their number. All three are outputs.
+    consecutive children, and -1; or the first of the triangles of a leaf in ``order`` (n,), and
+    their number. All three are outputs.
     """
     n = len(triangles)
     middles = np.empty((n, 3))
@@ -76,7 +73,7 @@ def grow(triangles: Float, boxes: Float, links: Int, order: Int) -> int:
                     > boxes[box, 3 + longest] - boxes[box, longest]
                 ):
                     longest = a
-            # By the median both halves get as many, so that the tree is as deep as log2 of them.
+            # The median halves the count, so that the depth is log2 of it.
             half = (low + high) // 2
             _part_at(half, low, high - 1, middles[:, longest], order)
             links[box, 0], links[box, 1] = count, -1

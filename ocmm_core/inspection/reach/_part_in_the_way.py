@@ -1,4 +1,4 @@
-"""The mesh of a part as something that can be run into."""
+"""The mesh of a part as an obstacle."""
 
 from __future__ import annotations
 
@@ -10,21 +10,20 @@ from ocmm_core.geometry import Float, Int
 from ocmm_core.inspection.reach import _grow_kernel as kernel
 
 _LONG, _MORE = 2.0, 0.25
-"""Edges longer than so many times the usual ones are halved, for so many more triangles at most."""
+"""Edges longer than this multiple of the median are halved; limit of added triangles, relative."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Obstacle:
-    """The mesh of a part and the tree of boxes over it."""
+    """Mesh of a part and its tree of boxes."""
 
     triangles: Float
-    """(n, 3, 3), mm, frame of the part; the very long ones in pieces."""
+    """(n, 3, 3), mm, frame of the part; very long ones are divided."""
     faces: Int
-    """(n,): to which face each belongs, from 0."""
+    """(n,): face of each, from 0."""
     n_faces: int
-    """How many faces there are."""
     deflection_mm: float
-    """No triangle is farther from its face."""
+    """mm: bound of the distance of the mesh from the faces."""
     boxes: Float
     links: Int
     order: Int
@@ -32,27 +31,19 @@ class Obstacle:
 
     @property
     def middle(self) -> Float:
-        """Return the middle of the box about the part, (3,), mm."""
+        """Return the middle of the part's bounding box, (3,), mm."""
         middle: Float = 0.5 * (self.boxes[0, :3] + self.boxes[0, 3:])
         return middle
 
 
 def make_obstacle(triangles: Float, faces: Int, n_faces: int, deflection_mm: float) -> Obstacle:
-    """Return a part that can be run into.
+    """Return a part as an obstacle.
 
-    Parameters
-    ----------
-    triangles
-        (n, 3, 3), mm, n > 0.
-    faces
-        (n,): number of the face of each, from 0.
-    n_faces
-        More than the largest of them.
-    deflection_mm
-        No triangle is farther from its face.
+    `triangles`: (n, 3, 3), mm, n > 0. `faces`: (n,), face of each, from 0, less than `n_faces`.
+    `deflection_mm`: bound of the distance of the mesh from the faces.
     """
-    # Arrays that cannot be written to, such as what came through a pipe, are another type to the
-    # compiler: it would make all loops anew, which takes longer than to ask thousands of targets.
+    # Read-only arrays, e.g. from a pipe, are another type to the compiler: it would recompile all
+    # loops, which takes longer than thousands of queries.
     triangles = np.require(triangles, np.float64, ("C", "W"))
     faces = np.require(faces, np.int64, ("C", "W"))
     triangles, faces = _without_long(triangles, faces)
@@ -66,10 +57,10 @@ def make_obstacle(triangles: Float, faces: Int, n_faces: int, deflection_mm: flo
 
 
 def _without_long(triangles: Float, faces: Int) -> tuple[Float, Int]:
-    """Return triangles of which the longest are cut into pieces, and the face of each.
+    """Return triangles with the longest ones divided, and the face of each.
 
-    Between thousands of holes a face has triangles as long as the part. One of them makes the boxes
-    of its leaf as large, and every body that comes near is asked against all that is in them.
+    A face with thousands of holes has triangles as long as the part. One of them makes the box of
+    its leaf as large, and every near body is tested against all triangles in it.
     """
     longest = _longest(triangles)
     least = _LONG * float(np.median(longest))
@@ -88,7 +79,7 @@ def _without_long(triangles: Float, faces: Int) -> tuple[Float, Int]:
 
 
 def _longest(triangles: Float) -> Float:
-    """Return the length of the longest edge of each, (n,), mm."""
+    """Return the longest edge of each, (n,), mm."""
     edges = triangles - triangles[:, [1, 2, 0]]
     found: Float = np.sqrt((edges * edges).sum(axis=2).max(axis=1))
     return found

@@ -1,4 +1,4 @@
-"""What of a probe can touch a part: its stylus and its body, by its design or by its LEDs."""
+"""Bodies of a probe that can touch a part: stylus and body, by its design or its LEDs."""
 
 from __future__ import annotations
 
@@ -12,20 +12,17 @@ from ocmm_core.tracking import ProbeBody
 STYLUS, BODY, CORE = 0, 1, 2
 """Parts of a probe. The core lies within the body, and is round about the handle."""
 _POST_MM = 4.0
-"""Radius of what carries an LED."""
+"""Radius of an LED's post."""
 _THIN = 0.6
-"""A stylus is no thicker at the ball than by this part of the ball's radius."""
-# Where nobody says how a probe is built: a slim stylus, and a carrier with its LEDs well inside.
+"""Minimum radius of a stylus at the ball, relative to the ball's."""
+# Default for an unknown design: a slim stylus, and a carrier with its LEDs well inside.
 _PLAIN_STYLUS_MM, _PLAIN_ROUND_MM, _PLAIN_HALF_THICK_MM = 7.5, 20.0, 11.0
 
 
 def solid_of(body: ProbeBody, design: ProbeDesign | None) -> Float:
     """Return the bodies of a probe, (b, `N_COLUMNS`), from the ball's centre, probe frame.
 
-    Parameters
-    ----------
-    design
-        How it is built. Without it the body is a box about its LEDs, and a cone leads to the ball.
+    Without `design` the body is a box about its LEDs, and a cone leads to the ball.
     """
     leds = body.leds_probe - body.tip_probe
     offset = 0.0
@@ -38,14 +35,14 @@ def solid_of(body: ProbeBody, design: ProbeDesign | None) -> Float:
         offset = next((one.offset_mm for one in design.sections if isinstance(one, Panel)), 0.0)
     face = np.cross(axis, across)
     for led in leds:
-        # A post stands on the panel, or leads to the axis where there is none.
+        # A post stands on the panel, or leads to the axis without one.
         foot = led + (offset - led @ face) * face
         rows.append(_bar(foot, led, _POST_MM, _POST_MM, BODY))
     return np.array(rows)
 
 
 def frame_of(body: ProbeBody, design: ProbeDesign | None) -> Float:
-    """Return the directions of a probe (3, 3), rows: across, the way its LEDs look, its handle."""
+    """Return the axes of a probe (3, 3), rows: across, viewing direction of its LEDs, handle."""
     leds = body.leds_probe - body.tip_probe
     axis = unit(leds.mean(axis=0)) if design is None else design.axis_probe
     looks = body.led_directions_probe.mean(axis=0)
@@ -67,7 +64,7 @@ def _by_design(design: ProbeDesign, axis: Float, across: Float, radius: float) -
             half = 0.5 * section.core_mm + section.face_mm
             beside = section.offset_mm * design.soft_probe
             if section.offset_mm and not any(row[kernel.KIND] == kernel.PANEL for row in rows):
-                # What leads from the stylus to a panel beside it.
+                # Bracket from the stylus to an offset panel.
                 rows.append(
                     _bar(start + half * axis, start + half * axis + beside, half, half, BODY)
                 )

@@ -1,4 +1,4 @@
-"""Which targets can be touched, in which attitude, and what stands against the others."""
+"""Targets that can be touched, with an attitude each, and obstacles of the others."""
 
 from __future__ import annotations
 
@@ -16,64 +16,56 @@ from ocmm_core.inspection.reach._part_in_the_way import Obstacle
 from ocmm_core.inspection.reach._setting import Setting, attitudes, handle_directions
 
 LEAST_LEDS = 4
-"""Identification needs so many."""
+"""Required for identification."""
 WAYS_MM = (8.0, 4.0, 2.0, 1.0, 0.5, 0.2)
-"""Straight ways along the normal that are tried; a hand comes the longest that is free."""
+"""Tried straight ways along the normal; the longest free one is used."""
 _STEP_MM = 2.0
 _BALL_GAP_MM = 0.05
-"""The ball keeps so much more than the deflection of the mesh from every face but its own."""
+"""Clearance of the ball from other faces, in addition to the deflection of the mesh."""
 _STYLUS_GAP_MM, _BODY_GAP_MM = 1.0, 3.0
-"""A hand is no more exact than that."""
+"""Clearances, by the accuracy of a hand."""
 _SMALL_BALL = 0.2
-"""Of a small ball the stylus keeps this part of its radius, for it is as near to the surface."""
+"""Clearance of the stylus of a small ball, relative to its radius: it is as near to the surface."""
 _EMISSION_MARGIN = np.radians(3.0)
 _OUTSIDE, _LEANING = 5, 6
 _LEAN_GAIN = 0.32
-"""The handle follows the outward normal by this part of its angle from the vertical."""
+"""Share of the normal's angle from the vertical by which the handle leans."""
 _UPRIGHT_GAIN = 0.15
 _OFF_AXIS, _SKIMMING = np.radians(50.0), np.sin(np.radians(-2.0))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Reached:
-    """What became of targets."""
-
     stage: Int
-    """(n,): 0 where a target can be touched and is seen, else what stands against it."""
+    """(n,): 0 if a target can be touched and is seen, else the kind of obstacle."""
     face: Int
     """(n,): the face that would be touched, from 0; -1 for none."""
     turns_part_from_probe: Float
-    """(n, 3, 3): how the probe is held; NaN where a target cannot be reached."""
+    """(n, 3, 3): attitude of the probe; NaN if unreachable."""
     ways_mm: Float
     """(n,): free along the normal."""
     leds: Int
-    """(n,): how many LEDs two cameras see."""
+    """(n,): number of LEDs seen by two cameras."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Places:
-    """Targets on one surface that are asked for."""
+    """Queried targets on one surface."""
 
     points: Float
     normals: Float
     """`points`, `normals`: (n, 3), mm and unit, out of the material."""
     own: Sequence[int]
-    """Faces of the surface, from 0; no other one that is asked for at the same time has them."""
+    """Faces of the surface, from 0; disjoint between simultaneous queries."""
     axis_part: Float | None = None
-    """(3,), unit: of the bore that they lie in; None outside."""
+    """(3,), unit: of their bore; None outside."""
 
 
 class Reach:
-    """Asks for targets on one part whether a probe reaches them and cameras see it.
+    """Queries of one part: does the probe reach targets, and do the cameras see it.
 
-    Parameters
-    ----------
-    ball_radius
-        mm.
-    setting
-        Probe, cameras and placement; None where the ball alone is asked for.
-    axes_part
-        (m, 3), unit: of bores, into which the handle is held along.
+    `ball_radius`: mm. `setting`: probe, cameras and placement; None for the ball alone.
+    `axes_part`: (m, 3), unit, of bores, into which the handle may be held along.
     """
 
     def __init__(
@@ -82,7 +74,7 @@ class Reach:
         self._obstacle, self._radius, self._setting = obstacle, ball_radius, setting
         self._limits = np.zeros(kernel.N_LIMITS)
         self._limits[kernel.BALL_GAP] = obstacle.deflection_mm + _BALL_GAP_MM
-        # Of a hollow face the triangles lie inside: nearer to the ball by what they are off.
+        # The triangles of a concave face lie inside: nearer to the ball by the deflection.
         self._limits[kernel.OWN_GAP] = -(obstacle.deflection_mm + 1e-3)
         slim = min(_STYLUS_GAP_MM, _SMALL_BALL * ball_radius)
         self._limits[kernel.STYLUS_GAP] = slim + obstacle.deflection_mm
@@ -104,12 +96,12 @@ class Reach:
         turns = attitudes(setting, handles, pose.apply(self._obstacle.middle))
         allowed = np.isfinite(turns[:, 0, 0, 0])
         handles, turns = handles[allowed], turns[allowed]
-        # One that a rule excludes is tried as the first once more.
+        # An attitude excluded by a rule is replaced by the first one.
         turns = np.where(np.isfinite(turns), turns, turns[:, :1])
         self._handles = handles
         self._turns = np.ascontiguousarray(pose.rotation.T @ turns)
         self._solid = setting.solid()
-        # What the body of the probe stands before is no LED that anybody counts on.
+        # LEDs hidden behind the probe's body do not count.
         hidden = () if setting.design is None else leds_behind_body(setting.body, setting.design)
         shown = [n for n in range(len(setting.body.leds_probe)) if n not in hidden]
         self._leds = setting.body.leds_probe[shown] - setting.body.tip_probe
@@ -127,12 +119,12 @@ class Reach:
     def of(
         self, points: Float, normals: Float, own: Sequence[int], axis_part: Float | None = None
     ) -> Reached:
-        """Return what becomes of targets on one surface, see `Places`."""
+        """Return the result of targets on one surface, see `Places`."""
         (found,) = self.of_each([Places(points, normals, own, axis_part)])
         return found
 
     def of_each(self, asked: Sequence[Places]) -> list[Reached]:
-        """Return for each surface what becomes of its targets: thousands are one call."""
+        """Return the results per surface; one call for thousands."""
         if not asked:
             return []
         points = np.concatenate([one.points for one in asked])
@@ -159,7 +151,7 @@ class Reach:
         count = len(points)
         found, ways = np.zeros((count, 5), dtype=np.int64), np.zeros(count)
         part = self._obstacle
-        # What is outside is not searched: of a part larger than the volume that would be most.
+        # Targets outside the volume are not searched: most, for a part larger than it.
         outside = self._outside(points, normals)
         inside = np.flatnonzero(~outside)
         inner, way_of = found[inside], ways[inside]
@@ -189,7 +181,7 @@ class Reach:
         return outside
 
     def _all_ranks(self, asked: Sequence[Places]) -> Int:
-        """Return `_ranks` of all; without handles, as most large models are asked, at once."""
+        """Return `_ranks` of all; at once without handles, as for most large models."""
         if not len(self._handles):
             return np.full((sum(len(one.points) for one in asked), 1), -1, dtype=np.int64)
         every = [self._ranks(one.normals, one.axis_part) for one in asked]
@@ -216,7 +208,7 @@ class Reach:
             wanted = np.column_stack([np.sin(lean)[:, None] * flat, np.cos(lean)])
             likes = wanted @ handles.T
         cost = np.arccos(np.clip(likes, -1.0, 1.0))
-        # From below its surface nobody comes, and into a bore nobody far from its axis.
+        # A probe cannot come from below a surface, nor far off the axis of a bore.
         far = cost > _OFF_AXIS if axis_part is not None else world @ handles.T < _SKIMMING
         cost = cost + _UPRIGHT_GAIN * np.arccos(np.clip(handles[:, 2], -1.0, 1.0))
         ranks = np.argsort(np.where(far, np.inf, cost), axis=1, kind="stable")
@@ -224,7 +216,7 @@ class Reach:
         return np.ascontiguousarray(ranks[:, : max(1, int((~far).sum(axis=1).max()))])
 
     def why_not(self, reached: Reached) -> str:
-        """Return what most often stands against those targets that cannot be touched."""
+        """Return the most frequent obstacle."""
         against = reached.stage != kernel.FOUND
         if not against.any():
             return ""

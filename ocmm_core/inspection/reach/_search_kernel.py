@@ -1,6 +1,6 @@
-"""Compiled: for each target the first attitude in which nothing touches and the cameras see enough.
+"""Compiled: for each target the first collision-free attitude that enough cameras see.
 
-All places are in the frame of the part; the cameras are turned into it.
+All places are in the frame of the part; the cameras are transformed to it.
 """
 
 from __future__ import annotations
@@ -13,13 +13,13 @@ from ocmm_core.inspection.reach import _tree_kernel as tree
 from ocmm_core.inspection.reach._tree_kernel import FREE, first_near
 
 FOUND, BALL, STYLUS, BODY, SIGHT = range(5)
-"""How far the search came: what stands against the attitude that came farthest."""
+"""Progress of the search: obstacle of the attitude that came farthest."""
 
 NOBODY = -2
-"""A surface that no face belongs to: of the body all faces are in the way."""
+"""A surface without faces: all faces are obstacles to the body."""
 _LINE_MM = 2.0
-"""Radius about the line from an LED to a camera in which nothing may be: its lens has as much."""
-# Columns of the limits, mm but for the cosine and the number.
+"""Clear radius about the line from an LED to a camera, that of its lens."""
+# Columns of the limits, mm except for the cosine and the number.
 BALL_GAP, OWN_GAP, STYLUS_GAP, BODY_GAP, STEP, COS_EMISSION, LEAST_LEDS = range(7)
 N_LIMITS = 7
 
@@ -29,9 +29,9 @@ def _ball_way(
     point: Float, normal: Float, radius: float, ways: Float, limits: Float, ball: Float,
     triangles: Float, faces: Int, surfaces: Int, own: int, boxes: Float, links: Int, order: Int,
 ) -> tuple[float, int]:  # fmt: skip
-    """Return the longest of the ways (w,), mm, that the ball can come along the normal, or a face.
+    """Return the longest free way (w,), mm, of the ball along the normal, or a face.
 
-    The ways fall in length; 0 and the face that the ball touches where none is free.
+    The ways decrease; 0 and the touched face if none is free.
     """
     face = FREE
     ball[:] = 0.0
@@ -54,7 +54,7 @@ def _hit(
     part: int, bodies: Float, turn: Float, centre: Float, normal: Float, way: float, limits: Float,
     body: Float, triangles: Float, faces: Int, surfaces: Int, boxes: Float, links: Int, order: Int,
 ) -> int:  # fmt: skip
-    """Return a face that a part of the probe touches anywhere on the way of the ball, or FREE.
+    """Return a face that a part of the probe touches on the way of the ball, or FREE.
 
     ``turn`` (3, 3): part from probe. ``centre`` (3,): of the ball at the touch.
     """
@@ -88,7 +88,7 @@ def leds_seen(
     limits: Float, ray: Float, triangles: Float, faces: Int, surfaces: Int, boxes: Float,
     links: Int, order: Int, through: bool,
 ) -> int:  # fmt: skip
-    """Return how many LEDs two cameras or more see; ``through`` the part, or past it.
+    """Return the number of LEDs seen by two or more cameras, ignoring the part if ``through``.
 
     ``leds`` (L, 3) from the ball, and ``directions`` (L, 3), probe frame. ``cameras`` (c, 21): as
     `CameraModel.packed`, for points of the part. ``sensors`` (c, 2): last column and row, px.
@@ -108,7 +108,7 @@ def leds_seen(
             m = cameras[c]
             towards, away2 = 0.0, 0.0
             for a in range(3):
-                # C = -R't, where the camera is.
+                # C = -R't, centre of the camera.
                 eye[a] = -(m[a] * m[9] + m[3 + a] * m[10] + m[6 + a] * m[11])
                 towards += light[a] * (eye[a] - p[a])
                 away2 += (eye[a] - p[a]) ** 2
@@ -142,7 +142,7 @@ def leds_seen(
 
 @compiled(tree)
 def _is_among(d: int, ranks: Int) -> bool:
-    """Return whether a direction is one of the more natural half of those that are tried."""
+    """Return whether a direction is in the more natural half of the tried ones."""
     count = 0
     found = -1
     for rank in range(len(ranks)):
@@ -161,14 +161,14 @@ def search(
     triangles: Float, faces: Int, surfaces: Int, own: Int, boxes: Float, links: Int, order: Int,
     found: Int, way_of: Float,
 ) -> None:  # fmt: skip
-    """Fill in for each target how far the search came, and by which attitude.
+    """Fill in the progress of the search and its attitude for each target.
 
     ``points`` and ``normals`` (n, 3). ``turns`` (d, y, 3, 3): part from probe, for directions of
-    the handle and turns about it. ``ranks`` (n, d): directions, the most natural first; -1
-    ends them. ``surfaces`` (f,): to which surface each face belongs; ``own`` (n,): which of them
-    each target touches, those of one in a row. ``found`` (n, 5): stage, face against it, direction,
-    turn, LEDs seen by two cameras; ``way_of`` (n,), mm, free along the normal. Without cameras
-    (0, 21) sight is not asked.
+    the handle and turns about it. ``ranks`` (n, d): directions, the most natural first; -1 ends
+    them. ``surfaces`` (f,): surface of each face; ``own`` (n,): touched surface of each target,
+    equal ones consecutive. ``found`` (n, 5): stage, face against it, direction, turn, LEDs seen by
+    two cameras; ``way_of`` (n,), mm, free along the normal. Without cameras (0, 21) sight is not
+    checked.
     """
     body = np.empty(tree.N_COLUMNS)
     centre = np.empty(3)
@@ -189,11 +189,11 @@ def search(
         for a in range(3):
             centre[a] = points[i, a] + radius * normals[i, a]
         done, turned_away = False, True
-        # Without a body nothing but the ball is asked.
+        # Without a body only the ball is checked.
         if len(bodies) == 0:
             found[i, 0] = FOUND
             done = True
-        # What served the target before serves its neighbour, if it is natural for it as well.
+        # Try the previous target's attitude first, if it is natural here also.
         for rank in range(-1, ranks.shape[1]):
             if done:
                 break
@@ -203,7 +203,7 @@ def search(
             if d < 0 or (rank >= 0 and d == last) or (rank < 0 and not _is_among(d, ranks[i])):
                 continue
             if len(cameras):
-                # Without the part in between it is soon counted: most attitudes turn the LEDs away.
+                # Counting without the part first is cheap: most attitudes turn the LEDs away.
                 most = 0
                 for y in range(turns.shape[1]):
                     count = leds_seen(
@@ -216,7 +216,7 @@ def search(
                     found[i, 4] = max(found[i, 4], most)
                     continue
                 turned_away = False
-            # The stylus and the core of the body are round: turned about themselves the same.
+            # Stylus and core of the body are round: rotations about their axis do not matter.
             face = _hit(
                 0, bodies, turns[d, 0], centre, normals[i], way, limits, body, triangles, faces,
                 surfaces, boxes, links, order,

@@ -1,4 +1,4 @@
-"""Who touches the part, who looks on, and where it stands."""
+"""Probe, cameras and placement of the part."""
 
 from __future__ import annotations
 
@@ -13,24 +13,24 @@ from ocmm_core.inspection.reach._probe_solid import frame_of, solid_of
 from ocmm_core.tracking import ProbeBody, satisfies_rules
 
 TILT_DEG = 100.0
-"""Nobody holds a probe with its handle farther from upright by habit."""
+"""Maximum usual angle of the handle from upright."""
 _TILT_STEP_DEG = 15.0
 _ROUND = 12
 """Directions of the handle at each tilt."""
 _YAWS_DEG = (0.0, 20.0, -20.0, 40.0, -40.0)
 _RULE_MARGIN_DEG = 12.0
-"""Identification refuses what is within 10 degrees of an attitude that a rule excludes."""
+"""Identification refuses attitudes within 10 degrees of one excluded by a rule."""
 _FROM_THE_FRONT = (0.0, -1.0, 0.0)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Placement:
-    """How a part stands before the cameras."""
+    """Placement of a part before the cameras."""
 
     up: tuple[float, float, float] = (0.0, 0.0, 1.0)
-    """(3,): which direction of the model points up."""
+    """(3,): direction of the model that points up."""
     turn_deg: float = 0.0
-    """About the vertical, after that."""
+    """Rotation about the vertical, applied after ``up``."""
     offset_world: tuple[float, float, float] = (0.0, 0.0, 0.0)
     """(3,), mm: of the middle of the part from that of the volume."""
 
@@ -50,13 +50,11 @@ class Placement:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Setting:
-    """Probe, cameras and placement."""
-
     body: ProbeBody
     design: ProbeDesign | None = None
-    """How it is built; None where nobody wrote it down."""
+    """None if unknown."""
     rig: Rig | None = None
-    """The cameras; None where sight is not asked."""
+    """The cameras; None to ignore sight."""
     placement: Placement = Placement()
     ball_mm: float | None = None
     """Diameter of the ball; None for that of the probe."""
@@ -65,11 +63,10 @@ class Setting:
 
     @property
     def ball_radius(self) -> float:
-        """Return the radius of the ball, mm."""
         return self.body.tip_radius if self.ball_mm is None else 0.5 * self.ball_mm
 
     def solid(self) -> Float:
-        """Return what of the probe can touch, see `solid_of`."""
+        """Return the bodies of the probe, see `solid_of`."""
         return solid_of(replace(self.body, tip_radius=self.ball_radius), self.design)
 
     def pose(self, middle_part: Float) -> RigidTransform:
@@ -81,7 +78,7 @@ class Setting:
 def handle_directions(tilt_deg: float, more_world: Float) -> Float:
     """Return directions of the handle (d, 3), world: upright first, and ``more_world`` (m, 3).
 
-    Of the others those are left out that lean farther than the tilt.
+    Those that lean farther than the tilt are left out.
     """
     tilts = np.radians(np.arange(_TILT_STEP_DEG, tilt_deg + 1e-9, _TILT_STEP_DEG))
     around = 2.0 * np.pi * np.arange(_ROUND) / _ROUND
@@ -100,17 +97,10 @@ def handle_directions(tilt_deg: float, more_world: Float) -> Float:
 
 
 def attitudes(setting: Setting, directions_world: Float, middle_world: Float) -> Float:
-    """Return rotations world from probe (d, y, 3, 3): the LEDs look at the cameras, and beside.
+    """Return rotations world from probe (d, y, 3, 3): LEDs towards the cameras, and nearby.
 
-    Those that an orientation rule of the probe excludes are NaN, and for a direction all of them
-    where the first is excluded.
-
-    Parameters
-    ----------
-    directions_world
-        (d, 3), unit: of the handle.
-    middle_world
-        (3,), mm: of the part.
+    Attitudes excluded by a rule of the probe are NaN, and all of a direction if its first is.
+    `directions_world`: (d, 3), unit, of the handle. `middle_world`: (3,), mm, of the part.
     """
     towards = np.array(_FROM_THE_FRONT)
     if setting.rig is not None:

@@ -1,7 +1,7 @@
 """Compiled: whether a body comes near the triangles of a part, by the tree of boxes over them.
 
-Bodies are given as rows of `N_COLUMNS` numbers, in the frame of the triangles: a round bar is the
-hull of two balls, a panel is a flat prism with four corners.
+Bodies are rows of `N_COLUMNS` numbers, in the frame of the triangles: a round bar is the hull of
+two balls, a panel is a flat prism with four corners.
 """
 
 from __future__ import annotations
@@ -12,28 +12,27 @@ from ocmm_core.camera import compiled
 from ocmm_core.geometry import Float, Int
 
 BAR, PANEL = 0, 1
-"""Kinds of bodies."""
 # Columns of a body: its kind; middle of its start and its end; unit vector across (panel); radius
 # of a bar, or half the width of a panel, at the start and at the end; half the thickness of a
-# panel; which part of the probe it is.
+# panel; part of the probe.
 KIND, START, END, ACROSS, AT_START, AT_END, HALF_THICK, PART = 0, 1, 4, 7, 10, 11, 12, 13
 N_COLUMNS = 14
 
 FREE = -1
 _DEEP = 64
-"""Boxes that wait to be looked into: more than twice as deep as a tree of 10^9 triangles."""
+"""Stack of pending boxes: more than twice the depth of a tree of 10^9 triangles."""
 _CLOSE = 0.004
-"""Share of a bar: whether the distance rises at its start is seen over so much of it."""
+"""Share of a bar over which the slope of the distance at its start is evaluated."""
 _STEPS = 22
 """Of the golden section: 0.618^22 is 2.5e-5 of the length of a bar, 1 um of a stylus."""
 
 
 @compiled()
 def point_triangle(px: float, py: float, pz: float, t: Float) -> float:
-    """Return how far a point is from a triangle (3, 3).
+    """Return the distance of a point from a triangle (3, 3).
 
-    By the region of the triangle that the point projects to (Ericson 2005, 5.1.5); in single
-    numbers, for arrays of three would be made anew a million times a second.
+    By the region of the triangle that the point projects to (Ericson 2005, 5.1.5); in scalars,
+    because arrays of three would be allocated a million times a second.
     """
     ax, ay, az = t[0, 0], t[0, 1], t[0, 2]
     abx, aby, abz = t[1, 0] - ax, t[1, 1] - ay, t[1, 2] - az
@@ -41,7 +40,7 @@ def point_triangle(px: float, py: float, pz: float, t: Float) -> float:
     x, y, z = px - ax, py - ay, pz - az
     d1 = abx * x + aby * y + abz * z
     d2 = acx * x + acy * y + acz * z
-    # v and w: how far along both edges from the first corner the nearest point is.
+    # v and w: position of the nearest point along both edges from the first corner.
     v, w = 0.0, 0.0
     if d1 > 0.0 or d2 > 0.0:
         bx, by, bz = px - t[1, 0], py - t[1, 1], pz - t[1, 2]
@@ -63,7 +62,7 @@ def point_triangle(px: float, py: float, pz: float, t: Float) -> float:
             w = (d4 - d3) / ((d4 - d3) + (d5 - d6))
             v = 1.0 - w
         else:
-            # va + vb + vc is the square of twice the area; 0 for a triangle without any, which the
+            # va + vb + vc is the square of twice the area; 0 for a degenerate triangle, which the
             # edges above have caught.
             v, w = vb / (va + vb + vc), vc / (va + vb + vc)
     x, y, z = x - v * abx - w * acx, y - v * aby - w * acy, z - v * abz - w * acz
@@ -74,8 +73,8 @@ def point_triangle(px: float, py: float, pz: float, t: Float) -> float:
 def _bar_near(body: Float, t: Float, gap: float) -> bool:
     """Return whether a triangle comes nearer to a bar than ``gap``, mm.
 
-    The distance of a point that runs along a straight line from a triangle is convex, and so it is
-    less a radius that changes evenly: a golden section finds the least.
+    The distance of a point on a straight line from a triangle is convex, also less a linearly
+    changing radius: a golden section finds the minimum.
     """
     x, y, z = body[START], body[START + 1], body[START + 2]
     wx, wy, wz = body[END] - x, body[END + 1] - y, body[END + 2] - z
@@ -84,7 +83,7 @@ def _bar_near(body: Float, t: Float, gap: float) -> bool:
     middle = point_triangle(x + 0.5 * wx, y + 0.5 * wy, z + 0.5 * wz, t) - r0 - 0.5 * dr
     if middle < gap:
         return True
-    # Nothing falls faster than with the length and the radius.
+    # The distance changes at most by the length and the change of radius.
     if middle - 0.5 * (length + abs(dr)) >= gap:
         return False
     ratio = 0.6180339887498949
@@ -94,8 +93,8 @@ def _bar_near(body: Float, t: Float, gap: float) -> bool:
     if first < gap or near < gap:
         return True
     if near >= first:
-        # What rises at its start rises to its end, being convex: of most triangles about a ball
-        # that leaves its surface nothing more has to be asked.
+        # A convex distance that rises at its start rises to its end: this settles most triangles
+        # about a ball that leaves its surface.
         if 0.5 * (first + near - _CLOSE * (length + abs(dr))) >= gap:
             return False
         high = _CLOSE
@@ -105,7 +104,7 @@ def _bar_near(body: Float, t: Float, gap: float) -> bool:
     for _ in range(_STEPS):
         if at_p < gap or at_q < gap:
             return True
-        # What is left is too short to fall by as much as is missing.
+        # The rest is too short to fall by the missing amount.
         if min(at_p, at_q) - (high - low) * (length + abs(dr)) >= gap:
             return False
         if at_p < at_q:
@@ -143,7 +142,7 @@ def _parted_by(
     ax: float, ay: float, az: float, bx: float, by: float, bz: float, corners: Float, t: Float,
     gap: float,
 ) -> bool:  # fmt: skip
-    """Return whether corners and triangle are ``gap`` apart square to two directions."""
+    """Return whether corners and triangle are ``gap`` apart perpendicular to two directions."""
     return _parted(ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx, corners, t, gap)
 
 
@@ -151,8 +150,8 @@ def _parted_by(
 def _panel_near(corners: Float, t: Float, gap: float) -> bool:
     """Return whether a triangle may come nearer to a prism (8, 3) than ``gap``, mm.
 
-    Separating axes: normals of both, and products of their edges. What no axis parts by the gap
-    counts as near, also where two corners face each other and are a little farther than that.
+    Separating axes: normals of both, and products of their edges. Conservative: two corners facing
+    each other count as near even a little beyond the gap.
     """
     c = corners
     # Bits of the number of a corner: thickness, width, length. Edges: 0-1, 0-2, and both sides.
@@ -173,7 +172,7 @@ def _panel_near(corners: Float, t: Float, gap: float) -> bool:
             return False
         if _parted_by(ex, ey, ez, vx, vy, vz, c, t, gap):
             return False
-        # The third edge is the sum of the first two, the other way.
+        # The third edge is minus the sum of the first two.
         if _parted_by(ex, ey, ez, ux + vx, uy + vy, uz + vz, c, t, gap):
             return False
     return True
@@ -193,11 +192,10 @@ def first_near(
     body: Float, gap: float, own_gap: float, triangles: Float, faces: Int, surfaces: Int, own: int,
     boxes: Float, links: Int, order: Int,
 ) -> int:  # fmt: skip
-    """Return a face that comes nearer to a body than ``gap``, mm; FREE where none does.
+    """Return a face that comes nearer to a body than ``gap``, mm; FREE if none does.
 
-    ``surfaces`` (f,): to which surface each face belongs; for those of ``own`` ``own_gap`` holds
-    instead, which is no greater. ``faces`` (n,): of each triangle. The others as
-    `_grow_kernel.grow` makes them.
+    ``surfaces`` (f,): surface of each face; for those of ``own`` ``own_gap`` holds instead, which
+    is no greater. ``faces`` (n,): of each triangle. The others as of `_grow_kernel.grow`.
     """
     corners = np.empty((8, 3))
     start, way, across, thick = np.empty(3), np.empty(3), np.empty(3), np.empty(3)
@@ -243,8 +241,8 @@ def first_near(
             if boxes[box, a] > high[a] or boxes[box, 3 + a] < low[a]:
                 outside = True
                 break
-            # The line of the body runs through the box made larger by its radius between these
-            # shares of its length (slabs, Kay and Kajiya 1986).
+            # The body's axis intersects the box, enlarged by its radius, between these shares of
+            # its length (slabs, Kay and Kajiya 1986).
             if abs(way[a]) > 1e-12:
                 one = (boxes[box, a] - round_about - start[a]) / way[a]
                 other = (boxes[box, 3 + a] + round_about - start[a]) / way[a]
@@ -257,7 +255,7 @@ def first_near(
             continue
         for k in range(links[box, 0], links[box, 0] + links[box, 1]):
             triangle = triangles[order[k]]
-            # Of the triangles of a leaf most are beside the body as their box tells.
+            # Bounding boxes exclude most triangles of a leaf.
             if _is_beside(triangle, low, high):
                 continue
             face = faces[order[k]]

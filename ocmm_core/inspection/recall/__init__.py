@@ -1,12 +1,12 @@
-"""Recall: jobs computed anew after their calibration was found to be wrong, and what still holds.
+"""Recall: jobs recalculated after their calibration was found wrong, and which verdicts hold.
 
-In: jobs, the histories of calibrations and tips as they are today. Out: what becomes of every job
-in doubt, and who decided so.
+In: jobs, the current histories of calibrations and tips. Out: the outcome of every suspect job, and
+who decided.
 
-Read `_recall` (the whole of it), `_doubting` (which jobs are in doubt), `_recall_job` (one job
-under two calibrations) with `_recall_fit`, `_recall_judge` (which of both counts),
-`_recall_artefact` and `_recall_messages`. What was decided is kept by the room `archive`, where it
-is asked whenever a job is opened. It must not know an archive of a shop or a running station.
+Read `_recall` (the whole), `_doubting` (suspect jobs), `_recall_job` (one job under two
+calibrations) with `_recall_fit`, `_recall_judge` (which of both counts), `_recall_artefact` and
+`_recall_messages`. Package `archive` stores decisions and reads them whenever a job is opened. It
+must not know an archive of a shop or a running station.
 """
 
 from __future__ import annotations

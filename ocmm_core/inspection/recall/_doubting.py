@@ -1,4 +1,4 @@
-"""Which jobs are in doubt because of their calibration, and what they are computed with anew."""
+"""Jobs that are suspect because of their calibration, and the calibration to recalculate them."""
 
 from __future__ import annotations
 
@@ -32,12 +32,9 @@ from ocmm_core.storage import JobFile
 
 
 class Doubting:
-    """Which jobs are in doubt because of their calibration, by the histories of one folder.
+    """Suspect jobs, by the histories of one folder.
 
-    Parameters
-    ----------
-    now
-        The moment that it is asked for.
+    `now`: time of the query.
     """
 
     def __init__(self, calibrations: Path, probes: Path | None, now: datetime) -> None:
@@ -47,19 +44,15 @@ class Doubting:
         self._laters: dict[tuple[str, str], Later] = {}
 
     def knows(self, rig: str, calibration: str) -> bool:
-        """Return whether the history of a calibration is in this folder."""
         try:
             return is_known(self._store(rig).events, calibration)
         except InputError:
             return False
 
     def of_file(self, path: Path) -> DoubtedJob | None:
-        """Return a job of this computer with its points in doubt; None where there are none.
+        """Return a job of this computer with its suspect points; None without any.
 
-        Raises
-        ------
-        OcmmError
-            The job or the history cannot be read, or the history is not here.
+        Raises OcmmError if the job or the history cannot be read, or the history is missing.
         """
         with JobFile.read(path) as job:
             return self._of(path, job, lambda store: known_here(
@@ -67,13 +60,7 @@ class Doubting:
             ))  # fmt: skip
 
     def of_content(self, path: Path, content: bytes) -> DoubtedJob | None:
-        """Return a job of any computer by the bytes of its file; as `of_file`.
-
-        Parameters
-        ----------
-        path
-            What it is called.
-        """
+        """Return a job of any computer by the bytes of its file, called `path`; as `of_file`."""
         with JobFile.in_memory(path, content) as job:
             return self._of(path, job, lambda _: replace(
                 known_alone(job, self._keys),
@@ -86,14 +73,14 @@ class Doubting:
     def _of(
         self, path: Path, job: JobFile, asked: Callable[[CalibrationStore], KnownOfJob]
     ) -> DoubtedJob | None:
-        # Whatever an earlier recall has released: the last one decides about all of them.
+        # Regardless of earlier releases: the last recall decides about all points.
         record = StoredDocuments(path, job.head).camera_record()
         if record is None:
             return None
         store, used = self._store(record.rig), job.head.rig_identity
         events = store.events
         if not is_known(events, used):
-            # Silence would say that it is not in doubt.
+            # Silence would mean that it is not suspect.
             raise InputError(
                 "recall.unknown",
                 f"{path}: its calibration {used[:12]} is not in the history of rig "
@@ -106,8 +93,8 @@ class Doubting:
         counts = [one.number for one in observed if not one.annulled]
         in_doubt = {number: why[number] for number in counts if number in why}
         if not in_doubt:
-            # A point that was changed is told all the same; of a job in doubt whoever computes it
-            # anew looks at each.
+            # A changed point is reported in any case; in a suspect job each is checked at
+            # recalculation.
             job.points()
             job.annulled()
             return None
@@ -115,7 +102,7 @@ class Doubting:
         if key not in self._laters:
             self._laters[key] = later_than(store, record, self._now)
         known = asked(store)
-        # A mark of an earlier recall must not keep this one from looking.
+        # A mark of an earlier recall must not prevent this one.
         cameras = CameraHistory(unread=known.cameras.unread)
         known = replace(known, cameras=cameras, held=())
         return DoubtedJob(path, self._laters[key], in_doubt, known)
@@ -127,7 +114,7 @@ class Doubting:
 
 
 def later_than(store: CalibrationStore, record: CameraRecord, now: datetime) -> Later:
-    """Return the calibration that jobs of an earlier one are computed with, or why there is none.
+    """Return the calibration to recalculate jobs of an earlier one, or why there is none.
 
     It is the one in force, if it was verified and is of the same cameras.
     """
@@ -144,7 +131,7 @@ def later_than(store: CalibrationStore, record: CameraRecord, now: datetime) -> 
         )
     if _cameras(later) != _cameras(record):
         return Later(None, why_not="The active calibration belongs to other cameras.")
-    # Noise that a calibration left over beyond that of the rig is no sign of a change.
+    # Residual noise of a calibration beyond that of the rig is no sign of a change.
     scale = max(record.chi2_per_dof, later.chi2_per_dof, 1.0) ** 0.5
     return Later(later, record_hash(later), scale=scale)
 

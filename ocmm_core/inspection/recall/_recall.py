@@ -1,8 +1,8 @@
-"""Recall: which verdicts of older jobs stand after their calibration was found to be wrong.
+"""Recall: which verdicts of older jobs hold after their calibration was found wrong.
 
-Every job whose points the history of its calibration puts in doubt is computed anew from its raw
-spots with the calibration in force now, which was made later (`_recall_job`); what the spots
-exclude decides which of both counts (`_recall_judge`). Job files are only read, in copies.
+Every job with suspect points is recalculated from its raw spots with the calibration now in force,
+which was made later (`_recall_job`); the cases that the spots exclude decide which of both counts
+(`_recall_judge`). Job files are only read, in copies.
 """
 
 from __future__ import annotations
@@ -33,22 +33,22 @@ from ocmm_core.inspection.recall._recall_judge import Cases, cases_of, judgement
 from ocmm_core.storage import read_job
 
 Tell = Callable[[str, float], None]
-"""Told what is done next, and the share that is done."""
+"""Receives the next step, and the share done."""
 
 _LOOKING = 0.1
-"""Share of the time that the looking for jobs takes."""
+"""Share of the time for searching jobs."""
 
 
 @dataclass(frozen=True, slots=True)
 class KeptPlaces:
-    """Where jobs, calibrations and probes are kept on this computer."""
+    """Places of jobs, calibrations and probes on this computer."""
 
     jobs: tuple[Path, ...]
-    """Folders, looked through with those in them, and job files."""
+    """Folders, searched recursively, and job files."""
     calibrations: Path
-    """Rig by rig."""
+    """One subfolder per rig."""
     probes: Path | None = None
-    """Probe by probe; None is the folder of this user."""
+    """One subfolder per probe; None is the folder of this user."""
 
 
 def recall(
@@ -58,17 +58,14 @@ def recall(
     processes: int | None = None,
     site: Site = HERE,
 ) -> RecallRecord:
-    """Return what becomes of all jobs that are in doubt because of their calibration.
-
-    Nothing is changed by it; `decide` does.
+    """Return the outcome of all suspect jobs; changes nothing, unlike `decide`.
 
     Parameters
     ----------
     processes
-        Of this computer that compute; None for one a core, or this one alone where there are few
-        jobs.
+        Computing processes; None: one per core, or this process alone for few jobs.
     site
-        Where is computed without ``processes``; the record is the same.
+        Where to compute without ``processes``; the record is the same.
 
     Raises
     ------
@@ -122,7 +119,7 @@ def _paths(jobs: Sequence[Path]) -> list[Path]:
 def _touched(
     paths: Sequence[Path], places: KeptPlaces, now: datetime, tell: Tell
 ) -> tuple[list[DoubtedJob], list[str]]:
-    """Return the jobs with points in doubt, each with what it is computed with, and faults."""
+    """Return the suspect jobs, each with its later calibration, and faults."""
     doubting = Doubting(places.calibrations, places.probes, now)
     touched: list[DoubtedJob] = []
     unread: list[str] = []
@@ -145,16 +142,14 @@ def recall_doubted(
     site: Site,
     told: Callable[[int], None],
 ) -> tuple[tuple[RecalledJob, ...], list[str]]:
-    """Return what becomes of jobs in doubt, and why some could not be opened.
+    """Return the outcome of suspect jobs, and why some could not be opened.
 
     Parameters
     ----------
     contents
         Returns the bytes of a job, with the steps of its log.
     site
-        Where each job is computed; judged are all of them here, together.
-    told
-        How many are done.
+        Where each job is computed; all are judged here, together.
     """
     found: list[JobFindings] = []
     failed: list[str] = []
@@ -179,7 +174,7 @@ def content_of_file(job: DoubtedJob) -> tuple[bytes]:
 
 
 def _judged(found: Sequence[JobFindings]) -> Iterator[RecalledJob]:
-    """Give the jobs as they are judged, in the order in which they were begun."""
+    """Yield the judged jobs, in the order of their starts."""
     ordered = sorted(found, key=lambda job: (job.begun_utc, str(job.path)))
     groups: dict[tuple[str, str, str], list[tuple[JobFindings, Anew]]] = {}
     for job in ordered:
@@ -206,7 +201,7 @@ def _as_record(
         if not one.released
         for place in rests_on
     }
-    # A point on which nothing rests was not judged.
+    # A point without dependent results was not judged.
     judged = {job.points[place].number for rests_on in job.rests_on for place in rests_on}
     released = sorted((job.in_doubt.keys() & judged) - kept)
     return RecalledJob(
@@ -230,20 +225,19 @@ def _as_record(
 
 
 def decide(record: RecallRecord, places: KeptPlaces, who: str, now: datetime) -> RecallRecord:
-    """Let the points whose results hold count again, and return the recall with who decided so.
+    """Release the points whose results hold, and return the signed recall.
 
-    It is stored with the calibrations that it is about; wherever their history is asked, it is
-    found.
+    It is stored with the calibrations that it is about, in their histories.
 
     Parameters
     ----------
     record
-        What `recall` found, as somebody has looked at it.
+        The reviewed result of `recall`.
 
     Raises
     ------
     InputError
-        Nobody is named, or something happened to the calibrations since.
+        No name, or the calibrations have changed since.
     StorageError, CalibrationError
         It cannot be stored.
     """
@@ -267,7 +261,7 @@ def decide(record: RecallRecord, places: KeptPlaces, who: str, now: datetime) ->
     words = ", ".join(f"{record.count(one)} {one.value}" for one in found)
     for rig, calibration in about:
         path = save(stores[rig].folder, decided)
-        # What cannot be read back must not be named by the history.
+        # The history must not name an unreadable record.
         load_named(stores[rig].folder, path.stem, RecallRecord)
         stores[rig].recalled(calibration, path.stem, who, f"Jobs: {words}.", now)
     return decided

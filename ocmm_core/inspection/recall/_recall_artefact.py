@@ -1,8 +1,7 @@
-"""An artefact that was found to be wrong: what rests on it falls.
+"""An artefact found wrong invalidates everything based on it.
 
-A length bar or a sphere whose certified value was wrong since some day makes every calibration and
-every verification wrong that used it since. Each of them gets a line in the history of its rig;
-what follows for standing, points and jobs follows from these lines alone
+A wrong certified value of a bar or sphere makes every later calibration and verification with it
+wrong. Each gets an entry in the history of its rig, from which its state, points and jobs follow
 (`calibration.history.judgements`, `inspection.camera_doubts`).
 """
 
@@ -18,11 +17,10 @@ from ocmm_core.errors import InputError
 
 @dataclass(frozen=True, slots=True)
 class Fallen:
-    """A calibration or a verification that fell."""
+    """An invalidated calibration or verification."""
 
     rig: str
     made_utc: str
-    """`rig`, `made_utc`: Of which rig, and when it was made."""
     kind: str
     """``"calibration"`` or ``"verification"``."""
     calibration: str
@@ -32,29 +30,27 @@ class Fallen:
 def artefact_wrong(
     calibrations: Path, serial: str, since: datetime, who: str, now: datetime
 ) -> tuple[Fallen, ...]:
-    """Let fall whatever rests on an artefact since a moment, and return what did.
-
-    What has fallen before falls no second time.
+    """Invalidate all that is based on an artefact since a moment, once; return what was.
 
     Parameters
     ----------
     calibrations
-        Where calibrations are kept, rig by rig.
+        Folder of calibrations, one subfolder per rig.
     serial
         Of the artefact, as in its document; see `serials.same_serial`.
     since
-        When it was wrong: records made before are not touched.
+        Start of the error: earlier records are not affected.
 
     Raises
     ------
     InputError
-        No record here rests on such an artefact since then.
+        No record here is based on such an artefact since then.
     OcmmError
         A history or a record cannot be read, or written.
     """
     chains = sorted(calibrations.glob("*/events.jsonl"))
     stores = [CalibrationStore(chain.parent) for chain in chains]
-    # All are read before the first line is written.
+    # All are read before the first write.
     found = [(store, *_resting_on(store, serial, since)) for store in stores]
     if not any(records or checks for _, records, checks in found):
         raise InputError(

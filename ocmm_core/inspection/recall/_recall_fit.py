@@ -1,10 +1,10 @@
-"""Which calibration the raw spots of a job fit, point by point.
+"""Fit of a calibration to the raw spots of a job, point by point.
 
-The residuals of all points are explained by three things: the poses of the probe, the errors of the
-parameters within their own covariance, and the noise of the spots. What is left over is a
-chi-square (the generalised least squares of a model with a prior; GUM 5.2.2 and Searle, Linear
-Models, 2.5). A calibration that does not describe the cameras leaves over more than noise does; a
-movement that no residual can see leaves nothing over, and then both calibrations fit.
+Three things explain the residuals of all points: the poses of the probe, the errors of the
+parameters within their own covariance, and the noise of the spots. The rest is a chi-square (the
+generalised least squares of a model with a prior; GUM 5.2.2 and Searle, Linear Models, 2.5). A
+calibration that does not describe the cameras leaves more than noise does; a movement without
+effect on residuals leaves nothing, and then both calibrations fit.
 """
 
 from __future__ import annotations
@@ -23,42 +23,34 @@ from ocmm_core.tracking import PoseBatch, ProbeBody, solve, spot_sigma_px
 
 @dataclass(frozen=True, slots=True)
 class Misfit:
-    """What one calibration leaves over of n points, in their order."""
+    """Misfit of one calibration over n points, in their order."""
 
     poses: PoseBatch
     first: Float
     last: Float
-    """`first`, `last`: (n + 1,): chi-square of the points before, and of those from, each place on.
+    """`first`, `last`: (n + 1,): chi-square of the points before, and of those from, each index on.
     """
     dof: Float
-    """(n + 1,): degrees of freedom of the points before each place."""
+    """(n + 1,): degrees of freedom of the points before each index."""
     alike: float
-    """How many spots share the error of one, on the average (>= 1): so many times fewer
-    observations there are than spots."""
+    """Mean number of spots that share one error (>= 1), by which the effective number of
+    observations is smaller."""
 
     @property
     def whole(self) -> float:
-        """Return the chi-square of all points."""
         return float(self.last[0])
 
 
 def misfit_of(
     points: Sequence[MeasuredPoint], rig: Rig, body: ProbeBody, scale: float = 1.0
 ) -> Misfit:
-    """Return how points fit a calibration.
+    """Return the fit of points to a calibration.
 
-    Parameters
-    ----------
-    points
-        At least one, in the order in which they were taken.
-    scale
-        Of the noise of the spots, in standard deviations: what the calibration itself left over
-        beyond the noise of the rig.
+    `points`: At least one, in their order.
+    `scale`: Of the noise of the spots, in standard deviations: the calibration's own residual
+      beyond the noise of the rig.
 
-    Raises
-    ------
-    TrackingError
-        The spots of a point do not determine a pose.
+    Raises TrackingError if the spots of a point do not determine a pose.
     """
     spots = np.stack([point.spots for point in points])
     poses = solve(spots, rig, body, spot_sigma_px(rig))
@@ -79,7 +71,7 @@ def misfit_of(
     for index in range(n):
         seen = np.isfinite(residuals[index])
         rest = residuals[index, seen] / sigma[index]
-        # What a small change of the pose explains says nothing about the cameras.
+        # Changes explained by the pose prove nothing about the cameras.
         basis, _ = np.linalg.qr(by_pose[index, seen])
         rows = (by_prior[index, seen] @ factor) / sigma[index]
         rest = rest - basis @ (basis.T @ rest)
@@ -97,9 +89,9 @@ def misfit_of(
 
 
 def _rows(spots: Float, poses: PoseBatch, rig: Rig, body: ProbeBody) -> tuple[Float, Float, Float]:
-    """Return residuals (n, m), px, and how they answer to pose, and to cameras and LEDs.
+    """Return residuals (n, m), px, and their derivatives by pose, and by cameras and LEDs.
 
-    Spots that were not seen are NaN in the residuals.
+    Residuals of unseen spots are NaN.
     """
     n, cameras, leds, _ = spots.shape
     turned = np.einsum("nij,lj->nli", poses.rotation_world_from_probe, body.leds_probe)
@@ -151,11 +143,11 @@ def _courses(normal: Float, right: Float, squares: Float) -> Float:
 
 
 def _alike(spots: Float, rig: Rig) -> float:
-    """Return the mean sum of correlations that a spot has with all spots of its camera.
+    """Return the mean sum of correlations of a spot with all spots of its camera.
 
-    What a wrong calibration leaves over changes little from spot to spot. The variance of a mean
-    of n equal errors with this correlation is so many times that of n independent ones, so that n
-    spots say no more than n divided by this.
+    The errors of a wrong calibration change little from spot to spot. The variance of a mean of n
+    equal errors with this correlation is this multiple of that of n independent ones, so that n
+    spots are worth n divided by this.
     """
     noise = rig.noise
     if noise.pattern_px <= 0.0:

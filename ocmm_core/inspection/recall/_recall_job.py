@@ -1,8 +1,8 @@
-"""One job under two calibrations: its own, and the one that was made later.
+"""One job under two calibrations: its own, and a later one.
 
 Both times everything is computed from the raw spots: poses, ball centres, their joint covariance
-with the covariance of the calibration that was used, features, frame and characteristics. Which of
-the two the cameras were like when the job was measured is judged elsewhere (`_recall_judge`).
+with that of the calibration, features, frame and characteristics. `_recall_judge` decides which of
+the two describes the cameras during the job.
 """
 
 from __future__ import annotations
@@ -38,27 +38,27 @@ _OF_CAMERAS = (HoldReason.CALIBRATION, HoldReason.FAILED_CALIBRATION)
 
 @dataclass(frozen=True, slots=True)
 class Later:
-    """The calibration that a job is computed with anew."""
+    """Calibration to recalculate a job with."""
 
     record: CameraRecord | None
-    """None where there is none to use."""
+    """None if there is none."""
     calibration: str = ""
     """Hash of the record; empty without one."""
     why_not: str = ""
-    """Why there is none; empty where there is one."""
+    """Why there is none; else empty."""
     scale: float = 1.0
     """Of the noise of the spots (`_recall_fit.misfit_of`)."""
 
 
 @dataclass(frozen=True, slots=True)
 class Anew:
-    """What a job says by a later calibration, and how its spots fit both."""
+    """Results of a job by a later calibration, and the fit of its spots to both."""
 
     own_fit: Misfit
     later_fit: Misfit
     """`own_fit`, `later_fit`: Of its own calibration and of the later one."""
     results: tuple[CharacteristicResult, ...]
-    """Of all characteristics by the later one, those in doubt for other reasons as not proven."""
+    """Of all characteristics by the later one; not proven if suspect for other reasons."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,60 +71,50 @@ class JobFindings:
     head: JobHead
     rig: str
     calibration: str
-    """`head`, `rig`, `calibration`: What it says about itself; name of the rig and hash of its
-    calibration."""
+    """`head`, `rig`, `calibration`: Its metadata; name of the rig and hash of its calibration."""
     simulated: bool
     """Its points come from a virtual rig."""
     points: tuple[MeasuredPoint, ...]
-    """That count, in the order in which they were taken."""
+    """That count, in their order."""
     begun_utc: str
     ended_utc: str
-    """`begun_utc`, `ended_utc`: When the first and the last of them was stored."""
+    """`begun_utc`, `ended_utc`: Storage times of the first and the last of them."""
     in_doubt: Mapping[int, str]
-    """Numbers of the points that the history of the calibration puts in doubt, and why."""
+    """Suspect points by the history of the calibration, and why."""
     own: tuple[CharacteristicResult, ...]
-    """Results of all characteristics, those in doubt for other reasons as not proven."""
+    """Results of all characteristics; not proven if suspect for other reasons."""
     anew: Anew | None
-    """The same by the later calibration; None where it cannot be computed."""
+    """The same by the later calibration; None if it cannot be computed."""
     in_world: tuple[bool, ...]
-    """For every characteristic whether it is stated in the world of the cameras, which is another
-    one after a new calibration."""
+    """Per characteristic: stated in the world of the cameras, which a new calibration changes."""
     rests_on: tuple[tuple[int, ...], ...]
-    """For every characteristic the places in ``points`` of those that it rests on."""
+    """Per characteristic: indices in ``points`` that it depends on."""
     why_not: str
-    """Why nothing can be judged; empty where ``anew`` is there."""
+    """Why nothing can be judged; empty if ``anew`` exists."""
     later_calibration: str
     """Hash of the later calibration; empty without one."""
     left_out: str = ""
-    """Bytes of its file that are in no complete step, as a sentence; empty if there are none."""
+    """Incomplete steps of its file, as a sentence; empty if none."""
 
 
 @dataclass(frozen=True, slots=True)
 class DoubtedJob:
-    """A job with points in doubt and what it is computed with; can be sent to another computer."""
+    """A suspect job and its later calibration; can be sent to another computer."""
 
     path: Path
     later: Later
-    """What it is computed with anew."""
     in_doubt: Mapping[int, str]
-    """Numbers of the points that the history of its calibration puts in doubt, and why."""
+    """Suspect points by the history of its calibration, and why."""
     known: KnownOfJob
-    """What is known of it beside its file; of its calibration only whether that can be read,
-    because ``in_doubt`` says the rest."""
+    """Knowledge outside its file; of its calibration only whether it can be read, because
+    ``in_doubt`` has the rest."""
 
 
 def findings_of(doubted: DoubtedJob, file: bytes) -> JobFindings:
-    """Return a job under both calibrations; no file or history of this computer is asked.
+    """Return a job under both calibrations, without files or histories of this computer.
 
-    Parameters
-    ----------
-    file
-        Bytes of the job, with the steps of its log.
-
-    Raises
-    ------
-    OcmmError
-        The job cannot be opened, see `reopen_job`.
+    `file`: bytes of the job, with the steps of its log. Raises OcmmError if the job cannot be
+    opened, see `reopen_job`.
     """
     path, later, in_doubt = doubted.path, doubted.later, doubted.in_doubt
     job = reopen_content(path, file, doubted.known)
@@ -173,7 +163,7 @@ def findings_of(doubted: DoubtedJob, file: bytes) -> JobFindings:
 
 
 def _anew(job: ReopenedJob, rig: Rig, status: JobStatus, scale: float) -> Anew:
-    """Return a job by a later calibration; raise OcmmError where it cannot be computed."""
+    """Return a job by a later calibration; OcmmError if it cannot be computed."""
     own = misfit_of(job.points, job.rig, job.body, scale)
     later = misfit_of(job.points, rig, job.body, scale)
     points, sensitivities = _moved(job, own, later, rig)
@@ -181,7 +171,7 @@ def _anew(job: ReopenedJob, rig: Rig, status: JobStatus, scale: float) -> Anew:
 
 
 def _hindrance(job: ReopenedJob) -> str:
-    """Return why a job cannot be computed with other cameras; empty where it can."""
+    """Return why a job cannot be computed with other cameras; empty if it can."""
     others = [*job.faults, *job.differences, *job.cameras.unread, *job.history.unread]
     if others:
         fault = others[0]
@@ -217,7 +207,7 @@ def _results(
 def _moved(
     job: ReopenedJob, own: Misfit, later: Misfit, rig: Rig
 ) -> tuple[list[MeasuredPoint], tuple[TipSensitivity, ...]]:
-    """Return the points as a later calibration puts them, with their sensitivities."""
+    """Return the points by a later calibration, with their sensitivities."""
     sensitivities = tip_sensitivities(
         np.stack([point.spots for point in job.points]), rig, job.body
     )

@@ -1,13 +1,13 @@
-"""What the cameras were like when a job was measured, and what that says of its verdicts.
+"""State of the cameras during a job, and its consequence for the verdicts.
 
 Between the last good check and the failed one the cameras changed once, at an unknown time. A job
-of that time was measured before, after, or across the change. The spots exclude a case where they
-fit it clearly worse than noise allows, or clearly worse than they fit another case. A verdict holds
-only where it is the same in every case that is not excluded: a movement that no residual can see
-excludes nothing, and then both calibrations must agree.
+of that time was measured before, after, or across the change. The spots exclude a case that they
+fit clearly worse than noise allows, or clearly worse than another case. A verdict holds only if it
+is the same in every remaining case: a movement without effect on residuals excludes nothing, and
+then both calibrations must agree.
 
-A job across the change has points of two worlds. Whether the change lies inside a job is asked of
-all jobs together, because it happened once: those before and those after narrow it down.
+A job across the change has points of two worlds. The place of the change is estimated from all jobs
+together, because it happened once: jobs before and after narrow it down.
 """
 
 from __future__ import annotations
@@ -24,50 +24,46 @@ from ocmm_core.inspection.recall._recall_job import Anew, JobFindings
 from ocmm_core.tolerances.decisions import CharacteristicResult, Verdict
 
 WORSE = 40.0
-"""A case is excluded by another one whose chi-square is smaller by this, correlation taken off: a
-likelihood ratio of exp(20). Noise alone does so in less than one of 10^9 jobs (6.3 sigma)."""
+"""A case is excluded by another one whose chi-square is smaller by this, after correction for
+correlation: a likelihood ratio of exp(20). Noise alone does so in less than one of 10^9 jobs (6.3
+sigma)."""
 
 SURPRISE = 6.0
-"""A case is excluded where its chi-square exceeds its degrees of freedom by so many sigma."""
+"""A case is excluded if its chi-square exceeds its degrees of freedom by this many sigma."""
 
 _SAME_VERDICT = {
     (True, True): "Same verdict with the calibration before and after the change.",
     (True, False): "Same verdict with the calibration before the change.",
     (False, True): "Same verdict with the calibration after the change.",
 }
-"""By whether a job may have been measured before the change, and after it; whole sentences, so that
-each can be said in another language."""
+"""By whether a job may have been measured before the change, and after it; whole sentences, for
+translation."""
 
 
 @dataclass(frozen=True, slots=True)
 class Cases:
-    """What is not excluded about a job of n points."""
+    """Remaining cases of a job of n points."""
 
     before: bool
     after: bool
-    """`before`, `after`: It was measured before the change, or after it."""
     across: tuple[int, ...] = ()
-    """It changed before the point at one of these places, 1 to n - 1."""
+    """It changed before the point at one of these indices, 1 to n - 1."""
 
     @property
     def none(self) -> bool:
-        """Return whether the spots fit neither calibration."""
         return not (self.before or self.after or self.across)
 
 
 def cases_of(jobs: Sequence[tuple[JobFindings, Anew]]) -> list[Cases]:
-    """Return what is not excluded about each of the jobs of one calibration and a later one.
+    """Return the remaining cases of the jobs of one calibration and a later one.
 
-    Parameters
-    ----------
-    jobs
-        In the order in which they were begun.
+    `jobs`: in the order of their starts.
     """
     courses = [_course(anew) for _, anew in jobs]
     single = [_by_itself(anew, course) for (_, anew), course in zip(jobs, courses, strict=True)]
     apart = all(one.ended_utc < two.begun_utc for (one, _), (two, _) in pairwise(jobs))
     if not apart:
-        # Of jobs that were measured by turns nobody can say which one the change lies in.
+        # The change cannot be located in jobs that were measured alternately.
         return single
     together = _together(courses, single)
     return [
@@ -77,7 +73,7 @@ def cases_of(jobs: Sequence[tuple[JobFindings, Anew]]) -> list[Cases]:
 
 
 def _course(anew: Anew) -> Float:
-    """Return the chi-square, correlation taken off, of a change before each place, (n + 1,).
+    """Return the chi-square, corrected for correlation, of a change before each index, (n + 1,).
 
     The first is that of a job after the change, the last that of one before it.
     """
@@ -95,8 +91,8 @@ def _by_itself(anew: Anew, course: Float) -> Cases:
 
 
 def _together(courses: Sequence[Float], single: Sequence[Cases]) -> list[set[int]]:
-    """Return the places inside each job at which the one change may lie, by all jobs."""
-    # A job that fits neither calibration says nothing about the time of a change from one to both.
+    """Return the possible indices of the one change inside each job, by all jobs."""
+    # A job that fits neither calibration does not locate a change from one to the other.
     weights = [0.0 if one.none else 1.0 for one in single]
     before = np.array([w * course[-1] for w, course in zip(weights, courses, strict=True)])
     after = np.array([w * course[0] for w, course in zip(weights, courses, strict=True)])
@@ -112,7 +108,7 @@ def _together(courses: Sequence[Float], single: Sequence[Cases]) -> list[set[int
 
 
 def judgement(job: JobFindings, cases: Cases) -> str:
-    """Return what the spots of a job speak for, in a sentence."""
+    """Return the conclusion from a job's spots, in a sentence."""
     if cases.none:
         return "The spots fit neither calibration: the cameras were in a third state."
     if cases.across:
@@ -129,7 +125,6 @@ def judgement(job: JobFindings, cases: Cases) -> str:
 
 
 def recalled(job: JobFindings, anew: Anew, cases: Cases) -> tuple[RecalledCharacteristic, ...]:
-    """Return what becomes of every characteristic of a job."""
     return tuple(
         _recalled(own, later, rests_on, cases, in_world=in_world)
         for own, later, rests_on, in_world in zip(
@@ -139,7 +134,6 @@ def recalled(job: JobFindings, anew: Anew, cases: Cases) -> tuple[RecalledCharac
 
 
 def unknown(job: JobFindings, why: str) -> tuple[RecalledCharacteristic, ...]:
-    """Return the characteristics of a job about which nothing can be known."""
     return tuple(_unknown(own, why) for own in job.own)
 
 
@@ -203,7 +197,7 @@ def _value(result: CharacteristicResult) -> RecalledValue:
 
 
 def _off(own: CharacteristicResult, other: CharacteristicResult) -> float:
-    """Return how far a value lies from the stated one, in units of the stated U."""
+    """Return the distance of a value from the stated one, in units of the stated U."""
     if own.measured is None or other.measured is None or not own.uncertainty:
         return 0.0
     if own.verdict in (Verdict.NOT_MEASURED, Verdict.PROVISIONAL):

@@ -1,4 +1,4 @@
-"""What a recall found, in the words of pages, tables and the command line."""
+"""Results of a recall in words, for pages, tables and the command line."""
 
 from __future__ import annotations
 
@@ -24,7 +24,6 @@ _MEANS = {
 
 
 def headline(record: RecallRecord) -> str:
-    """Return the totals in one line."""
     if not record.jobs:
         if record.unread:
             return f"{len(record.unread)} NOT JUDGED of {record.looked_at} checked"
@@ -34,12 +33,12 @@ def headline(record: RecallRecord) -> str:
 
 
 def checked(record: RecallRecord) -> str:
-    """Return how many jobs were looked at, and where."""
+    """Return the number of checked jobs, and their folders."""
     return f"{_counted(record.looked_at, 'job')} checked in {', '.join(record.folders)}."
 
 
 def totals(record: RecallRecord) -> tuple[str, ...]:
-    """Return how many jobs and verdicts came out how, and what that means, a sentence each."""
+    """Return the counts of jobs and verdicts by outcome, with its meaning, a sentence each."""
     return tuple(
         f"{one.value}: {_counted(record.count(one), 'job')}, "
         f"{_counted(record.count_verdicts(one), 'verdict')}. {_MEANS[one]}"
@@ -48,14 +47,13 @@ def totals(record: RecallRecord) -> tuple[str, ...]:
 
 
 def not_judged(record: RecallRecord, most: int | None = None) -> tuple[str, ...]:
-    """Return a sentence for each job that was not judged, no more than ``most`` of them."""
+    """Return a sentence for each job that was not judged, at most ``most``."""
     shown = [f"Not judged: {sentence}" for sentence in record.unread[:most]]
     left = len(record.unread) - len(shown)
     return (*shown, f"Not judged: {left} more; all are in the PDF.") if left else (*shown,)
 
 
 def decided(record: RecallRecord) -> str:
-    """Return what the recall decides."""
     if not record.made_by:
         return "Not decided: no points released by this recall."
     released = sum(bool(job.released) for job in record.jobs)
@@ -66,7 +64,6 @@ def decided(record: RecallRecord) -> str:
 
 
 def job_line(job: RecalledJob) -> str:
-    """Return which job it is and how it came out."""
     serial = f", serial {job.serial}" if job.serial not in ("", "-") else ""
     origin = f"{SIMULATED}, " if job.simulated else ""
     about = f"{origin}{Path(job.path).name}, part {job.part}{serial}"
@@ -74,7 +71,7 @@ def job_line(job: RecalledJob) -> str:
 
 
 def rests_on(job: RecalledJob) -> str:
-    """Return what the judgement of a job rests on, with hashes."""
+    """Return the evidence for the judgement of a job, with hashes."""
     later = f", recalculated with {job.later[:12]}" if job.later else ""
     return (
         f"{len(job.in_doubt)} suspect points: {' '.join(job.why)} Rig {job.rig}, calibration "
@@ -89,7 +86,7 @@ def row(one: RecalledCharacteristic) -> tuple[str, str, str, str, str]:
 
 
 def worst_first(jobs: Sequence[RecalledJob]) -> list[RecalledJob]:
-    """Return the jobs that need somebody first."""
+    """Return the jobs in order of urgency."""
     order = {Outcome.CHANGES: 0, Outcome.UNKNOWN: 1, Outcome.HOLDS: 2}
     return sorted(jobs, key=lambda job: (order[job.outcome], job.created_utc))
 

@@ -1,4 +1,4 @@
-"""Whether and how a touch becomes a point."""
+"""Acceptance of a touch as a point."""
 
 from __future__ import annotations
 
@@ -26,18 +26,16 @@ from ocmm_core.tracking import ProbeBody, TipSensitivity
 
 @dataclass(frozen=True, slots=True)
 class Accepted:
-    """A touch that is good enough."""
+    """An acceptable touch."""
 
     stable: StablePoint
     feature: str
-    """What it belongs to."""
     side: Side
-    """Where the probe stood, and how that is known."""
+    """Side of the probe, and its evidence."""
     sensitivity: TipSensitivity
-    """How the tip follows what it was computed from."""
+    """Sensitivity of the tip to its inputs."""
 
     def point(self, number: int, tip_radius: float) -> MeasuredPoint:
-        """Return the measured point."""
         stable = self.stable
         return MeasuredPoint(
             number=number,
@@ -60,28 +58,18 @@ class Accepted:
 
 @dataclass(frozen=True, slots=True)
 class TouchAssignment:
-    """What a touch is meant for."""
+    """Feature and method of a touch."""
 
     feature: str
-    """Its name; empty where every feature is done."""
+    """Empty if every feature is done."""
     method: str
-    """How its side is found (`measuring.compensation.METHODS`)."""
+    """Detection of its side (`measuring.compensation.METHODS`)."""
     nominal_normal: Float | None = None
-    """(3,), unit, world: of the nominal surface at the ball; None while it is not known."""
+    """(3,), unit, world: of the nominal surface at the ball; None while unknown."""
 
 
 class Acceptance:
-    """Make a durable point of a touch that is good enough; the last of three steps.
-
-    Parameters
-    ----------
-    ledger
-        Gets the points.
-    rig, body, reference
-        What is measured with.
-    options
-        Limits.
-    """
+    """Make a durable point of an acceptable touch; the last of three steps."""
 
     def __init__(
         self,
@@ -97,13 +85,7 @@ class Acceptance:
     def take(
         self, touch: Touch, stable: StablePoint, meant: TouchAssignment
     ) -> MeasuredPoint | Refusal:
-        """Return the point that a touch has become, or why it has become none.
-
-        Parameters
-        ----------
-        meant
-            What it is meant for.
-        """
+        """Return the point from a touch, or why it gives none."""
         ledger, progress = self._ledger, self._ledger.progress
         judged = judge_touch(
             touch, stable, meant, self._rig, self._body, self._options, self._reference
@@ -131,13 +113,7 @@ def judge_touch(
     options: SessionOptions,
     reference: ReferenceUse,
 ) -> Accepted | Refusal:
-    """Return what a touch gives, or why it gives nothing.
-
-    Parameters
-    ----------
-    meant
-        What it is meant for.
-    """
+    """Return the result of a touch, or why it gives none."""
     if not meant.feature:
         return Refusal(
             RefusalCode.NO_FEATURE,

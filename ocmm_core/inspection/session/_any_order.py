@@ -1,9 +1,9 @@
-"""Which feature was touched: by where the ball was, the ways it came and went, and what is open.
+"""Recognition of the touched feature: by the place of the ball, its paths, and open features.
 
-Nothing is guessed. A point of the plan that lies on a surface of the plan is the one case in which
-a touch truly is of both; it then belongs to the point while that is open, because a point is a
-place and the surface may be touched anywhere else. Where that would not be safe - the surface is
-wanted there, too, or somebody has just selected it - it is not done.
+Nothing is guessed. A planned point on a planned surface is the one case in which a touch belongs to
+both; it is assigned to the point while that is open, because a point is a place and the surface may
+be touched anywhere else. This is not done if unsafe: the surface has a target there also, or was
+just selected.
 """
 
 from __future__ import annotations
@@ -20,20 +20,20 @@ from ocmm_core.inspection.plan import Plan
 from ocmm_core.measuring import Refusal, RefusalCode
 
 SEARCH_MM = 10.0
-"""A touch further than this from every nominal surface belongs to none (as PC-DMIS has it)."""
+"""A touch further than this from every nominal surface belongs to none (as in PC-DMIS)."""
 
 APART_MM = 2.0
-"""The second nearest surface must be so much further: part and frame are never quite nominal."""
+"""The second nearest surface must be this much further: part and frame are never quite nominal."""
 
 MOST_SLANT_DEG = 60.0
-"""A ball that came from further off the normal did not mean that surface."""
+"""A ball that came from further off the normal did not aim at that surface."""
 
 CLEAR_DEG = 30.0
-"""A way within this of one normal, and further by this from every other, tells surfaces apart: a
-point that slants more is not compensated anyway (`evaluation.MAX_SLANT_DEG`)."""
+"""A path within this of one normal, and this much further from every other, distinguishes surfaces;
+more slanted points are not compensated anyway (`evaluation.MAX_SLANT_DEG`)."""
 
 _LYING_MM, _LYING_DEG = 0.1, 10.0
-"""A point of the plan is on a surface of the plan: places and directions are written rounded."""
+"""Tolerances for a planned point on a planned surface: places and directions are rounded."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,17 +43,15 @@ class Contact:
     tip_world: Float
     """(3,), mm: its centre."""
     ways_world: tuple[Float, ...]
-    """(3,), unit, each: from the surface to where the ball came from, and to where it was pulled;
-    those that are known."""
+    """Unit vectors (3,) from the surface along approach and retract, if known."""
     radius: float
     """Of the ball, mm."""
     time_s: float
-    """When."""
 
 
 @dataclass(frozen=True, slots=True)
 class _Near:
-    """A feature that may have been touched; its normal is zero where it names no face."""
+    """A candidate feature; its normal is zero if it names no face."""
 
     gap: float
     feature: NominalFeature
@@ -64,7 +62,7 @@ class _Near:
         return self.feature.name
 
     def angle_deg(self, ways: Sequence[Float]) -> float:
-        """Return by how much the worst of the ways is off the normal; 0 where nothing is known."""
+        """Return the largest angle of the paths from the normal; 0 if unknown."""
         if not ways or not np.any(self.normal):
             return 0.0
         worst = min(float(self.normal @ way) for way in ways)
@@ -78,16 +76,9 @@ def touched_feature(
     progress: Progress,
     selected: str = "",
 ) -> str | Refusal:
-    """Return the name of the feature that was touched, or why that is not clear.
+    """Return the name of the touched feature, or why it is ambiguous.
 
-    Parameters
-    ----------
-    T_nominal_from_world
-        Where the part is.
-    progress
-        What is done, skipped and active.
-    selected
-        Feature that the inspector selected for this touch; empty where none was.
+    `selected`: feature selected by the inspector for this touch, or empty.
     """
     ball = T_nominal_from_world.apply(contact.tip_world)
     ways = [T_nominal_from_world.rotation @ way for way in contact.ways_world]
@@ -121,7 +112,7 @@ def touched_feature(
 def _within_reach(
     plan: Plan, ball: Float, ways: Sequence[Float], radius: float, progress: Progress
 ) -> list[_Near]:
-    """Return the features that may have been touched, the nearest one first."""
+    """Return the candidate features, the nearest first."""
     found = []
     for feature in plan.features:
         near = nearness(feature, ball, radius)
@@ -134,7 +125,7 @@ def _within_reach(
 
 
 def _meant_by_way(close: list[_Near], ways: Sequence[Float]) -> list[_Near]:
-    """Return those that the ways of the ball leave over: all where they do not tell them apart."""
+    """Return the candidates consistent with the paths: all if the paths do not distinguish."""
     if not ways or not all(np.any(near.normal) for near in close):
         return close
     angles = [near.angle_deg(ways) for near in close]
@@ -147,7 +138,7 @@ def _meant_by_way(close: list[_Near], ways: Sequence[Float]) -> list[_Near]:
 def _point_or_surface(
     close: Sequence[_Near], ball: Float, radius: float, progress: Progress
 ) -> str:
-    """Return which of a point and the surface that it lies on gets a touch of both; else empty."""
+    """Return the point or the surface it lies on for a touch of both; empty if ambiguous."""
     points = [near for near in close if near.feature.shape is Shape.POINT]
     surfaces = [near for near in close if near.feature.shape is not Shape.POINT]
     if len(surfaces) != 1 or not all(_lies_on(p.feature, surfaces[0].feature) for p in points):
@@ -160,22 +151,22 @@ def _point_or_surface(
         return ""
     point = left[0]
     if surface.name not in progress.done and _is_wanted_at(surface.feature, ball, radius):
-        # Whoever follows the guidance to a place of the surface does not mean the point.
+        # A user who follows the guidance to a place of the surface does not aim at the point.
         return progress.active if progress.active in (point.name, surface.name) else ""
     return point.name
 
 
 def _lies_on(point: NominalFeature, surface: NominalFeature) -> bool:
-    """Return whether a touch of a point is one of a surface as well, by the plan alone."""
+    """Return whether a touch of a point also touches a surface, by the plan alone."""
     normal = unit(np.array(point.direction))
-    # As small a ball as can be: the surface itself is asked for.
+    # Radius 0: distance from the surface itself.
     near = nearness(surface, np.array(point.point), 0.0)
     facing = float(near.normal @ normal) >= np.cos(np.radians(_LYING_DEG))
     return near.gap <= _LYING_MM and facing
 
 
 def _is_wanted_at(surface: NominalFeature, ball: Float, radius: float) -> bool:
-    """Return whether the guidance leads to a place of a surface so near that it may be meant."""
+    """Return whether a target of a surface is so near that it may be aimed at."""
     places = places_of(surface, surface.points)
     balls = places.points + radius * places.normals
     return bool(len(balls)) and float(np.linalg.norm(balls - ball, axis=1).min()) < APART_MM

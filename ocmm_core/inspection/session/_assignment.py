@@ -1,4 +1,4 @@
-"""What a touch is meant for: the active feature, the one that a script says, or the touched one."""
+"""Assignment of a touch: the active feature, the one of a script, or the touched one."""
 
 from __future__ import annotations
 
@@ -24,15 +24,12 @@ from ocmm_core.measuring import MeasuredPoint, Refusal, RefusalCode, StablePoint
 
 @dataclass(frozen=True, slots=True)
 class NominalPlace:
-    """Where the nominals lie, found from the points of the datums."""
+    """Pose of the nominals from the points of the datums."""
 
     plan: Plan
-    """Names the datums."""
     points: Sequence[MeasuredPoint]
-    """That count by now."""
     options: SessionOptions
     cache: EvaluationCache = field(default_factory=EvaluationCache)
-    """What was computed of the points before."""
 
     def find(self) -> RigidTransform | None:
         """Return the motion from the world to their frame; None while datums are not measured."""
@@ -40,14 +37,9 @@ class NominalPlace:
 
 
 class TouchAssigner:
-    """Say what a touch is meant for, and hand it on; the second of three steps.
+    """Assign a touch to a feature and pass it on; the second of three steps.
 
-    Parameters
-    ----------
-    ledger
-        Says what is touched next.
-    radius
-        Of the ball, mm.
+    `radius`: of the ball, mm.
     """
 
     def __init__(
@@ -59,14 +51,10 @@ class TouchAssigner:
     def take(
         self, touch: Touch, stable: StablePoint, ways: tuple[Float, ...], wanted: str | None
     ) -> MeasuredPoint | Refusal:
-        """Return the point that a touch has become, or why it has become none.
+        """Return the point from a touch, or why it gives none.
 
-        Parameters
-        ----------
-        ways
-            Each (3,), unit, world: how the ball came and how it was pulled off, where known.
-        wanted
-            Feature that a script means; None where a person touches.
+        `ways`: unit vectors (3,), world, of approach and retract, if known. `wanted`: feature of a
+        script; None for a person's touch.
         """
         ledger, progress = self._ledger, self._ledger.progress
         meant = assign_touch(
@@ -91,16 +79,10 @@ def assign_touch(
     wanted: str | None,
     selected: str,
 ) -> TouchAssignment | Refusal:
-    """Return the feature that gets a touch and how its side is found, or why that is not clear.
+    """Return the feature of a touch and the method of its side, or why it is ambiguous.
 
-    Parameters
-    ----------
-    nominals
-        Where the nominals lie: only found where that matters.
-    wanted
-        Feature that a script means; None where a person touches.
-    selected
-        Feature that the inspector selected for this touch; empty where none was.
+    `nominals`: only evaluated if needed. `wanted`: feature of a script; None for a person's touch.
+    `selected`: feature selected by the inspector for this touch, or empty.
     """
     if wanted is not None and wanted not in progress.names:
         return Refusal(

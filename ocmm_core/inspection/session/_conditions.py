@@ -1,7 +1,7 @@
-"""With what the points of a job are taken, as its file keeps it: each from then on.
+"""Conditions of a job's points as events of its file, each valid from then on.
 
-Calibration, probe, temperatures and limits are events: what was said last holds, and why a job
-proves nothing holds for good.
+Calibration, probe, temperatures and limits: the last one holds. Reasons against the proof of a job
+hold for good.
 """
 
 from __future__ import annotations
@@ -24,25 +24,17 @@ from ocmm_core.surroundings import TypedRoom
 _CALIBRATION, _PROBE, _UNCALIBRATED = "calibration", "probe", "uncalibrated"
 _SIMULATED = "simulated"
 _CAMERAS = "cameras"
-"""Kinds of events of the job file."""
 
 
 class Conditions:
-    """Keep what a job says of its conditions; for any thread.
+    """Conditions of a job; thread-safe.
 
-    The methods that store raise StorageError where it could not be made durable.
+    The methods that store raise StorageError if it could not be made durable.
 
-    Parameters
-    ----------
-    ledger
-        The job; what is said of it changes its view.
-    options
-        What is measured with now.
+    `ledger`: The job; changes invalidate its view.
+    `options`: Current options.
 
-    Raises
-    ------
-    MeasuringError
-        They were taken with other temperatures.
+    Raises MeasuringError if existing points have other temperatures.
     """
 
     def __init__(self, ledger: JobLedger, options: SessionOptions, *, begun: bool) -> None:
@@ -57,16 +49,16 @@ class Conditions:
 
     @property
     def unproven(self) -> str:
-        """Return why the job proves nothing; empty where it does."""
+        """Return why the job proves nothing; empty if it does."""
         return self._last.get(_UNCALIBRATED, FOR_COMPARISON if self._compared else "")
 
     @property
     def simulated(self) -> bool:
-        """Return whether points of the job may have come from a virtual rig; once is for good."""
+        """Return whether points may be from a virtual rig; once is for good."""
         return _SIMULATED in self._last
 
     def note_origin(self, *, simulated: bool) -> None:
-        """Store that points come from a virtual rig, for good; nothing where they do not."""
+        """Store that points come from a virtual rig, for good; nothing if real."""
         with self._ledger.lock:
             if simulated and not self.simulated:
                 self._store(
@@ -76,11 +68,11 @@ class Conditions:
 
     @property
     def camera_doubts(self) -> tuple[str, ...]:
-        """Return what cameras of the job could not prove, in sentences; once is for good."""
+        """Return unproven properties of the job's cameras, in sentences; once is for good."""
         return tuple(self._last.get(_CAMERAS, "").splitlines())
 
     def note_cameras(self, doubts: Sequence[str]) -> None:
-        """Store what the cameras cannot prove, for good; nothing where it is known."""
+        """Store unproven properties of the cameras, for good."""
         with self._ledger.lock:
             known = self.camera_doubts
             told = tuple(dict.fromkeys((*known, *doubts)))
@@ -89,16 +81,10 @@ class Conditions:
                 self._ledger.view = None
 
     def note_calibration(self, calibration: str, probe: str, unproven: str) -> None:
-        """Store with which calibration and probe the points from now on are taken.
+        """Store the calibration and probe of the points from now on.
 
-        Parameters
-        ----------
-        calibration
-            What is said about that of the cameras, and its hash.
-        probe
-            What is said about probe and tip, and the hashes of their records.
-        unproven
-            Why this job proves nothing from now on, for good; empty where it does.
+        `calibration`, `probe`: words on them, with the hashes of their records. `unproven`: why
+        this job proves nothing from now on, for good, or empty.
         """
         with self._ledger.lock:
             self._store(_CALIBRATION, calibration)
@@ -108,14 +94,13 @@ class Conditions:
             self._ledger.view = None
 
     def note_climate(self) -> None:
-        """Store with which temperatures and switches, where they are not those of before."""
+        """Store temperatures and switches if changed."""
         text = record_text(self._options.climate.record())
         with self._ledger.lock:
             if self._last.get(CLIMATE_EVENT) != text:
                 self._store(CLIMATE_EVENT, text)
 
     def note_limits(self) -> None:
-        """Store by which limits, where they are not those of before."""
         text = limits_text(self._options)
         with self._ledger.lock:
             if self._last.get(LIMITS_EVENT) != text:
@@ -123,12 +108,12 @@ class Conditions:
 
     @property
     def rooms(self) -> tuple[NotedRoom, ...]:
-        """Return what was read off in the room, oldest first."""
+        """Return the ambient readings, oldest first."""
         return self._rooms
 
     @property
     def room_doubt(self) -> str:
-        """Return why the room does not let the job prove anything; empty where it does."""
+        """Return why ambient conditions invalidate the job; empty if they do not."""
         ledger = self._ledger
         return environment_doubt(
             ledger.plan.environment, self._rooms, ledger.points.last_number,
@@ -136,7 +121,7 @@ class Conditions:
         )  # fmt: skip
 
     def note_room(self, typed: TypedRoom, who: str = "") -> None:
-        """Store what was read off in the room now; InputError where it is no reading."""
+        """Store current ambient readings; InputError if invalid."""
         ledger = self._ledger
         with ledger.lock:
             note_room_in(ledger.job, typed, who)
@@ -148,7 +133,7 @@ class Conditions:
         self._last[kind] = text
 
     def _require_same_climate(self) -> None:
-        """Raise MeasuringError where points of this job were taken with other temperatures."""
+        """Raise MeasuringError if existing points have other temperatures."""
         stored = self._last.get(CLIMATE_EVENT)
         before = climate_of_text(stored) if stored is not None else Climate()
         if before.record() != self._options.climate.record():

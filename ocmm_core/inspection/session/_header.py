@@ -1,4 +1,4 @@
-"""Operator, serial number, order and batch: asked for before the first point."""
+"""Operator, serial number, order and batch, entered before the first point."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from ocmm_core.names import label_fault
 from ocmm_core.storage import JobEvent, JobHead, event_value
 
 HEADER_EVENT = "header"
-"""Kind of the event that holds what the head of a job file has no place for."""
+"""Event for fields that the head of a job file lacks."""
 
 NOT_GIVEN = "-"
 
@@ -26,7 +26,7 @@ class _Written(msgspec.Struct, frozen=True):
 def check_header(header: JobHeader) -> None:
     """Raise InputError if a name of the header is no label (`names.label_fault`).
 
-    Only an order and a batch may be missing; ``-`` stands for an unknown serial number.
+    Only order and batch may be missing; ``-`` is an unknown serial number.
     """
     fields = {
         "operator": header.operator,
@@ -44,12 +44,11 @@ def check_header(header: JobHeader) -> None:
 
 
 def header_text(header: JobHeader) -> str:
-    """Return the text of the event: order and batch."""
     return msgspec.json.encode(_Written(header.order, header.batch)).decode()
 
 
 def header_of(head: JobHead, events: Sequence[JobEvent]) -> JobHeader:
-    """Return the header of a job file; StorageError where the event of it cannot be read."""
+    """Return the header of a job file; StorageError if its event cannot be read."""
     texts = [event.text for event in events if event.kind == HEADER_EVENT]
     beside = event_value(HEADER_EVENT, texts[-1], _Written) if texts else _Written()
     return JobHeader(head.operator, head.part, head.serial, beside.order, beside.batch)

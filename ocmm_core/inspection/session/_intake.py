@@ -1,4 +1,4 @@
-"""Where a touch enters the job: it must not be paused, and the ball must have rested."""
+"""Entry of touches into the job: it must not be paused, and the ball must be at rest."""
 
 from __future__ import annotations
 
@@ -17,17 +17,10 @@ from ocmm_core.measuring import (
 
 
 class TouchIntake:
-    """Make durable points of touches, for any thread; the first of three steps.
+    """Make durable points of touches; thread-safe; the first of three steps.
 
-    A touch goes from its ball at rest (here) to the feature that it is meant for (`TouchAssigner`),
-    and to the side of the material and the point (`Acceptance`).
-
-    Parameters
-    ----------
-    ledger
-        Keeps why a touch gave no point.
-    options
-        What a touch is.
+    A touch passes from its ball at rest (here) to the assignment of its feature (`TouchAssigner`),
+    then to the side of the material and the point (`Acceptance`).
     """
 
     def __init__(
@@ -37,17 +30,9 @@ class TouchIntake:
         self._assignment = assignment
 
     def take(self, touch: Touch, feature: str | None = None) -> MeasuredPoint | Refusal:
-        """Turn a touch into a durable point of the active feature, or say why not.
+        """Make a durable point of a touch, or return why not; StorageError if not durable.
 
-        Parameters
-        ----------
-        feature
-            Feature that the touch is meant for; None for the active one.
-
-        Raises
-        ------
-        StorageError
-            The point could not be made durable; it is not part of the job then.
+        `feature`: intended feature; None for the active one.
         """
         with self._ledger.lock:
             outcome = self._rest(touch, feature)

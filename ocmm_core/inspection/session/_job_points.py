@@ -1,7 +1,7 @@
-"""The points of a job: those that count, those that were taken out, and those held back.
+"""Points of a job: valid, deleted, and held ones.
 
-Nothing in a job file is changed or removed. A point is taken out by a row that annuls it, and put
-back by a new row with a new number that repeats its observation; the event says which one it was.
+Nothing in a job file is changed or removed. A point is deleted by a row that annuls it, and
+restored by a new row with a new number that repeats its observation; the event names the old one.
 """
 
 from __future__ import annotations
@@ -20,23 +20,23 @@ from ocmm_core.storage import JobFile, bad_event
 from ocmm_core.tracking import TipSensitivity
 
 RESTORED = "restored"
-"""Kind of event: ``5 as 12`` where point 5 was put back as point 12."""
+"""Event ``5 as 12`` if point 5 was restored as point 12."""
 _RESTORED_AS = re.compile(r"([0-9]{1,10}) as ([0-9]{1,10})")
 
 FLIPPED = "compensation flipped by the operator"
-"""Reason of an annulment; the point that came instead has the same observation."""
+"""Reason of an annulment; the replacing point has the same observation."""
 
 
 @dataclass(frozen=True, slots=True)
 class Change:
-    """What a change did: numbers of the points it added and of those it took out."""
+    """Numbers of the points that a change added and removed."""
 
     added: tuple[int, ...]
     removed: tuple[int, ...]
 
 
 class JobPoints:
-    """Keep the points of a job and of its file the same."""
+    """Points of a job, consistent with its file."""
 
     def __init__(self, job: JobFile) -> None:
         self._job = job
@@ -48,17 +48,16 @@ class JobPoints:
         for event in events:
             if event.kind == RESTORED:
                 found = _RESTORED_AS.fullmatch(event.text)
-                # A point that is put back gets a new number: nothing leads back to itself.
+                # A restored point has a larger number, so that there are no cycles.
                 if found is None or not int(found[1]) < int(found[2]):
                     raise bad_event(RESTORED, f"{shortened(event.text)} names no two points")
                 self._successor[int(found[1])] = int(found[2])
         self.held = {hold_reason: held_back(events, hold_reason) for hold_reason in HoldReason}
-        """Those that are held back, and why."""
         self._own: set[int] = set()
         self._sensitivities: dict[int, TipSensitivity] = {}
 
     def snapshot(self) -> JobPoints:
-        """Return the points as they are now, to be looked at while others change them."""
+        """Return a copy for concurrent reading."""
         twin = copy.copy(self)
         vars(twin).update(
             counting=list(self.counting),
@@ -69,9 +68,9 @@ class JobPoints:
         return twin
 
     def sensitivities(self, reference: ReferenceUse) -> list[TipSensitivity]:
-        """Return those of the points that count, in their order; errors of ``reference``."""
-        # The row of a number never changes, nor do cameras and body of a session: a number says
-        # all that its sensitivity depends on.
+        """Return those of the points that count, in order; errors of ``reference``."""
+        # Sensitivities depend only on the number: rows never change, nor do cameras and body of a
+        # session.
         new = [point for point in self.counting if point.number not in self._sensitivities]
         found = reference.sensitivities([(point.spots, point.reference_spots) for point in new])
         self._sensitivities |= {p.number: one for p, one in zip(new, found, strict=True)}
@@ -83,20 +82,17 @@ class JobPoints:
         return max((point.number for point in self.counting), default=0)
 
     def count(self, feature: str) -> int:
-        """Return how many points of a feature count."""
         return sum(point.feature == feature for point in self.counting)
 
     def counts(self) -> dict[str, int]:
-        """Return how many points of every feature count."""
         names = [point.feature for point in self.counting]
         return {name: names.count(name) for name in dict.fromkeys(names)}
 
     def of(self, feature: str) -> list[MeasuredPoint]:
-        """Return the points of a feature that count."""
         return [point for point in self.counting if point.feature == feature]
 
     def point(self, number: int) -> MeasuredPoint:
-        """Return a point that counts; MeasuringError where it does not."""
+        """Return a point that counts; MeasuringError if it does not."""
         for point in self.counting:
             if point.number == number:
                 return point
@@ -105,7 +101,7 @@ class JobPoints:
         )
 
     def all_deleted(self) -> dict[str, tuple[DeletedPoint, ...]]:
-        """Return by feature the points that were taken out and not put back since."""
+        """Return by feature the deleted points that were not restored."""
         found: dict[str, tuple[DeletedPoint, ...]] = {}
         for number, item in sorted(self._out.items()):
             if number not in self._successor and item.reason != FLIPPED:
@@ -113,17 +109,16 @@ class JobPoints:
         return found
 
     def all_taken_out(self) -> tuple[tuple[MeasuredPoint, str], ...]:
-        """Return all points that were taken out, and why, oldest first; also those put back."""
+        """Return all deleted points and why, oldest first; also restored ones."""
         return tuple((item.point, item.reason) for _, item in sorted(self._out.items()))
 
     def latest(self, number: int) -> int:
-        """Return the number that a point has now, after it was taken out and put back."""
+        """Return the current number of a point, after deletions and restorations."""
         while number in self._successor:
             number = self._successor[number]
         return number
 
     def next_number(self) -> int:
-        """Return the number of the next point."""
         return self._job.next_number()
 
     def add(
@@ -132,14 +127,14 @@ class JobPoints:
         sensitivity: TipSensitivity,
         events: Sequence[tuple[str, str]] = (),
     ) -> None:
-        """Make a new point durable; StorageError where that cannot be."""
+        """Make a new point durable; StorageError if that fails."""
         self._job.change(append=[point], events=events)
         self._sensitivities[point.number] = sensitivity
         self._own.add(point.number)
         self.counting.append(point)
 
     def planned(self, annul: Collection[int], restore: Collection[int] = ()) -> Change:
-        """Return what `change` will do with the same points."""
+        """Return the effect of `change` with the same points."""
         first = self.next_number()
         return Change(tuple(range(first, first + len(restore))), tuple(annul))
 
@@ -149,14 +144,10 @@ class JobPoints:
         restore: Sequence[int] = (),
         events: Sequence[tuple[str, str]] = (),
     ) -> Change:
-        """Take points out, each for its reason, and put others back; all or nothing.
+        """Delete points, each for its reason, and restore others, in one transaction.
 
-        Raises
-        ------
-        MeasuringError
-            A point to be taken out does not count, or one to be put back was not taken out.
-        StorageError
-            It could not be made durable; nothing is changed then.
+        Raises MeasuringError if a point to be deleted does not count, or one to be restored was not
+        deleted; StorageError if it could not be made durable; nothing is changed.
         """
         if not (annul or restore or events):
             return Change((), ())
@@ -186,7 +177,7 @@ class JobPoints:
         reason: str,
         events: Sequence[tuple[str, str]] = (),
     ) -> None:
-        """Put a point in the place of another one; StorageError, nothing is changed then."""
+        """Replace a point by another one; StorageError without a change."""
         renamed = [(old.number, new.number)]
         self._job.change(
             annul={old.number: reason}, append=[new], events=[*events, *self._held_events(renamed)]
@@ -197,12 +188,9 @@ class JobPoints:
         self._inherit(renamed)
 
     def hold_back(self, numbers: Iterable[int], reason: str, hold_reason: HoldReason) -> list[int]:
-        """Hold back points, and return those that were not yet.
+        """Hold points; return those newly held.
 
-        Raises
-        ------
-        StorageError
-            It could not be made durable; the points are held back until the program ends.
+        Raises StorageError if not durable; the points are then held until the program ends.
         """
         new = [number for number in numbers if number not in self.held[hold_reason]]
         self.held[hold_reason] |= dict.fromkeys(new, reason)
@@ -211,8 +199,8 @@ class JobPoints:
         return new
 
     def taken_since(self, since_s: float | None) -> list[int]:
-        """Return the points of this run that were taken since a bus time, s, or all of them."""
-        # Points of earlier runs have times of another clock; one that is out may come back.
+        """Return the points of this run since a bus time, s, or all of them."""
+        # Points of earlier runs have another time base; deleted ones may be restored.
         out = [item.point for n, item in self._out.items() if n not in self._successor]
         return sorted(
             point.number
@@ -221,7 +209,7 @@ class JobPoints:
         )
 
     def release(self, reason: str, hold_reason: HoldReason) -> list[int]:
-        """Let points count again, and return them; StorageError, they stay held back then."""
+        """Release held points and return them; StorageError, they stay held then."""
         held = self.held[hold_reason]
         numbers = [n for n in held if hold_reason is not HoldReason.CAMERAS or n in self._own]
         return self.release_points(numbers, reason, hold_reason)
@@ -229,7 +217,7 @@ class JobPoints:
     def release_points(
         self, numbers: Iterable[int], reason: str, hold_reason: HoldReason
     ) -> list[int]:
-        """Let these points count again, and return those that were held; errors as `release`."""
+        """Release these points and return those that were held; errors as `release`."""
         held = self.held[hold_reason]
         free = [number for number in numbers if number in held]
         if free:
@@ -238,15 +226,15 @@ class JobPoints:
         return free
 
     def know(self, sensitivities: Mapping[int, TipSensitivity]) -> None:
-        """Take over those that were computed from the raw observations already, by number."""
+        """Use sensitivities that were already computed from the raw observations, by number."""
         self._sensitivities |= sensitivities
 
     def forget_sensitivities(self) -> None:
-        """Let them be computed anew from the raw observations."""
+        """Discard sensitivities, so that they are recalculated."""
         self._sensitivities.clear()
 
     def taken_out(self, number: int) -> MeasuredPoint:
-        """Return a point that can be put back; MeasuringError where it cannot."""
+        """Return a restorable point; MeasuringError if it is not."""
         item = self._out.get(number)
         if item is None or number in self._successor:
             raise MeasuringError(
@@ -257,7 +245,7 @@ class JobPoints:
         return item.point
 
     def _held_events(self, renamed: Sequence[tuple[int, int]]) -> list[tuple[str, str]]:
-        """Return the events that hold back points which repeat one that is held back."""
+        """Return the events that hold points which repeat a held one."""
         return [
             (hold_reason.held, event_text([new], held[old]))
             for old, new in renamed
@@ -266,7 +254,7 @@ class JobPoints:
         ]
 
     def _inherit(self, renamed: Sequence[tuple[int, int]]) -> None:
-        """Let points that repeat an observation have what the first ones had."""
+        """Copy sensitivities and holds to points that repeat an observation."""
         for old, new in renamed:
             if old in self._sensitivities:
                 self._sensitivities[new] = self._sensitivities[old]

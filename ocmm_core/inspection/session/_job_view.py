@@ -1,4 +1,4 @@
-"""The view of a job: everything that a screen, a script or a report wants to know of it."""
+"""View of a job for screens, scripts and reports."""
 
 from __future__ import annotations
 
@@ -40,35 +40,31 @@ from ocmm_core.tracking import ProbeBody, TipSensitivity
 
 @dataclass(frozen=True, slots=True)
 class JobState:
-    """What a job is, beside its points."""
+    """State of a job other than its points."""
 
     job: str
     header: JobHeader
-    """`job`, `header`: Name of the job file, and whom and what it is about."""
     progress: Progress
-    """How far it has come."""
     methods: Mapping[str, str]
-    """How the side of each feature is found."""
+    """Detection of the side of each feature."""
     sensitivities: tuple[TipSensitivity, ...]
-    """Of the points that count, in their order."""
+    """Of the points that count, in order."""
     refusal: Refusal | None
     """Why the last touch gave no point."""
     paused: bool
-    """No points are taken."""
     unproven: str
-    """Why the job proves nothing; empty where it does."""
+    """Why the job proves nothing; empty if it does."""
     undo: str
     redo: str
-    """`undo`, `redo`: What these would take back, in words."""
+    """`undo`, `redo`: Steps that these would revert, in words."""
     simulated: bool
-    """Some of it came from a virtual rig."""
+    """Partly from a virtual rig."""
     camera_doubts: tuple[str, ...] = ()
-    """What its cameras could not prove, in sentences."""
+    """Unproven properties of its cameras, in sentences."""
     part: PartModel | None = None
-    """The nominal part; None where the job has none."""
     room_doubt: str = ""
     room: tuple[NotedRoom, ...] = ()
-    """`room_doubt`, `room`: Why the room lets it prove nothing, and what was read off there."""
+    """`room_doubt`, `room`: Why ambient conditions invalidate it, and the readings."""
 
 
 def view_of(
@@ -80,7 +76,7 @@ def view_of(
     state: JobState,
     cache: EvaluationCache,
 ) -> JobView:
-    """Return the job as it stands, computed from its points; ``cache`` is that of the session."""
+    """Return the current view of the job; ``cache`` is that of the session."""
     progress = state.progress
     found = evaluate_job(
         plan, points.counting, state.sensitivities, rig, body, options,
@@ -156,7 +152,7 @@ def _place(
 
 
 class _Seen:
-    """What is seen of the probed features of a job."""
+    """Views of the probed features of a job."""
 
     def __init__(
         self,
@@ -172,10 +168,9 @@ class _Seen:
         self._deleted = points.all_deleted()
 
     def feature(self, nominal: NominalFeature) -> FeatureView:
-        """Return what is seen of a feature."""
         name = nominal.name
         actual, own = self._found.actual[name], self._found.points.get(name, ())
-        # Where the part is matters to shapes without a middle only.
+        # The pose of the part matters only to extended shapes.
         extends = nominal.shape.spec.spread in ("line", "plane")
         place = self._place.T_nominal_from_world if extends and self._place else None
         commanding = self._found.commanding.get(name)
@@ -214,7 +209,7 @@ def _flagged(feature: ActualFeature | None, commanding: CommandingPoints | None)
 
 
 def _made(plan: Plan, name: str, found: JobResults, progress: Progress) -> FeatureView:
-    """Return a constructed feature; it is done when all that it is made from is."""
+    """Return a constructed feature; it is done when all its inputs are."""
     actual = found.actual[name]
     done = set(plan.probed(name)) <= progress.done
     fit = actual.fit if isinstance(actual, ActualFeature) else None

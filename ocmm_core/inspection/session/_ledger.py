@@ -1,4 +1,4 @@
-"""What a job is by now: its points, its progress, and what is known of its view."""
+"""Current state of a job: its points, its progress, and its cached view."""
 
 from __future__ import annotations
 
@@ -15,21 +15,11 @@ from ocmm_core.storage import JobFile
 
 
 class UnderWay:
-    """Stands in for a view that somebody computes, as long as nothing has changed meanwhile."""
+    """Placeholder of a view under computation, valid while nothing changes."""
 
 
 class JobLedger:
-    """Keep the points and the progress of a job; shared by the parts of a session.
-
-    Whoever uses it holds its lock.
-
-    Parameters
-    ----------
-    plan
-        What is measured.
-    job
-        Holds what was done before.
-    """
+    """Points and progress of a job, shared by the parts of a session; callers hold its lock."""
 
     def __init__(self, plan: Plan, job: JobFile) -> None:
         self.plan = plan
@@ -39,25 +29,23 @@ class JobLedger:
         self.points = self.log.points
         pauses = [event.kind for event in job.events() if event.kind in (PAUSED, RESUMED)]
         self.paused = pauses[-1:] == [PAUSED]
-        """No points are taken, whatever is touched."""
         self.selected = ""
-        """Feature that the inspector chose and that is still active."""
+        """Feature selected by the inspector, while active."""
         self.looked_at = ""
-        """Feature that the inspector looks back at; that changes nothing."""
+        """Feature under review; changes nothing."""
         self.refusal: Refusal | None = None
         """Of the last touch, until a step is carried out."""
         self.cache = EvaluationCache()
-        """What was computed of the points, for whoever computes from them; it needs no lock."""
+        """Results computed from the points; needs no lock."""
         self.view: JobView | UnderWay | None = None
-        """The view as far as it is known; whoever changes the job sets it to None."""
+        """The cached view; set to None by every change."""
 
     @property
     def progress(self) -> Progress:
-        """Return which features are done, and which one is active."""
         return self.log.progress
 
     def stand(self, after: Progress) -> None:
-        """Stand somewhere else from now on; that is no step that could be taken back."""
+        """Change the progress without an undo step."""
         self.log.stand(after)
         self.view = None
 
@@ -74,7 +62,7 @@ class JobLedger:
         self.changed()
 
     def changed(self) -> None:
-        """Note that a step was carried out: whatever was said before it is of the past."""
+        """Reset the state of the last touch after a step."""
         self.refusal = self.view = None
         self.looked_at = ""
         if self.selected != self.progress.active:
@@ -87,7 +75,7 @@ class JobLedger:
         return self.progress.reopened(name)
 
     def require_active(self) -> str:
-        """Return the active feature; MeasuringError where every feature is measured."""
+        """Return the active feature; MeasuringError if every feature is measured."""
         if not self.progress.active:
             raise MeasuringError(
                 "session.complete",
@@ -97,7 +85,7 @@ class JobLedger:
         return self.progress.active
 
     def known(self, name: str) -> str:
-        """Return the name of a feature; MeasuringError where the plan has none of it."""
+        """Return the name of a feature; MeasuringError if the plan lacks it."""
         if name not in self.progress.names:
             raise MeasuringError(
                 "session.feature",

@@ -1,4 +1,4 @@
-"""The nominal part of a job: what it is, and where it is thought to be."""
+"""The nominal part of a job, and its assumed pose."""
 
 from __future__ import annotations
 
@@ -22,13 +22,7 @@ from ocmm_core.part_model import PartModel, PlacedPart
 
 
 class JobPart:
-    """Keep the nominal part of a job, as its CAD model has it.
-
-    Parameters
-    ----------
-    ledger
-        Of the job. What its file holds is the part from the beginning.
-    """
+    """Nominal part of a job from its CAD model; initially the one in its file."""
 
     def __init__(self, ledger: JobLedger) -> None:
         self._ledger = ledger
@@ -36,16 +30,12 @@ class JobPart:
 
     @property
     def model(self) -> PartModel | None:
-        """Return the part; None where the job has none."""
         return self._model
 
     def show(self, model: PartModel) -> None:
-        """Make a part durable and show it from now on; the first one counts.
+        """Make a part durable and show it; the first one counts.
 
-        Raises
-        ------
-        StorageError
-            It could not be made durable, and is not shown.
+        Raises StorageError if not durable; it is then not shown.
         """
         with self._ledger.lock:
             if self._model is None:
@@ -55,9 +45,9 @@ class JobPart:
 
 
 def placed(model: PartModel | None, place: Whereabouts | None, rig: Rig) -> PlacedPart | None:
-    """Return a part where it is thought to be; None where there is none.
+    """Return a part in its assumed pose; None without part.
 
-    As long as nothing tells where it is, it stands upright in the middle of the volume.
+    While its pose is unknown it is upright in the middle of the volume.
     """
     if model is None:
         return None
@@ -75,17 +65,11 @@ def planned_feature(
     rig: Rig,
     tip_radius: float,
 ) -> PlannedFeature:
-    """Return a feature where the plan has it, to be shown before it is measured.
+    """Return a feature by its nominals, to be shown before it is measured.
 
-    As long as nothing tells where the part is, it is where the part is shown, and its places are
-    there. They are supposed: the hand is not led to them.
-
-    Parameters
-    ----------
-    points
-        Those that the feature has: so many places fewer are wanted.
-    tip_radius
-        mm.
+    While the pose of the part is unknown, the feature and its targets are where the part is shown.
+    They are assumed, and not used for guidance. `points`: of the feature, each replaces a target.
+    `tip_radius`: mm.
     """
     nominal = plan.feature(name)
     if place is not None:
@@ -97,7 +81,7 @@ def planned_feature(
     supposed = Whereabouts(there.inverse(), approximate=True)
     targets = targets_of(plan, name, points, supposed, tip_radius, None)
     if not targets and not places_of(nominal, nominal.points).points.size:
-        # The plan does not say how large it is: its middle is shown.
+        # Its size is not in the plan: show its middle.
         middle = there.apply(np.array(nominal.point))
         normal = np.zeros(3)
         if nominal.shape.spec.spread == "plane":
@@ -108,14 +92,14 @@ def planned_feature(
 
 
 def _box_of(plan: Plan) -> Float:
-    """Return the least and the greatest coordinates (2, 3), mm, of where a plan is touched."""
+    """Return the bounding box (2, 3), mm, of all touches of a plan."""
     places = [places_of(one, one.points).points for one in plan.features]
     every = np.concatenate([*places, [one.point for one in plan.features]])
     return np.stack([every.min(axis=0), every.max(axis=0)])
 
 
 def _in_the_middle(box: Float, rig: Rig) -> RigidTransform:
-    """Return the motion that puts a part, its z upwards, into the middle of the volume."""
+    """Return the motion of a part, z upwards, into the middle of the volume."""
     # Upright is opposite to the columns of the sensors.
     columns = np.mean([camera.T_camera_from_world.rotation[1] for camera in rig.cameras], axis=0)
     axis = int(np.argmax(np.abs(columns)))

@@ -1,4 +1,4 @@
-"""What an inspector decides about single points."""
+"""Steps of the inspector on single points."""
 
 from __future__ import annotations
 
@@ -12,25 +12,13 @@ _LONGEST_REASON = 200
 
 
 class PointSteps:
-    """Steps of single points: every one durable, and to be taken back.
-
-    Parameters
-    ----------
-    ledger
-        What they change.
-    """
+    """Steps on single points: durable, with undo."""
 
     def __init__(self, ledger: JobLedger) -> None:
         self._ledger = ledger
 
     def flip(self, number: int | None = None) -> None:
-        """Turn the compensation of a point, or of the last one, to the other side.
-
-        Raises
-        ------
-        MeasuringError
-            There is no such point.
-        """
+        """Flip the compensation of a point, or of the last one; MeasuringError if unknown."""
         ledger = self._ledger
         with ledger.lock:
             if not ledger.points.counting:
@@ -46,15 +34,11 @@ class PointSteps:
             ledger.changed()
 
     def delete_point(self, number: int, reason: str) -> None:
-        """Take a point out, and say why; its observation stays in the job file.
+        """Delete a point for a reason; its observation stays in the job file.
 
-        The feature is fitted without it. It takes points again where it has fewer than the plan
-        wants; `finish` accepts it with fewer.
-
-        Raises
-        ------
-        MeasuringError
-            There is no such point, or no reason is given.
+        The feature is fitted without it, and takes points again if it has fewer than planned;
+        `finish` accepts it with fewer. Raises MeasuringError if the point is unknown, or without a
+        reason.
         """
         self.delete_points([number], reason)
 
@@ -73,13 +57,7 @@ class PointSteps:
             )
 
     def restore_point(self, number: int) -> None:
-        """Put a deleted point back, with a new number.
-
-        Raises
-        ------
-        MeasuringError
-            The point was not deleted, or is back already.
-        """
+        """Restore a deleted point with a new number; MeasuringError if it is not deleted."""
         ledger = self._ledger
         with ledger.lock:
             feature = ledger.points.taken_out(number).feature
@@ -87,7 +65,7 @@ class PointSteps:
 
 
 def _checked_reason(reason: str) -> str:
-    """Return the reason of a deletion on one line; MeasuringError where there is none."""
+    """Return the reason of a deletion on one line; MeasuringError if empty."""
     line = " ".join(reason.split())[:_LONGEST_REASON]
     if not line or not line.isprintable():
         raise MeasuringError(

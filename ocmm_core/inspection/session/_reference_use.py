@@ -1,4 +1,4 @@
-"""The reference body of a job: the same one for all its points, or none."""
+"""Reference body of a job: the same one for all its points, or none."""
 
 from __future__ import annotations
 
@@ -26,22 +26,10 @@ from ocmm_core.tracking import (
 
 
 class ReferenceUse:
-    """Keep a job with the reference body that it was begun with.
+    """Keep a job with its initial reference body.
 
-    Parameters
-    ----------
-    rig, body
-        What is measured with.
-    reference
-        The reference body; None without one.
-    job
-        Holds the first place of the reference body, as soon as it is known.
-
-    Raises
-    ------
-    MeasuringError
-        The points of the job are relative to another reference body, or to none, or the cameras
-        were calibrated anew since.
+    Raises MeasuringError if the points of the job are relative to another reference body, or to
+    none, or if the cameras were recalibrated since.
     """
 
     def __init__(
@@ -54,7 +42,7 @@ class ReferenceUse:
         begun: bool,
     ) -> None:
         self.home: ReferenceHome | None = None
-        """Where the reference body stood when the job began; None before that is known."""
+        """Pose of the reference body at the start of the job; None if not yet known."""
         self._rig, self._body, self._reference = rig, body, reference
         self._job = job
         stored = job.reference()
@@ -83,12 +71,9 @@ class ReferenceUse:
             self.home = home_of(stored.spots, stored.n_frames, rig, reference)
 
     def keep(self, home: ReferenceHome) -> None:
-        """Make the first place of the reference body durable, once.
+        """Make the first pose of the reference body durable, once.
 
-        Raises
-        ------
-        StorageError
-            It could not be; no point may be taken then.
+        Raises StorageError if that fails; no point may be recorded then.
         """
         if self.home is None and self._reference is not None:
             self._job.store_reference(JobReference(self._reference.text, home.spots, home.n_frames))
@@ -97,19 +82,15 @@ class ReferenceUse:
     def sensitivity(self, spots: Float, reference_spots: Float | None) -> TipSensitivity:
         """Return the tip of mean spots (C, L, 2) and (C, R, 2), px, with its derivatives.
 
-        Raises
-        ------
-        TrackingError
-            The spots do not determine a pose.
-        MeasuringError
-            The point is not relative to the reference body of the job.
+        Raises TrackingError if the spots do not determine a pose; MeasuringError if the point is
+        not relative to the reference body of the job.
         """
         return self.sensitivities([(spots, reference_spots)])[0]
 
     def sensitivities(
         self, observed: Sequence[tuple[Float, Float | None]]
     ) -> tuple[TipSensitivity, ...]:
-        """Do the same as `sensitivity` for the mean spots of many points, all at once."""
+        """Do the same as `sensitivity` for many points at once."""
         if not observed:
             return ()
         spots = _stacked([seen for seen, _ in observed])
@@ -129,8 +110,8 @@ class ReferenceUse:
     def thesis_tip(self, spots: Float, reference_spots: Float | None) -> Float:
         """Return the tip (3,), mm, of mean spots by the method of the thesis.
 
-        It is NaN where the spots do not determine a pose, or the point is not relative to the
-        reference body of the job.
+        NaN if the spots do not determine a pose, or the point is not relative to the reference body
+        of the job.
         """
         if (self._reference is None) != (reference_spots is None):
             return np.full(3, np.nan)
@@ -151,7 +132,7 @@ class ReferenceUse:
 
 
 def _stacked(spots: Sequence[Float]) -> Float:
-    """Return the spots of n points as one array; MeasuringError where they are unlike."""
+    """Return the spots of n points as one array; MeasuringError if shapes differ."""
     shapes = sorted({one.shape for one in spots})
     if len(shapes) > 1:
         words = " and of ".join(" x ".join(str(n) for n in shape) for shape in shapes)

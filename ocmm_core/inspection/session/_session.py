@@ -1,11 +1,7 @@
-"""One job being measured: touches become points, points features, features results.
+"""A running job: touches become points, points features, features results.
 
 The session has no threads and no clock of its own. Its methods may be called from any thread; one
 lock guards them, and every change makes a new frozen `JobView`.
-
-The part frame that the points of a job show.
-
-Points that do not count while what they were taken with is in doubt.
 """
 
 from __future__ import annotations
@@ -45,29 +41,18 @@ from ocmm_core.tracking import ProbeBody, ReferenceHome, TipSensitivity
 
 
 class HeldPoints:
-    """Hold points back, and release them.
-
-    Parameters
-    ----------
-    ledger
-        What they change.
-    """
+    """Hold points while cameras or tip are suspect, and release them."""
 
     def __init__(self, ledger: JobLedger) -> None:
         self._ledger = ledger
 
     def hold_back(self, since_s: float | None, reason: str) -> list[int]:
-        """Hold back the points that were taken since a moment of this run, and return them.
+        """Hold the points since a moment of this run, and return them.
 
-        Parameters
-        ----------
-        since_s
-            Bus time, s; None for all points of this run.
+        `since_s`: Bus time, s; None for all points of this run.
 
-        Raises
-        ------
-        StorageError
-            It could not be made durable; the points are held back until the program ends.
+        Raises StorageError if it could not be made durable; the points are held until the program
+        ends.
         """
         with self._ledger.lock:
             numbers = self._ledger.points.taken_since(since_s)
@@ -76,13 +61,13 @@ class HeldPoints:
     def hold_back_points(
         self, numbers: Iterable[int], reason: str, hold_reason: HoldReason
     ) -> list[int]:
-        """Hold back points, and return those that were not yet; StorageError as `hold_back`."""
+        """Hold points, and return those newly held; StorageError as `hold_back`."""
         with self._ledger.lock:
             self._ledger.view = None
             return self._ledger.points.hold_back(numbers, reason, hold_reason)
 
     def held_for(self, hold_reason: HoldReason) -> dict[int, str]:
-        """Return the points that count and are held back for a ward, and why."""
+        """Return the points that count and are held for a reason."""
         with self._ledger.lock:
             held = self._ledger.points.held[hold_reason]
             return {
@@ -90,14 +75,11 @@ class HeldPoints:
             }
 
     def release(self, reason: str, hold_reason: HoldReason = HoldReason.CAMERAS) -> list[int]:
-        """Let points count again that were held back, and return them.
+        """Release held points and return them.
 
-        What was held back for the cameras in an earlier run stays so.
+        Points held for the cameras in an earlier run stay held.
 
-        Raises
-        ------
-        StorageError
-            It could not be made durable; they stay held back.
+        Raises StorageError if it could not be made durable; they stay held.
         """
         with self._ledger.lock:
             self._ledger.view = None
@@ -106,20 +88,14 @@ class HeldPoints:
     def release_points(
         self, numbers: Iterable[int], reason: str, hold_reason: HoldReason
     ) -> list[int]:
-        """Let points count again, and return those that were held; StorageError as `release`."""
+        """Release points, and return those that were held; StorageError as `release`."""
         with self._ledger.lock:
             self._ledger.view = None
             return self._ledger.points.release_points(numbers, reason, hold_reason)
 
 
 class MeasuredFrame:
-    """Compute the part frame whenever somebody asks.
-
-    Parameters
-    ----------
-    ledger
-        Holds the points.
-    """
+    """Part frame of a job, computed on demand."""
 
     def __init__(self, ledger: JobLedger, options: SessionOptions) -> None:
         self._ledger, self._options = ledger, options
@@ -138,14 +114,9 @@ class InspectionSession:
 
     Parameters
     ----------
-    plan, rig, body
-        What is measured, and with what.
     job
-        Where points are made durable before anybody is told of them. Points that it holds already
-        are taken over, and what was decided about features, so that a job goes on where it was
-        interrupted.
-    options
-        Limits.
+        Makes points durable before they are reported. Existing points and decisions about
+        features are used, so that an interrupted job resumes.
 
     Raises
     ------
@@ -159,15 +130,13 @@ class InspectionSession:
     ) -> None:
         self._ledger = ledger = JobLedger(plan, job)
         self.steps = JobSteps(ledger)
-        """What is decided about the job and its features."""
+        """Decisions about the job and its features."""
         self.points = PointSteps(ledger)
-        """What is decided about single points."""
+        """Decisions about single points."""
         self.pausing = Pausing(ledger)
-        """Whether points are taken at all."""
         self.held = HeldPoints(ledger)
-        """Points that do not count while cameras or tip are in doubt."""
         self.part = JobPart(ledger)
-        """The nominal part, where there is a CAD model."""
+        """The nominal part, if there is a CAD model."""
         self._rig = rig
         self._body = body
         self._options = options
@@ -190,28 +159,25 @@ class InspectionSession:
         acceptance = Acceptance(ledger, rig, body, options, self._reference)
         assignment = TouchAssigner(ledger, body.tip_radius, options, acceptance)
         self.touches = TouchIntake(ledger, rig, options.point, assignment)
-        """Where touches become points."""
         self.frame = MeasuredFrame(ledger, options)
-        """The part frame that the points show."""
         self.conditions = Conditions(ledger, options, begun=begun)
-        """With what points are taken."""
         self._header = header_of(job.head, job.events())
         self._evaluating = threading.Lock()
-        """Held by who computes the view; never taken by who holds the lock of the job."""
+        """Held while computing the view; never acquired with the lock of the job held."""
         self._explained: tuple[object, tuple[Explanation, ...]] | None = None
 
     @property
     def awaits_pull(self) -> bool:
-        """Return whether the ball is followed while it is pulled away after a touch."""
+        """Return whether the ball is followed during its retract after a touch."""
         with self._ledger.lock:
             return awaits_pull(self._ledger.plan, self._ledger.progress)
 
     @property
     def view(self) -> JobView:
-        """Return the job as it stands; computed when somebody looks after a change.
+        """Return the current job; computed at the first read after a change.
 
-        That takes up to some seconds. One computes at a time, and nobody who takes a point or
-        decides something waits for it: what was changed meanwhile is in the next view.
+        That takes up to some seconds. One thread computes at a time, without blocking points or
+        decisions: concurrent changes are in the next view.
         """
         with self._evaluating:
             with self._ledger.lock:
@@ -228,25 +194,24 @@ class InspectionSession:
                 return self._looking(made, begun)
 
     def _looking(self, view: JobView, kept: JobView | UnderWay) -> JobView:
-        """Return a view with what somebody looks at, kept where nothing has changed meanwhile."""
+        """Return a view with the feature under review, cached if nothing has changed meanwhile."""
         if view.looked_at != self._ledger.looked_at:
-            # Looking back computes nothing anew, and so can change nothing.
+            # A review computes nothing, and so can change nothing.
             view = replace(view, looked_at=self._ledger.looked_at)
         if self._ledger.view is kept:
             self._ledger.view = view
         return view
 
     def explanations(self) -> tuple[Explanation, ...]:
-        """Return why results are NOT CONFORM or NOT PROVEN, and what to do.
+        """Return why results are NOT CONFORM or NOT PROVEN, and the remedies.
 
-        It takes some tenths of a second, in which nothing is locked; asked again before anything
-        has changed it is remembered.
+        It takes some tenths of a second without locks, and is cached until a change.
         """
         while True:
             view = self.view
             with self._ledger.lock:
                 known = self._explained
-                # Who looks back gets another view of the same results.
+                # A review makes another view of the same results.
                 if known is not None and known[0] is view.characteristics:
                     return known[1]
                 if self._ledger.view is view:
@@ -281,16 +246,16 @@ class InspectionSession:
 
     @property
     def reference_home(self) -> ReferenceHome | None:
-        """Return where the reference body stood when the job began; None before that is known."""
+        """Return the pose of the reference body at the start of the job; None if not yet known."""
         return self._reference.home
 
     def keep_reference(self, home: ReferenceHome) -> None:
-        """Make the first place of the reference body durable; the first one counts.
+        """Make the first pose of the reference body durable; the first one counts.
 
         Raises
         ------
         StorageError
-            It could not be; no point may be taken then.
+            It could not be; no point may be recorded then.
         """
         with self._ledger.lock:
             self._reference.keep(home)
@@ -298,23 +263,23 @@ class InspectionSession:
     def stored_points(
         self,
     ) -> tuple[tuple[MeasuredPoint, ...], tuple[tuple[MeasuredPoint, str], ...]]:
-        """Return the points that count, and those that do not with the reason, oldest first."""
+        """Return the points that count, and the others with the reason, oldest first."""
         with self._ledger.lock:
             return tuple(self._ledger.points.counting), self._ledger.points.all_taken_out()
 
     def know(self, sensitivities: Mapping[int, TipSensitivity]) -> None:
-        """Take over what was computed from the raw observations of points already, by number."""
+        """Use sensitivities that were already computed from raw observations, by number."""
         with self._ledger.lock:
             self._ledger.points.know(sensitivities)
 
     def refit(self) -> None:
-        """Compute everything again from the raw observations of the points."""
+        """Recalculate everything from the raw observations of the points."""
         with self._ledger.lock:
             self._ledger.points.forget_sensitivities()
             self._ledger.view = None
 
     def accept_alignment(self, words: str) -> None:
-        """Make durable that somebody looked at the alignment and accepted it, and what he saw.
+        """Make the acceptance of the alignment durable, with its displayed words.
 
         Raises
         ------
@@ -325,14 +290,13 @@ class InspectionSession:
             self._ledger.job.append_event("alignment", words)
 
     def _frame_doubt(self) -> str:
-        """Return why the frame of the plan proves nothing about a real part; empty where it may."""
+        """Return why the frame of the plan proves nothing about a real part; empty if it may."""
         name = simulated_frame(self._ledger.plan.alignment)
         if not name or self.conditions.simulated:
             return ""
         return f"Frame {name} of the plan is {SIMULATED}: it says nothing about a real part."
 
     def _state(self) -> JobState:
-        """Return what the job is, beside its points."""
         ledger = self._ledger
         step, undone = ledger.log.last, ledger.log.last_undone
         return JobState(

@@ -1,4 +1,4 @@
-"""How the side of the material is found, feature by feature: by the plan, or as somebody chose."""
+"""Detection of the side of the material per feature: by the plan, or by the inspector."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ from ocmm_core.measuring import METHODS
 
 
 def method_of(plan: Plan, progress: Progress, name: str) -> str:
-    """Return how the side of a feature of the plan is found now; KeyError if there is none."""
+    """Return the current method of a feature; KeyError if unknown."""
     return methods_of(plan, progress)[name]
 
 
 def methods_of(plan: Plan, progress: Progress) -> dict[str, str]:
-    """Return how the side of every feature of the plan is found now."""
+    """Return the current method of every feature of the plan."""
     chosen = progress.methods
     return {
         item.name: chosen.get(item.name) or item.compensation or plan.compensation
@@ -25,7 +25,7 @@ def methods_of(plan: Plan, progress: Progress) -> dict[str, str]:
 
 
 def awaits_pull(plan: Plan, progress: Progress) -> bool:
-    """Return whether the next touch may be one whose ball is followed while it is pulled away."""
+    """Return whether the ball may be followed during its retract at the next touch."""
     names = [progress.active] if progress.active else []
     if progress.probing == "any":
         names = [n for n in progress.names if n not in progress.done | progress.skipped]
@@ -34,19 +34,10 @@ def awaits_pull(plan: Plan, progress: Progress) -> bool:
 
 
 def chosen_methods(plan: Plan, progress: Progress, method: str, name: str) -> dict[str, str]:
-    """Return what is chosen when a feature, or all that allow it, get another method.
+    """Return the choices after a change for one feature, or for all that allow the method.
 
-    Parameters
-    ----------
-    method
-        One of `measuring.compensation.METHODS`.
-    name
-        Of the feature; empty for all.
-
-    Raises
-    ------
-    MeasuringError
-        There is no such way, or it says nothing about the shape of that feature.
+    `method`: one of `measuring.compensation.METHODS`. `name`: of the feature; empty for all. Raises
+    MeasuringError if the method is unknown, or does not suit the shape.
     """
     if method not in METHODS:
         raise MeasuringError(

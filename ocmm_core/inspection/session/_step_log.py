@@ -1,8 +1,8 @@
-"""The points and the progress of a job, changed together, durable, and to be taken back.
+"""Points and progress of a job, changed together, durable, with undo.
 
-A step changes which points count and where the job stands. Both go into the job file together with
-the step itself, so that whatever happens between, a reopened job is as it was before the step or
-after it, and knows what an undo takes back.
+A step changes the valid points and the progress. Both go into the job file together with the step
+itself, so that a reopened job is in the state before the step or after it, and knows its undo
+steps.
 """
 
 from __future__ import annotations
@@ -23,25 +23,15 @@ _UNDONE = "undone by the operator"
 
 
 class StepLog:
-    """Carry out steps and take them back; whoever uses it holds a lock.
+    """Carry out and undo steps; callers hold a lock.
 
-    Every method raises StorageError where the step could not be made durable; nothing is changed
-    then.
-
-    Parameters
-    ----------
-    plan
-        What is measured.
-    job
-        Holds what was done before.
+    Every method raises StorageError, without a change, if the step could not be made durable.
     """
 
     def __init__(self, plan: Plan, job: JobFile) -> None:
         events = job.events()
         self.points = JobPoints(job)
-        """The points of the job."""
         self.progress = progress_of(plan, self.points.counts(), events)
-        """Where it stands."""
         self._deeds = deeds_from(
             events,
             self.progress.names,
@@ -51,12 +41,12 @@ class StepLog:
 
     @property
     def last(self) -> UndoStep | None:
-        """Return what `undo` takes back."""
+        """Return the step that `undo` reverts."""
         return self._deeds.last or self._last_point()
 
     @property
     def last_undone(self) -> UndoStep | None:
-        """Return what `redo` does again."""
+        """Return the step that `redo` repeats."""
         return self._deeds.last_undone
 
     def take(
@@ -64,10 +54,7 @@ class StepLog:
     ) -> None:
         """Add a new point.
 
-        Parameters
-        ----------
-        before, after
-            Where the job stands when the point is taken back, and with it.
+        `before`, `after`: progress after undoing the point, and with it.
         """
         change = Change((point.number,), ())
         step = UndoStep(f"point {point.number} of {point.feature}", change, before, after)
@@ -75,7 +62,7 @@ class StepLog:
         self._remember(step)
 
     def flip(self, old: MeasuredPoint, new: MeasuredPoint) -> None:
-        """Put a point in the place of one whose side was wrong."""
+        """Replace a point whose side was wrong."""
         change = Change((new.number,), (old.number,))
         step = UndoStep(f"flip of point {old.number}", change, self.progress, self.progress)
         self.points.replace(old, new, FLIPPED, self._events_of(step))
@@ -89,35 +76,24 @@ class StepLog:
         restore: Sequence[int] = (),
         events: Sequence[tuple[str, str]] = (),
     ) -> None:
-        """Carry out a step that takes no new point.
+        """Carry out a step without a new point.
 
-        Parameters
-        ----------
-        words
-            What it is, for the button that takes it back.
-        after
-            Where the job stands then.
-        annul, restore
-            Points that it takes out, each for its reason, and puts back.
-        events
-            What else is written with it.
+        `words`: for the undo button. `after`: new progress. `annul`, `restore`: points to delete,
+        each for its reason, and to restore. `events`: written with it.
         """
         step = UndoStep(words, self.points.planned(annul, restore), self.progress, after)
         self.points.change(annul, restore, [*events, *self._events_of(step)])
         self._remember(step)
 
     def stand(self, after: Progress) -> None:
-        """Let the job stand elsewhere; that is no step, and an undo does not know of it."""
+        """Change the progress without an undo step."""
         self.points.change({}, (), self._status_events(after))
         self.progress = after
 
     def undo(self) -> None:
-        """Take back the last step: a point, a deletion, a skip; nothing leaves the job file.
+        """Undo the last step: a point, a deletion, a skip; MeasuringError if there is none.
 
-        Raises
-        ------
-        MeasuringError
-            There is nothing to take back.
+        Nothing leaves the job file.
         """
         step = self.last
         if step is None:
@@ -125,13 +101,7 @@ class StepLog:
         self._deeds.undid(self._reverse(step, "undone", "undid"))
 
     def redo(self) -> None:
-        """Do again what was undone last.
-
-        Raises
-        ------
-        MeasuringError
-            Nothing was undone since the last step.
-        """
+        """Redo the last undone step; MeasuringError if nothing was undone since."""
         step = self._deeds.last_undone
         if step is None:
             raise MeasuringError("session.no_redo", "Nothing was undone.", "Undo something first.")
@@ -142,15 +112,15 @@ class StepLog:
         self.progress = step.after
 
     def _events_of(self, step: UndoStep, way: Way = "did") -> list[tuple[str, str]]:
-        """Return what is written with a step: itself, and where the job stands then."""
+        """Return the events of a step: itself, and the new progress."""
         return [deed_event(way, step, self.points.next_number()), *self._status_events(step.after)]
 
     def _status_events(self, after: Progress) -> list[tuple[str, str]]:
         return [(STANDING_EVENT, after.text)] if after != self.progress else []
 
     def _reverse(self, step: UndoStep, word: str, way: Way) -> UndoStep:
-        """Take a step back, and return the one that this was."""
-        # A point in the place of another has the same observation: it is not to come back twice.
+        """Revert a step, and return the reverse step."""
+        # A replaced point has the same observation as its successor: it must not return twice.
         reason = FLIPPED if step.change.added and step.change.removed else _UNDONE
         annul = {self.points.latest(number): reason for number in step.change.added}
         restore = [self.points.latest(number) for number in step.change.removed]
@@ -161,7 +131,7 @@ class StepLog:
         return reverse
 
     def _last_point(self) -> UndoStep | None:
-        """Return the taking of the last point as a step, of a job whose steps are not known."""
+        """Return the last point as a step, for a job without stored steps."""
         if not self.points.counting:
             return None
         last = self.points.counting[-1]

@@ -1,4 +1,4 @@
-"""What an inspector decides while a job is measured: every step durable, and to be taken back."""
+"""Steps of the inspector on a running job: durable, with undo."""
 
 from __future__ import annotations
 
@@ -12,36 +12,27 @@ from ocmm_core.inspection.session._side_choice import chosen_methods
 
 
 class JobSteps:
-    """Steps of the job as a whole, and of its features.
-
-    Parameters
-    ----------
-    ledger
-        What they change.
-    """
+    """Steps on the job as a whole, and on its features."""
 
     def __init__(self, ledger: JobLedger) -> None:
         self._ledger = ledger
 
     def undo(self) -> None:
-        """Take back the last step, also one of an earlier run; errors as `StepLog.undo`."""
+        """Undo the last step, also one of an earlier run; errors as `StepLog.undo`."""
         with self._ledger.lock:
             self._ledger.log.undo()
             self._ledger.changed()
 
     def redo(self) -> None:
-        """Do again what was undone last; errors as `StepLog.redo`."""
+        """Redo the last undone step; errors as `StepLog.redo`."""
         with self._ledger.lock:
             self._ledger.log.redo()
             self._ledger.changed()
 
     def skip(self, name: str = "") -> None:
-        """Leave a feature, or the active one, out; what rests on it is not measured.
+        """Skip a feature, or the active one; dependent results are not measured.
 
-        Raises
-        ------
-        MeasuringError
-            There is no such feature, or none is active.
+        Raises MeasuringError if the feature is unknown, or none is active.
         """
         ledger = self._ledger
         with ledger.lock:
@@ -51,12 +42,9 @@ class JobSteps:
             )
 
     def repeat(self, name: str = "") -> None:
-        """Measure a feature, or the active one, anew: all its points are taken out.
+        """Remeasure a feature, or the active one: all its points are deleted.
 
-        Raises
-        ------
-        MeasuringError
-            There is no such feature, or none is active.
+        Raises MeasuringError if the feature is unknown, or none is active.
         """
         ledger = self._ledger
         with ledger.lock:
@@ -73,10 +61,7 @@ class JobSteps:
     def finish(self) -> None:
         """Accept the active feature with the points it has and go to the next one.
 
-        Raises
-        ------
-        MeasuringError
-            No feature is active, or it has fewer points than its shape needs.
+        Raises MeasuringError if none is active, or its shape needs more points.
         """
         ledger = self._ledger
         with ledger.lock:
@@ -96,16 +81,11 @@ class JobSteps:
             )
 
     def select(self, name: str) -> None:
-        """Look at a feature; one that still takes points also gets the next touch.
+        """Review a feature; one that still takes points also gets the next touch.
 
-        A feature that is done or skipped is looked at and stays what it is: no verdict and no count
-        changes. `reopen` is the step that lets it take points again. An empty name looks at the
-        feature that is probed again.
-
-        Raises
-        ------
-        MeasuringError
-            The plan has no feature of that name.
+        A feature that is done or skipped stays so: verdicts and counts do not change. `reopen` lets
+        it take points again. An empty name returns to the active feature. Raises MeasuringError if
+        the feature is unknown.
         """
         ledger = self._ledger
         with ledger.lock:
@@ -118,12 +98,10 @@ class JobSteps:
                 ledger.looked_at = name
 
     def reopen(self, name: str = "") -> None:
-        """Let a feature that is done or skipped, or the one looked at, take points again.
+        """Let a feature that is done or skipped, or the one under review, take points again.
 
-        Raises
-        ------
-        MeasuringError
-            There is no such feature, none is looked at, or it takes points already.
+        Raises MeasuringError if the feature is unknown, none is under review, or it takes points
+        already.
         """
         ledger = self._ledger
         with ledger.lock:
@@ -136,16 +114,15 @@ class JobSteps:
             ledger.selected = name
 
     def set_order(self, probing: Probing) -> None:
-        """Probe in the order of the plan, or in any: the feature that is touched is then found.
+        """Probe in the order of the plan, or in any: touched features are then recognised.
 
-        Before the part frame is known, which says where the features are, the order of the plan
-        holds in any case.
+        The order of the plan applies until the part frame is known.
         """
         with self._ledger.lock:
             self._ledger.stand(replace(self._ledger.progress, probing=probing))
 
     def missing(self) -> list[tuple[str, int]]:
-        """Return the features that are not done and how many points each still needs."""
+        """Return the open features with the number of missing points."""
         ledger = self._ledger
         with ledger.lock:
             settled = ledger.progress.done | ledger.progress.skipped
@@ -156,19 +133,10 @@ class JobSteps:
             ]
 
     def set_compensation(self, method: str, name: str = "") -> None:
-        """Find the side of a feature, or of all that allow it, in another way from now on.
+        """Set the side detection of a feature, or of all that allow the method.
 
-        Parameters
-        ----------
-        method
-            One of `measuring.compensation.METHODS`.
-        name
-            Of the feature; empty for all.
-
-        Raises
-        ------
-        MeasuringError
-            There is no such feature or way, or the way says nothing about its shape.
+        `method`: one of `measuring.compensation.METHODS`. `name`: of the feature; empty for all.
+        MeasuringError if either is unknown, or the method does not suit the shape.
         """
         ledger = self._ledger
         with ledger.lock:
@@ -178,19 +146,13 @@ class JobSteps:
 
 
 class Pausing:
-    """Take no points for a while; also when the job is opened anew.
-
-    Parameters
-    ----------
-    ledger
-        What they change.
-    """
+    """Pause and resume a job; persists across restarts."""
 
     def __init__(self, ledger: JobLedger) -> None:
         self._ledger = ledger
 
     def pause(self) -> None:
-        """Take no points until `resume`, whatever is touched; also when the job is opened anew."""
+        """Refuse touches until `resume`, also after a restart."""
         ledger = self._ledger
         with ledger.lock:
             if not ledger.paused:
@@ -198,7 +160,6 @@ class Pausing:
                 ledger.paused, ledger.view = True, None
 
     def resume(self) -> None:
-        """Take points again."""
         ledger = self._ledger
         with ledger.lock:
             if ledger.paused:
@@ -206,12 +167,11 @@ class Pausing:
                 ledger.paused, ledger.view = False, None
 
     def go_on(self, operator: str) -> None:
-        """Go on with a job that was begun earlier, and note who does."""
+        """Resume an earlier job, and note the operator."""
         with self._ledger.lock:
             self._ledger.job.append_event("gone on", f"by {operator}")
             self.resume()
 
     @property
     def paused(self) -> bool:
-        """Return whether touches are refused until `resume`."""
         return self._ledger.paused

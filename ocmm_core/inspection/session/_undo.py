@@ -1,7 +1,7 @@
-"""What the inspector did, so that it can be taken back and done again, also after a restart.
+"""Steps of the inspector, for undo and redo, also after a restart.
 
-A step is written together with what it changed, as an event of the job file, so that both are
-durable or none.
+A step is written together with its changes, as an event of the job file, so that both are durable
+or none.
 """
 
 from __future__ import annotations
@@ -17,31 +17,26 @@ from ocmm_core.inspection.session._job_points import Change
 from ocmm_core.storage import JobEvent, event_value
 
 EVENT = "step"
-"""Kind of the event of the job file."""
 
 Way = Literal["did", "undid", "redid"]
-"""A step was done; the last one was taken back; the last one that was taken back was done again."""
+"""A step was done; the last one was undone; the last undone one was redone."""
 
 
 @dataclass(frozen=True, slots=True)
 class UndoStep:
-    """One step of the inspector."""
-
     words: str
-    """What it was, for the button that takes it back."""
     change: Change
-    """Points that it added and took out."""
     before: Progress
     after: Progress
-    """`before`, `after`: Where the job stood."""
+    """`before`, `after`: Progress."""
 
     def undone_by(self, change: Change) -> UndoStep:
-        """Return the deed that this change of points was: it takes this one back."""
+        """Return the step of this change of points, which undoes this one."""
         return UndoStep(self.words, change, self.after, self.before)
 
 
 class UndoHistory:
-    """The steps of a job, newest last, and those that were taken back."""
+    """Steps of a job, newest last, and undone ones."""
 
     def __init__(self) -> None:
         self._done: list[UndoStep] = []
@@ -49,33 +44,33 @@ class UndoHistory:
 
     @property
     def last(self) -> UndoStep | None:
-        """Return the deed that an undo would take back."""
+        """Return the step that an undo would revert."""
         return self._done[-1] if self._done else None
 
     @property
     def last_undone(self) -> UndoStep | None:
-        """Return the undo that a redo would take back."""
+        """Return the undo that a redo would revert."""
         return self._undone[-1] if self._undone else None
 
     def did(self, step: UndoStep) -> None:
-        """Remember a new step; what was undone before it cannot be done again."""
+        """Add a new step; undone ones can no longer be redone."""
         self._done.append(step)
         self._undone.clear()
 
     def undid(self, reverse: UndoStep) -> None:
-        """Remember that the last step was taken back by ``reverse``."""
+        """Note that the last step was undone by ``reverse``."""
         if self._done:
             self._done.pop()
         self._undone.append(reverse)
 
     def redid(self, reverse: UndoStep) -> None:
-        """Remember that the last undo was taken back by ``reverse``."""
+        """Note that the last undo was reverted by ``reverse``."""
         self._undone.pop()
         self._done.append(reverse)
 
 
 class _Written(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """A step as it is written down."""
+    """A step as stored."""
 
     way: Way
     words: str
@@ -84,20 +79,15 @@ class _Written(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     before: WrittenProgress
     after: WrittenProgress | None
     """`way`, `words`, `added`, `removed`, `before`, `after`: See `Way` and `UndoStep`; ``after`` is
-    None where the job stood as before."""
+    None if the progress is unchanged."""
     next_number: int
-    """Of the point that comes after this step."""
+    """Of the first point after this step."""
 
 
 def deed_event(way: Way, step: UndoStep, next_number: int) -> tuple[str, str]:
     """Return the event, kind and text, of a step.
 
-    Parameters
-    ----------
-    step
-        What changes with it; of an undo the step that takes the other one back.
-    next_number
-        Number of the next point before this step.
+    `step`: of an undo, the reverse step. `next_number`: of the next point before this step.
     """
     written = _Written(
         way,
@@ -114,23 +104,11 @@ def deed_event(way: Way, step: UndoStep, next_number: int) -> tuple[str, str]:
 def deeds_from(
     events: Sequence[JobEvent], names: tuple[str, ...], counting: Collection[int], next_number: int
 ) -> UndoHistory:
-    """Return the steps of a job that can be taken back or done again.
+    """Return the steps of a job that can be undone or redone.
 
-    Parameters
-    ----------
-    events
-        Of the job file, oldest first.
-    names
-        All features, in the order of the plan.
-    counting
-        Numbers of the points that count.
-
-    Returns
-    -------
-    Deeds
-        Without any step where the points are not those that the steps left behind: a program that
-        wrote no such events went on with the job, and a step that lies behind that one is not the
-        last any more.
+    Empty if the points differ from the result of the steps: then a program without such events has
+    continued the job, and the last step is unknown. `events`: oldest first. `names`: all features,
+    in the order of the plan. `counting`: numbers of the points that count.
     """
     deeds = UndoHistory()
     counts: dict[int, bool] = {}

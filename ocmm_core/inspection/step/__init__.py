@@ -1,15 +1,15 @@
 """Features of a plan from the surfaces of a STEP file; needs the extra ``step``.
 
-In: a STEP file, the ball, and if wanted probe, cameras and placement. Out: features with targets on
-the trimmed faces, and what is none, with the reason; the part itself, as mesh and faces.
+In: a STEP file, the ball, and optionally probe, cameras and placement. Out: features with targets
+on the trimmed faces, and omitted surfaces with the reason; the part itself, as mesh and faces.
 
-Read `_model` (what is asked for, and what comes back), `_request` (by which probe and cameras),
-`_choice` (what is taken), `_asking` and `_worker` (the process that reads, from both sides). In
-that process the room `brep` turns the file into numbers, `_joined` says which faces are one surface
-and where a ball can touch it, `_placed` which places are targets (`_place_kernel`), `_names` what
-they are called. `_faces_account` counts what became of each face. `_model_files` checks the files.
-`_free_forms` and `_profiled` are free-form faces, from both sides, `_chosen_reach` is what is asked
-of large models later, `_answer` what the process tells. It must not know plans.
+Read `_model` (query and result), `_request` (probe and cameras), `_choice` (selection), `_asking`
+and `_worker` (both sides of the reading process). In that process package `brep` turns the file
+into numbers, `_joined` groups faces into surfaces and finds room for a ball, `_placed` selects
+targets (`_place_kernel`), `_names` names them. `_faces_account` counts the result of each face.
+`_model_files` checks the files. `_free_forms` and `_profiled` are both sides of free-form faces,
+`_chosen_reach` completes large models later, `_answer` is the message of the process. It must not
+know plans.
 """
 
 from __future__ import annotations

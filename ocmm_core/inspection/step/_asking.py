@@ -1,4 +1,4 @@
-"""The process that reads a STEP file, and what comes back from it: trusted in nothing."""
+"""The process that reads a STEP file; its messages are not trusted."""
 
 from __future__ import annotations
 
@@ -30,20 +30,20 @@ STEP_SIZE_MB = 400
 _LOOK_S = 0.05
 _STILL_S = 1.0
 _WAITED = 10.0
-"""So many times the limit is waited for by the clock."""
+"""Multiple of the CPU limit that is waited for in wall time."""
 _LONGEST_ANSWER = 100_000_000
 READER_MODULES = (
     "ocmm_core.inspection.step._worker",
     "OCP.STEPCAFControl", "OCP.XCAFDoc", "OCP.TDocStd", "OCP.BRepMesh", "OCP.BRepAdaptor",
     "OCP.StepShape", "OCP.GeomConvert", "OCP.GCPnts", "OCP.DE", "OCP.BRepLib", "OCP.collections",
 )  # fmt: skip
-"""What a reader loads, for who keeps it loaded; see `process_context`."""
+"""Modules of a reader, for preloading; see `process_context`."""
 REMEDY = "Export the model as STEP (AP203, AP214 or AP242) again, with exact surfaces (no mesh)."
 
 
 @dataclass(frozen=True, slots=True)
 class Asking:
-    """How much work an answer may take, s of processors; see `read_model`."""
+    """Limit of work, s of CPU time; see `read_model`."""
 
     timeout_s: float
     given_up: Callable[[], bool]
@@ -51,24 +51,15 @@ class Asking:
 
 
 def has_step() -> bool:
-    """Return whether the extra that reads STEP files is installed."""
     return find_spec("OCP") is not None
 
 
 def ask(
     path: Path, wanted: Wanted, with_part: bool, asking: Asking
 ) -> tuple[StepAnswer, PartModel | None]:
-    """Return what a process reads from a STEP file, and the part where it is wanted.
+    """Return the contents of a STEP file, and its part if wanted, read by a process.
 
-    Parameters
-    ----------
-    wanted
-        What is asked, without the hash of the file.
-
-    Raises
-    ------
-    InputError
-        See `read_model`.
+    Raises InputError, see `read_model`.
     """
     files = model_files(path)
     wanted = replace(
@@ -80,8 +71,8 @@ def ask(
         wanted = replace(wanted, source_sha256=files.sha256)
     if not files.parts and _printable(str(path)) == str(path):
         return _asked(path, path, wanted, files, asking)
-    # Part files are read as a copy, so that no name leads to another file; the library takes
-    # names in UTF-8 only.
+    # Part files are read as a copy, so that no name leads to another file; the library takes names
+    # in UTF-8 only.
     with tempfile.TemporaryDirectory(prefix="ocmm-step-") as folder:
         return _asked(path, files.copied(Path(folder)), wanted, files, asking)
 
@@ -101,7 +92,7 @@ def _asked(
         said = reading.last()
         part = reading.part(said) if said is not None and wanted.source_sha256 else None
     except (EOFError, OSError):
-        # It has ended, or is about to: how says more.
+        # It has ended, or is about to: the exit status has details.
         said = None
         worker.join(1.0)
     finally:
@@ -113,13 +104,13 @@ def _asked(
     if said is None:
         raise reading.failed(ended)
     if not files.is_unchanged():
-        # The hash would be of one file, and what was read, or half of it, of the other.
+        # The hash and the contents, or half of them, would be of different files.
         raise step_error(path, "the file was changed while it was read", "Import it again.")
     return said, part
 
 
 class _Reading:
-    """What a reader tells, until it has told all."""
+    """Messages of a reader, up to the last one."""
 
     def __init__(self, path: Path, answer: Connection, asking: Asking, pid: int | None) -> None:
         self._path, self._answer, self._asking, self._pid = path, answer, asking, pid
@@ -127,7 +118,7 @@ class _Reading:
         self._doing = "the start of the library"
 
     def last(self) -> StepAnswer | None:
-        """Return the last answer; None where the reader says what nobody understands."""
+        """Return the last answer; None if it is malformed."""
         while True:
             self._wait()
             try:
@@ -140,7 +131,6 @@ class _Reading:
             self._asking.progress(said.doing)
 
     def part(self, said: StepAnswer) -> PartModel:
-        """Return the part that follows the last answer."""
         self._doing = "the part"
         if not 0 < said.part_bytes <= LARGEST_MODEL:
             raise step_error(self._path, "the reader of STEP files made no part of it", REMEDY)
@@ -148,16 +138,16 @@ class _Reading:
         return model_from_bytes(self._answer.recv_bytes(LARGEST_MODEL), str(self._path))
 
     def _wait(self) -> None:
-        """Wait for something to read; InputError where that takes too long or is given up."""
+        """Wait for a message; InputError on timeout or cancellation."""
         begun = told = time.monotonic()
         while True:
-            # A reader that always has something to tell is given up as well.
+            # A reader that keeps sending is limited as well.
             if self._asking.given_up():
                 raise given_up_error(self._path)
             if self._answer.poll(_LOOK_S):
                 return
             if (now := time.monotonic()) - told >= _STILL_S:
-                # The library says nothing while it reads, and a mesh is one call of it.
+                # The library sends nothing while it reads, and a mesh is one call of it.
                 told = now
                 self._asking.progress(f"{self._doing} ({now - begun:.0f} s)")
             if self._is_too_long():
@@ -166,10 +156,9 @@ class _Reading:
                 raise step_error(self._path, what, LESS)
 
     def _is_too_long(self) -> bool:
-        """Return whether the reader has worked longer than it may.
+        """Return whether the reader exceeded its limit of CPU time.
 
-        Its own work counts: beside other programs a good file takes any time of the clock. One
-        that waits and does nothing is given up as well, later.
+        Wall time depends on other programs. A reader that waits idle is given up later.
         """
         limit, took = self._asking.timeout_s, time.monotonic() - self._begun
         if took <= limit:
@@ -178,7 +167,7 @@ class _Reading:
         return worked is None or worked > limit or took > _WAITED * limit
 
     def failed(self, ended: int | None) -> InputError:
-        """Return what a reader failed on that ended without an answer."""
+        """Return the error of a reader that ended without an answer."""
         how = ""
         if ended is not None and ended < 0:
             how = f" ({signal.Signals(-ended).name})"
@@ -187,7 +176,7 @@ class _Reading:
 
 
 def _checked(path: Path, said: StepAnswer) -> StepAnswer:
-    """Return what the reading sent, or raise what it said against the file."""
+    """Return the answer, or raise its error."""
     if said.error is not None:
         raise InternalError(*said.error)
     if said.fault == "MISSING":
@@ -203,10 +192,9 @@ def _checked(path: Path, said: StepAnswer) -> StepAnswer:
 
 
 def given_up_error(path: Path | str) -> InputError:
-    """Return the error that whoever asked gave up."""
     return InputError("plan.step_given_up", f"{path}: import cancelled.", "Import it again.")
 
 
 def _printable(name: str) -> str:
-    """Return a name of a file as text: bytes that are no UTF-8 become question marks."""
+    """Return a file name as text: bytes that are no UTF-8 become question marks."""
     return name.encode("utf-8", errors="replace").decode("utf-8")

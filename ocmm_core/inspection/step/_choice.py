@@ -1,4 +1,4 @@
-"""What a model offers, and which of it is taken: the same for command line, window and scripts."""
+"""Surfaces offered by a model, and their selection, for command line, window and scripts."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from ocmm_core.inspection.step._model import StepModel
 from ocmm_core.inspection.step._profiled import FreeForm
 
 FREE_FORM = "free form"
-"""Kind of what is measured as a profile against the model."""
+"""Kind of faces measured as a profile against the model."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -21,14 +21,14 @@ class Offer:
     """A surface of a model that can become a feature."""
 
     feature: NominalFeature
-    """What it becomes; without targets where something stands against it. A free form becomes a
-    point for each of its targets."""
+    """The resulting feature, without targets if there is a reason against it. A free form becomes
+    one point per target."""
     faces: tuple[int, ...]
     """Numbers of its faces, see `ModelFace`."""
     against: str = ""
-    """Why it is not chosen to begin with, as a part of a sentence; empty where it is."""
+    """Why it is not selected by default, as a part of a sentence; empty if it is."""
     free_form: FreeForm | None = None
-    """The face, where it is measured as a profile."""
+    """The face, if measured as a profile."""
 
     @property
     def kind(self) -> str:
@@ -37,43 +37,43 @@ class Offer:
 
     @property
     def size_mm(self) -> float:
-        """Return the diameter, or of a plane its longer side."""
+        """Return the diameter, or the longer side of a plane."""
         return self.feature.diameter or max(self.feature.length, self.feature.width)
 
 
 @dataclass(frozen=True, slots=True)
 class Choice:
-    """Which surfaces are taken; what says nothing leaves out nothing."""
+    """Filters of surfaces; empty ones select everything."""
 
     only: tuple[str, ...] = ()
     without: tuple[str, ...] = ()
-    """`only`, `without`: Names, with ``*`` and ``?`` as in names of files, or numbers of faces.
-    Named in ``only`` also those are taken that are not chosen to begin with."""
+    """`only`, `without`: Names, with wildcards ``*`` and ``?``, or numbers of faces. ``only`` also
+    selects surfaces that are not selected by default."""
     kinds: tuple[str, ...] = ()
-    """Words of shapes, such as Cylinder; in any case."""
+    """Words of shapes, such as Cylinder; case-insensitive."""
     least_mm: float = 0.0
     most_mm: float = float("inf")
     """`least_mm`, `most_mm`: Of the diameter, or the longer side of a plane."""
     everything: bool = False
-    """Also what is not chosen to begin with, but for free forms."""
+    """Also surfaces not selected by default, except free forms."""
     profiles: bool = False
-    """Free forms, too: the width of their zone is known."""
+    """Free forms also: the width of their zone is known."""
 
 
 def offers_of(model: StepModel) -> tuple[Offer, ...]:
-    """Return all that a model offers: first what is chosen to begin with."""
+    """Return all offers of a model, default ones first."""
     good = [Offer(one, how.faces) for one, how in zip(model.features, model.reached, strict=True)]
     free = [Offer(one.feature, (one.face.number,), free_form=one) for one in model.free_forms]
     return (*good, *free, *(Offer(one.feature, one.faces, one.why) for one in model.left_out))
 
 
 def chosen(offers: Sequence[Offer], choice: Choice) -> tuple[Offer, ...]:
-    """Return the offers that are taken.
+    """Return the selected offers.
 
     Raises
     ------
     InputError
-        A word of the choice fits nothing, or nothing is left.
+        A word of the choice matches nothing, or nothing is left.
     """
     for word in (*choice.only, *choice.without):
         if not any(_named(offer, (word,)) for offer in offers):
@@ -91,7 +91,7 @@ def chosen(offers: Sequence[Offer], choice: Choice) -> tuple[Offer, ...]:
 
 
 def _why_none(offers: Sequence[Offer], choice: Choice) -> str:
-    """Return why no offer is taken: what is against those that were asked for."""
+    """Return why no offer is selected: the reasons against the requested ones."""
     whys = Counter(
         offer.against or "it is a free form, which needs the zone of its profile"
         for offer in offers

@@ -1,4 +1,4 @@
-"""Whether probe and cameras reach what is chosen of a model with too many faces to ask for all."""
+"""Reach and sight of selected surfaces, for models with too many faces to check all."""
 
 from __future__ import annotations
 
@@ -23,27 +23,27 @@ from ocmm_core.inspection.step.brep import StepFace, Triple, normals_of
 from ocmm_core.part_model import PartModel
 
 LIMIT_S = 60.0
-"""Of a processor: a target takes some milliseconds, and a plan of thousands is no plan."""
+"""s of CPU time: a target takes some milliseconds, and plans do not have thousands."""
 _COARSEST_MM = 0.5
-"""Gaps grow with the deflection of the mesh: with more of it good targets would be refused."""
+"""mm: gaps grow with the deflection of the mesh; a coarser one would refuse good targets."""
 _NAMED = 10
 
 
 @dataclass(frozen=True, slots=True)
 class ChosenReach:
-    """What became of the surfaces that were chosen."""
+    """Results of the selected surfaces."""
 
     taken: tuple[Offer, ...]
-    """Those that stay, with the targets that can be touched and are seen."""
+    """Kept surfaces, with the targets that can be touched and are seen."""
     refused: tuple[LeftOut, ...] = ()
-    """Those with too few of them, and why."""
+    """Surfaces with too few targets, and why."""
     unasked: tuple[str, ...] = ()
-    """Names of those that stay and were not asked about."""
+    """Kept surfaces that were not checked."""
     why: str = ""
     """Why not, as a part of a sentence."""
 
     def sentences(self) -> tuple[str, ...]:
-        """Return what a person has to know, a sentence each."""
+        """Return remarks for the user, a sentence each."""
         said = []
         if self.refused:
             names = _listed([one.feature.name for one in self.refused])
@@ -64,21 +64,19 @@ def ask_for_chosen(
     progress: Callable[[str], None] = lambda _: None,
     limit_s: float = LIMIT_S,
 ) -> ChosenReach:
-    """Ask for chosen surfaces what was not asked for all when their model was read.
+    """Check selected surfaces that were not checked when their model was read.
 
-    Nothing is asked of a model with fewer faces: it was asked before.
+    Smaller models were checked completely and are returned unchanged.
 
     Parameters
     ----------
-    taken
-        What is chosen of the offers of the model.
     limit_s
-        After so much work of this thread the rest is not asked.
+        CPU time of this thread, after which the rest is not checked.
 
     Raises
     ------
     InputError
-        It was given up, or none of them can be measured.
+        It was cancelled, or none of them can be measured.
     """
     with_targets = [one for one in taken if one.feature.targets]
     if model.unasked is None or not with_targets:
@@ -124,7 +122,7 @@ def _reach_on(part: PartModel, setting: Setting, offers: Sequence[Offer]) -> Rea
 
 
 def _asked(offer: Offer, reach: Reach) -> Offer | LeftOut:
-    """Return an offer with the targets that can be touched, or why there are too few of them."""
+    """Return an offer with its reachable targets, or why there are too few."""
     feature, own = offer.feature, [number - 1 for number in offer.faces]
     points = np.array(feature.targets)
     if offer.free_form is not None:
@@ -155,7 +153,7 @@ def _free_form_asked(offer: Offer, form: FreeForm, reach: Reach) -> Offer | Left
 
 
 def _face_of(feature: NominalFeature) -> StepFace:
-    """Return the surface of a feature, as far as normals on it ask."""
+    """Return the surface of a feature, as far as its normals need."""
     return StepFace(
         shape=feature.shape.value, point=_triple(feature.point),
         direction=_triple(feature.direction), radius=0.5 * feature.diameter,
@@ -173,7 +171,7 @@ def _triples(rows: np.ndarray[tuple[int, ...], np.dtype[np.float64]]) -> tuple[T
 
 
 def _listed(names: Sequence[str]) -> str:
-    """Return names for a sentence; of very many the first."""
+    """Return names for a sentence, truncated."""
     more = len(names) - _NAMED
     return ", ".join(names[:_NAMED]) + (f" (+{more})" if more > 0 else "")
 

@@ -1,4 +1,4 @@
-"""All faces of a model, each taken or left out with its reason: nothing is skipped in silence."""
+"""Account of all faces of a model, each imported or omitted with its reason."""
 
 from __future__ import annotations
 
@@ -22,20 +22,18 @@ class FacesAccount:
     faces: int
     """Of the file, of all components of an assembly."""
     taken: int
-    """Those of the features."""
     left_out: tuple[tuple[str, int], ...]
-    """Reasons, each a part of a sentence, and how many faces have it: the most frequent first.
-    Together with ``taken`` they are all faces."""
+    """Reasons, each a part of a sentence, and number of faces, the most frequent first. With
+    ``taken`` they sum up to all faces."""
     recognised: tuple[tuple[str, float], ...] = ()
     """Features that are splines in the file, and their largest distance from these, mm."""
 
     def sentence(self) -> str:
-        """Return the numbers of faces, as a sentence."""
         rest = self.faces - self.taken
         return f"{self.faces} faces in the model: {self.taken} taken, {rest} left out."
 
     def recognised_sentence(self) -> str:
-        """Return how many surfaces were recognised, and how exactly; empty for none."""
+        """Return the number of recognised surfaces and their accuracy; empty for none."""
         if not self.recognised:
             return ""
         most = max(deviation for _, deviation in self.recognised)
@@ -49,14 +47,14 @@ class FacesAccount:
 def faces_account(
     model: StepModel, taken: Sequence[Offer], refused: Iterable[LeftOut] = ()
 ) -> FacesAccount:
-    """Return what became of each face of a model.
+    """Return the result of each face of a model.
 
     Parameters
     ----------
     taken
         Offers of the model that became features.
     refused
-        Those that were chosen and then left out, see `ask_for_chosen`.
+        Selected surfaces refused later, see `ask_for_chosen`.
     """
     names = {one.feature.name for one in taken}
     whys = {one.feature.name: one.why for one in refused}

@@ -1,8 +1,8 @@
-"""Free-form faces of a model, with places on them where a ball can touch; needs OCP.
+"""Free-form faces of a model, with places for a ball; needs OCP.
 
-A free form is no element: what is asked of it is the profile of a surface (decision 64). The face
-itself goes to whoever asked, exactly, and its places lie inside its edges, as far from each other
-as can be, where the probe reaches them and cameras see it.
+A free form is no element: its requirement is the profile of a surface (decision 60). The face
+itself is returned exactly, and its places lie inside its edges, as far apart as possible, within
+reach of the probe and in sight of the cameras.
 """
 
 from __future__ import annotations
@@ -23,16 +23,16 @@ from ocmm_core.inspection.step.brep import StepDocument, Triple, box_size, model
 from ocmm_core.part_model import ModelFace, NominalFace, nominal_face, searched, spread_places
 
 _TRIED = 3
-"""So many times the places are tried for reach and sight."""
+"""Candidates for reach and sight per place."""
 _MOST = 100
-"""Free forms of a model that get places, the largest first: each takes some 0.05 s."""
+"""Free forms of a model with places, the largest first: each takes some 0.05 s."""
 _MOST_NUMBERS = 1_000_000
-"""Numbers of all faces together: some 20 MB on the way to who asked."""
+"""Numbers of all faces together: a message of some 20 MB."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class FreeFormRoom:
-    """A free-form face, and where on it a ball has room as far as the face itself tells.
+    """A free-form face, and room for a ball on it as far as the face itself determines.
 
     Attributes
     ----------
@@ -45,7 +45,7 @@ class FreeFormRoom:
     face: NominalFace | None = None
     points: Float = field(default_factory=lambda: np.empty((0, 3)))
     normals: Float = field(default_factory=lambda: np.empty((0, 3)))
-    """`points`, `normals`: (n, 3), mm and unit: more than are wanted, the first ones first."""
+    """`points`, `normals`: (n, 3), mm and unit: more than needed, in order of preference."""
     against: str = ""
 
 
@@ -56,16 +56,10 @@ def free_form_rooms(
     ball_radius: float,
     doing: Callable[[str], None],
 ) -> list[FreeFormRoom]:
-    """Return the free-form faces of a part, each with places or a reason against it; asks no mesh.
+    """Return the free-form faces of a part, each with places or a reason against it.
 
-    Parameters
-    ----------
-    faces
-        All with a surface, in order.
-    taken
-        Numbers, from 1, of those that are planes, cylinders and so on.
-    ball_radius
-        mm.
+    Without the mesh. `faces`: all with a surface, in order. `taken`: numbers, from 1, of planes,
+    cylinders and so on. `ball_radius`: mm.
     """
     others = [number for number in range(1, len(faces) + 1) if number not in taken]
     if len(others) > _MOST:
@@ -92,14 +86,8 @@ def free_forms_of(
 ) -> list[StepFreeForm]:
     """Return free forms with targets.
 
-    Parameters
-    ----------
-    reach
-        Asked whether places can be touched; None where nobody asks.
-    doing
-        Told which it is at.
-    inside
-        Checks all places before targets are chosen.
+    `reach`: None to skip. `doing`: receives the current step. `inside`: checks all places before
+    targets are selected.
     """
     found = []
     for place, room in enumerate(rooms, start=1):

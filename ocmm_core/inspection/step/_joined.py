@@ -1,4 +1,4 @@
-"""Faces that are one surface come together, and each surface gets places where a ball can touch.
+"""Group faces into surfaces, and place targets for a ball on each.
 
 Two bores on one axis stay two; two halves of one bore become one. Needs no OCP.
 """
@@ -23,26 +23,26 @@ from ocmm_core.inspection.step._placed import Placed, Wish, bore_axis, in_order,
 from ocmm_core.inspection.step.brep import RawFace, Rim, StepFace, stretches_of
 
 Inside: TypeAlias = Callable[[Sequence[int], Float], NDArray[np.bool_]]
-"""Says which points (n, 3), mm, lie inside the edges of faces, by their numbers."""
+"""Tells which points (n, 3), mm, lie inside the edges of faces, by their numbers."""
 NOT_INSIDE = "its places fail the check of the geometry library: they lie outside of its edges"
 _SAME_MM, _SAME_RAD = 1e-4, 1e-6
 _LEAST_TURN = np.radians(170.0)
-"""A round surface that spans less is a fillet and no feature to begin with."""
+"""A round surface that spans less is a fillet, not selected by default."""
 _NARROW_GAP = np.radians(20.0)
 EDGE_MM = 1.0
-"""No target lies nearer to an edge: a hand is no more exact."""
+"""Distance of targets from edges, by the accuracy of a hand."""
 _HOLLOW = -0.1
-"""An edge is one that falls away where the normal beyond it leans back by more than this."""
+"""An edge falls away if the normal beyond it leans back by more than this."""
 _SAME_AXIS, _MOST_AXES = np.cos(np.radians(1.0)), 40
 _AT_ONCE = 64
-"""Surfaces that are asked for targets in one call."""
+"""Surfaces per call for targets."""
 _SPARE = 2
-"""So many times the usual points are placed, for who wants more."""
+"""Multiple of the usual points that is placed, for users who want more."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Room:
-    """A surface, and where on it a ball has room as far as its own edges tell.
+    """A surface, and room for a ball on it as far as its own edges determine.
 
     Attributes
     ----------
@@ -53,21 +53,16 @@ class Room:
     face: StepFace
     numbers: tuple[int, ...]
     order: Float
-    """(n, 3), mm: places in the order in which they are tried."""
+    """(n, 3), mm: places in order of preference."""
     against: str = ""
 
 
 def rooms_of(
     faces: Sequence[RawFace], ball_radius: float, doing: Callable[[str], None] = lambda _: None
 ) -> list[Room]:
-    """Return the surfaces of faces with the places where a ball has room; asks no mesh.
+    """Return the surfaces of faces and the room for a ball on each, without the mesh.
 
-    Parameters
-    ----------
-    ball_radius
-        mm.
-    doing
-        Told which surface it is at.
+    `ball_radius`: mm. `doing`: receives the current surface.
     """
     groups = _groups(faces)
     hollow = _hollow_rims(faces, groups)
@@ -87,15 +82,9 @@ def surfaces_of(
 ) -> list[StepSurface]:
     """Return surfaces with targets.
 
-    Parameters
-    ----------
-    reach
-        Asked whether targets can be touched; None where nobody asks.
-    doing
-        Told which surface it is at.
-    inside
-        Checks each target before it is delivered; None for no check. If one fails, all places of
-        that surface are checked and its targets are chosen again.
+    `reach`: None to skip. `doing`: receives the current surface. `inside`: checks each target
+    before it is delivered; if one fails, all places of that surface are checked and its targets
+    selected again.
     """
     surfaces = []
     for start in range(0, len(rooms), _AT_ONCE):
@@ -122,7 +111,7 @@ def _placed(rooms: Sequence[Room], reach: Reach | None) -> list[StepSurface]:
 
 
 def bore_axes(faces: Sequence[StepFace]) -> Float:
-    """Return the directions of hollow round surfaces (m, 3), each once."""
+    """Return the distinct directions of hollow round surfaces (m, 3)."""
     found = [axis for one in faces if (axis := bore_axis(one)) is not None]
     axes = np.array(found).reshape(-1, 3)
     kept: list[int] = []
@@ -133,7 +122,7 @@ def bore_axes(faces: Sequence[StepFace]) -> Float:
 
 
 def _groups(faces: Sequence[RawFace]) -> list[list[int]]:
-    """Return which faces are one surface, in the order of the first of each."""
+    """Return the faces of each surface, in the order of their first."""
     owner = list(range(len(faces)))
 
     def root(index: int) -> int:
@@ -154,7 +143,7 @@ def _groups(faces: Sequence[RawFace]) -> list[list[int]]:
 
 
 def _is_same(one: StepFace, other: StepFace) -> bool:
-    """Return whether two round faces at one point would be one surface, were they not trimmed."""
+    """Return whether two round faces at one point would be one surface if untrimmed."""
     if (one.shape, one.inner) != (other.shape, other.inner):
         return False
     turned = float(np.linalg.norm(np.cross(one.direction, other.direction)))
@@ -169,13 +158,13 @@ def _is_same(one: StepFace, other: StepFace) -> bool:
 
 
 def _is_whole(one: RawFace, other: RawFace) -> bool:
-    """Return whether nothing lies between two faces along their axis, where they have one."""
+    """Return whether nothing lies between two faces along their axis, if they have one."""
     if one.face.shape not in ("Cylinder", "Cone"):
         return True
     low, high = max(one.face.low, other.face.low), min(one.face.high, other.face.high)
     if high - low > _SAME_MM:
         return True
-    # One ends where the other begins: only an edge that both have makes them one.
+    # One ends where the other starts: they are one only with a common edge.
     return any(_is_one_edge(a, b) for a in one.rims for b in other.rims)
 
 
@@ -185,7 +174,7 @@ def _is_one_edge(one: Rim, other: Rim) -> bool:
 
 
 def _marks(rims: Sequence[Rim]) -> Float:
-    """Return what edges are known by, (n, 7), mm: middle, that of the ends, their distance."""
+    """Return the marks of edges, (n, 7), mm: middle, that of the ends, their distance."""
     first = np.array([rim.line[0] for rim in rims])
     last = np.array([rim.line[-1] for rim in rims])
     middle = np.array([rim.line[len(rim.line) // 2] for rim in rims])
@@ -220,7 +209,7 @@ def _hollow_rims(faces: Sequence[RawFace], groups: Sequence[Sequence[int]]) -> l
 
 
 def _falls_away(face: RawFace, rim: Rim, beyond: Rim) -> bool:
-    """Return whether the material ends at an edge: the face beyond looks away from this one."""
+    """Return whether the material ends at an edge: the face beyond is turned away."""
     half = len(rim.line) // 2
     along = rim.line[half + 1] - rim.line[half - 1]
     lean: float = kernel.leans_inward(
@@ -277,7 +266,6 @@ def _triples(rows: Float) -> tuple[tuple[float, float, float], ...]:
 
 
 def _joined(faces: Sequence[StepFace]) -> StepFace:
-    """Return the faces of one surface as one."""
     first = faces[0]
     if first.shape not in ("Cylinder", "Cone"):
         return first
@@ -299,10 +287,10 @@ def _against(face: StepFace, places: Float, ball_radius: float) -> str:
 
 
 def _ball_fits(face: StepFace, places: Float, ball_radius: float) -> NDArray[np.bool_]:
-    """Return at which places a ball touches no other side of the same surface.
+    """Return the places where a ball touches no other side of the same surface.
 
     Near the tip of a hollow cone, such as the end of a drilled hole, its centre would lie beyond
-    the axis. It stays as far from there as a hand is exact.
+    the axis. A margin for the accuracy of a hand is included.
     """
     if face.shape != "Cone" or not face.inner:
         return np.ones(len(places), dtype=np.bool_)
@@ -313,9 +301,9 @@ def _ball_fits(face: StepFace, places: Float, ball_radius: float) -> NDArray[np.
 
 
 def _turn(face: StepFace, places: Float) -> float:
-    """Return how much of the turn about the axis a surface spans, rad, but for narrow gaps."""
+    """Return the angle about the axis that a surface spans, rad, excluding narrow gaps."""
     gaps = kernel.gaps_about(np.array(face.point), np.array(face.direction), places)
-    # Places stand in rows along the axis, so most gaps are none at all.
+    # Places are in rows along the axis, so most gaps are zero.
     steps = np.sort(gaps[gaps > _SAME_RAD])
     half = len(steps) // 2
     step = 0.5 * float(steps[half] + steps[-half - 1]) if len(steps) else 0.0

@@ -1,4 +1,4 @@
-"""Features of a plan from the surfaces of a STEP file, by a process that may fail without harm."""
+"""Features of a plan from the surfaces of a STEP file, read by an expendable process."""
 
 from __future__ import annotations
 
@@ -32,10 +32,10 @@ _DECIMALS = 6
 
 @dataclass(frozen=True, slots=True)
 class LeftOut:
-    """A surface that is no feature to begin with."""
+    """A surface that is not selected by default."""
 
     feature: NominalFeature
-    """What it would be; without targets."""
+    """The possible feature, without targets."""
     why: str
     """Part of a sentence."""
     faces: tuple[int, ...] = ()
@@ -44,52 +44,52 @@ class LeftOut:
 
 @dataclass(frozen=True, slots=True)
 class Reached:
-    """How the targets of a feature are touched."""
+    """Faces and attitudes of a feature's targets."""
 
     faces: tuple[int, ...] = ()
-    """Numbers of the faces that the feature is made of, see `ModelFace`."""
+    """Numbers of its faces, see `ModelFace`."""
     held: tuple[Triple, ...] = ()
-    """For each target how the probe is held: rotation vector, rad, frame of the model from that of
-    the probe. Empty where nobody asked."""
+    """Attitude of the probe at each target: rotation vector, rad, frame of the model from that of
+    the probe. Empty if not computed."""
     ways: tuple[float, ...] = ()
-    """mm: straight way along the normal that is free at each target."""
+    """mm: free straight way along the normal at each target."""
 
 
 @dataclass(frozen=True, slots=True)
 class StepModel:
-    """What a model holds."""
+    """Contents of a model."""
 
     features: tuple[NominalFeature, ...]
     """Surfaces that can be probed, with targets on their faces, in the frame of the model."""
     left_out: tuple[LeftOut, ...]
     """Surfaces with a reason against them, such as fillets, engraved text and narrow faces."""
     others: dict[str, int]
-    """How many faces have another kind of surface, by its word."""
+    """Number of faces with another kind of surface, by its word."""
     part: PartModel | None = None
-    """The part itself, where it was asked for; its faces name the features that they belong to."""
+    """The part itself, if requested; its faces name their features."""
     pmi: Pmi | None = None
-    """What the file says of tolerances; None where it was not read."""
+    """Tolerances of the file; None if not read."""
     faces: dict[int, tuple[str, ...]] = field(default_factory=dict)
-    """Names of the surfaces (of both lists) that a face of the file is in, by its number there;
-    several where a part stands in an assembly more than once."""
+    """Surfaces (of both lists) of each face of the file, by its number there; several for a part
+    that occurs more than once in an assembly."""
     face_words: dict[int, str] = field(default_factory=dict)
     """Kind of surface of every face of the file, by its number there."""
     reached: tuple[Reached, ...] = ()
-    """For each of ``features`` how its targets are touched."""
+    """Per item of ``features``."""
     remark: str = ""
-    """What was not asked about targets, as a sentence; empty where all was."""
+    """Omitted checks of targets, as a sentence; empty if none."""
     free_forms: tuple[FreeForm, ...] = ()
-    """Those of them that can be measured as profiles."""
+    """Free forms that can be measured as profiles."""
     not_measured: dict[str, int] = field(default_factory=dict)
-    """Reasons against other free forms, and how many have each."""
+    """Reasons against other free forms, and their counts."""
     face_count: int = 0
-    """Faces of the file, of all components of an assembly."""
+    """Of the file, of all components of an assembly."""
     recognised: dict[str, float] = field(default_factory=dict)
-    """Surfaces that the file writes as splines, by name: their largest distance from the spline,
-    mm."""
+    """Surfaces that are splines in the file, by name: their largest distance from the spline, mm.
+    """
     unasked: Setting | None = None
-    """Probe, cameras and placement that only the chosen surfaces are asked about, see
-    `ask_for_chosen`; None where all were, or nobody asked."""
+    """Probe, cameras and placement that only selected surfaces are checked with, see
+    `ask_for_chosen`; None if all were, or nothing was requested."""
 
 
 def read_model(
@@ -104,34 +104,33 @@ def read_model(
 ) -> StepModel:
     """Return planes, cylinders, cones, spheres, tori and free forms of a model, in its own frame.
 
-    Faces of one round surface come together where they touch or lie beside each other about its
-    axis; two bores on one axis stay two. The file is read in a process of its own, which may fail
-    or be stopped without harm.
+    Faces of one round surface are joined if they touch or are adjacent about its axis; two bores on
+    one axis stay two. A separate, expendable process reads the file.
 
     Parameters
     ----------
     ball_mm
         Diameter of the ball, mm: it needs room on a face and in a bore.
     timeout_s
-        After so much time of processors, not of the clock, the reading is given up.
+        Limit of CPU time.
     given_up
-        Asked some twenty times a second; the reading ends within a moment then.
+        Polled some twenty times a second; True cancels.
     progress
-        Told what is being read, as a part of a sentence.
+        Receives the current step, as a part of a sentence.
     with_part
-        The part is made, too.
+        Also make the part.
     request
-        Probe, cameras and placement, by which targets are chosen; its ball goes before ``ball_mm``.
-        Without it the ball alone is asked whether it has room.
+        Probe, cameras and placement to choose targets by; its ball overrides ``ball_mm``. Without
+        it only room for the ball is checked.
     setting
-        The same of what is in use, where there are no documents; goes before the others.
+        The same from loaded objects; overrides the others.
 
     Raises
     ------
     InputError
-        The extra is not installed, the file is no STEP file that can be read, it has no such
-        surfaces, or reading takes too long or was given up. With the probe of a request it may be
-        that none of them is within reach: then all are left out.
+        The extra is not installed, the file is no readable STEP file, it has no such surfaces, or
+        reading takes too long or was cancelled. With a request it may be that no surface is within
+        reach: then all are left out.
     """
     path = Path(path)
     asking = Asking(timeout_s, given_up, progress)
@@ -150,10 +149,10 @@ def read_part(
     given_up: Callable[[], bool] = lambda: False,
     progress: Callable[[str], None] = lambda _: None,
 ) -> PartModel:
-    """Return the part that a STEP file holds, in the frame of the file and in mm.
+    """Return the part in a STEP file, in the frame of the file and in mm.
 
-    It has all faces of the solids, of all components of an assembly; parameters and errors are
-    those of `read_model`.
+    It has all faces of the solids, of all components of an assembly; parameters and errors as of
+    `read_model`.
     """
     path = Path(path)
     _, part = ask(path, Wanted(), True, Asking(timeout_s, given_up, progress))
@@ -166,7 +165,7 @@ def _model(
     path: Path, said: StepAnswer, part: PartModel | None, *, may_be_empty: bool
 ) -> StepModel:
     chosen = [one for one in said.surfaces if not one.against]
-    # Where the part stands in the way of the probe, it can be turned: the reasons say so.
+    # If the part obstructs the probe it can be turned: the reasons explain it.
     least = 0 if said.free_forms or (may_be_empty and said.surfaces) else 1
     if not least <= len(chosen) <= MOST_FEATURES:
         raise step_error(path, *_no_plan_of(said, len(chosen)))
@@ -215,7 +214,7 @@ def _fault(feature: NominalFeature, surface: StepSurface) -> str:
 
 
 def _no_plan_of(said: StepAnswer, count: int) -> tuple[str, str]:
-    """Return what is wrong with so many surfaces that can be probed, and what to do about it."""
+    """Return the fault of a number of usable surfaces, and the remedy."""
     reasons = Counter(one.against for one in said.surfaces if one.against)
     reasons.update(one.against for one in said.free_forms if one.against)
     reasons.update(said.faults)
@@ -236,12 +235,11 @@ def _no_plan_of(said: StepAnswer, count: int) -> tuple[str, str]:
 
 
 def _said_of(surface: StepSurface, names: dict[int, str]) -> str:
-    """Return what the model calls the first face of a surface that it calls anything."""
+    """Return the name in the model of the first named face of a surface."""
     return next(filter(None, (names.get(number, "") for number in surface.numbers)), "")
 
 
 def _in_file(owners: dict[int, str], entities: dict[int, int]) -> dict[int, tuple[str, ...]]:
-    """Return the surfaces that each face of the file is in, by its number there."""
     found: dict[int, tuple[str, ...]] = {}
     for number, entity in entities.items():
         if number in owners:
@@ -250,7 +248,7 @@ def _in_file(owners: dict[int, str], entities: dict[int, int]) -> dict[int, tupl
 
 
 def _with_owners(part: PartModel | None, owners: dict[int, str]) -> PartModel | None:
-    """Return a part whose faces name the feature that they belong to."""
+    """Return a part whose faces name their features."""
     if part is None:
         return None
     faces = (replace(face, feature=owners.get(face.number, "")) for face in part.faces)
@@ -279,7 +277,7 @@ def _feature(surface: StepSurface, name: str) -> NominalFeature:
 
 
 def _middle(face: StepFace) -> tuple[np.ndarray[tuple[int], np.dtype[np.float64]], float]:
-    """Return the middle of what is touched, (3,), mm, and the radius there."""
+    """Return the middle of the touched region, (3,), mm, and the radius there."""
     point, direction = np.array(face.point), np.array(face.direction)
     along = 0.5 * (face.low + face.high)
     if face.shape == "Cylinder":
@@ -291,7 +289,7 @@ def _middle(face: StepFace) -> tuple[np.ndarray[tuple[int], np.dtype[np.float64]
 
 def _rounded(values: Iterable[float]) -> Triple:
     x, y, z = values
-    # Plain numbers: a model has a hundred thousand targets, and those of numpy take five times as
+    # Plain numbers: a model has a hundred thousand targets, and numpy scalars take five times as
     # long.
     return (
         round(float(x), _DECIMALS) + 0.0,

@@ -1,7 +1,7 @@
-"""The files of a model: an assembly may name part files, which lie in its folder.
+"""Files of a model: an assembly may name part files in its folder.
 
-All of them are read here, checked and hashed before the geometry library reads a copy: what it
-reads is what the hash is of, and no name leads it out of the folder.
+All are read, checked and hashed here, and the geometry library reads a copy: the hash is of what it
+reads, and no name leads out of the folder.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ _PAPERS = frozenset(
     (".pdf", ".txt", ".doc", ".docx", ".xls", ".xlsx", ".csv", ".htm", ".html", ".png", ".jpg",
      ".jpeg", ".tif", ".tiff", ".svg", ".dwg", ".dxf")
 )  # fmt: skip
-"""Endings of documents that are no geometry: drawings, notes and pictures."""
+"""Suffixes of documents without geometry: drawings, notes and pictures."""
 _MOST_PARTS, _MOST_BYTES = 1000, 1_000_000_000
 
 
@@ -48,7 +48,7 @@ class ModelFiles:
     parts: dict[str, bytes]
     """Content of each part file by its name, relative to the folder of ``top``."""
     papers: tuple[str, ...] = ()
-    """Names of documents that are no geometry, which are not read."""
+    """Documents without geometry, which are not read."""
 
     @property
     def have_tolerances(self) -> bool:
@@ -59,17 +59,13 @@ class ModelFiles:
         )
 
     def is_unchanged(self) -> bool:
-        """Return whether all files on the disk still are what was read."""
         parts = {name: read_bytes(self.top.parent / name) for name in self.parts}
         return _hash_of(read_bytes(self.top), parts) == self.sha256
 
     def copied(self, folder: Path, stem: str = "model") -> Path:
         """Copy all files to a folder and return the copy of ``top``, which gets another name.
 
-        Raises
-        ------
-        OSError
-            They cannot be copied.
+        Raises OSError.
         """
         names = {name.lower() for name in self.parts}
         top = f"{stem}{self.top.suffix.lower()}"
@@ -89,8 +85,8 @@ def model_files(path: Path) -> ModelFiles:
     Raises
     ------
     InputError
-        It is no STEP file; a part file is missing, lies outside of its folder, is no regular file
-        or no STEP file. The sentence names it.
+        It is no STEP file; a part file is missing, outside of its folder, no regular file or no
+        STEP file. The message names it.
     """
     content = read_bytes(path)
     if not content.lstrip().startswith(_HEAD):
@@ -128,7 +124,6 @@ def _hash_of(top: bytes, parts: Mapping[str, bytes]) -> str:
 
 
 def step_error(path: Path, what: str, remedy: str) -> InputError:
-    """Return the error that a file cannot be used, with its name."""
     return InputError("plan.step", f"{path}: {what}.", remedy)
 
 
@@ -161,12 +156,9 @@ def _part(top: Path, name: str) -> bytes:
 
 
 def _checked_names(path: Path, content: bytes) -> tuple[list[str], list[str]]:
-    """Return the part files that a file names, and its documents that are no geometry.
+    """Return the part files named by a file, and documents without geometry.
 
-    Raises
-    ------
-    InputError
-        A name cannot be used.
+    Raises InputError for an unusable name.
     """
     if found := _OTHER_FILES.search(content):
         words = shortened(" ".join(found[1].decode("utf-8", errors="replace").split()))
@@ -204,7 +196,7 @@ def _own_name(file: Part21, number: int) -> str:
 
 
 def _names_by_document(file: Part21) -> dict[int, list[str]]:
-    """Return the names that are assigned to documents, and the sources of these, by document."""
+    """Return the names assigned to documents, and their sources, by document."""
     found: dict[int, list[str]] = {}
     for number in file.all_of(f"APPLIED_{_NAMED}", f"CC_DESIGN_{_NAMED}", _NAMED):
         records = file.records(number)
@@ -221,7 +213,7 @@ def _names_by_document(file: Part21) -> dict[int, list[str]]:
 
 
 def _part_name(path: Path, number: int, names: list[str]) -> str:
-    """Return the part file that a document of a file is; empty if it is no geometry."""
+    """Return the part file of a document; empty if it has no geometry."""
     said = [name for name in dict.fromkeys(names) if name]
     parts = [name for name in said if name.lower().endswith(STEP_ENDINGS)]
     if len(parts) > 1:
@@ -248,7 +240,7 @@ def _is_paper(name: str) -> bool:
 
 
 def _refuse_rings(top: Path, parts: dict[str, bytes]) -> None:
-    """Refuse part files that contain themselves through others: no reading of them ends."""
+    """Refuse part files that contain themselves through others: their reading would never end."""
     under = {
         name: [
             (PurePosixPath(name).parent / one).as_posix()

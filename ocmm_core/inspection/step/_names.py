@@ -1,4 +1,4 @@
-"""Names of features: those of the model where it has some, else what and where they are."""
+"""Names of features: from the model if it has some, else shape and place."""
 
 from __future__ import annotations
 
@@ -16,14 +16,9 @@ _WORDS = {Shape.PLANE: "PLANE", Shape.CONE: "CONE", Shape.SPHERE: "SPHERE", Shap
 
 
 def feature_names(features: Sequence[NominalFeature], said: Sequence[str]) -> list[str]:
-    """Return a name for each feature, all of them different, as plans take them.
+    """Return a unique valid name for each feature.
 
-    Parameters
-    ----------
-    features
-        Without a name that counts.
-    said
-        What the model calls each; empty where it says nothing.
+    `said`: name of each in the model, may be empty.
     """
     own = [_usable(word) for word in said]
     short = [name or _what(one, fully=False) for name, one in zip(own, features, strict=True)]
@@ -45,17 +40,14 @@ def feature_names(features: Sequence[NominalFeature], said: Sequence[str]) -> li
 
 
 def _usable(word: str) -> str:
-    """Return a word of the model as a plan takes it; empty where nothing is left of it."""
+    """Return a word of the model as a valid name; may be empty."""
     return usable_name(word, LONGEST_NAME - _ROOM_FOR_NUMBER)
 
 
 def _what(feature: NominalFeature, *, fully: bool) -> str:
-    """Return what a feature is and where, such as ``BORE 12.5 X40 Y20``.
+    """Return shape and place of a feature, such as ``BORE 12.5 X40 Y20``.
 
-    Parameters
-    ----------
-    fully
-        With all three coordinates.
+    `fully`: with all three coordinates.
     """
     shape = feature.shape
     size = feature.angle_deg if shape is Shape.CONE else feature.diameter
@@ -63,7 +55,7 @@ def _what(feature: NominalFeature, *, fully: bool) -> str:
     told = [word] if shape is Shape.PLANE else [word, _number(size, 2)]
     along = np.abs(np.array(feature.direction))
     axis = int(np.argmax(along)) if along.max() >= _ALONG else -1
-    # A plane is where it is along its normal; what is round is where its axis goes through.
+    # A plane is located along its normal; round shapes where their axis passes.
     kept = [0, 1, 2]
     if not fully and axis >= 0 and shape is not Shape.SPHERE:
         kept = [axis] if shape is Shape.PLANE else [place for place in kept if place != axis]

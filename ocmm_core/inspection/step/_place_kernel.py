@@ -1,7 +1,6 @@
-"""Compiled: places far from each other, their distances from edges, and where edges fall away.
+"""Compiled: spread of places, distances from edges, and edges that fall away.
 
-A model of thousands of faces asks each of these for every one of them; in numpy most of the time
-would be that of its calls.
+Models have thousands of faces, so that call overhead of numpy would dominate.
 """
 
 from __future__ import annotations
@@ -12,14 +11,15 @@ from ocmm_core.camera import compiled
 from ocmm_core.geometry import Float, Int
 
 _BESIDE = 0.25
-"""Square of the cosine, to the square direction, of what lies beside an edge: within 60 degrees."""
+"""Squared cosine to the perpendicular direction, within which a place is beside an edge: 60
+degrees."""
 
 
 @compiled()
 def spread(places: Float, rows: Int) -> int:
-    """Fill in ``rows`` (m,): of ``places`` (n, 3) each as far as can be from those before it.
+    """Fill in ``rows`` (m,): of ``places`` (n, 3) each as far as possible from the earlier ones.
 
-    The first is the farthest from the middle. Returns how many there are, the least of m and n.
+    The first is the farthest from the middle. Returns the number, the least of m and n.
     """
     n = len(places)
     count = min(n, len(rows))
@@ -36,7 +36,7 @@ def spread(places: Float, rows: Int) -> int:
             away = 0.0
             for a in range(3):
                 away += (places[i, a] - last[a]) ** 2
-            # The middle is none of the places: what is far from it is not near one for that.
+            # The middle is no chosen place: being far from it is no disadvantage.
             if chosen <= 1 or away < nearest[i]:
                 nearest[i] = away
             if nearest[i] > nearest[best]:
@@ -49,11 +49,11 @@ def spread(places: Float, rows: Int) -> int:
 
 @compiled()
 def nearest(places: Float, axis: int, stretches: Float, far: float, squares: Float) -> None:
-    """Lower ``squares`` (n,), mm2, to those of the distances of places (n, 3) from stretches.
+    """Lower ``squares`` (n,), mm2, to squared distances of places (n, 3) from stretches.
 
-    ``stretches`` (m, 2, 3). The nearest point of one is at the share of the projection, held
-    between its ends; one without length is its start. Places rise along ``axis``: those that lie
-    farther than ``far`` beyond both ends along it are not asked, and keep what they have.
+    ``stretches`` (m, 2, 3). The nearest point is the projection, clipped to the ends; a stretch
+    without length is its start. Places are sorted along ``axis``: those farther than ``far`` beyond
+    both ends along it are skipped.
     """
     n = len(places)
     for k in range(len(stretches)):
@@ -81,10 +81,10 @@ def nearest(places: Float, axis: int, stretches: Float, far: float, squares: Flo
 
 @compiled()
 def distances(places: Float, stretches: Float, far: float) -> Float:
-    """Return how far places (n, 3) are from the nearest of stretches (m, 2, 3), mm.
+    """Return the distances of places (n, 3) from the nearest of stretches (m, 2, 3), mm.
 
-    What is farther than ``far`` is infinitely far. Places are sorted along the longest side of
-    their box, so that each stretch is asked of those beside it.
+    Distances beyond ``far`` are infinite. Places are sorted along the longest side of their box, so
+    that each stretch is compared with nearby places only.
     """
     n = len(places)
     found = np.full(n, np.inf)
@@ -111,10 +111,10 @@ def distances(places: Float, stretches: Float, far: float) -> Float:
 
 @compiled()
 def gaps_about(point: Float, axis: Float, places: Float) -> Float:
-    """Return the gaps in the turn of places (n, 3) about an axis (n,), rad, as they follow.
+    """Return the angular gaps between consecutive places (n, 3) about an axis, (n,), rad.
 
-    ``point`` and ``axis`` (3,), unit. Angles are counted from the direction square to the axis that
-    is farthest from being along it.
+    ``point`` and ``axis`` (3,), unit. Angles are counted from the coordinate axis that is farthest
+    from the axis, projected perpendicular to it.
     """
     least = 0
     for a in range(1, 3):
@@ -143,12 +143,11 @@ def gaps_about(point: Float, axis: Float, places: Float) -> Float:
 
 @compiled()
 def leans_inward(middle: Float, along: Float, normal: Float, places: Float, beyond: Float) -> float:
-    """Return how far the normal beyond an edge leans towards the face on this side: its cosine.
+    """Return the cosine by which the normal beyond an edge leans towards this face.
 
     ``middle`` (3,) of the edge, ``along`` (3,) it; ``normal`` (3,) and ``places`` (n, 3) of this
-    face, ``beyond`` (3,) the normal of the other. The direction into the face is square to edge
-    and normal, on the side of the nearest place that lies beside the edge rather than along it; 1
-    where there is none.
+    face, ``beyond`` (3,) the normal of the other. The direction into the face is perpendicular to
+    edge and normal, on the side of the nearest place beside the edge; 1 without such a place.
     """
     x = normal[1] * along[2] - normal[2] * along[1]
     y = normal[2] * along[0] - normal[0] * along[2]
@@ -161,7 +160,7 @@ def leans_inward(middle: Float, along: Float, normal: Float, places: Float, beyo
         a, b, c = places[i, 0] - middle[0], places[i, 1] - middle[1], places[i, 2] - middle[2]
         away = a * a + b * b + c * c
         across = x * a + y * b + z * c
-        # Round a hole the nearest place may lie along the edge: rounding would tell its side.
+        # Round a hole the nearest place may lie along the edge: rounding would decide its side.
         if away < least and across * across >= _BESIDE * length * length * away:
             side, least = across, away
     if side == 0.0:

@@ -1,4 +1,4 @@
-"""Which places on a surface become targets: far from each other, and all within reach."""
+"""Selection of targets on a surface: far apart, and all within reach."""
 
 from __future__ import annotations
 
@@ -15,47 +15,45 @@ from ocmm_core.inspection.step import _place_kernel as kernel
 from ocmm_core.inspection.step.brep import StepFace, normals_of
 
 WANTED, LEAST = 20, 10
-"""Places of a free form: they tell nothing of each other, so there are more of them."""
+"""Places of a free form: independent of each other, so there are more of them."""
 _TRIED, _GIVEN_UP = (1, 2, 5), 1
-"""So many times the targets are tried; after the second of them one without any is given up."""
+"""Multiples of the targets that are tried; after the second, a surface without any is given up."""
 _WIDEST_GAP_DEG = 215.0
-"""A round surface whose targets leave more of the turn free would be measured from one side."""
+"""Gap of the targets about the axis above which a round surface would be measured from one side."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Placed:
-    """Targets of a surface."""
-
     points: Float
     """(n, 3), mm."""
     held: Float
-    """(n, 3): rotation vector, rad, part from probe; (0, 3) where no attitude was asked for."""
+    """(n, 3): rotation vector, rad, part from probe; (0, 3) if not computed."""
     ways: Float
-    """(n,), mm: free along the normal; (0,) where nothing was asked."""
+    """(n,), mm: free along the normal; (0,) if not computed."""
     against: str = ""
-    """Why these are not enough; empty where they are."""
+    """Why these are not enough; empty if they are."""
 
 
 @dataclass(slots=True, eq=False)
 class Wish:
-    """A surface that wants targets."""
+    """A surface that needs targets."""
 
     face: StepFace
     order: Float
-    """(n, 3), mm: where a ball has room, see `in_order`; n > 0."""
+    """(n, 3), mm: room for a ball, see `in_order`; n > 0."""
     wanted: int
     least: int
-    """`wanted`, `least`: So many targets, and with fewer it cannot be measured."""
+    """`wanted`, `least`: Number of targets, and minimum for a measurement."""
     own: Sequence[int]
     """Its faces in the mesh, from 0."""
     _found: list[tuple[Float, Reached]] = field(default_factory=list)
     _good: int = 0
 
     def asks(self, turn: int) -> Places | None:
-        """Return the places that are tried next; None where it has enough, or gives up."""
+        """Return the next places to try; None if it has enough, or gives up."""
         if self._good >= self.wanted:
             return None
-        # Where half of the turn is out of reach, none of the first may be in the other half.
+        # If half of the turn is out of reach, the first places may all lie there.
         if turn > _GIVEN_UP and not 0 < self._good < self.least:
             return None
         tried = _TRIED[turn - 1] * self.wanted if turn else 0
@@ -65,12 +63,11 @@ class Wish:
         return Places(more, normals_of(self.face, more), self.own, bore_axis(self.face))
 
     def note(self, places: Places, reached: Reached) -> None:
-        """Take what became of the places that were tried."""
         self._found.append((places.points, reached))
         self._good += int(np.count_nonzero(reached.stage == 0))
 
     def placed(self, reach: Reach) -> Placed:
-        """Return targets among all places that were tried."""
+        """Return targets among all tried places."""
         points, every = self._found[0]
         if len(self._found) > 1:
             points = np.concatenate([one for one, _ in self._found])
@@ -84,13 +81,7 @@ class Wish:
 
 
 def placed_each(wishes: Sequence[Wish], reach: Reach | None) -> list[Placed]:
-    """Return targets of surfaces, all asked for at once.
-
-    Parameters
-    ----------
-    reach
-        None where nothing is asked.
-    """
+    """Return targets of surfaces, all in one query; without `reach`, unchecked."""
     if reach is None:
         nobody = np.empty((0, 3))
         return [Placed(one.order[: one.wanted], nobody, np.empty(0)) for one in wishes]
@@ -110,18 +101,10 @@ def taken_of(
     least: int,
     why_not: Callable[[], str],
 ) -> Placed:
-    """Return up to ``wanted`` of the places that were asked for and can be touched.
+    """Return up to ``wanted`` of the places that can be touched.
 
-    Parameters
-    ----------
-    points
-        (n, 3), mm.
-    reached
-        What became of each.
-    least
-        With fewer a surface cannot be measured.
-    why_not
-        Says what most often stands against those that cannot.
+    `points`: (n, 3), mm. `reached`: result of each. `least`: minimum for a measurement. `why_not`:
+    returns the most frequent obstacle.
     """
     nobody = np.empty((0, 3))
     can = np.flatnonzero(reached.stage == 0)
@@ -141,9 +124,9 @@ def taken_of(
 
 
 def reached_places(points: Float, reached: Reached) -> tuple[NDArray[np.int64], Float]:
-    """Return which places of a free form become targets, and how the probe is held there.
+    """Return the indices of a free form's targets, and the attitudes of the probe there.
 
-    None do where fewer than `LEAST` can be touched. The second is (n, 3) as `Placed.held`.
+    Empty if fewer than `LEAST` can be touched. The second is (n, 3) as `Placed.held`.
     """
     can = np.flatnonzero(reached.stage == 0)
     nobody = np.empty((0, 3))
@@ -155,30 +138,30 @@ def reached_places(points: Float, reached: Reached) -> tuple[NDArray[np.int64], 
 
 
 def bore_axis(face: StepFace) -> Float | None:
-    """Return the axis of a surface into which the probe is held along, (3,); None for others."""
+    """Return the axis of a bore, into which the probe is held along, (3,); None for others."""
     is_bore = face.inner and face.shape in ("Cylinder", "Cone")
     return np.array(face.direction) if is_bore else None
 
 
 def in_order(free: Float, wanted: int) -> Float:
-    """Return as many of the free places as are tried for so many targets, the first ones first."""
+    """Return the free places to try for a number of targets, in order."""
     return spread(free, _TRIED[-1] * wanted)
 
 
 def spread(places: Float, count: int) -> Float:
-    """Return some of the places, each as far as can be from those before it."""
+    """Return some of the places, each as far as possible from the earlier ones."""
     return places[spread_rows(places, count)]
 
 
 def spread_rows(places: Float, count: int) -> list[int]:
-    """Return which of the places `spread` takes, in its order."""
+    """Return the indices of the places of `spread`, in order."""
     rows = np.zeros(count, dtype=np.int64)
     taken: list[int] = rows[: kernel.spread(np.ascontiguousarray(places), rows)].tolist()
     return taken
 
 
 def _gap_deg(face: StepFace, points: Float) -> float:
-    """Return the widest part of the turn about the axis without a point, degrees; 0 for others."""
+    """Return the widest angular gap about the axis, degrees; 0 for shapes without axis."""
     if face.shape not in ("Cylinder", "Cone", "Torus"):
         return 0.0
     gaps = kernel.gaps_about(np.array(face.point), np.array(face.direction), points)

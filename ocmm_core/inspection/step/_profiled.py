@@ -1,4 +1,4 @@
-"""Free-form faces of a model as a plan can take them, and what they are called."""
+"""Free-form faces of a model for a plan, and their names."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ from ocmm_core.inspection.step.brep import ENDLESS, Triple
 from ocmm_core.part_model import NominalFace
 
 NOT_EXACT = ("construction geometry", "tessellated", ENDLESS)
-"""Of faces without a feature those that are no free forms either."""
+"""Kinds of faces that are neither features nor free forms."""
 _LONGEST = 50
-"""Of a name: the number of a place comes behind it."""
+"""Of a name, before the number of a place."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -25,20 +25,19 @@ class FreeForm:
     """A free-form face that can be measured: single points, and their profile against the model."""
 
     name: str
-    """Of the profile; no surface of the model has the same."""
+    """Of the profile; unique among the surfaces of the model."""
     face: NominalFace
-    """The face, with its outline."""
     targets: tuple[Triple, ...]
     normals: tuple[Triple, ...]
-    """`targets`, `normals`: mm and unit, out of the material: places on it, each as far as can be
-    from those before."""
+    """`targets`, `normals`: mm and unit, out of the material: places on it, each as far as possible
+    from the earlier ones."""
     held: tuple[Triple, ...] = ()
     ways: tuple[float, ...] = ()
     """`held`, `ways`: As in `Reached`."""
 
     @property
     def feature(self) -> NominalFeature:
-        """Return the face as lists show it: its middle place, and how far its places reach."""
+        """Return the face for lists: its middle place, and the extent of its places."""
         places = np.array(self.targets)
         sizes = np.sort(np.ptp(places, axis=0))[::-1]
         return NominalFeature(
@@ -53,10 +52,7 @@ def free_forms_of(
 ) -> tuple[tuple[FreeForm, ...], Counter[str]]:
     """Return the free forms that can be measured, and reasons against the others.
 
-    Parameters
-    ----------
-    names
-        That are taken.
+    `names`: already in use.
     """
     good = [one for one in said if not one.against and one.face is not None]
     bad = Counter(f"it is a free form, and {one.against}" for one in said if one.against)

@@ -1,4 +1,4 @@
-"""With what the surfaces of a model are to be touched, and who looks on."""
+"""Probe, cameras and placement for the choice of targets."""
 
 from __future__ import annotations
 
@@ -17,20 +17,17 @@ from ocmm_core.tracking import ProbeBody, load_probe
 
 
 class StepRequest(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """What targets are chosen by."""
-
     ball_mm: float
-    """Diameter of the ball."""
     probe: str = ""
-    """Document of the probe; empty where stylus and body are not asked."""
+    """Document of the probe; empty to ignore stylus and body."""
     design: str = ""
-    """Document of how it is built; empty for the shipped one of that name, if there is one."""
+    """Document of its design; empty for the shipped one of that name, if any."""
     rig: str = ""
-    """Document of the cameras; empty where sight is not asked."""
+    """Document of the cameras; empty to ignore sight."""
     up: Triple = (0.0, 0.0, 1.0)
-    """Which direction of the model points up."""
+    """Direction of the model that points up."""
     turn_deg: float = 0.0
-    """About the vertical, after that."""
+    """Rotation about the vertical, applied after ``up``."""
     offset_world: Triple = (0.0, 0.0, 0.0)
     """mm: of the middle of the part from that of the measuring volume."""
     tilt_deg: float = TILT_DEG
@@ -40,7 +37,7 @@ class StepRequest(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fiel
 def usual_request(
     probe: Path | None = None, rig: Path | None = None, *, ball_mm: float | None = None
 ) -> StepRequest:
-    """Return a request by documents, the shipped ones where none is given, with the part upright.
+    """Return a request by documents, by default the shipped ones, with the part upright.
 
     Raises
     ------
@@ -54,7 +51,7 @@ def usual_request(
 
 
 def setting_for(body: ProbeBody, rig: Rig, up: Triple) -> Setting:
-    """Return the setting of a probe and cameras that are in use, with the part upright by ``up``.
+    """Return the setting of a probe and cameras in use, with ``up`` upwards.
 
     Raises
     ------
@@ -71,13 +68,7 @@ def setting_for(body: ProbeBody, rig: Rig, up: Triple) -> Setting:
 
 
 def up_of(word: str) -> Triple:
-    """Return the direction that a word such as ``+z``, ``-y`` or ``x`` names.
-
-    Raises
-    ------
-    InputError
-        It names no axis.
-    """
+    """Return the direction of a word such as ``+z``, ``-y`` or ``x``; InputError otherwise."""
     sign, axis = (word[0], word[1:]) if word[:1] in ("+", "-") else ("+", word)
     if axis.lower() not in ("x", "y", "z"):
         raise InputError(
@@ -90,12 +81,9 @@ def up_of(word: str) -> Triple:
 
 
 def setting_of(request: StepRequest) -> Setting | None:
-    """Return probe, cameras and placement of a request; None where the ball alone is asked for.
+    """Return probe, cameras and placement of a request; None for the ball alone.
 
-    Raises
-    ------
-    InputError
-        A document cannot be used, or no direction points up.
+    Raises InputError if a document cannot be used, or no direction points up.
     """
     sizes = (*request.up, *request.offset_world, request.turn_deg, request.tilt_deg)
     if not np.isfinite(sizes).all() or np.linalg.norm(request.up) < 1e-6:

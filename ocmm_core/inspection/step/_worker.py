@@ -1,7 +1,7 @@
-"""The reading of a STEP file, in a process of its own.
+"""Reading of a STEP file in a separate process.
 
-The geometry kernel is C++ that is given whatever somebody saved: if it ends the process, or never
-comes back, the program that asked goes on, and knows what was being read.
+The geometry kernel is C++ that reads untrusted files: if it crashes or hangs, the calling program
+continues, and knows what was being read.
 """
 
 from __future__ import annotations
@@ -49,7 +49,7 @@ from ocmm_core.part_model import model_to_bytes
 _MOST_BYTES = 1_500_000_000
 _IN_PARTS = "tolerances in part files of an assembly are not read; import the part file itself"
 _MOST_ASKED = 1000
-"""Faces; of so many the search for attitudes takes up to half a minute."""
+"""Faces; the search of attitudes for as many takes up to half a minute."""
 _TOLD_S = 0.03
 _NAMED = 10
 _LARGE_COUNT = re.compile(r"of \d{4,}$")
@@ -58,33 +58,33 @@ _NO_DIGITS = str.maketrans("", "", "0123456789")
 
 @dataclass(frozen=True, slots=True)
 class Wanted:
-    """What is asked of the reading."""
+    """Requested contents."""
 
     ball_mm: float = 0.0
-    """Diameter of the ball; zero where no features are wanted."""
+    """Diameter of the ball; zero for no features."""
     setting: Setting | None = None
-    """Probe, cameras and placement; None where the ball alone is asked for."""
+    """Probe, cameras and placement; None for the ball alone."""
     source_sha256: str = ""
-    """Hash of the file, for the part; empty where no part is wanted."""
+    """Hash of the file, for the part; empty for no part."""
     source_name: str = ""
-    """Of the file, without its folder: what is read may be a copy."""
+    """Name of the file without its folder: the reader may get a copy."""
     parts: tuple[str, ...] = ()
     """Part files that it names, relative to its folder."""
     tolerances_in_parts: bool = False
     """A part file may contain tolerances, which are not read."""
     papers: tuple[str, ...] = ()
-    """Documents that the file names and that are no geometry."""
+    """Documents without geometry named by the file."""
     limit_s: float = 120.0
-    """So much time of processors may be taken."""
+    """Limit of CPU time."""
 
 
 def read_step(path: str, wanted: Wanted, to: Connection) -> None:
-    """Send what is being done, and at last the surfaces or a sentence that says why there are none.
+    """Send progress, and finally the surfaces or a fault.
 
-    Behind the last answer comes the part where one is wanted, see `StepAnswer`.
+    The last answer is followed by the part if requested, see `StepAnswer`.
     """
     _be_silent()
-    # The process ends with its answer: looking for garbage among its numbers is for nothing.
+    # The process ends with its answer: garbage collection would be wasted.
     gc.disable()
     HOST.limit_memory(_MOST_BYTES)
 
@@ -97,7 +97,7 @@ def read_step(path: str, wanted: Wanted, to: Connection) -> None:
         nonlocal doing, stage, told_s
         doing = what
         words, at = what.translate(_NO_DIGITS), time.monotonic()
-        # Of thousands of faces some are told: who reads along has other work.
+        # Report only some of thousands of faces.
         if words != stage or at - told_s >= _TOLD_S or not _LARGE_COUNT.search(what):
             stage, told_s = words, at
             tell(StepAnswer(doing=what))
@@ -138,7 +138,7 @@ def _read(path: str, wanted: Wanted, doing: Callable[[str], None]) -> tuple[Step
     with_surface, others = faces_with_surface(document.shape)
     if ENDLESS in others:
         document = document.of_faces(with_surface)
-    # Another processor makes meshes meanwhile: of the model, and of the part that is shown.
+    # Another process meshes meanwhile: for targets, and the displayed part.
     aside = MeshAside(document, with_surface, source, wanted.limit_s)
     try:
         found = faces_of(with_surface, doing, document.steps)
@@ -191,7 +191,7 @@ def _listed(names: Sequence[str]) -> str:
 
 
 def _bounded(wanted: Wanted, faces: int) -> tuple[Wanted, str]:
-    """Return what can be asked of so many faces in the time there is, and what is not."""
+    """Return the checks that are feasible for so many faces, and a remark on omitted ones."""
     if wanted.setting is None or faces <= _MOST_ASKED:
         return wanted, ""
     remark = (
@@ -210,7 +210,7 @@ def _with_targets(
     doing: Callable[[str], None],
 ) -> tuple[tuple[StepSurface, ...], tuple[StepFreeForm, ...]]:
     """Return surfaces and free forms with targets that can be reached and seen."""
-    # What asks no mesh comes first: the other process makes it meanwhile.
+    # Steps without the mesh come first: the other process makes it meanwhile.
     radius = 0.5 * wanted.ball_mm
     rooms = rooms_of(found.faces, radius, doing)
     known = frozenset(one.number for one in found.faces) | found.faults.keys()
@@ -218,7 +218,7 @@ def _with_targets(
     doing("the mesh to find targets by")
     mesh = aside.mesh()
     reach = None
-    # What a damaged face is in space is not known: it must not stand in the way of all others.
+    # The extent of a damaged face is unknown: it must not obstruct all others.
     sound = ~np.isin(mesh.owners, np.array([*found.faults], dtype=np.int64) - 1)
     if sound.any():
         part = make_obstacle(
@@ -231,7 +231,7 @@ def _with_targets(
 
 
 def _be_silent() -> None:
-    """Keep what the geometry kernel prints out of the terminal of the program that asked."""
+    """Discard the output of the geometry kernel."""
     nothing = os.open(os.devnull, os.O_WRONLY)
     for descriptor in (1, 2):
         os.dup2(nothing, descriptor)

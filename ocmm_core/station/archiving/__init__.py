@@ -1,9 +1,9 @@
-"""Jobs of a running station go to the outbox of the archive, as soon as they are saved.
+"""Queue the jobs of a running station in the outbox of the archive, as soon as they are saved.
 
-In: a job that is finished, paused or closed. Out: the same in the outbox; the sender does the rest.
+In: a job that is finished, paused or closed. Out: the same in the outbox; the sender delivers it.
 
-Read `_watch` (a thread of its own beside the measuring), `_place` (archive and outbox of the
-settings). It must not know an archive: whether a server answers is nobody's business who measures.
+Read `_watch` (a separate thread), `_place` (archive and outbox of the settings). It must not know
+an archive: measuring does not depend on a server.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
-"""Where a station hands its jobs over to, by its settings.
+"""Archive and outbox of a station, by its settings.
 
-Also commands that measure read this part of the settings: it changes no number (decision 85).
+Measuring commands also read this part of the settings: it changes no number (decision 85).
 """
 
 from __future__ import annotations
@@ -16,21 +16,20 @@ LOCAL, OFF = "local", "off"
 
 
 def is_off(address: str) -> bool:
-    """Return whether nothing is archived."""
     return address.strip().lower() == OFF
 
 
 def archive_place(
     address: str | None = None, settings: Settings | None = None, outbox: Path | None = None
 ) -> ArchivePlace | None:
-    """Return where jobs are handed over to; None where the archive is off.
+    """Return the places of archive and outbox; None if the archive is off.
 
     Parameters
     ----------
     address
-        Wins over the settings; None is theirs.
+        Overrides the settings.
     settings
-        None are those of this user.
+        None: those of this user.
     outbox
         Folder of the outbox; None is that of this user.
 
@@ -49,13 +48,13 @@ def archive_place(
     password = settings.archive_password
     login = _login(chosen)
     if login is not None and login != _login(settings.archive_address):
-        # It is that of another login: the owner on a station, say, whose own is in PGPASSWORD.
+        # The password is of another login, e.g. the owner's, whose own is in PGPASSWORD.
         password = None
     return ArchivePlace(chosen, settings.archive_station, outbox or default_outbox(), password)
 
 
 def _login(address: str) -> tuple[str, str, str] | None:
-    """Return user, server and port of an address; None where it names no server."""
+    """Return user, server and port of an address; None without a server."""
     address = address.strip()
     if not is_server(address):
         return None
@@ -64,6 +63,6 @@ def _login(address: str) -> tuple[str, str, str] | None:
     except InputError:
         return None
     host = options.get("host", "")
-    # A name of a server is the same in small letters; a folder with a socket is not.
+    # Server names are case-insensitive; a folder with a socket is not.
     host = host if host.startswith("/") else host.lower()
     return options.get("user", ""), host, options.get("port", "5432")

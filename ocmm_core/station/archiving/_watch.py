@@ -1,7 +1,8 @@
-"""The thread that puts the job of a station into the outbox when it is finished or paused.
+"""Thread that queues the job of a station in the outbox when it is finished or paused.
 
-It waits until a moment passes without a change, so that a burst of steps is one version. What it
-does costs the measuring nothing: it reads the job file as any other program may.
+It waits for a pause in changes, so that a burst of steps is one version. It does not slow
+measuring:
+it reads the job file as any other program may.
 """
 
 from __future__ import annotations
@@ -21,13 +22,7 @@ PART = "The hand-over to the archive"
 
 
 class ArchiveWatch:
-    """Put each job of a station into an outbox; made before the station starts, closed after it.
-
-    Parameters
-    ----------
-    station
-        Whose jobs.
-    """
+    """Queue each job of a station; made before the station starts, closed after it."""
 
     def __init__(self, station: MeasuringStation, folder: Path) -> None:
         self._station, self._folder = station, folder
@@ -39,7 +34,7 @@ class ArchiveWatch:
         self._thread.start()
 
     def close(self) -> None:
-        """Put in what is left; call it when the station has closed its job. May be called twice."""
+        """Queue the rest; call it after the station has closed its job. May be called twice."""
         if self._end.is_set():
             return
         self._end.set()
@@ -56,7 +51,7 @@ class ArchiveWatch:
         while not self._end.is_set():
             self._wake.wait()
             self._wake.clear()
-            # As long as something happens there will be another version.
+            # Further changes will make another version.
             while not self._end.is_set() and self._wake.wait(QUIET_S):
                 self._wake.clear()
             if self._end.is_set():
@@ -71,7 +66,7 @@ class ArchiveWatch:
     def _look(self) -> None:
         path = self._station.job.path
         if path != self._job:
-            # The job before is closed: it is as far as it ever went.
+            # The former job is closed and final.
             before, self._job = self._job, path
             self._leave(before)
             self._begin(path)
@@ -82,17 +77,17 @@ class ArchiveWatch:
             self._try(path)
 
     def _begin(self, path: Path) -> None:
-        """Note that a job is measured: it is found again if this program is killed."""
+        """Note a running job, so that it is found if this program is killed."""
         try:
             self._note = JobNote(self._folder, path)
         except OcmmError as error:
-            # It is told once a job is put in: most probably that fails for the same reason.
+            # Reported once the job is queued: that will probably fail for the same reason.
             _log.warning("%s was not noted: %s", path, error)
 
     def _leave(self, path: Path) -> None:
-        """Put a job in for the last time; where that fails its note stays for the next sweep."""
+        """Queue a job finally; on failure its note stays for the next sweep."""
         note, self._note = self._note, None
-        # The name of a lost job may mean another file: neither now nor at the next sweep.
+        # The name of a lost job may mean another file, now and at the next sweep.
         job = self._station.job
         lost = path == job.path and job.lost is not None
         put = lost or self._try(path)
@@ -102,7 +97,7 @@ class ArchiveWatch:
             note.let_go()
 
     def _try(self, path: Path) -> bool:
-        """Put a job in, if it has a point; what goes wrong is told beside the measuring."""
+        """Queue a job if it has a point; errors are reported separately from measuring."""
         try:
             if path.exists() and has_points(path):
                 with Outbox(self._folder) as outbox:

@@ -1,10 +1,10 @@
-"""The coach of a running station: looks a few times a second, and tells changes only.
+"""Coach of a running station: samples a few times a second, and reports changes only.
 
-In: the latest pose of the probe and which LEDs are seen. Out: the ellipsoid of the ball, a steady
-hint, or while the probe is lost one remedy with a picture, as a signal when one of them changes.
+In: the latest pose of the probe and its visible LEDs. Out: the ellipsoid of the ball, a steady
+hint, or while the probe is lost one remedy with a picture, as a signal of changes.
 
-Read `_watch` (a thread of its own, started by whoever shows it) and `_view` (what it tells).
-What a hint is, `ocmm_core.coach` says; it must not know a screen, nor the other rooms of a station.
+Read `_watch` (a thread started by the display) and `_view` (its reports).
+`ocmm_core.coach` defines hints; it must not know a screen, nor the other packages of a station.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""What the coach looks at, and what it tells."""
+"""Input and output of the coach."""
 
 from __future__ import annotations
 
@@ -11,32 +11,29 @@ from ocmm_core.coach import Ellipsoid, Hint, ProbePicture, Sensitivities
 from ocmm_core.geometry import Float
 
 _ALIKE = 0.1
-"""Axes of the ellipsoid that differ by less look the same."""
+"""mm: smaller differences of the ellipsoid are invisible."""
 _ALIKE_RAD = float(np.radians(6.0))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class LastPose:
-    """The latest pose of the probe."""
-
     rotation: Float
     tip_rig: Float
     """`rotation`, `tip_rig`: (3, 3) and (3,), mm, frame of the rig."""
     spots: Float
     """(C, L, 2), px, of that frame."""
     sensitivities: Sensitivities
-    """How the ball answers to spots."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ProbeNow:
-    """The probe as it was seen last."""
+    """The last state of the probe."""
 
     good: bool
     lost: bool
-    """It has none, because too few LEDs are seen or they cannot be told apart."""
+    """Without pose, because too few LEDs are seen or they are ambiguous."""
     named: bool
-    """They can be told apart."""
+    """LEDs are identified."""
     seen: NDArray[np.bool_]
     """(C, L): which camera sees which LED now."""
     last: LastPose | None
@@ -45,19 +42,19 @@ class ProbeNow:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class CoachView:
-    """What stands beside the readout."""
+    """Display next to the readout."""
 
     ellipsoid: Ellipsoid | None = None
-    """Of the ball as it is known now; None while it is not."""
+    """Current uncertainty of the ball, or None."""
     hint: Hint | None = None
-    """The turn that would better it; None where none is worth it."""
+    """A turn that would improve it; None if not worthwhile."""
     remedy: str = ""
-    """What to do while the probe is lost; empty otherwise."""
+    """Remedy while the probe is lost; else empty."""
     picture: ProbePicture | None = None
-    """Of the probe; None before it was ever looked for."""
+    """Of the probe; None before its first search."""
 
     def looks_like(self, other: CoachView) -> bool:
-        """Return whether nobody could tell the two apart on the screen."""
+        """Return whether two views are indistinguishable on the screen."""
         return (
             self.hint == other.hint
             and self.remedy == other.remedy

@@ -1,4 +1,4 @@
-"""The thread of the coach: it looks, computes, and tells what has changed."""
+"""Thread of the coach: samples, computes, and reports changes."""
 
 from __future__ import annotations
 
@@ -25,34 +25,26 @@ from ocmm_core.station.coaching._view import NOTHING, CoachView, ProbeNow
 from ocmm_core.tracking import ProbeBody
 
 LOOK_S = 0.3
-"""Between two looks: a hand turns the probe in a second, and the frames need the processor more."""
+"""Sampling interval: a hand turns the probe in a second, and frames have priority."""
 
 
 class Seer(Protocol):
-    """Knows how the probe was seen last; any thread."""
+    """Source of the probe's state; thread-safe."""
 
     def probe_now(self) -> ProbeNow | None:
-        """Return it; None while nothing is to be said, because nothing may be measured."""
+        """Return the state; None while measuring is not allowed."""
         ...
 
 
 class CoachWatch:
-    """Look at the probe a few times a second, on a thread of its own.
+    """Sample the probe a few times a second, on a separate thread.
 
-    Nothing is computed before `start`: a station without a screen needs no coach.
-
-    Parameters
-    ----------
-    rig, body
-        What is measured with.
-    seer
-        Knows how the probe was seen last.
-    failed
-        Told what ended the thread; measuring goes on without it.
+    Nothing is computed before `start`: a station without a screen needs no coach. `failed`:
+    receives the error that ended the thread; measuring continues.
     """
 
     changed: ClassVar[Signal] = Signal(CoachView)
-    """Emitted on the thread of the coach, when something looks otherwise."""
+    """Emitted on the thread of the coach, on a visible change."""
 
     def __init__(
         self, rig: Rig, body: ProbeBody, seer: Seer, failed: Callable[[Exception], None]
@@ -65,15 +57,13 @@ class CoachWatch:
 
     @property
     def shown(self) -> CoachView:
-        """Return what was told last."""
         return self._shown
 
     def start(self) -> None:
-        """Begin to look; once."""
         self._thread.start()
 
     def close(self, timeout_s: float) -> bool:
-        """End, and say whether it did in time; it has where it was never started."""
+        """Stop; return whether in time, True if never started."""
         self._stop.set()
         if self._thread.ident is None:
             return True
@@ -81,7 +71,7 @@ class CoachWatch:
         return not self._thread.is_alive()
 
     def look(self, now: ProbeNow | None, time_s: float) -> CoachView:
-        """Return what is to be said of the probe at a time, s; times only grow."""
+        """Return the coach's view of the probe at a time, s; times only grow."""
         if now is None:
             self._steady.feed(None, time_s)
             return NOTHING
@@ -113,7 +103,7 @@ class CoachWatch:
                     self._shown = view
                     self.changed.emit(view)
         except Exception as error:
-            # It is beside the measuring; what it said last must not stand.
+            # Not part of measuring; its last report must not stay displayed.
             self._shown = NOTHING
             self._failed(error)
             self.changed.emit(NOTHING)

@@ -1,13 +1,13 @@
 """The live stream: points, button and poses for other programs, as lines of JSON.
 
-In: points, annulments, verdicts and poses as the station has them. Out: lines over TCP, numbered,
-so that a client that comes later gets all of them in order.
+In: points, annulments, verdicts and poses of the station. Out: numbered lines over TCP, so that
+late clients get all of them in order.
 
-Read `_messages` (one JSON object a line), `_options` (where and to whom), `_reception` (who gets
-in) with `_client`, `_server`, `_log` (what was said with a number), `_verdict_watch` and
+Read `_messages` (one JSON object a line), `_options` (address and access), `_reception`
+(connections) with `_client`, `_server`, `_log` (numbered messages), `_verdict_watch` and
 `_probe_button`.
-docs/live_stream.md explains it to those who read it. Clients can read; nothing that they send does
-anything. It must not know the station.
+docs/live_stream.md is for readers of the stream. Clients can only read. It must not know the
+station.
 """
 
 from __future__ import annotations

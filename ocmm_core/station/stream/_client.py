@@ -1,4 +1,4 @@
-"""One client of the live stream: what it said, what waits for it, and how far it has come."""
+"""One client of the live stream: its request, its buffer, and its position."""
 
 from __future__ import annotations
 
@@ -9,12 +9,12 @@ from ocmm_core.station.stream._log import StreamLog
 
 LONGEST_REQUEST = 4096
 MOST_CHATTER = 65536
-"""Bytes that a client may say behind its request, where it has nothing to say."""
+"""Bytes tolerated after its request, which should be none."""
 REQUEST_TIMEOUT_S = 10.0
 STALLED_S = 60.0
-"""A client that takes nothing for so long is cut off; it may resume."""
+"""s: a client that reads nothing for as long is disconnected; it may resume."""
 MOST_WAITING = 65536
-"""Bytes that wait for one client; more are made only when it has read."""
+"""Limit of bytes buffered for one client."""
 
 
 @dataclass(slots=True, eq=False)
@@ -24,55 +24,50 @@ class StreamClient:
     address: str
     since_s: float
     moved_s: float
-    """`since_s`, `moved_s`: When it came, and when it last took something or had nothing to take
-    (monotonic)."""
+    """`since_s`, `moved_s`: Connection time, and last time when it read something or had nothing to
+    read (monotonic)."""
     transport: asyncio.Transport | None = None
-    """None while it has not shaken hands."""
+    """None before the handshake."""
     heard: bytearray = field(default_factory=bytearray)
-    """What it said before its request was whole."""
+    """Received bytes of an incomplete request."""
     said: int = 0
-    """Bytes that it said behind its request."""
+    """Bytes received after its request."""
     begun: bool = False
     ending: bool = False
-    """`begun`, `ending`: It gets messages; its last one waits."""
+    """`begun`, `ending`: It gets messages; its last one is queued."""
     poses: bool = True
-    """It wants poses."""
     next_seq: int = 1
-    """Number of the next message that it gets."""
     told_state: int = 0
-    """Which change of the state it was told last; 0 for none."""
+    """Last state change sent; 0 for none."""
     told_verdict: int = 0
-    """Which verdict it was told last; 0 for none."""
+    """Last verdict sent; 0 for none."""
     _waited: int = 0
 
     @property
     def listens(self) -> bool:
-        """Return whether it gets messages."""
         return self.begun and not self.ending
 
     @property
     def waiting(self) -> int:
-        """Return how many bytes wait for it in this program."""
+        """Return the number of bytes in its buffer."""
         return 0 if self.transport is None else self.transport.get_write_buffer_size()
 
     @property
     def has_room(self) -> bool:
-        """Return whether more may be made for it."""
         return self.waiting < MOST_WAITING
 
     def fill(self, log: StreamLog) -> None:
-        """Give it what it has not had yet and has room for; OSError where that cannot be read."""
+        """Send pending messages that fit into its buffer; OSError if they cannot be read."""
         while self.has_room and self.next_seq <= len(log):
             lines, self.next_seq = log.read(self.next_seq)
             self.write(lines)
 
     def write(self, lines: bytes) -> None:
-        """Give it lines as soon as it takes them."""
         if self.transport is not None:
             self.transport.write(lines)
 
     def hear(self, said: bytes) -> bytes | None:
-        """Take in what it says; return its request once that is whole, else None."""
+        """Process received bytes; return its request once complete, else None."""
         if self.begun or self.ending:
             self.said += len(said)
             return None
@@ -81,16 +76,16 @@ class StreamClient:
         return bytes(line) if newline else None
 
     def note_movement(self, now: float) -> None:
-        """Keep when it took something, or had nothing to take."""
+        """Note the time when it read something, or had nothing to read."""
         waiting = self.waiting
         if waiting == 0 or waiting < self._waited:
             self.moved_s = now
         self._waited = waiting
 
     def is_silent(self, now: float) -> bool:
-        """Return whether it did not say in time what it wants."""
+        """Return whether its request is overdue."""
         return not self.begun and not self.ending and now - self.since_s > REQUEST_TIMEOUT_S
 
     def is_stalled(self, now: float) -> bool:
-        """Return whether it takes nothing any more."""
+        """Return whether it has stopped reading."""
         return now - self.moved_s > STALLED_S

@@ -1,8 +1,8 @@
-"""What the live stream has said with a number, for clients that come later: all of it, in order.
+"""Numbered messages of the live stream, complete and in order, for late clients.
 
-The latest lines are in memory, older ones in a file without a name that ends with the program. So a
-run of any length costs the same memory. Where that file cannot be written they stay in memory: a
-full disk costs memory then, and never a line.
+The latest lines are in memory, older ones in an unnamed file that vanishes with the program, so
+that memory is bounded. If the file cannot be written, they stay in memory: a full disk costs
+memory, but no line.
 """
 
 from __future__ import annotations
@@ -19,18 +19,15 @@ from typing import IO
 _log = logging.getLogger(__name__)
 
 IN_MEMORY = 1024
-"""So many of the latest lines are in memory."""
+"""Number of latest lines in memory."""
 BLOCK = 64
-"""Older lines are found, and read, in blocks of so many."""
+"""Block size for finding and reading older lines."""
 
 
 class StreamLog:
-    """Lines by their sequence number: 1, 2, 3 ... May be used by several threads.
+    """Lines by their sequence number: 1, 2, 3 ...; thread-safe.
 
-    Parameters
-    ----------
-    folder
-        Where the file of older lines is made once there are some.
+    `folder`: for the file of older lines.
     """
 
     def __init__(self, folder: Path) -> None:
@@ -38,7 +35,7 @@ class StreamLog:
         self._latest: deque[bytes] = deque()
         self._file: IO[bytes] | None = None
         self._starts = array("Q")
-        """Where every block begins in the file: eight bytes for 64 messages."""
+        """Offset of every block in the file: eight bytes for 64 messages."""
         self._filed = 0
         self._filed_bytes = 0
         self._file_failed = False
@@ -56,7 +53,7 @@ class StreamLog:
             return len(self._latest)
 
     def append(self, line: Callable[[int], bytes]) -> None:
-        """Keep the line that ``line`` makes of its number; it ends with its only line feed."""
+        """Append the line that ``line`` makes of its number; it ends with its only line feed."""
         with self._lock:
             self._latest.append(line(self._filed + len(self._latest) + 1))
             while len(self._latest) > IN_MEMORY and self._put_away(self._latest[0]):
@@ -65,10 +62,7 @@ class StreamLog:
     def read(self, number: int) -> tuple[bytes, int]:
         """Return lines from ``number`` on, at most `BLOCK`, and the number of the next one.
 
-        Raises
-        ------
-        OSError
-            The file of older lines cannot be read any more.
+        Raises OSError if the file of older lines cannot be read.
         """
         with self._lock:
             if number > self._filed:
@@ -82,14 +76,13 @@ class StreamLog:
         return b"".join(lines), number + len(lines)
 
     def close(self) -> None:
-        """Forget everything."""
         with self._lock:
             if self._file is not None:
                 self._file.close()
                 self._file = None
 
     def _put_away(self, line: bytes) -> bool:
-        """Write a line behind the older ones, and say whether it is there."""
+        """Append a line to the file; return whether that succeeded."""
         if self._file_failed:
             return False
         try:

@@ -1,36 +1,35 @@
 """Messages of the live stream: one JSON object a line, for programs in any language.
 
-Lengths in mm, world frame (of the cameras, or of the job where a reference body is used). Every
-message has ``v`` (version of this form) and ``type``:
+Lengths in mm, world frame (of the cameras, or of the job with a reference body). Every message has
+``v`` (version of the format) and ``type``:
 
 ``hello``
-    First line of the server: ``stream`` (changes when the server starts anew), ``job``,
-    ``first_seq`` and ``last_seq`` of what can be resumed, ``token_needed``, ``simulated``.
+    First line of the server: ``stream`` (changes with each start of the server), ``job``,
+    ``first_seq`` and ``last_seq`` of resumable messages, ``token_needed``, ``simulated``.
 ``point``
     A durable point: ``seq``, ``number``, ``feature``, ``t``, ``pos`` (ball centre), ``surface``
     (compensated), ``dir`` (leaves the material), ``tip_radius``, ``approach``, ``cov`` (of the
     window), ``n_markers``, ``n_frames``.
 ``annulled``
-    A point that does not count any more: ``seq``, ``number``.
+    A point that no longer counts: ``seq``, ``number``.
 ``button``
     The button of the probe went down or up: ``seq``, ``event`` (``press`` or ``release``),
     ``frame``, ``t``, and ``held_s`` of a release whose press was seen, else null.
 ``status``
-    The state of the machine is another one now: ``job``, ``status``, ``reason``, ``t``.
+    The state of the machine has changed: ``job``, ``status``, ``reason``, ``t``.
 ``verdict``
-    The job was evaluated after a change: ``job``, ``after`` (holds everything up to this ``seq``),
-    ``part`` (word of the verdict on the part), ``verdict`` (the same in the words of the
+    The job was evaluated after a change: ``job``, ``after`` (includes everything up to this
+    ``seq``), ``part`` (word of the verdict on the part), ``verdict`` (the same in the words of the
     characteristics), ``complete``, ``missing``, ``not_conform``, ``not_proven`` (names),
-    ``simulated``, ``unproven``, ``camera_doubts`` (what the cameras cannot prove, sentences),
-    ``features`` (``name``, ``state``, ``verdict``, ``deciding``),
-    ``characteristics`` (``name``, ``verdict``), and ``reason``: why there is no verdict, where
-    ``part`` is null.
+    ``simulated``, ``unproven``, ``camera_doubts`` (unproven properties of the cameras, sentences),
+    ``features`` (``name``, ``state``, ``verdict``, ``deciding``), ``characteristics`` (``name``,
+    ``verdict``), and ``reason``: why there is no verdict, if ``part`` is null.
 ``pose``
-    What the machine sees now: ``frame``, ``t``, ``status``, ``reason``, ``btn`` (button down), and
-    ``pos``, ``q`` (x, y, z, w; world from probe), ``u`` (expanded, k = 2): null unless the number
-    can be trusted.
+    Current state: ``frame``, ``t``, ``status``, ``reason``, ``btn`` (button down), and ``pos``,
+    ``q`` (x, y, z, w; world from probe), ``u`` (expanded, k = 2): null unless the number can be
+    trusted.
 ``bye``
-    Last line of the server, and why.
+    Last line of the server, with the reason.
 """
 
 from __future__ import annotations
@@ -52,23 +51,22 @@ UNITS = "mm"
 
 
 _LARGEST = 2**53
-"""Larger numbers are not exact in every language that reads JSON."""
+"""Larger integers are not exact in every language that reads JSON."""
 
 
 class Request(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """What a client says first, in one line."""
+    """First line of a client."""
 
     resume: int = 0
-    """Sequence number that it has already: everything after it is sent. Zero for all."""
+    """Last sequence number received: everything after it is sent. Zero for all."""
     token: str = ""
-    """Needed where the server listens on more than this computer."""
+    """Required if the server listens beyond this computer."""
     poses: bool = True
-    """Whether it wants poses."""
 
 
 @dataclass(frozen=True, slots=True)
 class Hello:
-    """What the server says first; see the module."""
+    """First line of the server; see the module."""
 
     stream: str
     job: str
@@ -79,12 +77,9 @@ class Hello:
 
 
 def read_request(line: bytes) -> Request:
-    """Return the request of a client; an empty line asks for everything.
+    """Return the request of a client; an empty line requests everything.
 
-    Raises
-    ------
-    InputError
-        It is no such line.
+    Raises InputError for any other line.
     """
     if not line.strip():
         return Request()
@@ -104,7 +99,6 @@ def read_request(line: bytes) -> Request:
 
 
 def hello_line(hello: Hello) -> bytes:
-    """Return the first line of the server."""
     return _line(
         "hello",
         stream=hello.stream, job=hello.job, first_seq=hello.first_seq, last_seq=hello.last_seq,
@@ -114,7 +108,6 @@ def hello_line(hello: Hello) -> bytes:
 
 
 def point_line(seq: int, job: str, point: MeasuredPoint) -> bytes:
-    """Return the line of a durable point."""
     return _line(
         "point",
         seq=seq, job=job, number=point.number, feature=point.feature, t=point.time_s,
@@ -126,12 +119,10 @@ def point_line(seq: int, job: str, point: MeasuredPoint) -> bytes:
 
 
 def annulled_line(seq: int, job: str, number: int) -> bytes:
-    """Return the line of a point that does not count any more."""
     return _line("annulled", seq=seq, job=job, number=number)
 
 
 def button_line(seq: int, job: str, change: ButtonChange) -> bytes:
-    """Return the line of the button of the probe."""
     return _line(
         "button",
         seq=seq, job=job, event=change.event, frame=change.frame, t=change.time_s,
@@ -140,12 +131,11 @@ def button_line(seq: int, job: str, change: ButtonChange) -> bytes:
 
 
 def status_line(job: str, live: LiveView) -> bytes:
-    """Return the line of a change of the state."""
     return _line("status", job=job, t=live.time_s, status=live.status.value, reason=live.reason)
 
 
 def verdict_line(view: JobView, after: int) -> bytes:
-    """Return the line of the verdicts on a job that holds everything up to a sequence number."""
+    """Return the line of a job's verdicts, including everything up to a sequence number."""
     part = view.part_verdict
     return _line(
         "verdict",
@@ -162,7 +152,7 @@ def verdict_line(view: JobView, after: int) -> bytes:
 
 
 def no_verdict_line(job: str, after: int, reason: str) -> bytes:
-    """Return the line that takes back the verdicts of before: the job cannot be evaluated."""
+    """Return the line that revokes earlier verdicts: the job cannot be evaluated."""
     return _line("verdict", job=job, after=after, part=None, verdict=None, reason=reason)
 
 
@@ -180,7 +170,7 @@ def _word(verdict: Verdict | None) -> str | None:
 
 
 def pose_line(live: LiveView, *, pressed: bool) -> bytes:
-    """Return the line of what the machine sees; numbers only where they can be trusted."""
+    """Return the line of the current state; numbers only if trusted."""
     trusted = live.tip_world is not None and live.rotation_world_from_probe is not None
     quaternion = None
     if trusted:
@@ -196,7 +186,6 @@ def pose_line(live: LiveView, *, pressed: bool) -> bytes:
 
 
 def bye_line(why: str) -> bytes:
-    """Return the last line of the server."""
     return _line("bye", why=why)
 
 

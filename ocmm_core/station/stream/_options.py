@@ -1,4 +1,4 @@
-"""Where the live stream is given, and to whom."""
+"""Address and access of the live stream."""
 
 from __future__ import annotations
 
@@ -16,22 +16,20 @@ SHORTEST_TOKEN = 16
 
 @dataclass(frozen=True, slots=True)
 class StreamOptions:
-    """Where and how the stream is given."""
-
     host: str = "127.0.0.1"
     port: int = 0
-    """`host`, `port`: Address to listen on; port 0 takes a free one."""
+    """`host`, `port`: Address to listen on; port 0 selects a free one."""
     token: str = ""
-    """Clients must send it; needed unless ``host`` is this computer alone."""
+    """Required from clients unless ``host`` is loopback."""
     poses_hz: float = 60.0
-    """How often poses are sent at most, and how often it is looked whether the state changed."""
+    """Maximum rate of poses, and of checks for state changes."""
     certificate: Path | None = None
     private_key: Path | None = None
-    """`certificate`, `private_key`: PEM files: the stream speaks TLS. None speaks plainly."""
+    """`certificate`, `private_key`: PEM files for TLS; None for plain TCP."""
 
 
 def check_stream(options: StreamOptions) -> None:
-    """Raise InputError if the stream would be open to others without a token worth the name."""
+    """Raise InputError if the stream would be open to others without a strong token."""
     if not _is_loopback(options.host) and len(options.token) < SHORTEST_TOKEN:
         raise InputError(
             "stream.token",
@@ -41,13 +39,10 @@ def check_stream(options: StreamOptions) -> None:
 
 
 def tls_context(options: StreamOptions) -> ssl.SSLContext | None:
-    """Return how TLS is spoken; None where the stream speaks plainly.
+    """Return the TLS context; None for plain TCP.
 
-    Raises
-    ------
-    InputError
-        One of the two files is missing, cannot be read, does not fit the other, or the
-        certificate is out of date.
+    Raises InputError if a file is missing, unreadable, does not fit the other, or the certificate
+    has expired.
     """
     certificate, private_key = options.certificate, options.private_key
     if certificate is None and private_key is None:
@@ -63,7 +58,7 @@ def tls_context(options: StreamOptions) -> ssl.SSLContext | None:
     context = ssl.SSLContext(ssl.PROTOCOL_TLS_SERVER)
     context.minimum_version = ssl.TLSVersion.TLSv1_2
     try:
-        # A key with a password would be asked for on the terminal.
+        # Otherwise OpenSSL would ask for a password on the terminal.
         context.load_cert_chain(certificate, private_key, password="")
     except (ssl.SSLError, OSError, ValueError) as error:
         raise InputError(

@@ -1,4 +1,4 @@
-"""The button of the probe as it goes down and up, for other programs."""
+"""Button events of the probe for other programs."""
 
 from __future__ import annotations
 
@@ -10,22 +10,19 @@ from ocmm_core.acquisition.frames import FrameBlock, FrameFlag
 
 @dataclass(frozen=True, slots=True)
 class ButtonChange:
-    """The button went down or up."""
-
     event: Literal["press", "release"]
-    """What it did."""
     frame: int
     time_s: float
-    """`frame`, `time_s`: Exposure at which it was first seen so, and its bus time, s."""
+    """`frame`, `time_s`: Exposure of its first detection, and its bus time, s."""
     held_s: float | None = None
-    """Of a release: how long it was down; None where the press was not seen, and of a press."""
+    """Of a release: duration; None if the press was not seen, and for a press."""
 
 
 class ButtonWatch:
-    """Find every change of the button in the frames as they come; used by one thread.
+    """Find every change of the button in consecutive frames; for one thread.
 
-    Where frames are missing a change is told with the first frame after them. A button that is down
-    in the very first frame was pressed before, and only its release is told.
+    After missing frames a change is reported with the first frame. A button that is down in the
+    very first frame was pressed before, and only its release is reported.
     """
 
     def __init__(self) -> None:
@@ -33,7 +30,6 @@ class ButtonWatch:
         self._since_s: float | None = None
 
     def feed(self, block: FrameBlock) -> list[ButtonChange]:
-        """Return what the button did in a block of frames."""
         changes: list[ButtonChange] = []
         down = (block.flags & FrameFlag.BUTTON) != 0
         if self._down is None:
@@ -50,7 +46,7 @@ class ButtonWatch:
                 changes.append(ButtonChange("press", frame, time_s))
             else:
                 since_s, self._since_s = self._since_s, None
-                # A bus clock that was set anew meanwhile tells nothing about the time between.
+                # A bus clock reset meanwhile invalidates the duration.
                 held_s = None if since_s is None or time_s < since_s else time_s - since_s
                 changes.append(ButtonChange("release", frame, time_s, held_s))
         return changes

@@ -1,10 +1,10 @@
-"""Who may connect to the live stream, how many at once, and for how long without a request.
+"""Access control of the live stream: connections, their number, and request timeouts.
 
-Everything that somebody without the token can cost is bounded here: places, bytes and seconds. A
-connection that has not said what it wants waits in a row of its own and never takes the place of
-one that has; where the row is full, the oldest one of the computer with most of them goes. So a
-thousand silent connections hold a few dozen descriptors, and whoever says at once what he wants
-gets in. Everything runs in one event loop.
+Everything that costs resources without the token is bounded here: places, bytes and seconds. A
+connection without a request waits in a separate queue and never displaces an accepted one; if the
+queue is full, the oldest one of the computer with most of them is closed. So a thousand silent
+connections hold a few dozen descriptors, and prompt clients get in. Everything runs in one event
+loop.
 """
 
 from __future__ import annotations
@@ -28,28 +28,19 @@ from ocmm_core.station.stream._messages import bye_line
 
 MOST_CLIENTS = 8
 MOST_UNDECIDED = 32
-"""Connections that have not said yet what they want."""
+"""Connections without a request so far."""
 LAST_WORDS_S = 5.0
-"""A client that is told goodbye has so long to take it."""
+"""s: time for a client to read its goodbye."""
 _PAUSE_S = 0.1
-"""Where the system gives no more descriptors it is asked again after so long."""
+"""s: pause if the system has no free descriptors."""
 
 
 class Reception:
-    """Take connections in and let them go; used in one event loop, and not by other threads.
+    """Accept and close connections; for one event loop, not thread-safe.
 
-    Parameters
-    ----------
-    listener
-        Bound, and listening.
-    tls
-        None speaks plainly.
-    greet
-        Returns the first line of the server.
-    begin
-        Gets a client and its request.
-    failed
-        Told what nobody foresaw; the client over which it happened is cut off.
+    `listener`: bound, and listening. `tls`: None for plain TCP. `greet`: returns the first line of
+    the server. `begin`: receives a client and its request. `failed`: receives unexpected errors;
+    the client in question is disconnected.
     """
 
     def __init__(
@@ -71,16 +62,15 @@ class Reception:
 
     @property
     def listening(self) -> list[StreamClient]:
-        """Return those that get messages."""
         return [client for client in self._guests if client.listens]
 
     @property
     def is_full(self) -> bool:
-        """Return whether nobody else gets messages."""
+        """Return whether the number of clients is at its limit."""
         return len(self.listening) >= MOST_CLIENTS
 
     async def receive(self) -> None:
-        """Take in whoever comes, until this is cancelled."""
+        """Accept connections until cancelled."""
         loop = asyncio.get_running_loop()
         while True:
             try:
@@ -94,11 +84,11 @@ class Reception:
             task = loop.create_task(self._shake_hands(client, connection))
             self._guests[client] = connection, task
             self._make_room()
-            # Whoever connects as fast as he can leaves the others their turn.
+            # Fast reconnects must not starve others.
             await asyncio.sleep(0)
 
     def prune(self, now: float) -> None:
-        """Let those go that are silent, stalled, talk too much, or had their goodbye."""
+        """Close clients that are silent, stalled, too talkative, or had their goodbye."""
         for client in self.clients:
             with self.dropping(client):
                 client.note_movement(now)
@@ -112,7 +102,7 @@ class Reception:
                     self.cut(client)
 
     def end(self, client: StreamClient, why: str) -> None:
-        """Say goodbye with a reason; the connection ends when that is taken."""
+        """Send a goodbye with a reason; the connection ends when it is read."""
         if client.ending:
             return
         client.ending, client.since_s = True, time.monotonic()
@@ -120,30 +110,28 @@ class Reception:
             self.cut(client)
             return
         client.write(bye_line(why))
-        # Whatever else it says costs nothing.
+        # Further input costs nothing.
         client.transport.pause_reading()
 
     def cut(self, client: StreamClient) -> None:
-        """End a connection now."""
         guest = self._guests.pop(client, None)
         if guest is None:
             return
         connection, task = guest
         task.cancel()
         if client.transport is not None:
-            # What is left of a goodbye is in the hands of the system by now, or never taken.
+            # The rest of a goodbye is in the system's buffers by now, or never read.
             client.transport.abort() if client.waiting else client.transport.close()
         else:
             connection.close()
 
     def close(self) -> None:
-        """End all connections."""
         for client in self.clients:
             self.cut(client)
 
     @contextlib.contextmanager
     def dropping(self, client: StreamClient) -> Iterator[None]:
-        """Cut a client off over which something nobody foresaw happens; the others stay."""
+        """Disconnect a client on unexpected errors; the others stay."""
         try:
             yield
         except Exception as error:
@@ -154,7 +142,7 @@ class Reception:
         loop = asyncio.get_running_loop()
         try:
             connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
-            # What the system holds for a slow client is old when it is read.
+            # Data buffered by the system for a slow client are stale when read.
             connection.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, MOST_WAITING)
             limit = REQUEST_TIMEOUT_S if self._tls is not None else None
             await loop.connect_accepted_socket(
@@ -162,7 +150,7 @@ class Reception:
                 ssl_handshake_timeout=limit,
             )  # fmt: skip
         except (OSError, ssl.SSLError):
-            # It hung up, or does not speak TLS.
+            # It hung up, or does not use TLS.
             self._guests.pop(client, None)
             connection.close()
 
@@ -175,12 +163,11 @@ class Reception:
         self.end(next(one for one in undecided if one.address == most), "too many connections wait")
 
     def joined(self, client: StreamClient) -> None:
-        """Greet a client that has shaken hands."""
+        """Greet a client after the handshake."""
         with self.dropping(client):
             client.write(self._greet())
 
     def heard(self, client: StreamClient, said: bytes) -> None:
-        """Take in what a client says."""
         with self.dropping(client):
             request = client.hear(said)
             if request is not None:
@@ -190,7 +177,7 @@ class Reception:
 
 
 class _Talk(asyncio.Protocol):
-    """What the event loop tells of one connection."""
+    """Event loop callbacks of one connection."""
 
     def __init__(self, reception: Reception, client: StreamClient) -> None:
         self._reception, self._client = reception, client

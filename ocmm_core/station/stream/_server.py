@@ -1,13 +1,13 @@
 """The live stream: points, button and poses for other programs, as lines of JSON over TCP.
 
-Off unless asked for. It listens on this computer alone unless another address is given, and then
-only with a token. Clients can read, nothing else. One thread serves all of them in an event loop
-and waits for none; who gets in is the matter of `_reception`.
+Off by default. It listens on loopback unless another address is given, and then only with a token.
+Clients can only read. One thread serves all in an event loop without waiting for any; `_reception`
+handles connections.
 
-Points and the button are never dropped: each message is kept (`_log`), and a client that was
-away resumes after the last number it has. Poses are for looking: a client that reads too slowly
-misses some, and of several changes of the state in between it is told the latest. So with the
-verdicts, which a thread of their own computes (`_verdict_watch`).
+Points and the button are never dropped: each message is kept (`_log`), and a returning client
+resumes after its last number. Poses are for display: a slow client misses some, and of several
+state changes gets the latest. The same applies to verdicts, which a separate thread computes
+(`_verdict_watch`).
 """
 
 from __future__ import annotations
@@ -48,25 +48,22 @@ from ocmm_core.storage import JobStep
 _log = logging.getLogger(__name__)
 
 GOODBYE_S = 0.5
-"""So long the end waits for clients to take what they have not had yet."""
+"""s: time at the end for clients to read pending messages."""
 _BACKLOG = 128
 
 
 class StreamServer:
-    """Serve the stream of a station, job after job; used in ``with``, or with `start` and `close`.
+    """Serve the stream of a station, job after job; a context manager, or `start` and `close`.
 
     Parameters
     ----------
-    source
-        What is streamed.
     failed
-        Told what ended the stream or a client of it, where something nobody foresaw did.
+        Receives unexpected errors that ended the stream or a client.
 
     Raises
     ------
     InputError
-        The address is open to others and there is no token worth the name, or the certificate
-        cannot be used.
+        The address is open to others without a strong token, or the certificate cannot be used.
     """
 
     def __init__(
@@ -85,10 +82,10 @@ class StreamServer:
         self._job: Path | None = None
         self._after = 0
         self._storing = threading.Lock()
-        """Guards which step of which job was taken last."""
+        """Guards the position of the last read step."""
         self._pressed = False
         self._changed = threading.Event()
-        """The job is another one than that of the latest verdict."""
+        """The current job differs from that of the latest verdict."""
         self._verdicts = VerdictWatch(
             source.job.view, lambda: source.job.path.stem, lambda: len(self._messages), self._wake
         )
@@ -100,19 +97,19 @@ class StreamServer:
         self._loop: asyncio.AbstractEventLoop | None = None
         self._woken = asyncio.Event()
         self._calls = False
-        """The loop was called and has not come yet."""
+        """A wake-up of the loop is pending."""
         self.address = (options.host, options.port)
-        """Where it listens; the port is known once it was started."""
+        """The port is known after the start."""
         self.poses_missed = 0
-        """Poses that clients were too slow for."""
+        """Poses dropped for slow clients."""
 
     def start(self) -> tuple[str, int]:
-        """Begin to listen, and return the address.
+        """Start to listen, and return the address.
 
         Raises
         ------
         MeasuringError
-            The address cannot be had.
+            The address is unavailable.
         """
         host, port = self._options.host, self._options.port
         family = socket.AF_INET6 if ":" in host else socket.AF_INET
@@ -128,7 +125,7 @@ class StreamServer:
         listener.setblocking(False)
         address = listener.getsockname()
         self.address = (str(address[0]), int(address[1]))
-        # Before any listener that may fail: what comes after that one is not told.
+        # Priority over listeners that may fail: later ones are not called then.
         self._source.events.changed.connect(self._on_change, priority=1)
         self._source.events.button.connect(self._on_button, priority=1)
         self._on_change()
@@ -138,7 +135,7 @@ class StreamServer:
         return self.address
 
     def close(self, timeout_s: float = 2.0) -> bool:
-        """Say goodbye to the clients and end; say whether the thread ended in time."""
+        """Send goodbyes and end; return whether the thread ended in time."""
         for signal, slot in (
             (self._source.events.changed, self._on_change),
             (self._source.events.button, self._on_button),
@@ -159,22 +156,20 @@ class StreamServer:
         return True
 
     def __enter__(self) -> StreamServer:
-        """Begin to listen."""
         self.start()
         return self
 
     def __exit__(self, *_: object) -> None:
-        """End."""
         self.close()
 
     def _on_change(self) -> None:
-        # On the thread that made the change: the next one may close this job.
+        # On the thread of the change: the next change may close this job.
         with self._storing:
             try:
                 while self._take_steps():
                     pass
             except OcmmError:
-                # Told elsewhere; the next change tries again.
+                # Reported elsewhere; the next change tries again.
                 _log.exception("The stream could not read the points.")
             except Exception as error:
                 self._give_up(error)
@@ -191,15 +186,15 @@ class StreamServer:
         self._wake()
 
     def _give_up(self, error: Exception) -> None:
-        """End the stream: with a message that is missing it would not be what it says it is."""
+        """End the stream: a missing message would break its promise."""
         self._stopping.set()
         self._failed(error)
 
     def _take_steps(self) -> bool:
-        """Take over what was stored since the last time, and say whether there was something."""
+        """Read new steps of the job; return whether there were any."""
         path, steps = self._source.job.steps_since(self._job, self._after)
         if path != self._job:
-            # Its points have numbers of their own; those of the job before count as they did.
+            # Its points are numbered separately; those of the former job keep counting.
             self._job, self._after = path, 0
         for step in steps:
             self._messages.append(partial(_step_line, job=path.stem, step=step))
@@ -207,12 +202,12 @@ class StreamServer:
         return bool(steps)
 
     def _wake(self) -> None:
-        # Who makes a change never waits here, and however many there are, the loop is called once.
+        # Changes never wait here, and any number of them wakes the loop once.
         loop = self._loop
         if loop is None or self._calls:
             return
         self._calls = True
-        # It is closed: nobody is to be woken.
+        # The loop is closed.
         with contextlib.suppress(RuntimeError):
             loop.call_soon_threadsafe(self._woken.set)
 
@@ -250,14 +245,14 @@ class StreamServer:
     async def _woken_within(self, patience_s: float) -> None:
         with contextlib.suppress(asyncio.TimeoutError):
             await asyncio.wait_for(self._woken.wait(), patience_s)
-        # In this order: who calls in between is heard the next time.
+        # In this order: a concurrent call is handled next time.
         self._calls = False
         self._woken.clear()
 
     def _on_loop_failed(self, loop: asyncio.AbstractEventLoop, context: dict[str, object]) -> None:
         error = context.get("exception")
         if isinstance(error, OSError):
-            # A connection that broke; the client is gone.
+            # A broken connection; the client is gone.
             return
         self._failed(error if isinstance(error, Exception) else RuntimeError(context["message"]))
 
@@ -290,7 +285,7 @@ class StreamServer:
         client.begun, client.poses, client.next_seq = True, request.poses, request.resume + 1
 
     def _look(self) -> None:
-        """Tell what the machine sees: every change of its state, and poses."""
+        """Send changes of the state, and poses."""
         listening = self._reception.listening
         if not listening:
             return
@@ -311,13 +306,13 @@ class StreamServer:
                 elif self._tell_verdict(client):
                     pass
                 elif client.poses and client.waiting:
-                    # One pose may wait; where one does already, this one comes too soon.
+                    # At most one pose may wait; this one is early.
                     self.poses_missed += 1
                 elif client.poses:
                     client.write(pose)
 
     def _tell_verdict(self, client: StreamClient) -> bool:
-        """Give a client the latest verdict, where it has not had it, and say whether so."""
+        """Send a client the latest verdict if new; return whether sent."""
         latest = self._verdicts.latest
         if client.told_verdict == latest.count or not client.has_room:
             return False
@@ -334,7 +329,7 @@ class StreamServer:
                     self._reception.end(client, f"older messages can no longer be read ({error})")
 
     async def _say_goodbye(self) -> None:
-        """Give everybody what is left and the reason of the end; who stalls has to do without."""
+        """Send the rest and the reason of the end; stalled clients miss it."""
         reception = self._reception
         until = time.monotonic() + GOODBYE_S
         while reception.clients and time.monotonic() < until:

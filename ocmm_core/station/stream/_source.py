@@ -1,4 +1,4 @@
-"""What the stream reads of the measuring station, as interfaces: this room knows no station."""
+"""Interfaces of the measuring station read by the stream, which does not know the station."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from ocmm_core.storage import JobStep
 
 
 class StreamedEvents(Protocol):
-    """Signals of what changes."""
+    """Signals of changes."""
 
     @property
     def changed(self) -> SignalInstance:
@@ -26,36 +26,30 @@ class StreamedEvents(Protocol):
 
 
 class StreamedJob(Protocol):
-    """The job that is measured."""
+    """The current job."""
 
     @property
-    def path(self) -> Path:
-        """Return its file."""
-        ...
+    def path(self) -> Path: ...
 
     def view(self) -> JobView:
-        """Return the job as it stands; takes up to some seconds."""
+        """Return the current job; takes up to some seconds."""
         ...
 
     def steps_since(self, job: Path | None, after: int) -> tuple[Path, list[JobStep]]:
-        """Return the job that is measured, and what was stored in it behind an audit row.
+        """Return the current job, and its steps after an audit row.
 
-        From its beginning where ``job`` is another one; empty only where there is nothing more.
+        From the start if ``job`` is another one; empty only if there are no more.
         """
         ...
 
 
 class StreamedLooks(Protocol):
-    """What the machine sees."""
-
     def live(self) -> LiveView:
-        """Return what it sees now."""
+        """Return the live view."""
         ...
 
 
 class StreamedInstruments(Protocol):
-    """What is measured with."""
-
     @property
     def simulated(self) -> bool:
         """Return whether the frames come from a virtual rig, as far as is known by now."""
@@ -63,24 +57,16 @@ class StreamedInstruments(Protocol):
 
 
 class StreamSource(Protocol):
-    """What is streamed, e.g. the measuring station."""
+    """Source of the stream, e.g. the measuring station."""
 
     @property
-    def events(self) -> StreamedEvents:
-        """Return its signals."""
-        ...
+    def events(self) -> StreamedEvents: ...
 
     @property
-    def job(self) -> StreamedJob:
-        """Return the job that is measured."""
-        ...
+    def job(self) -> StreamedJob: ...
 
     @property
-    def looks(self) -> StreamedLooks:
-        """Return what it sees."""
-        ...
+    def looks(self) -> StreamedLooks: ...
 
     @property
-    def instruments(self) -> StreamedInstruments:
-        """Return what it measures with."""
-        ...
+    def instruments(self) -> StreamedInstruments: ...

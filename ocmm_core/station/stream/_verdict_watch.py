@@ -1,7 +1,6 @@
-"""The verdict for the live stream, computed on a thread of its own and at its own pace.
+"""Verdict for the live stream, computed on its own thread as it takes up to some seconds.
 
-A verdict takes up to some seconds. Neither who takes points nor who serves clients waits for it: it
-is asked for after a change, several changes become one, and the latest is kept.
+Asked for after a change; several changes become one evaluation, and the latest result is kept.
 """
 
 from __future__ import annotations
@@ -15,30 +14,22 @@ from ocmm_core.inspection.evaluation import JobView
 from ocmm_core.station.stream._messages import no_verdict_line, verdict_line
 
 PAUSE_S = 0.1
-"""At least so long between two evaluations, so that the stream never takes a whole processor."""
+"""Minimum pause between two evaluations, so that the stream never takes a whole processor."""
 
 
 @dataclass(frozen=True, slots=True)
 class ToldVerdict:
-    """The latest line, and how many there have been."""
+    """Latest line, and the count of lines so far."""
 
     count: int = 0
     line: bytes = b""
 
 
 class VerdictWatch:
-    """Evaluate a job whenever somebody asks.
+    """Evaluate a job on request.
 
-    Parameters
-    ----------
-    evaluate
-        Returns the job as it stands.
-    job
-        Name of the job.
-    last_seq
-        Number of the latest message that the job will hold when it is evaluated now.
-    made
-        Called on the thread of the watch when there is a new line.
+    `last_seq` returns the number of the latest message that an evaluation now would include; `made`
+    is called on the thread of the watch when there is a new line.
     """
 
     def __init__(
@@ -56,15 +47,14 @@ class VerdictWatch:
         self.latest = ToldVerdict()
 
     def start(self) -> None:
-        """Begin to wait."""
         self._thread.start()
 
     def ask(self) -> None:
-        """Evaluate soon; returns at once."""
+        """Request an evaluation; returns at once."""
         self._asked.set()
 
     def close(self, timeout_s: float) -> bool:
-        """End, and say whether the thread did in time; what is being evaluated is finished."""
+        """Stop, finishing a running evaluation, and return whether the thread ended in time."""
         self._stopping.set()
         self._asked.set()
         if self._thread.ident is not None:
@@ -82,11 +72,11 @@ class VerdictWatch:
             self._stopping.wait(PAUSE_S)
 
     def _line(self) -> bytes:
-        # Asked first: whatever has this number by now is in the view that comes.
+        # Read first: the view fetched next contains everything up to this number.
         after = self._last_seq()
         try:
             return verdict_line(self._evaluate(), after)
         except Exception as error:
-            # The verdict of before would stand, and it is not known to hold any more.
+            # Without this the previous verdict would stand, which may not hold any more.
             told = contained(error, "The verdict for the stream")
             return no_verdict_line(self._job(), after, f"{told.what} {told.remedy}")

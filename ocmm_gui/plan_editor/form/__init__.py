@@ -1,11 +1,10 @@
-"""The form of one item of a plan: a line for each field that the types of the core have.
+"""Form of one item of a plan: a line per field, derived from the types of the core.
 
-In: an item as its document has it. Out: the same, as it was filled in, or what is wrong with
-it; `choice_word`, what a choice is called on the screen; `words_of`, label and explanation of a
-field.
+In: an item as in its document. Out: the same, as filled in, or the error; `choice_word`, the
+displayed word of a choice; `words_of`, label and explanation of a field.
 
-Read `_item_form`, `_form_lines` (the lines, made from the types), `_field_text` (what stands in a
-field, and what it means) and `_field_labels` (what is beside it). It must not know the editor.
+Read `_item_form`, `_form_lines` (the lines, made from the types), `_field_text` (text of a field
+and its meaning) and `_field_labels` (labels). It must not know the editor.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""What the fields of a plan are called in the forms of the editor, and what is said about them."""
+"""Labels and explanations of a plan's fields in the editor."""
 
 from __future__ import annotations
 
@@ -13,7 +13,6 @@ from ocmm_core.tolerances.zones import Characteristic
 from ocmm_gui.kit import later, said_word, tr, tr_all, unit_word
 
 Words = tuple[str, str]
-"""Label and explanation."""
 
 _NAME = (later("Name"), later("Letters, digits, spaces, _ . - /"))
 _LIST = later("Names, separated by commas")
@@ -204,7 +203,7 @@ _UNIT = re.compile(r"\bmm\b")
 
 
 class Measure(Enum):
-    """What the numbers of a field are."""
+    """Kind of a field's numbers."""
 
     NONE = "no lengths"
     LENGTH = "lengths"
@@ -212,17 +211,16 @@ class Measure(Enum):
 
 
 def words_of(struct: type[msgspec.Struct], field: str) -> Words:
-    """Return label and explanation of a field; KeyError where nobody wrote them."""
+    """Return label and explanation of a field; KeyError if missing."""
     own = _OF_TYPE.get(struct.__name__, {})
     label, tip = tr_all(own[field] if field in own else _ALL[field])
     if measure_of(struct, field) is Measure.NONE or "digest" in struct.__struct_fields__:
         return label, tip
-    # The unit stands at the end of the label, or in the explanation.
+    # The unit is at the end of the label, or in the explanation.
     return _UNIT.sub(unit_word(), label), _UNIT.sub(unit_word(), tip)
 
 
 def measure_of(struct: type[msgspec.Struct], field: str) -> Measure:
-    """Return whether the numbers of a field are lengths."""
     own = _OF_TYPE.get(struct.__name__, {})
     label, tip = own[field] if field in own else _ALL[field]
     if struct is Characteristic and field in ("nominal", "lower", "upper"):
@@ -232,7 +230,7 @@ def measure_of(struct: type[msgspec.Struct], field: str) -> Measure:
 
 
 def choices_of(struct: type[msgspec.Struct], field: str) -> tuple[str, ...]:
-    """Return the words that are possible in a text field; none where every text is."""
+    """Return the possible words of a text field; empty for free text."""
     return tuple(KINDS) if (struct, field) == (Characteristic, "kind") else ()
 
 
@@ -245,9 +243,9 @@ _OWN_WORDS = frozenset(
         later("given"), later("yes"), later("no"), later("set"), later("proposed"),
     )
 )  # fmt: skip
-"""Words of a plan that the core does not say."""
+"""Words of a plan that the core does not translate."""
 
 
 def choice_word(word: str) -> str:
-    """Return a word of a plan as it is shown; the plan has the English one."""
+    """Return the displayed word; the plan has the English one."""
     return tr(word) if word in _OWN_WORDS else said_word(word)

@@ -1,4 +1,4 @@
-"""What stands in the fields of a form, as text, and what the text means."""
+"""Texts of the fields of a form, and their meaning."""
 
 from __future__ import annotations
 
@@ -23,7 +23,6 @@ from ocmm_gui.plan_editor.form._form_lines import FieldKind, FormLine
 
 _YES, _NO = "yes", "no"
 FLAGS = (_NO, _YES)
-"""The choices of a line that is a flag."""
 
 _WANTED: Mapping[FieldKind, str] = {
     FieldKind.COUNT: "a whole number",
@@ -36,16 +35,13 @@ _WANTED: Mapping[FieldKind, str] = {
 
 
 _TO = re.compile(r"\s+(?:to|bis|-|–|…)\s+|\s*[–…]\s*|\s+")
-"""Between the least and the most."""
+"""Separators of least and most."""
 
 
 def text_of(line: FormLine, value: Any, *, angle: bool = False) -> str:
-    """Return what stands in the field of a line.
+    """Return the text of a line's field.
 
-    Parameters
-    ----------
-    angle
-        The item is an angle: what would be a length by its kind is in degrees.
+    `angle`: the item is an angle: values that are lengths by kind are in degrees.
     """
     match line.kind:
         case _ if numbers_in_use().inch and _is_length(line, angle=angle):
@@ -69,12 +65,9 @@ def text_of(line: FormLine, value: Any, *, angle: bool = False) -> str:
 
 
 def value_of(line: FormLine, text: str, *, angle: bool = False) -> Any:
-    """Return what the text of a field means, as plain data; lengths in mm, whatever was typed.
+    """Return the plain value of a field's text; lengths in mm, for any typed unit.
 
-    Raises
-    ------
-    InputError
-        It cannot be read; the sentence names the field.
+    Raises InputError that names the field if it cannot be read.
     """
     text = normal_name(text)
     match line.kind:
@@ -121,7 +114,7 @@ def _is_length(line: FormLine, *, angle: bool) -> bool:
 
 
 def _in_inch(line: FormLine, value: Any) -> str:
-    """Return lengths in inch; the unit stands behind the last one of a row."""
+    """Return lengths in inch; the unit follows the last one of a row."""
     if line.kind is FieldKind.PLACES:
         rows = [(name, values) for name, values in (item.values() for item in value)]
         return "\n".join(f"{name}  {_inches(values)}" for name, values in rows)
@@ -134,9 +127,9 @@ def _inches(values: Iterable[float]) -> str:
 
 
 def _taken_unit(line: FormLine, words: list[str], *, angle: bool) -> str | None:
-    """Take the unit off the end of a row of words; None where its numbers are no lengths."""
+    """Remove the unit from the end of a row of words; None if its numbers are no lengths."""
     if not _is_length(line, angle=angle):
-        # With a unit behind it such a number is none.
+        # With a unit such a number is invalid.
         return None
     if not words:
         return unit_word()
@@ -174,7 +167,7 @@ def _fault(line: FormLine, text: str) -> InputError:
 
 def _place(item: Mapping[str, Any]) -> str:
     if "poles" in item:
-        # A face of the model: thousands of numbers that nobody reads.
+        # A face of the model has thousands of numbers: show its number only.
         return str(item["number"])
     name, values = item.values()
     return f"{name}  {_row(values)}"

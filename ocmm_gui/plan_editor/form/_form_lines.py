@@ -1,8 +1,8 @@
-"""The lines of a form, made from the types of the core: what a plan can hold can be filled in.
+"""Lines of a form, derived from the types of the core: all that a plan can hold can be edited.
 
-A type is a struct, or a union of structs of which the field that tells them apart is a line of its
-own; ``None`` among them is the empty choice. A struct in a struct has its lines after those of the
-outer one, with keys like ``start.primary``.
+A type is a struct, or a union of structs whose tag is a line of its own; ``None`` among them is the
+empty choice. The lines of a nested struct follow those of the outer one, with keys like
+``start.primary``.
 """
 
 from __future__ import annotations
@@ -19,12 +19,10 @@ from ocmm_core.part_model import NominalFace
 from ocmm_gui.plan_editor.form._field_labels import Measure, Words, choices_of, measure_of, words_of
 
 GIVEN = "given"
-"""Stands for the field that tells whether a struct without a tag is there."""
+"""Pseudo field: whether an optional struct without a tag is present."""
 
 
 class FieldKind(Enum):
-    """What a field holds."""
-
     TEXT = "text"
     COUNT = "whole number"
     NUMBER = "number"
@@ -40,23 +38,19 @@ class FieldKind(Enum):
 
 @dataclass(frozen=True, slots=True)
 class FormLine:
-    """One field of an item."""
-
     key: str
-    """As in the document; parts of an inner struct after a dot."""
+    """As in the document; parts of a nested struct after a dot."""
     label: str
     tip: str
-    """`label`, `tip`: For people."""
     kind: FieldKind
-    """What it holds."""
     choices: tuple[str, ...] = ()
-    """Where only these are possible."""
+    """The only possible values, if any."""
     neutral: Any = ""
-    """What stands there before anybody has filled it in."""
+    """Initial value."""
     decides: bool = False
-    """Other lines follow from its choice."""
+    """Other lines depend on its choice."""
     parts: tuple[str, ...] = ()
-    """Fields that every line of `FieldKind.PLACES` gives: of the name, and of the numbers."""
+    """Fields of every line of `FieldKind.PLACES`: of the name, and of the numbers."""
     measure: Measure = Measure.NONE
     """Whether its numbers are lengths."""
 
@@ -70,18 +64,11 @@ def form_lines(
 ) -> tuple[FormLine, ...]:
     """Return the lines for an item of a type.
 
-    Parameters
-    ----------
-    make
-        Type of the item: a struct, or a union of structs and maybe ``None``.
-    data
-        What is filled in, by field; it decides which struct of a union the lines are for.
-    without
-        Fields that get no line.
-    at
-        What the keys begin with.
-    head
-        Label and explanation of the line that decides which struct it is.
+    `make`: Type of the item: a struct, or a union of structs and optionally ``None``.
+    `data`: Current content by field; it selects the struct of a union.
+    `without`: Fields without a line.
+    `at`: Prefix of the keys.
+    `head`: Label and explanation of the line that selects the struct.
     """
     variants, optional = _variants(make)
     field = tag_field(make)
@@ -112,7 +99,7 @@ def form_lines(
 
 
 def opened(make: Any, data: Any) -> dict[str, Any]:
-    """Return plain data of an item with every choice filled in that `form_lines` has a line for."""
+    """Return plain data of an item with every choice of `form_lines` filled in."""
     variants, optional = _variants(make)
     field = tag_field(make)
     found: dict[str, Any] = dict(data or {})
@@ -127,7 +114,7 @@ def opened(make: Any, data: Any) -> dict[str, Any]:
 
 
 def closed(make: Any, data: Mapping[str, Any]) -> Any:
-    """Return what `opened` got: plain data of the item, with no field that its type has not."""
+    """Return the inverse of `opened`: plain data without fields that the type lacks."""
     variants, optional = _variants(make)
     field = tag_field(make)
     struct = variants.get(str(data.get(field, "")) if field else next(iter(variants)))
@@ -144,9 +131,9 @@ def closed(make: Any, data: Mapping[str, Any]) -> Any:
 
 
 def tag_field(make: Any) -> str:
-    """Return the field that tells which struct of a union an item is; empty where there is one.
+    """Return the field that distinguishes the structs of a union; empty for a single struct.
 
-    A struct that need not be there, and whose fields need not either, is there by its fields.
+    An optional struct with only optional fields is present if any field is.
     """
     variants, optional = _variants(make)
     first = next(iter(variants.values()))
@@ -161,7 +148,7 @@ def _is_all_optional(struct: type[msgspec.Struct]) -> bool:
 
 
 def _variants(make: Any) -> tuple[dict[str, type[msgspec.Struct]], bool]:
-    """Return the structs of a type by what tells them apart, and whether None is one of them."""
+    """Return the structs of a type by tag, and whether None is allowed."""
     members = get_args(make) if _is_union(make) else (make,)
     structs = [item for item in members if item is not type(None)]
     named = {str(item.__struct_config__.tag or GIVEN): item for item in structs}
@@ -191,7 +178,7 @@ def _line(struct: type[msgspec.Struct], item: msgspec.structs.FieldInfo, at: str
     elif item.default_factory is not msgspec.NODEFAULT:
         neutral = item.default_factory()
     if "digest" in struct.__struct_fields__ and item.name != "limit":
-        # The hash stands for all of the document but what is decided here.
+        # The hash covers all of the document except the fields edited here.
         kind = FieldKind.FIXED
     neutral = msgspec.to_builtins(neutral)
     measure = Measure.NONE if kind is FieldKind.FIXED else measure_of(struct, item.name)
@@ -201,10 +188,10 @@ def _line(struct: type[msgspec.Struct], item: msgspec.structs.FieldInfo, at: str
 
 
 def _held(make: Any) -> tuple[FieldKind, tuple[str, ...], Any]:
-    """Return what a field of a type holds, its choices, and what stands there at first."""
+    """Return kind, choices, and initial value of a field's type."""
     origin, inner = get_origin(make), get_args(make)
     if _is_union(make):
-        # The only ones that stand in a plan are the limits of a room.
+        # The only such fields in a plan are ambient limits.
         return FieldKind.SPAN, (), None
     if origin is Literal:
         return FieldKind.CHOICE, inner, inner[0]

@@ -1,4 +1,4 @@
-"""A form for one item of a plan: its fields as the document has them, one line each."""
+"""Form for one item of a plan: its fields as in the document, one line each."""
 
 from __future__ import annotations
 
@@ -33,10 +33,9 @@ _FIXED_PX = 84
 
 
 class RowsField(QPlainTextEdit):
-    """Several lines of text; Tab goes on to the next field."""
+    """Multi-line text; Tab moves to the next field."""
 
     editingFinished = Signal()
-    """The field was left."""
 
     def __init__(self, name: str, tip: str) -> None:
         super().__init__()
@@ -48,7 +47,6 @@ class RowsField(QPlainTextEdit):
         self.setFont(text_font(_FONT))
 
     def focusOutEvent(self, event: QFocusEvent) -> None:
-        """Say that the field was left."""
         super().focusOutEvent(event)
         self.editingFinished.emit()
 
@@ -57,24 +55,18 @@ Field = QLineEdit | ChoiceBox | RowsField
 
 
 class ItemForm(QScrollArea):
-    """Fill in an item; what cannot be read is said for the field.
+    """Edit an item; errors name the field.
 
-    Where a choice decides which fields there are, the lines follow it and keep what they can.
+    If a choice decides which fields exist, the lines follow it and keep compatible values.
 
-    Parameters
-    ----------
-    name
-        Accessible name.
-    make
-        Type of the item, as `form_lines` takes it.
-    without
-        Fields that get no line; they stay as they are.
+    `name`: Accessible name.
+    `make`: Type of the item, as for `form_lines`.
+    `without`: Fields without a line; they stay unchanged.
     """
 
     edited = Signal()
-    """A field was left, or another choice was made."""
+    """Focus left a field, or a choice was changed."""
     left = Signal()
-    """Esc was pressed."""
 
     def __init__(self, name: str, make: Any, without: tuple[str, ...] = ()) -> None:
         super().__init__()
@@ -92,17 +84,11 @@ class ItemForm(QScrollArea):
         self._lay_out()
 
     def show_item(self, item: msgspec.Struct | None) -> None:
-        """Fill the fields in; what has no field is kept as it is."""
+        """Fill in the fields; values without a field are kept."""
         self._show(opened(self._make, msgspec.to_builtins(item)))
 
     def item(self) -> Any:
-        """Return what is filled in.
-
-        Raises
-        ------
-        InputError
-            A field cannot be read; the sentence names it.
-        """
+        """Return the edited item; InputError names a field that cannot be read."""
         data = self._filled_in(strict=True)
         try:
             return msgspec.convert(closed(self._make, data), self._make)
@@ -112,16 +98,15 @@ class ItemForm(QScrollArea):
             ) from error
 
     def lines(self) -> tuple[FormLine, ...]:
-        """Return the lines that are shown."""
         return self._lines
 
     def choice(self) -> str:
-        """Return which kind of item is filled in; empty for none, and where there is one kind."""
+        """Return the selected kind of item; empty for none, or a single kind."""
         first = self._lines[0]
         return self._text(first.key) if first.decides else ""
 
     def mark(self, key: str) -> None:
-        """Mark the field that is at fault; an empty key marks none."""
+        """Mark the faulty field; an empty key marks none."""
         inner = (name for name in self.fields if key and name.startswith(f"{key}."))
         self._faulty = key if key in self.fields else next(inner, "")
         for name, words in self._captions.items():
@@ -130,11 +115,10 @@ class ItemForm(QScrollArea):
             words.setStyleSheet(f"color: {colour}; font-weight: {weight};")
 
     def faulty(self) -> str:
-        """Return the key of the field that is marked; empty for none; for tests."""
+        """Return the key of the marked field; empty for none; for tests."""
         return self._faulty
 
     def focus_first(self) -> None:
-        """Put the keyboard into the first field."""
         if self._lines:
             field = self.fields[self._lines[0].key]
             field.setFocus()
@@ -142,7 +126,6 @@ class ItemForm(QScrollArea):
                 field.selectAll()
 
     def set_theme(self, theme: Theme) -> None:
-        """Paint with ``theme`` from now on."""
         self._theme = theme
         self.mark(self._faulty)
 
@@ -165,7 +148,7 @@ class ItemForm(QScrollArea):
             field.blockSignals(False)
 
     def _filled_in(self, *, strict: bool) -> dict[str, Any]:
-        """Return the data with what the fields say; where not ``strict``, as far as it is read."""
+        """Return the data with the fields' content; unless ``strict``, as far as readable."""
         data = copy.deepcopy(self._data)
         for line in self._lines:
             if line.kind is FieldKind.FIXED:
@@ -182,7 +165,7 @@ class ItemForm(QScrollArea):
                 if text == text_of(line, before, angle=_is_angle(self._data, line.key)) and (
                     _is_angle(data, line.key) == _is_angle(self._data, line.key)
                 ):
-                    # What nobody touched keeps every digit of the document.
+                    # Untouched fields keep every digit of the document.
                     _put(data, line.key, before)
                     continue
                 value = value_of(line, text, angle=_is_angle(data, line.key))
@@ -200,11 +183,11 @@ class ItemForm(QScrollArea):
         return (field.toPlainText() if isinstance(field, RowsField) else field.text()).strip()
 
     def _decided(self, key: str) -> None:
-        """Show the lines that follow from another choice."""
+        """Show the lines of another choice."""
         outer, _, name = key.rpartition(".")
         data = self._filled_in(strict=False)
         if outer:
-            # What another kind has under the same name is another thing.
+            # Equal names in another kind have another meaning.
             data[outer] = {name: _at(data, key, "")}
         self._show(data)
         self.fields[key].setFocus()
@@ -231,7 +214,7 @@ class ItemForm(QScrollArea):
         grid.setRowStretch(len(self._lines), 1)
         before = self.takeWidget()
         if before is not None:
-            # One of its fields may be what is heard at this moment.
+            # One of its fields may be emitting a signal now.
             before.hide()
             before.deleteLater()
         self.setWidget(inside)
@@ -263,7 +246,7 @@ class ItemForm(QScrollArea):
 
 
 def _is_angle(data: Mapping[str, Any], key: str) -> bool:
-    """Return whether the item that a line belongs to is an angle, by its kind."""
+    """Return whether the item of a line is an angle, by its kind."""
     outer = key.rpartition(".")[0]
     kind = _at(data, f"{outer}.kind" if outer else "kind", "")
     return kind in KINDS and spec_of(kind).unit == "deg"

@@ -113,7 +113,6 @@ class DefinitionPage(QWidget):
         self.form.fields["name"].selectAll()
 
     def word(self) -> str:
-        """Return the large word."""
         return self._word.text()
 
     def set_theme(self, theme: Theme) -> None:

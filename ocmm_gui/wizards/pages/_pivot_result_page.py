@@ -63,7 +63,6 @@ class PivotCompare(QWidget):
         layout.addWidget(self.leds, 1)
 
     def show_outcome(self, outcome: PivotOutcome) -> None:
-        """Show the differences."""
         spread = 1e3 * outcome.first.thesis.spread
         ball = tr("LED sphere centres scatter {spread:.1f} µm (RMS) about their mean.").format(
             spread=spread
@@ -94,7 +93,6 @@ class PivotResultPage(ResultFrame):
         )
 
     def judge(self, outcome: object) -> Said:
-        """Return the judgement of a calibration."""
         if not isinstance(outcome, PivotOutcome):
             return Said("", Mark.OPEN, "")
         if outcome.must_be_confirmed and outcome.change is not None:

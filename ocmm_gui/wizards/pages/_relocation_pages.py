@@ -54,7 +54,6 @@ class TiltRow(Painted):
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
 
     def show_tilts(self, tilts: Sequence[Tilt]) -> None:
-        """Show each attitude with its count."""
         if tuple(tilts) != self._tilts:
             self._tilts = tuple(tilts)
             words = (
@@ -261,7 +260,6 @@ class WorldPage(CollectPage):
 
 
 def show_prediction(score: Score, view: RelocationView) -> None:
-    """Show the predicted uncertainty of a length."""
     sigma, limit = view.length_sigma_mm, view.length_limit_mm
     if sigma is None:
         score.show_score(

@@ -77,7 +77,6 @@ class ResultPage(ResultFrame):
         self.sensors, self.histogram, self.space, self.compare = views
 
     def judge(self, outcome: object) -> Said:
-        """Return the judgement of a calibration."""
         if isinstance(outcome, CalibrationOutcome) and outcome.warnings:
             return Said(
                 tr("USABLE, LOOK"),

@@ -97,7 +97,6 @@ class SpheresPage(CollectPage):
         self.picture.setParent(self)
 
     def show_seen(self, seen: Seen) -> None:
-        """Show the current sphere."""
         super().show_seen(seen)
         view = seen.view_as(VerificationView)
         if not view.spheres:

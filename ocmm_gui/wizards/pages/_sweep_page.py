@@ -116,7 +116,6 @@ class FirstConePage(HandsPage):
 
 
 def told_of(view: PivotView, sweep: SweepView) -> Told:
-    """Return the banner of a sweep."""
     hint = said(view.base.live.hint)
     if sweep.phase is SweepPhase.COUNTDOWN:
         seconds = max(view.countdown_s or 0.0, 0.0)
@@ -138,7 +137,6 @@ def told_of(view: PivotView, sweep: SweepView) -> Told:
 
 
 def mapped_of(view: PivotView, sweep: SweepView) -> Mapped:
-    """Return the map of a sweep."""
     wanted = [cell for cell in sweep.cells if cell.wanted]
     groups = (
         [cell for cell in wanted if cell.poses],

@@ -198,7 +198,6 @@ class TipCheckResultPage(ResultFrame):
         self.chart = chart
 
     def judge(self, outcome: object) -> Said:
-        """Return the verdict."""
         if not isinstance(outcome, TipCheckOutcome):
             return Said("", Mark.OPEN, "")
         if outcome.record.passed:

@@ -47,13 +47,9 @@ def _error(check: Check) -> str:
 class RepeatsLines(Protocol):
     """A procedure with repeatable lines."""
 
-    def repeat_line(self, line: int, now: datetime) -> None:
-        """Repeat a line."""
-        ...
+    def repeat_line(self, line: int, now: datetime) -> None: ...
 
-    def back(self, now: datetime) -> None:
-        """Return to the previous step."""
-        ...
+    def back(self, now: datetime) -> None: ...
 
 
 class VerdictPage(StepPage):
@@ -92,7 +88,6 @@ class VerdictPage(StepPage):
         layout.addWidget(side)
 
     def show_seen(self, seen: Seen) -> None:
-        """Show the verdict."""
         view = seen.view_as(VerificationView)
         self._seen = seen
         if view.outcome is not None and view.outcome is not self._outcome:
@@ -123,7 +118,6 @@ class VerdictPage(StepPage):
         self._show_word()
 
     def word(self) -> str:
-        """Return the large word."""
         return self._word.text()
 
     def set_theme(self, theme: Theme) -> None:

@@ -53,7 +53,6 @@ class Facts(QWidget):
                 self._rows[caption].setText(value)
 
     def value(self, caption: str) -> str:
-        """Return the value of a caption."""
         return self._rows[caption].text()
 
     def _add(self, caption: str) -> None:

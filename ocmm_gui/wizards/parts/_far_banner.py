@@ -33,7 +33,6 @@ class Told:
     word: str = ""
     """One to three words in capitals."""
     note: str = ""
-    """Instruction, in a sentence."""
     mark: Mark = Mark.OPEN
     """Determines shape and colour."""
     share: float | None = None
@@ -56,11 +55,9 @@ class FarBanner(Painted):
             self.update()
 
     def word(self) -> str:
-        """Return the word."""
         return self._told.word
 
     def note(self) -> str:
-        """Return the line below it."""
         return self._told.note
 
     def type_pixels(self) -> tuple[int, int]:

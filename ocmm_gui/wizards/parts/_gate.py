@@ -10,12 +10,8 @@ from ocmm_gui.wizards.parts._shown import Seen
 def gate_words(seen: Seen, accepted: str, *, going_on: bool) -> tuple[str, Mark]:
     """Return the sentence with its mark.
 
-    Parameters
-    ----------
-    accepted
-        Consequence of accepting the result.
-    going_on
-        The next step is entered automatically.
+    `accepted`: Consequence of accepting the result.
+    `going_on`: The next step is entered automatically.
     """
     base = seen.view.base
     gate = base.step.gate

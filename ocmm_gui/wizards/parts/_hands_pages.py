@@ -43,7 +43,6 @@ class ProbePreparePage(StepPage):
         layout.addWidget(side)
 
     def show_seen(self, seen: Seen) -> None:
-        """Show the facts of the session."""
         base = seen.view.base
         self.facts.show_facts((*self._about, *session_facts(base)))
 
@@ -85,5 +84,4 @@ class HandsPage(StepPage):
         layout.addLayout(self.beside, 5)
 
     def show_cameras(self, live: Live) -> None:
-        """Show the camera views."""
         self.cameras.show_cameras(live.cameras)

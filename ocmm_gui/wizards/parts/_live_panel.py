@@ -47,11 +47,9 @@ class Score(Painted):
             self.update()
 
     def number(self) -> str:
-        """Return the large number."""
         return self._number
 
     def note(self) -> str:
-        """Return the words below it."""
         return self._note
 
     def paintEvent(self, event: QPaintEvent) -> None:
@@ -175,22 +173,18 @@ class LivePanel(QFrame):
         layout.addWidget(self._row, 1)
 
     def show_live(self, live: Live, *, automatic: bool) -> None:
-        """Show the current state."""
         self._live, self._automatic = live, automatic
         self._show_word()
         self._row.show_cameras(live.cameras)
 
     @property
     def cameras(self) -> tuple[MiniCamera, ...]:
-        """Return the pictures of the cameras."""
         return self._row.cameras
 
     def word(self) -> str:
-        """Return the large word."""
         return self._word.text()
 
     def hint(self) -> str:
-        """Return the sentence."""
         return self._hint.text()
 
     def set_theme(self, theme: Theme) -> None:

@@ -40,5 +40,4 @@ class WizardTexts:
 
 
 def practice_title(title: str) -> str:
-    """Return the title of a wizard in practice."""
     return tr("PRACTICE: {title}").format(title=title)

@@ -36,7 +36,6 @@ class StepPage(QWidget):
     """Enter the next step automatically after a delay."""
 
     def show_seen(self, seen: Seen) -> None:
-        """Show the snapshot."""
         raise NotImplementedError
 
     def show_plot(self, number: int) -> None:
@@ -71,7 +70,6 @@ class CollectPage(StepPage):
         self.beside.addWidget(holder)
 
     def show_seen(self, seen: Seen) -> None:
-        """Show score and cameras."""
         step = seen.view.base.step
         share = step.done / step.wanted if step.wanted else 0.0
         left = step.wanted - step.done
@@ -83,9 +81,7 @@ class CollectPage(StepPage):
 class AimsAtPoints(Protocol):
     """A procedure with selectable next point."""
 
-    def aim(self, point: str | None) -> None:
-        """Select the next point."""
-        ...
+    def aim(self, point: str | None) -> None: ...
 
 
 class KnownPointsPage(CollectPage):

@@ -45,7 +45,6 @@ class ScenePicture(Painted):
         self.update()
 
     def paintEvent(self, event: QPaintEvent) -> None:
-        """Paint the volume and its contents."""
         painter = QPainter(self)
         theme = self._theme
         frame = self._paint_panel(painter)
@@ -139,7 +138,6 @@ class BarPlace:
 
 
 def bar_places(lines: Sequence[LinePlan]) -> tuple[BarPlace, ...]:
-    """Return the measuring lines of a verification as bar places."""
     return tuple(
         BarPlace(one.name, one.ends_world, one.wanted, one.taken, one.shares) for one in lines
     )

@@ -33,7 +33,6 @@ class Planned:
 
 
 def planned_points(seen: Seen) -> Planned:
-    """Return the list of reference points."""
     points = seen.view_as(KnownPointsView).points
     return Planned(
         reference_points(points, None), tr("%n reference points", "1 reference point", len(points))
@@ -41,7 +40,6 @@ def planned_points(seen: Seen) -> Planned:
 
 
 def planned_lines(seen: Seen) -> Planned:
-    """Return the lines of a verification."""
     view = seen.view_as(VerificationView)
     places = bar_places(view.lines)
     return Planned(
@@ -68,7 +66,6 @@ class PreparePage(StepPage):
         layout.addWidget(side)
 
     def show_seen(self, seen: Seen) -> None:
-        """Show the facts of the session."""
         self.facts.show_facts(session_facts(seen.view.base))
         if self._planned is not None:
             planned = self._planned(seen)
@@ -77,7 +74,6 @@ class PreparePage(StepPage):
 
 
 def session_facts(base: ProcedureView) -> list[tuple[str, str]]:
-    """Return the fixed facts of a session."""
     begun = datetime.fromisoformat(base.begun_utc).astimezone()
     # Permits line breaks within the file name.
     file = base.session.name.replace("-", "-\u200b").replace("T", "T\u200b")

@@ -31,7 +31,6 @@ class ProbePicture(Painted):
         self.update()
 
     def paintEvent(self, event: QPaintEvent) -> None:
-        """Paint the probe."""
         painter = self._painter()
         inside = self._paint_panel(painter).adjusted(10.0, 10.0, -10.0, -10.0)
         theme = self._theme

@@ -133,7 +133,6 @@ class ResultFrame(StepPage):
         self._show(None)
 
     def judge(self, outcome: object) -> Said:
-        """Return the judgement of a result."""
         raise NotImplementedError
 
     def fill(self, outcome: object) -> tuple[Sequence[tuple[str, str]], Sequence[Finding]]:
@@ -141,15 +140,12 @@ class ResultFrame(StepPage):
         raise NotImplementedError
 
     def show_plot(self, number: int) -> None:
-        """Show one of the plots."""
         self.tabs.show_plot(number)
 
     def plot(self) -> str:
-        """Return which plot is shown."""
         return self.tabs.plot()
 
     def word(self) -> str:
-        """Return the large word."""
         return self._word.text()
 
     def show_seen(self, seen: Seen) -> None:

@@ -24,9 +24,7 @@ class ShownView(Protocol):
     """Common part of all snapshots."""
 
     @property
-    def base(self) -> ProcedureView:
-        """Return the common part."""
-        ...
+    def base(self) -> ProcedureView: ...
 
     @property
     def outcome(self) -> object | None:
@@ -36,9 +34,7 @@ class ShownView(Protocol):
 
 class ShownProcedure(Procedure, Protocol):
     @property
-    def view(self) -> ShownView:
-        """Return the snapshot."""
-        ...
+    def view(self) -> ShownView: ...
 
     def compute(self, elsewhere: Callable[[], Any] | None = None) -> None:
         """Calculate the result here, or by ``elsewhere`` if supported."""
@@ -67,7 +63,6 @@ class Seen:
 
     view: ShownView
     automatic: bool
-    """Automatic takes are on."""
     calculating_s: float | None
     """Duration of the running calculation, s; None if none is running."""
 

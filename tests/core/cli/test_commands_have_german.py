@@ -1,4 +1,4 @@
-"""What a command prints goes by `say` or its sisters, so that German can have it (decision 105)."""
+"""What a command prints goes by `say` or its sisters, so that German can have it (decision 47)."""
 
 from __future__ import annotations
 

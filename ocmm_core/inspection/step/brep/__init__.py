@@ -1,14 +1,14 @@
-"""What a STEP file says of the boundary of its part, in numbers; needs the extra ``step``.
+"""Boundary of a STEP file's part in numbers; needs the extra ``step``.
 
 In: a STEP file. Out: faces, each with its surface, its edges and places inside them; the part as
-mesh and splines; which face of the file each of them is.
+mesh and splines; the face of the file of each.
 
-Read `_document` (the file as the library has it) with `_library` (how that is asked), `_raw_faces`
-(faces in numbers) with `_elementary` (planes, cylinders, cones, spheres, tori) and `_step_face`;
-`_recognised` finds them among splines. `_edge_steps` and `_surface_places` ask the library for what
-`_surface_kernel` computes. `_part` is the nominal part, of `_surface_splines` and `_solid_mesh`,
-which `_mesh_aside` makes beside. `_face_order` tells which faces tolerances are of, `_face_check`
-whether targets lie on faces. It must not know balls, probes or targets.
+Read `_document` (the file as the library has it) with `_library` (calls), `_raw_faces` (faces in
+numbers) with `_elementary` (planes, cylinders, cones, spheres, tori) and `_step_face`;
+`_recognised` finds them among splines. `_edge_steps` and `_surface_places` read the library for
+`_surface_kernel`. `_part` is the nominal part, of `_surface_splines` and `_solid_mesh`, which
+`_mesh_aside` makes in parallel. `_face_order` assigns tolerances to faces, `_face_check` verifies
+that targets lie on faces. It must not know balls, probes or targets.
 """
 
 from __future__ import annotations

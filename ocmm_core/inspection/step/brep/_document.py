@@ -1,4 +1,4 @@
-"""A STEP file as a document of the library: its shape, and what the file says of single faces."""
+"""A STEP file as a document of the library: its shape, and attributes of faces."""
 
 from __future__ import annotations
 
@@ -18,20 +18,20 @@ from ocmm_core.inspection.step.brep._library import SameShape, explored, static,
 
 _LONGEST = 200
 _OPERATOR = b"CARTESIAN_TRANSFORMATION_OPERATOR"
-"""What may scale and mirror; placements of the usual kind cannot."""
+"""May scale and mirror; the usual placements cannot."""
 _SAME_SCALE = 1e-9
 _LARGE_BYTES = 8_000_000
 _OUTLINES = re.compile(rb"FACE(?:_SURFACE)?\s*\(\s*'[^']*'\s*,\s*\(([#0-9,\s]*)\)")
 _EDGES = re.compile(rb"EDGE_LOOP\s*\(\s*'[^']*'\s*,\s*\(([#0-9,\s]*)\)")
 _MANY_OUTLINES, _MANY_EDGES = 200, 1000
-"""Of one face, and of one outline; of so many the library is soon done with all pairs."""
+"""Of one face, and of one outline; up to here comparing all pairs is fast."""
 _NO_NAME = frozenset(("", "none", "face", "advanced_face", "shell", "solid", "compound"))
-"""What exporters write where they have nothing to say."""
+"""Meaningless names written by exporters."""
 
 
 @dataclass(frozen=True, slots=True)
 class Said:
-    """What a file says of a face; empty where it says nothing.
+    """Attributes of a face in the file; may be empty.
 
     Attributes
     ----------
@@ -56,18 +56,16 @@ class StepDocument:
     said: dict[SameShape, Said]
     """By the face without its place."""
     reader: Any = None
-    """`STEPControl_Reader`, which knows the entities that shapes were made of."""
+    """`STEPControl_Reader`, which maps shapes to entities."""
     empty: tuple[str, ...] = ()
     """Names of components without a face."""
     steps: EdgeSteps = field(default_factory=EdgeSteps)
-    """Along its edges, as far as somebody asked."""
 
     def of_faces(self, faces: Sequence[Any]) -> StepDocument:
         """Return the document with some of its faces as its shape."""
         return replace(self, shape=_together(list(faces)))
 
     def about(self, face: Any) -> Said:
-        """Return what the file says of a face of ``shape``."""
         return self.said.get(without_place(face), Said()) if self.said else Said()
 
 
@@ -79,7 +77,7 @@ def read_document(
     Parameters
     ----------
     parts
-        Part files that it names, relative to its folder: all of them must be read.
+        Part files that it names, relative to its folder: all must be read.
 
     Raises
     ------
@@ -88,7 +86,7 @@ def read_document(
     ValueError
         The file is not complete, or contains no shape.
     InputError
-        It scales or mirrors bodies, or its units are missing or contradict themselves.
+        It scales or mirrors bodies, or its units are missing or contradictory.
     """
     import OCP.collections as held
     from OCP.IFSelect import IFSelect_RetDone
@@ -101,7 +99,7 @@ def read_document(
     doing("the text of the file")
     document = TDocStd_Document(TCollection_ExtendedString("MDTV-XCAF"))
     reader = STEPCAFControl_Reader()
-    # Of a large file only what is said of bodies is asked: labels of faces take half of its time.
+    # For a large file only attributes of bodies are read: labels of faces take half of the time.
     with_faces = int(Path(path).stat().st_size <= _LARGE_BYTES)
     static(Interface_Static, "SetIVal")("read.stepcaf.subshapes.name", with_faces)
     reader.SetNameMode(True)
@@ -111,7 +109,7 @@ def read_document(
     if reader.ReadFile(path) != IFSelect_RetDone:
         msg = "not a complete STEP file"
         raise ValueError(msg)
-    # Only now: to read a file sets back what is to be mended.
+    # After reading, which resets the repair parameters.
     folder = Path(path).parent
     contents = [read_bytes(Path(path)), *(read_bytes(folder / name) for name in parts)]
     for name, one in zip(("", *parts), contents, strict=True):
@@ -140,7 +138,7 @@ def read_document(
 
 
 def _refuse_units(name: str, content: bytes) -> None:
-    """Refuse a file without units: the library takes it to be in millimetres and radians."""
+    """Refuse a file without units, which the library would read as millimetres and radians."""
     if fault := units_fault(content):
         raise InputError(
             "plan.step",
@@ -158,11 +156,11 @@ def _model_of(path: str) -> Any:
 
 
 def _refuse_unread(reader: Any, parts: Sequence[str]) -> None:
-    """Refuse an assembly of which the library has read other part files than it names."""
+    """Refuse an assembly if the library has read other part files than it names."""
     from OCP.IFSelect import IFSelect_RetDone
 
     files = reader.ExternFiles()
-    # The map of the library counts as false also where it has entries.
+    # The map of the library counts as false even with entries.
     read = [
         one.GetName().ToCString()
         for one in (() if files is None else files)
@@ -178,9 +176,9 @@ def _refuse_unread(reader: Any, parts: Sequence[str]) -> None:
 
 
 def _refuse_scaled_and_mirrored(model: Any) -> None:
-    """Refuse a model that puts bodies at another scale, or mirrored, where it places them.
+    """Refuse a model that scales or mirrors bodies.
 
-    The library divides by the scale where it should multiply, and turns what should be mirrored.
+    The library divides by the scale instead of multiplying, and rotates instead of mirroring.
     """
     for index in range(1, model.NbEntities() + 1):
         entity = model.Value(index)
@@ -204,21 +202,20 @@ def _refuse_scaled_and_mirrored(model: Any) -> None:
 
 
 def most_outlines(content: bytes) -> int:
-    """Return how many outlines and holes the face with most of them has, by the text of a file."""
+    """Return the largest number of outlines and holes of a face, from the text of a file."""
     return max((found[1].count(b"#") for found in _OUTLINES.finditer(content)), default=0)
 
 
 def most_edges(content: bytes) -> int:
-    """Return how many edges the longest outline has, by the text of a file."""
+    """Return the largest number of edges of an outline, from the text of a file."""
     return max((found[1].count(b"#") for found in _EDGES.finditer(content)), default=0)
 
 
 def _without_crossings(reader: Any) -> None:
-    """Let the library not look for outlines that cross themselves or each other.
+    """Disable the library's search for outlines that cross themselves or each other.
 
-    It compares each hole of a face with each other one, and copies the face for each, and each edge
-    of an outline with each other one: with thousands of them that takes minutes. All else that it
-    mends is mended as ever.
+    It compares all pairs of holes, copying the face for each, and all pairs of edges of an outline:
+    thousands of them take minutes. All other repairs remain.
     """
     from OCP.DE import DE_ShapeFixParameters
     from OCP.TCollection import TCollection_AsciiString
@@ -248,7 +245,7 @@ def _together(shapes: list[Any]) -> Any:
 
 
 def _all_said(document: Any, shapes: Any) -> dict[SameShape, Said]:
-    """Return what the file says of faces; what it says of a body goes for faces without words."""
+    """Return the attributes of faces; those of a body apply to its faces without any."""
     import OCP.collections as held
     from OCP.XCAFDoc import XCAFDoc_DocumentTool
 
@@ -312,7 +309,7 @@ def _said_of(label: Any, colours: Any, layers: Any) -> Said:
 
 
 def _name_of(label: Any) -> str:
-    """Return the name of a label. To ask for one attribute by its kind ends the process."""
+    """Return the name of a label. Requesting one attribute by its kind crashes the process."""
     from OCP.TDF import TDF_AttributeIterator
 
     attributes = TDF_AttributeIterator(label)
@@ -325,7 +322,7 @@ def _name_of(label: Any) -> str:
 
 
 def _word(text: str) -> str:
-    """Return a word of the file without what no line of text can hold."""
+    """Return a word of the file on one printable line."""
     return " ".join("".join(sign if sign.isprintable() else " " for sign in text).split())[
         :_LONGEST
     ]

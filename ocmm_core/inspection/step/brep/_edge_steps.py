@@ -1,4 +1,4 @@
-"""Where along an edge its line has corners; needs OCP."""
+"""Polyline parameters along edges; needs OCP."""
 
 from __future__ import annotations
 
@@ -15,22 +15,22 @@ from ocmm_core.inspection.step.brep._library import SameShape, static
 DEFLECTION_MM = 0.02
 _MOST_CHORDS = 20_000
 """Of an arc: one that needs more is longer than 10 km, and no edge of a part."""
-"""Edges become lines that are off by no more."""
+"""Bound of the deviation of polylines from edges."""
 BEND_RAD = 0.1
 Place: TypeAlias = tuple[float, float, float]
 _NOWHERE: Place = (math.nan, math.nan, math.nan)
 
 
 class EdgeSteps:
-    """Parameters along edges, found once for all faces that meet in one."""
+    """Parameters along edges, cached for all faces that meet in one."""
 
     def __init__(self) -> None:
         self._kept: dict[tuple[SameShape, float, float], tuple[Float, Place]] = {}
 
     def of(self, edge: Any, first: float, last: float) -> tuple[Float, Place]:
-        """Return what `edge_steps` does, and the place of the middle one on the edge, mm.
+        """Return the result of `edge_steps`, and the place of the middle one on the edge, mm.
 
-        An edge that is a point, such as the tip of a cone, has no place: it is not a number.
+        NaN for a degenerate edge, such as the tip of a cone.
         """
         key = SameShape(edge), first, last
         kept = self._kept.get(key)
@@ -47,7 +47,7 @@ class EdgeSteps:
 
 @cache
 def _tools() -> tuple[Any, Any, Any, Any, Any]:
-    """Return what edges are asked by, looked up once: there are tens of thousands of them."""
+    """Return the classes for edges, cached: there are tens of thousands of edges."""
     from OCP.BRep import BRep_Tool
     from OCP.BRepAdaptor import BRepAdaptor_Curve
     from OCP.GCPnts import GCPnts_TangentialDeflection
@@ -58,10 +58,10 @@ def _tools() -> tuple[Any, Any, Any, Any, Any]:
 
 
 def edge_steps(edge: Any, first: float, last: float) -> Float:
-    """Return parameters along an edge between which it is nearly straight, an odd number.
+    """Return an odd number of parameters along an edge between which it is nearly straight.
 
-    Of a spline they stand closer where it bends, or where its parameter runs fast: evenly, the
-    line would leave the edge there. An edge of two faces gets the same ones on both.
+    They are denser where a spline bends or its parameter runs fast; even steps would leave the edge
+    there. An edge of two faces gets the same ones on both.
     """
     degenerated, adaptor, bent_curve, line, circle = _tools()
     inner: list[float] = []
@@ -77,7 +77,7 @@ def edge_steps(edge: Any, first: float, last: float) -> Float:
         inner = [bent.Parameter(index) for index in range(2, bent.NbPoints())]
     steps = np.array([first, *inner, last])
     if len(steps) % 2 == 0:
-        # The one in the middle is needed, see Rim.
+        # The middle one is needed, see Rim.
         half = len(steps) // 2
         middle = 0.5 * (steps[half - 1] + steps[half])
         steps = np.concatenate([steps[:half], [middle], steps[half:]])
@@ -85,9 +85,9 @@ def edge_steps(edge: Any, first: float, last: float) -> Float:
 
 
 def chords_of(radius: float, turn: float) -> int:
-    """Return into how many chords an arc is parted: off by the deflection, and bent, at most.
+    """Return the number of chords of an arc, limiting deflection and angle.
 
-    A chord over the angle a is off by r (1 - cos(a / 2)). Of a radius above 1e14 mm that cosine is
+    A chord over the angle a is off by r (1 - cos(a / 2)). For a radius above 1e14 mm that cosine is
     1 and the angle 0.
     """
     cosine = max(1.0 - DEFLECTION_MM / radius, 0.0) if radius > 0.0 else 0.0
@@ -98,12 +98,8 @@ def chords_of(radius: float, turn: float) -> int:
 def parameters_on(curve: Any, along: Float) -> Float:
     """Return the parameters (n, 2) of a face at ``along`` (n,) of an edge of it.
 
-    Lines and circles, which most edges are, are written out; the library is asked for others.
-
-    Parameters
-    ----------
-    curve
-        `BRepAdaptor_Curve2d` of the edge on the face.
+    Lines and circles, the most frequent, are computed here; the library evaluates others. `curve`:
+    `BRepAdaptor_Curve2d` of the edge on the face.
     """
     kind, numbers = curve_numbers(curve)
     if kind == kernel.LINE:
@@ -128,7 +124,7 @@ def curve_numbers(curve: Any) -> tuple[int, tuple[float, ...]]:
     if kind == circle:
         ring = curve.Circle()
         radius, frame, middle = ring.Radius(), ring.Position(), ring.Location()
-        # A ring that runs the other way has its y the other way.
+        # A reversed ring has its y reversed.
         x, y = frame.XDirection(), frame.YDirection()
         sides = (radius * x.X(), radius * x.Y(), radius * y.X(), radius * y.Y())
         return kernel.RING, (middle.X(), middle.Y(), *sides)

@@ -70,7 +70,7 @@ def _cylinder(surface: Any, middle: Float, normal: Float, v0: float, v1: float) 
 
 
 def _cone(surface: Any, middle: Float, normal: Float, v0: float, v1: float) -> StepFace:
-    """Return a cone by its tip, which all its faces have in common; its axis leads out of it."""
+    """Return a cone by its tip, common to all its faces; its axis leads out of it."""
     cone = surface.Cone()
     half = cone.SemiAngle()
     axis, start = vector(cone.Axis().Direction()), vector(cone.Location())
@@ -91,7 +91,7 @@ def _normal(surface: Any, u: float, v: float, reverse: bool) -> tuple[Float, Flo
 
     point, by_u, by_v = gp_Pnt(), gp_Vec(), gp_Vec()
     surface.D1(u, v, point, by_u, by_v)
-    # By the library, and not by `np.cross`: that takes a tenth of a millisecond, at every edge.
+    # `np.cross` would take a tenth of a millisecond at every edge.
     crossed = by_u.Crossed(by_v)
     length = crossed.Magnitude()
     normal = vector(crossed) / (length if length > 0.0 else 1.0)

@@ -1,4 +1,4 @@
-"""Targets checked by the library's own classifier, before they are delivered; needs OCP."""
+"""Check of targets by the library's own classifier; needs OCP."""
 
 from __future__ import annotations
 
@@ -12,17 +12,14 @@ from ocmm_core.geometry import Float
 from ocmm_core.inspection.step.brep._library import static
 
 _OFF_MM = 0.02
-"""A target farther from its face is in the air: more than a recognised spline may leave it by."""
+"""A target farther from its face is wrong: more than the deviation of a recognised spline."""
 _ON_EDGE = 1e-7
 
 
 class FaceCheck:
-    """Whether places lie on faces and inside their edges, by surface and classifier of the library.
+    """Whether places lie on faces and inside their edges, by the library's surface and classifier.
 
-    Parameters
-    ----------
-    faces
-        With a surface, in order: numbers count from 1.
+    `faces`: with a surface, in order; numbers count from 1.
     """
 
     def __init__(self, faces: Sequence[Any]) -> None:

@@ -1,4 +1,4 @@
-"""Which face of the file a face of the library is: by identity, and checked; needs OCP."""
+"""Identification of the library's faces with those of the file, verified; needs OCP."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from ocmm_core.inspection.pmi import FaceText, Pmi, may_say_tolerances, read_pmi
 from ocmm_core.inspection.step.brep._raw_faces import RawFace
 
 _FINAL = 1
-"""Mode of the library: look among the final results, also those of parts of them."""
+"""Mode of the library: search the final results, also those of their parts."""
 _SAME = 1e-6
 
 
@@ -23,14 +23,14 @@ def tolerances_of(
     faces: Sequence[RawFace],
     doing: Callable[[str], None],
 ) -> tuple[Pmi, dict[int, int], dict[int, str]]:
-    """Return what a file says of tolerances, and which face of it each face is.
+    """Return the tolerances of a file, and the face of the file for each face.
 
-    Where it is in doubt which face is which, nothing is said of them, and why stands in the first.
+    If the identification is ambiguous, no faces are returned, and the first has the reason.
 
     Parameters
     ----------
     reader
-        That has read it.
+        Has read the file.
     with_surface
         Faces of the library, of which `RawFace` has the numbers, from 1.
 
@@ -63,21 +63,14 @@ def order_fault(
 ) -> str:
     """Return why faces cannot be those of the text, as a part of a sentence; empty if they can.
 
-    What the text says of each must be what the library found: its kind of surface, and its radius
-    in one unit for all.
-
-    Parameters
-    ----------
-    order
-        Which face of the text, from 0, by the number of a face.
-    texts
-        Faces of the text, in its order.
+    Kinds of surface must match, and radii in one unit for all. `order`: index of the face of the
+    text by the number of a face. `texts`: in the order of the text.
     """
     scales: list[float] = []
     for raw in faces:
         place = order.get(raw.number)
         if place is None or raw.face.deviation_mm is not None:
-            # The text has a spline where a surface was recognised.
+            # A recognised surface is a spline in the text.
             continue
         if place >= len(texts) or texts[place].shape != raw.face.shape:
             return "its faces do not stand in the text as the reader found them"
@@ -89,10 +82,9 @@ def order_fault(
 
 
 def _order_of(reader: Any, with_surface: Sequence[Any]) -> dict[int, int]:
-    """Return which face of the file, from 0, each face is, by its number from 1.
+    """Return the index of the face of the file for each face, by its number from 1.
 
-    The library's numbers of entities are not those of the file, but it keeps them in the order of
-    the file.
+    The library's numbers of entities differ from those of the file, but keep its order.
     """
     from OCP.Standard import Standard_Failure
     from OCP.StepShape import StepShape_FaceSurface
@@ -101,7 +93,7 @@ def _order_of(reader: Any, with_surface: Sequence[Any]) -> dict[int, int]:
     session = reader.WS()
     results, model = session.TransferReader(), session.Model()
     entities = (model.Value(index) for index in range(1, model.NbEntities() + 1))
-    # They are kept, so that each stays the same object.
+    # Keep references, so that each stays the same object.
     faces = [one for one in entities if isinstance(one, StepShape_FaceSurface)]
     place_of = {id(one): place for place, one in enumerate(faces)}
     found: dict[int, int] = {}

@@ -1,4 +1,4 @@
-"""How the library is asked: its versions differ in small things."""
+"""Calls of the library that differ between its versions."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ from ocmm_core.geometry import Float
 
 
 def static(owner: Any, name: str) -> Any:
-    """Return a static method; versions of the library call it with and without a suffix."""
+    """Return a static method; versions of the library name it with and without a suffix."""
     return getattr(owner, f"{name}_s", None) or getattr(owner, name)
 
 
 def explored(shape: Any, kind: str, but_in: str = "SHAPE") -> Iterator[Any]:
-    """Return an iterator over the parts of a kind, but for those inside parts of another kind."""
+    """Return an iterator over the parts of a kind, except those inside parts of another kind."""
     make, cast, wanted, avoided = _explorer_of(kind, but_in)
     explorer = make(shape, wanted, avoided)
     while explorer.More():
@@ -27,7 +27,7 @@ def explored(shape: Any, kind: str, but_in: str = "SHAPE") -> Iterator[Any]:
 
 @cache
 def _explorer_of(kind: str, but_in: str) -> tuple[Any, Any, Any, Any]:
-    """Return what makes explorers, what casts, and the words of both kinds, looked up once."""
+    """Return the explorer, the cast, and the enum values of both kinds, cached."""
     import OCP.TopAbs as TopAbs
     from OCP.TopExp import TopExp_Explorer
     from OCP.TopoDS import TopoDS
@@ -42,21 +42,20 @@ def _explorer_of(kind: str, but_in: str) -> tuple[Any, Any, Any, Any]:
 
 
 def kind_of(adaptor: Any) -> str:
-    """Return the word for the kind of a surface or curve."""
     return _word_of(adaptor.GetType())
 
 
 @cache
 def _word_of(kind: Any) -> str:
-    """Return the word for a kind of the library; made once, for it takes as long as a face."""
+    """Return the word of a kind, cached: it takes as long as a face."""
     return str(kind).rpartition("GeomAbs_")[2].rstrip(">: 0123456789")
 
 
 def is_turned(face: Any) -> bool:
-    """Return whether the material lies where the direction of greater u times that of v points.
+    """Return whether the material lies in the direction of d/du times d/dv.
 
-    That is so of a face the other way round, and of one that its place mirrors: the product of two
-    mirrored directions is not the mirrored product.
+    True for a reversed face, and for a mirrored one: the product of two mirrored directions is not
+    the mirrored product.
     """
     from OCP.TopAbs import TopAbs_REVERSED
 
@@ -66,12 +65,11 @@ def is_turned(face: Any) -> bool:
 
 
 def vector(triple: Any) -> Float:
-    """Return a point or a direction, (3,)."""
     return np.array([triple.X(), triple.Y(), triple.Z()])
 
 
 def triangulation(face: Any) -> tuple[Any, Any]:
-    """Return the mesh that the library keeps of a face, None where there is none, and its place."""
+    """Return the mesh of a face kept by the library, or None, and its place."""
     from OCP.BRep import BRep_Tool
     from OCP.TopLoc import TopLoc_Location
 
@@ -80,7 +78,7 @@ def triangulation(face: Any) -> tuple[Any, Any]:
 
 
 class SameShape:
-    """A shape as the key of a dictionary: its orientation does not count."""
+    """A shape as a key, regardless of its orientation."""
 
     __slots__ = ("_hash", "_shape")
 
@@ -95,7 +93,7 @@ class SameShape:
 
 
 def without_place(face: Any) -> SameShape:
-    """Return the key of a face as it is where it has no place in an assembly."""
+    """Return the key of a face without its place in an assembly."""
     from OCP.TopLoc import TopLoc_Location
 
     return SameShape(face.Located(TopLoc_Location()))

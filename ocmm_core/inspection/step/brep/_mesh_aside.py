@@ -1,7 +1,7 @@
-"""Meshes of a model, made by another processor while this one reads its faces; needs OCP.
+"""Meshes of a model, made by a fork in parallel to the reading of faces; needs OCP.
 
-A copy of the reading process makes them and sends numbers. Where there is none, or it fails, this
-process makes them when they are asked for, and what is wrong with the model is said here.
+The fork sends numbers. If it is missing or fails, this process makes the meshes on demand, and
+reports faults of the model here.
 """
 
 from __future__ import annotations
@@ -23,25 +23,18 @@ from ocmm_core.processes import Aside
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SolidMesh:
-    """Triangles of all faces."""
-
     triangles: Float
     """(n, 3, 3), mm."""
     owners: NDArray[np.int64]
-    """(n,): the face of each, from 0."""
+    """(n,): face of each, from 0."""
     deflection_mm: float
-    """No triangle is farther from its face."""
+    """Bound of the distance from the faces."""
 
 
 class MeshAside:
-    """The meshes of a model, in the order in which they are asked for: that of targets, the part.
+    """Meshes of a model, to be requested in order: for targets, then the part.
 
-    Parameters
-    ----------
-    source
-        Name and hash of the file; None where no part is wanted.
-    limit_s
-        The other process may take so much time of processors.
+    `source`: name and hash of the file; None without a part. `limit_s`: CPU time of the fork.
     """
 
     def __init__(
@@ -56,7 +49,7 @@ class MeshAside:
         self._aside = Aside(self._work)
 
     def mesh(self) -> SolidMesh:
-        """Return the mesh to find targets by."""
+        """Return the mesh for targets."""
         sent = [self._aside.next(self._limit_s) for _ in range(3)]
         triangles, owners, deflection = sent
         if triangles is None or owners is None or deflection is None:
@@ -68,7 +61,7 @@ class MeshAside:
         )
 
     def part(self, doing: Callable[[str], None]) -> bytes:
-        """Return the part that is shown as bytes; none where it was not wanted."""
+        """Return the displayed part as bytes; empty if not requested."""
         if self._source is None:
             return b""
         doing("the part")
@@ -78,7 +71,6 @@ class MeshAside:
         return sent
 
     def end(self) -> None:
-        """End the other process."""
         self._aside.end()
 
     def _made(self) -> SolidMesh:
@@ -86,7 +78,7 @@ class MeshAside:
         return SolidMesh(*triangles_of(raw_meshes(self._faces)), deflection)
 
     def _work(self, send: Callable[[bytes], None]) -> None:
-        """Make and send both, in the other process."""
+        """Make and send both, in the fork."""
         mesh = self._made()
         send(mesh.triangles.tobytes())
         send(mesh.owners.tobytes())

@@ -39,36 +39,27 @@ from ocmm_core.part_model import (
 )
 
 _SHARE = 5e-4
-"""Deflection of the mesh by the size of the part: half a pixel where it fills a picture."""
+"""Deflection of the mesh relative to the size of the part: half a pixel on a full picture."""
 _FINEST_MM, _COARSEST_MM = 0.002, 5.0
 _TURN_RAD = 0.35
 _ENOUGH_TRIANGLES = 200_000
 _VERY_LARGE = 3000
-"""A part with more faces is shown only: coarser, and without its exact surfaces."""
+"""A part with more faces is only shown: coarser, and without its exact surfaces."""
 LARGE, _MANY_HOLES = 1500, 50
 _KEPT = 1000
-"""With more faces the mesh to find targets by is that of the part: chosen surfaces ask it later."""
+"""With more faces the part's mesh also serves for targets: selected surfaces query it later."""
 _EXACT_MM = 1e-4
-"""A spline that leaves its face by more is none of that face."""
+"""A spline that leaves its face by more does not belong to it."""
 _TRIED = 24
 
 
 def part_of(
     document: StepDocument, source: tuple[str, str], doing: Callable[[str], None]
 ) -> PartModel:
-    """Return the part that a document holds.
+    """Return the part of a document.
 
-    Parameters
-    ----------
-    source
-        Name of the file, without its folder, and its hash.
-    doing
-        Is told what comes next.
-
-    Raises
-    ------
-    ValueError
-        There is no face with a surface.
+    `source`: name of the file, without its folder, and its hash. `doing`: receives the next step.
+    Raises ValueError if no face has a surface.
     """
     from OCP.BRepLib import BRepLib_ToolTriangulatedShape
 
@@ -121,7 +112,7 @@ def part_of(
 
 @dataclass(frozen=True, slots=True)
 class _FaceMesh:
-    """Mesh of a face, with normals as the library has them, and its edges by the vertices there."""
+    """Mesh of a face with the library's normals, and its edges by vertices."""
 
     vertices: Float
     normals: Float
@@ -130,7 +121,7 @@ class _FaceMesh:
 
 
 def _meshed(document: StepDocument, faces: Sequence[Any]) -> float:
-    """Give all faces a mesh, coarser until it is small enough; return its deflection, mm."""
+    """Mesh all faces, coarser until it is small enough; return the deflection, mm."""
     from OCP.Bnd import Bnd_Box
     from OCP.BRep import BRep_Builder
     from OCP.BRepBndLib import BRepBndLib
@@ -151,7 +142,7 @@ def _meshed(document: StepDocument, faces: Sequence[Any]) -> float:
     if not np.isfinite(size) or size <= 0.0 or size > 1e6:
         msg = "its size is no size of a part"
         raise ValueError(msg)
-    # The usual way takes a time that grows with the square of the holes of a face.
+    # The usual method takes time quadratic in the holes of a face.
     is_large = len(faces) > LARGE or any(
         sum(1 for _ in explored(face, "WIRE")) > _MANY_HOLES for face in faces
     )
@@ -173,15 +164,15 @@ def _meshed(document: StepDocument, faces: Sequence[Any]) -> float:
 
 
 def _kept_deflection(faces: Sequence[Any]) -> float:
-    """Return the deflection of a mesh that was made to find targets by, mm; 0 without one.
+    """Return the deflection of an existing mesh for targets, mm; 0 without one.
 
-    To mesh a large model once more takes seconds. What has very many triangles is no picture.
+    Meshing a large model again takes seconds. Too many triangles cannot be displayed.
     """
     meshes = [triangulation(face)[0] for face in faces]
     made = [one for one in meshes if one is not None]
     if not made or sum(one.NbTriangles() for one in made) > MOST_TRIANGLES:
         return 0.0
-    # That of flat faces with straight edges is 0, and no less a mesh.
+    # The deflection of flat faces with straight edges is 0; they are meshed nevertheless.
     return max(_FINEST_MM, *(float(one.Deflection()) for one in made))
 
 
@@ -218,7 +209,7 @@ def _face_mesh(face: Any, raw: RawMesh | None) -> _FaceMesh:
 
 
 def _unit(vertices: Float, normals: Float, triangles: NDArray[np.int64]) -> Float:
-    """Return unit normals; where the surface has none, as at a tip, that of its triangles."""
+    """Return unit normals; without one, as at a tip, that of the triangles."""
     lengths = np.linalg.norm(normals, axis=1)
     bad = ~(lengths > 0.5)
     if bad.any():
@@ -238,7 +229,7 @@ def _unit(vertices: Float, normals: Float, triangles: NDArray[np.int64]) -> Floa
 def _edges(
     faces: Sequence[Any], parts: Sequence[_FaceMesh]
 ) -> tuple[Float, NDArray[np.int32], NDArray[np.int32]]:
-    """Return the lines of all edges, where each begins, and the faces on both sides."""
+    """Return the lines of all edges, the start of each, and the faces on both sides."""
     found: dict[SameShape, int] = {}
     lines: list[Float] = []
     sides: list[list[int]] = []
@@ -257,7 +248,7 @@ def _edges(
 
 
 def model_face(number: int, face: Any, document: StepDocument, *, is_exact: bool) -> ModelFace:
-    """Return a face with its exact surface and outline, or where that is not wanted without."""
+    """Return a face, with its exact surface and outline if wanted."""
     from OCP.BRepAdaptor import BRepAdaptor_Surface
 
     surface = BRepAdaptor_Surface(face, True)
@@ -290,7 +281,7 @@ def model_face(number: int, face: Any, document: StepDocument, *, is_exact: bool
 
 
 def _mapped(surface: Any, loops: Sequence[Float]) -> MappedSurface | None:
-    """Return the spline of a face; None where it is not on the face."""
+    """Return the spline of a face; None if it leaves the face."""
     if not loops:
         return None
     every = np.concatenate(list(loops))
@@ -316,7 +307,7 @@ def _mapped(surface: Any, loops: Sequence[Float]) -> MappedSurface | None:
 
 
 def _loops(face: Any, surface: Any, steps: EdgeSteps) -> list[Float]:
-    """Return the outlines (n, 2) of a face in the parameters of the library; none if one gapes."""
+    """Return the outlines (n, 2) of a face in the library's parameters; empty if one is open."""
     loops = []
     for wire in explored(face, "WIRE"):
         pieces = [
@@ -352,7 +343,6 @@ def _piece(edge: Any, face: Any, steps: EdgeSteps) -> Float | None:
 
 
 def _chained(pieces: Sequence[Float]) -> Float:
-    """Return pieces as one closed line: each goes on where the one before it ends."""
     if not pieces:
         return np.empty((0, 2))
     starts = np.array([piece[0] for piece in pieces])

@@ -35,11 +35,11 @@ ENDLESS = "endless surface"
 _DEFLECTION_MM = 0.02
 """A shorter edge is a tip or a pole."""
 _GAP_MM = 0.1
-"""What careless exporters leave between edges; it moves no target to where nothing is."""
+"""Gaps left between edges by careless exporters; too small to misplace a target."""
 
 
 class UnusableModelError(ValueError):
-    """A model without a surface that can be probed, and what to do about it."""
+    """A model without a surface that can be probed, with the remedy."""
 
     def __init__(self, what: str, remedy: str) -> None:
         super().__init__(what)
@@ -48,8 +48,6 @@ class UnusableModelError(ValueError):
 
 @dataclass(frozen=True, slots=True)
 class Rim:
-    """An edge of a face."""
-
     line: Float
     """(n, 3), mm: points along it."""
     normal: Float
@@ -58,43 +56,40 @@ class Rim:
 
 @dataclass(frozen=True, slots=True)
 class RawFace:
-    """A face with what lies inside its edges."""
+    """A face with places inside its edges."""
 
     face: StepFace
-    """Its surface, as if it were not trimmed."""
+    """Its untrimmed surface."""
     places: Float
     """(n, 3), mm: on the surface and inside the edges."""
     rims: tuple[Rim, ...]
-    """Its edges; seams of the surface itself stand twice."""
+    """Its edges; seams of the surface itself occur twice."""
     number: int = 0
     """Of the face among those with a surface, from 1."""
 
     @property
     def is_closed(self) -> bool:
-        """Return whether its edges go round without a gap; what is inside of others is unknown."""
+        """Return whether its edges close without a gap; else its inside is undefined."""
         ends = np.array([(rim.line[0], rim.line[-1]) for rim in self.rims])
         return go_round(ends.reshape(-1, 2, 3))
 
 
 @dataclass(frozen=True, slots=True)
 class FoundFaces:
-    """What faces of a part are."""
-
     faces: tuple[RawFace, ...]
     """Those with a plane, cylinder, cone, sphere or torus."""
     others: Counter[str]
-    """How many have another kind of surface, by its word."""
+    """Number of faces with another kind of surface, by its word."""
     faults: dict[int, str]
     """Why faces cannot be used, as a part of a sentence, by number."""
 
 
 def as_numbers(number: Any) -> float:
-    """Return a number of numpy as one of Python."""
     return float(number)
 
 
 def read_faces(path: str, doing: Callable[[str], None]) -> FoundFaces:
-    """Return what `faces_of` does, of a STEP file; ImportError where the extra is not installed."""
+    """Return the result of `faces_of` for a STEP file; ImportError without the extra."""
     document = read_document(path, doing)
     with_surface, others = faces_with_surface(document.shape)
     found = faces_of(with_surface, doing, document.steps)
@@ -106,8 +101,8 @@ def faces_of(
 ) -> FoundFaces:
     """Return the faces with a plane, cylinder, cone, sphere or torus, and counts of the others.
 
-    Placements of assemblies are applied; the library turns all units into millimetres. A face that
-    cannot be used is a fault of its own, and no fault of the model.
+    Placements of assemblies are applied; the library converts all units to millimetres. An unusable
+    face is a fault of its own, not of the model.
     """
     found: list[RawFace] = []
     others: Counter[str] = Counter()
@@ -121,7 +116,7 @@ def faces_of(
         except ValueError as error:
             faults[number] = str(error)
         except Exception:
-            # Faults of the library are of many classes, and their words are of its own code.
+            # The library raises many classes, with its own codes as text.
             faults[number] = "the geometry library cannot use its surface or its edges"
         else:
             if raw is None:
@@ -132,21 +127,16 @@ def faces_of(
 
 
 def faces_with_surface(shape: Any) -> tuple[list[Any], Counter[str]]:
-    """Return the faces of a part that have an exact surface, and how many others there are.
+    """Return the faces of a part with an exact surface, and counts of the others.
 
-    Faces of no solid are construction geometry where there are solids: in the air, or inside the
-    part. They are counted.
-
-    Raises
-    ------
-    ValueError
-        None has, or there are more of them than a part can have.
+    If there are solids, faces outside of them are construction geometry, and only counted. Raises
+    ValueError if there are none, or more than a part can have.
     """
     from OCP.BRep import BRep_Tool
 
     faces, loose = _faces_of_parts(shape)
     surface_of = static(BRep_Tool, "Surface")
-    # To ask a face without a surface for its kind ends the process.
+    # Querying the kind of a face without surface crashes the process.
     with_surface = [face for face in faces if surface_of(face) is not None]
     if faces and not with_surface:
         count = len(faces) + loose
@@ -173,7 +163,7 @@ def _near_faces(shape: Any, faces: list[Any]) -> list[Any]:
 
 
 def box_size(shape: Any) -> float:
-    """Return the diagonal of the box about surfaces and edges, mm; 0 without an end or a number."""
+    """Return the diagonal of the box about surfaces and edges, mm; 0 if infinite or NaN."""
     from OCP.Bnd import Bnd_Box
     from OCP.BRepBndLib import BRepBndLib
 
@@ -184,7 +174,7 @@ def box_size(shape: Any) -> float:
 
 
 def _faces_of_parts(shape: Any) -> tuple[list[Any], int]:
-    """Return the faces of the solids, and how many others there are; all where no solid is."""
+    """Return the faces of the solids and the number of others; all without solids."""
     has_solids, faces = False, list[Any]()
     for solid in explored(shape, "SOLID"):
         has_solids = True
@@ -227,7 +217,7 @@ def _raw_face(face: Any, number: int, steps: EdgeSteps) -> tuple[str, RawFace | 
 
 
 def _check(face: StepFace) -> None:
-    """Refuse sizes and places without end; such a number is none in JSON either."""
+    """Refuse infinite sizes and places, which JSON cannot represent either."""
     sizes = (face.radius, face.second, face.half_angle, face.low, face.high, face.width)
     if not all(map(math.isfinite, (*sizes, *face.point, *face.direction, *face.across))):
         msg = f"the size or place of a {face.shape} is not a number"
@@ -236,29 +226,26 @@ def _check(face: StepFace) -> None:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Curves:
-    """The edges of a face as `_surface_kernel.run_along` has them."""
+    """Edges of a face in the form of `_surface_kernel.run_along`."""
 
     kinds: NDArray[np.int64]
     numbers: Float
     starts: NDArray[np.int64]
     along: Float
     uv: Float
-    """Filled in for curves that are not written out."""
+    """Filled in for `kernel.OTHER` curves."""
     middles: Float
-    """(m, 3), mm: the middle of each edge, by its curve in space; not a number for a point."""
+    """(m, 3), mm: the middle of each edge, by its curve in space; NaN for a point."""
 
     def refuse_off(self, lines: Float) -> None:
-        """Refuse edges (n, 3), mm, as the surface has them, that leave their own curves.
+        """Raise ValueError if edges (n, 3), mm, computed on the surface leave their own curves.
 
-        Raises
-        ------
-        ValueError
-            They do: surface or edges are damaged, and neither can be believed.
+        Then surface or edges are damaged, and neither can be trusted.
         """
         at = self.starts[:-1] + np.diff(self.starts) // 2
         off = np.linalg.norm(lines[at] - self.middles, axis=1)
         for row in np.flatnonzero(off > _GAP_MM).tolist():
-            # The parameter of an edge may run otherwise on the surface: that moves no line.
+            # The parameter of an edge may run differently on the surface without moving the line.
             line = lines[self.starts[row] : self.starts[row + 1]]
             away = _away(self.middles[row], line)
             if away <= _GAP_MM:
@@ -278,7 +265,7 @@ class _Curves:
 
 
 def _away(point: Float, line: Float) -> float:
-    """Return how far a point (3,) is from a line (n, 3), mm."""
+    """Return the distance of a point (3,) from a line (n, 3), mm."""
     starts, ways = line[:-1], np.diff(line, axis=0)
     squares = np.maximum((ways * ways).sum(axis=1), 1e-30)
     shares = np.clip(((point - starts) * ways).sum(axis=1) / squares, 0.0, 1.0)
@@ -336,16 +323,13 @@ def rims_of(
 ) -> tuple[Rim, ...]:
     """Return the edges of a face that are edges in space, see `_surface_kernel.run_along`.
 
-    Raises
-    ------
-    ValueError
-        One has no place: left out, a target could lie on it.
+    Raises ValueError for an edge without a place: a target could lie on it unnoticed.
     """
     if not np.isfinite(lengths).all():
         msg = "the place of an edge is not a number"
         raise ValueError(msg)
     ends = starts.tolist()
-    # The tip of a cone or the pole of a sphere is an edge for the parameters alone.
+    # The tip of a cone or the pole of a sphere is an edge in the parameters only.
     return tuple(
         Rim(lines[ends[row] : ends[row + 1]], normals[row])
         for row, length in enumerate(lengths.tolist())
@@ -354,15 +338,15 @@ def rims_of(
 
 
 def go_round(ends: Float) -> bool:
-    """Return whether edges with such ends (n, 2, 3), mm, leave no gap: at a corner two meet."""
+    """Return whether edges with ends (n, 2, 3), mm, leave no gap: at a corner two meet."""
     loose = ends[np.abs(ends[:, 0] - ends[:, 1]).max(axis=1) > _GAP_MM].reshape(-1, 3)
     if not len(loose):
         return True
     tree = cKDTree(loose)
     if not np.any(tree.query_ball_point(loose, _GAP_MM, return_length=True) % 2):
         return True
-    # Edges that are hardly longer than a gap, or shorter, as of a curve that was exported as a
-    # thousand lines: what is near what is near belongs to the corner.
+    # Edges no longer than a gap, as of a curve exported as a thousand lines: chains of near ends
+    # belong to one corner.
     every = ends.reshape(-1, 3)
     near = cKDTree(every).query_pairs(_GAP_MM, output_type="ndarray")
     links = coo_array((np.ones(len(near)), (near[:, 0], near[:, 1])), shape=(len(every),) * 2)

@@ -1,7 +1,7 @@
-"""Planes and round surfaces that a file writes as splines; needs OCP.
+"""Planes and round surfaces stored as splines; needs OCP.
 
-Many programs export bores as B-splines. The library recognises what they are; its answer is
-checked here on places and edges of the face, and used only within `RECOGNISED_MM`.
+Many programs export bores as B-splines. The library recognises them; its result is checked here on
+places and edges of the face, and used only within `RECOGNISED_MM`.
 """
 
 from __future__ import annotations
@@ -20,8 +20,8 @@ from ocmm_core.inspection.step.brep._library import kind_of, vector
 from ocmm_core.inspection.step.brep._step_face import StepFace, normals_of, offsets_of
 
 RECOGNISED_MM = 0.005
-"""A face that leaves its plane, cylinder, cone or sphere by more stays a free form: well below
-the uncertainty of a touch, far above the rounding of exporters."""
+"""A face that leaves its plane, cylinder, cone or sphere by more stays a free form: well below the
+uncertainty of a touch, far above the rounding of exporters."""
 _KINDS = frozenset(
     ("BSplineSurface", "BezierSurface", "SurfaceOfRevolution", "SurfaceOfExtrusion",
      "OffsetSurface", "OtherSurface")
@@ -35,14 +35,14 @@ _ENOUGH = 60
 def recognised_face(
     face: Any, surface: Any, reverse: bool, uv: Float, starts: NDArray[np.int64]
 ) -> tuple[StepFace, Float, Float, Float, Float] | None:
-    """Return what a spline is, places inside its edges, and its edges; None for a free form.
+    """Return the surface of a spline, places inside its edges, and its edges; None if free form.
 
     Parameters
     ----------
     surface
         `BRepAdaptor_Surface` of the face.
     uv, starts
-        Its edges in its parameters, as `kernel.run_along` has them.
+        Its edges in its parameters, as in `kernel.run_along`.
 
     Returns
     -------
@@ -51,9 +51,9 @@ def recognised_face(
     places
         (n, 3), mm: on that surface, inside the edges.
     lines
-        (len(uv), 3), mm: the edges, as the spline has them.
+        (len(uv), 3), mm: the edges on the spline.
     normals, lengths
-        Of each edge, as `kernel.run_along` has them.
+        Of each edge, as in `kernel.run_along`.
     """
     if kind_of(surface) not in _KINDS:
         return None
@@ -69,7 +69,7 @@ def recognised_face(
     said = _as_face(word, canonical, samples)
     if said is None:
         return None
-    # Which side the material is on is a matter of the spline, and of no recognised surface.
+    # The side of the material follows from the spline, not from the recognised surface.
     middle = starts[:-1] + (np.diff(starts) // 2)
     truth = _normals(surface, uv[middle], reverse)
     same = normals_of(said, lines[middle])
@@ -86,7 +86,7 @@ def recognised_face(
 
 
 def _found_by_library(face: Any) -> tuple[str, Any] | None:
-    """Return the word and the surface that the library recognises; None for a free form."""
+    """Return word and surface recognised by the library; None for a free form."""
     import OCP.Geom as Geom
     import OCP.gp as gp
     from OCP.ShapeAnalysis import ShapeAnalysis_CanonicalRecognition
@@ -128,7 +128,7 @@ def _turned(face: StepFace) -> StepFace:
 
 
 def _places_inside(surface: Any, uv: Float, starts: NDArray[np.int64]) -> Float:
-    """Return places of a spline (n, 3), mm, inside its edges: more where few of them are."""
+    """Return places of a spline inside its edges (n, 3), mm: refined if there are few."""
     if not len(uv):
         return np.empty((0, 3))
     loops = kernel.closed_loops(uv, starts)
@@ -152,7 +152,7 @@ def _values(surface: Any, uv: Float) -> Float:
 
 
 def _normals(surface: Any, uv: Float, reverse: bool) -> Float:
-    """Return the normals out of the material (n, 3); zero where the surface has none."""
+    """Return the normals out of the material (n, 3); zero where undefined."""
     from OCP.gp import gp_Pnt, gp_Vec
 
     found = np.zeros((len(uv), 3))

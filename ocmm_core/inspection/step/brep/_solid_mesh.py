@@ -1,4 +1,4 @@
-"""Triangles of all faces of a model, to find what a probe would run into; needs OCP."""
+"""Triangles of all faces of a model, for collision checks; needs OCP."""
 
 from __future__ import annotations
 
@@ -23,30 +23,28 @@ DEFLECTION_MM = 0.04
 _BEND_RAD = 0.35
 _LARGE, _MANY_HOLES = 1500, 50
 _COARSER_MM, _COARSER_RAD = 0.1, 0.5
-"""Of so many faces: the same mesh is that of the picture."""
+"""Mesh for many faces, also used for the picture."""
 _VERY_LARGE, _COARSEST_RAD = 3000, 0.8
 _MESH_HEAD = 18
 """Bytes: two numbers, two marks, and the deflection."""
 _LONGEST_HEAD = 4096
-"""Bytes before the first mesh, where nothing else is written."""
+"""Bytes before the first mesh if nothing else is written."""
 _LARGE_MM, _LARGE_PART = 800.0, 5e-5
-"""A part longer than this gets a coarser mesh, by this part of its length."""
+"""A part longer than this gets a coarser mesh, by this share of its length."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class RawMesh:
-    """Triangles of one face."""
-
     nodes: Float
-    """(n, 3), mm, where the face has its place."""
+    """(n, 3), mm, in the place of the face."""
     rows: NDArray[np.int64]
     """(m, 3): nodes of each triangle, from 0, in the sense of the surface."""
     normals: Float | None = None
-    """(n, 3), as the surface has them where it has no place; none where nobody asked."""
+    """(n, 3), of the surface without its place; None if not requested."""
 
 
 def make_mesh(shape: Any, faces: Sequence[Any]) -> float:
-    """Give all faces of a model a mesh to find targets by; return its deflection, mm."""
+    """Mesh all faces of a model for targets; return the deflection, mm."""
     from OCP.Bnd import Bnd_Box
     from OCP.BRepBndLib import BRepBndLib
     from OCP.BRepMesh import BRepMesh_IncrementalMesh
@@ -64,7 +62,7 @@ def make_mesh(shape: Any, faces: Sequence[Any]) -> float:
     mesher.SetShape(shape)
     options = mesher.ChangeParameters()
     options.Deflection, options.Angle = deflection, bend
-    # The usual way takes a time that grows with the square of the holes of a face.
+    # The usual method takes time quadratic in the holes of a face.
     if len(faces) > _LARGE or any(_holes(face) > _MANY_HOLES for face in faces):
         options.MeshAlgo = IMeshTools_MeshAlgoType_Delabella
     mesher.Perform()
@@ -72,16 +70,11 @@ def make_mesh(shape: Any, faces: Sequence[Any]) -> float:
 
 
 def raw_meshes(faces: Sequence[Any], *, with_normals: bool = False) -> dict[int, RawMesh]:
-    """Return the meshes of those faces that have one, by the place of each.
+    """Return the existing meshes by index of the face.
 
-    To ask the library for node after node costs more than to make the mesh; it writes all of them
-    at once. What it writes is taken where it has as many meshes, nodes and triangles as the library
-    says, and each begins with the same node; else it is asked.
-
-    Parameters
-    ----------
-    with_normals
-        They were computed before.
+    Reading node by node costs more than meshing, so the library writes all at once. Its output is
+    used if the counts of meshes, nodes and triangles match, and each mesh has the same first node;
+    else nodes are read one by one. `with_normals`: they were computed before.
     """
     asked = {place: mesh for place, face in enumerate(faces) if (mesh := mesh_of(face))}
     whose: dict[SameShape, int] = {}
@@ -106,7 +99,7 @@ def raw_meshes(faces: Sequence[Any], *, with_normals: bool = False) -> dict[int,
 
 
 def mesh_of(face: Any) -> tuple[Any, Float | None] | None:
-    """Return the mesh of a face and the motion to its place, if there is one."""
+    """Return the mesh of a face and the motion to its place, if any."""
     mesh, place = triangulation(face)
     if mesh is None or not mesh.NbTriangles():
         return None
@@ -114,11 +107,11 @@ def mesh_of(face: Any) -> tuple[Any, Float | None] | None:
 
 
 def _written(meshes: Sequence[Any], with_normals: bool) -> list[RawMesh] | None:
-    """Return meshes as the library writes them (its binary format, version 4); None if it differs.
+    """Return meshes as written by the library (its binary format, version 4); None if it differs.
 
-    Of each: numbers of nodes and triangles (int32), whether it has parameters and normals (bytes),
-    the deflection; nodes (float64), parameters of nodes (float64), triangles (int32, from 1),
-    normals (float32). Least byte first, on every computer.
+    Of each: numbers of nodes and triangles (int32), flags for parameters and normals (bytes), the
+    deflection; nodes (float64), parameters of nodes (float64), triangles (int32, from 1), normals
+    (float32). Little-endian on every computer.
     """
     from OCP.BinTools import BinTools, BinTools_FormatVersion_VERSION_4
     from OCP.BRep import BRep_Builder
@@ -127,7 +120,7 @@ def _written(meshes: Sequence[Any], with_normals: bool) -> list[RawMesh] | None:
     compound, builder = TopoDS_Compound(), BRep_Builder()
     builder.MakeCompound(compound)
     for mesh in meshes:
-        # A face of nothing but its mesh: no surfaces and edges are written.
+        # A face with only a mesh, so that no surfaces and edges are written.
         bare = TopoDS_Face()
         builder.MakeFace(bare, mesh)
         builder.Add(compound, bare)
@@ -137,7 +130,7 @@ def _written(meshes: Sequence[Any], with_normals: bool) -> list[RawMesh] | None:
             compound, stream, True, with_normals, BinTools_FormatVersion_VERSION_4
         )
     except TypeError:
-        # An older library writes files only.
+        # Older libraries write files only.
         return None
     content = stream.getbuffer()
     head = b"\nTriangulations %d\n" % len(meshes)
@@ -154,7 +147,7 @@ def _written(meshes: Sequence[Any], with_normals: bool) -> list[RawMesh] | None:
 
 
 def next_mesh(content: memoryview, at: int) -> tuple[RawMesh | None, int]:
-    """Return the mesh that is written at a place, and where the next one is."""
+    """Return the mesh at a byte offset, and the offset of the next one."""
     if at + _MESH_HEAD > len(content):
         return None, at
     nodes, triangles = np.frombuffer(content, "<i4", 2, at).tolist()
@@ -174,7 +167,7 @@ def next_mesh(content: memoryview, at: int) -> tuple[RawMesh | None, int]:
 
 
 def is_of(raw: RawMesh, mesh: Any) -> bool:
-    """Return whether what was read has the size of a mesh, its first node and its last triangle."""
+    """Return whether the counts, the first node and the last triangle are those of a mesh."""
     if (len(raw.nodes), len(raw.rows)) != (mesh.NbNodes(), mesh.NbTriangles()):
         return False
     node = mesh.Node(1)

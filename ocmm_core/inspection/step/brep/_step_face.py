@@ -11,12 +11,10 @@ Triple = tuple[float, float, float]
 
 
 LESS = "Export the model without parts and details that nobody measures."
-"""What to do where it is too much."""
+"""Remedy for a model that is too large."""
 
 
 class StepFace(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """A surface of the model: one face, or the faces of one round surface."""
-
     shape: str
     """Word of `features.shapes.Shape`."""
     point: Triple
@@ -33,10 +31,10 @@ class StepFace(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=
     """`low`, `high`: mm: extent along ``direction`` from ``point`` for round faces, along
     ``across`` for planes."""
     width: float = 0.0
-    """mm: extent of a plane square to ``across``."""
+    """mm: extent of a plane perpendicular to ``across``."""
     inner: bool = False
     deviation_mm: float | None = None
-    """Largest distance of a spline in the file from this surface; None for a surface of its own."""
+    """Largest distance of a spline in the file from this surface; None for a native surface."""
 
 
 def normals_of(face: StepFace, points: Float) -> Float:
@@ -47,7 +45,7 @@ def normals_of(face: StepFace, points: Float) -> Float:
     arms = points - np.array(face.point)
     across = arms - (arms @ direction)[:, None] * direction
     if face.shape == "Cone":
-        # The axis leads from the tip into the cone: outwards is across, and back by the angle.
+        # The axis leads from the tip into the cone: the normal is across, tilted back by the angle.
         round_it = across / _lengths(across)
         arms = np.cos(face.half_angle) * round_it - np.sin(face.half_angle) * direction
     elif face.shape == "Cylinder":
@@ -59,7 +57,7 @@ def normals_of(face: StepFace, points: Float) -> Float:
 
 
 def offsets_of(face: StepFace, points: Float) -> Float:
-    """Return how far points (n, 3) are out of the material of a surface (n,), mm."""
+    """Return the distances of points (n, 3) out of the material of a surface (n,), mm."""
     arms = points - np.array(face.point)
     along: Float = arms @ np.array(face.direction)
     if face.shape == "Plane":

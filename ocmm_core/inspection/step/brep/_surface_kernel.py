@@ -1,6 +1,6 @@
-"""Compiled: the edges of a face in space, and places inside them, where its surface is written out.
+"""Compiled: edges of an elementary face in space, and places inside them.
 
-A model has tens of thousands of edges: to ask the library for each place costs very much more.
+A model has tens of thousands of edges: evaluation by the library would be far slower.
 """
 
 from __future__ import annotations
@@ -12,18 +12,18 @@ from ocmm_core.camera import compiled
 from ocmm_core.geometry import Float, Int
 
 PLANE, CYLINDER, CONE, SPHERE, TORUS = range(5)
-"""Surfaces that are written out, as `ElSLib` of the library has them."""
+"""Elementary surfaces, parametrised as `ElSLib` of the library."""
 LINE, RING, OTHER = range(3)
-"""Curves in the parameters of a face: a line, a circle, and what the library is asked for."""
+"""Curves in the parameters of a face: a line, a circle, and those evaluated by the library."""
 _FEW, _MORE, _MOST = 400, 3600, 14_400
-"""Places that are tried on a face: more where few of them lie inside its edges."""
+"""Places tried on a face: more if few of them lie inside its edges."""
 _ENOUGH = 60
 _THIN = 1.0 / 40.0
 
 
 @compiled()
 def _outline(kind: int, a: float, b: float, v: float) -> tuple[float, float, float, float]:
-    """Return radius and height of what is turned about an axis at ``v``, and both by ``v``.
+    """Return radius and height of the profile turned about an axis at ``v``, and both by ``v``.
 
     ``a`` and ``b``: radius of a cylinder or sphere; radius at the start and half the angle of a
     cone; radius of the ring and of the tube of a torus.
@@ -52,10 +52,7 @@ def _place(kind: int, frame: Float, a: float, b: float, u: float, v: float, plac
 
 @compiled()
 def _normal(kind: int, frame: Float, a: float, b: float, u: float, v: float, normal: Float) -> None:
-    """Fill in the ``normal`` (3,) of a surface: the direction of greater u times that of v.
-
-    Zero where the surface has none, as at the tip of a cone.
-    """
+    """Fill in the ``normal`` (3,) of a surface: d/du times d/dv; zero where undefined."""
     by_u, by_v = np.empty(3), np.empty(3)
     radius, _, more, higher = _outline(kind, a, b, v)
     for k in range(3):
@@ -82,10 +79,10 @@ def run_along(
 ) -> None:  # fmt: skip
     """Fill in the edges of a face: parameters, places, the normal in their middle, their length.
 
-    ``frame`` (4, 3): origin, x, y and axis. One that was mirrored is left-handed: y is its own and
-    no product. ``sizes`` (2,): see `_outline`. ``side``: 1, or -1 for a face the other way round.
-    ``curves`` (m, 6): start and way of a line; middle, x and y of a ring, both with its radius.
-    ``starts`` (m + 1,): where each edge begins in ``along`` (n,), ``uv`` (n, 2), which is given for
+    ``frame`` (4, 3): origin, x, y and axis. A mirrored one is left-handed: y is stored, not
+    computed. ``sizes`` (2,): see `_outline`. ``side``: 1, or -1 for a reversed face. ``curves`` (m,
+    6): start and direction of a line; middle, x and y of a ring, both scaled by its radius.
+    ``starts`` (m + 1,): start of each edge in ``along`` (n,), ``uv`` (n, 2), which is given for
     other curves, and ``lines`` (n, 3). ``normals`` (m, 3), ``lengths`` (m,), mm.
     """
     a, b = sizes[0], sizes[1]
@@ -117,10 +114,10 @@ def run_along(
 def inside(us: Float, vs: Float, loops: Float, found: NDArray[np.bool_]) -> None:
     """Fill in which pairs of ``us`` (r,) and ``vs`` (c,), both rising, lie inside closed loops.
 
-    ``loops`` (m, 2, 2): stretches. ``found`` (r, c) is all false before. A ray from a pair towards
-    greater u crosses the loops an odd number of times where it is inside. Each crossing is noted at
-    the last pair before it, and at last all that lie before a note are turned over: the time grows
-    with places and crossings, not with both together.
+    ``loops`` (m, 2, 2): stretches. ``found`` (r, c) is initially false. A ray from an inside pair
+    towards greater u crosses the loops an odd number of times. Each crossing is noted at the last
+    pair before it, and finally all pairs before a note are toggled: the time grows with places plus
+    crossings, not with their product.
     """
     for k in range(len(loops)):
         u0, v0, u1, v1 = loops[k, 0, 0], loops[k, 0, 1], loops[k, 1, 0], loops[k, 1, 1]
@@ -142,9 +139,9 @@ def inside(us: Float, vs: Float, loops: Float, found: NDArray[np.bool_]) -> None
 def closed_loops(uv: Float, starts: Int) -> Float:
     """Return the stretches (m, 2, 2) of all edges, and those that close gaps between their ends.
 
-    A ray counts crossings right only if every loop is closed bit for bit: at the corner of two
-    arcs rounding leaves a gap, and a ray that meets it counts one crossing too few. Each end goes
-    with the nearest end that is free; ends rise along u, so that few are compared.
+    Ray counting needs loops closed bit for bit: rounding leaves a gap at the corner of two arcs,
+    and a ray through it misses a crossing. Each end is joined to the nearest free end; ends are
+    sorted along u, so that few are compared.
     """
     edges = len(starts) - 1
     ends = np.empty((2 * edges, 2))
@@ -182,10 +179,9 @@ def closed_loops(uv: Float, starts: Int) -> Float:
 
 @compiled()
 def places_inside(kind: int, frame: Float, sizes: Float, uv: Float, starts: Int) -> Float:
-    """Return places (n, 3) of a face inside its edges: more are tried where few of them are.
+    """Return places (n, 3) of a face inside its edges: more are tried if few are inside.
 
-    They stand in a grid, in space about as far apart in both directions. Parameters as in
-    `run_along`.
+    They form a grid of similar spacing in space in both directions. Parameters as in `run_along`.
     """
     a, b = sizes[0], sizes[1]
     loops = closed_loops(uv, starts)

@@ -1,4 +1,4 @@
-"""A surface of the library as numbers, for the kernel that finds places on it; needs OCP."""
+"""A surface of the library as numbers, for the kernel; needs OCP."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from ocmm_core.inspection.step.brep._library import kind_of
 
 @cache
 def _kinds() -> dict[Any, tuple[int, str]]:
-    """Return the kind and the method for each surface that is written out."""
+    """Return kind and method of each elementary surface."""
     from OCP import GeomAbs
 
     return {
@@ -29,12 +29,7 @@ def _kinds() -> dict[Any, tuple[int, str]]:
 def surface_numbers(surface: Any) -> tuple[int, Float, Float]:
     """Return kind, frame (4, 3) and sizes (2,) of a surface, see `_surface_kernel.run_along`.
 
-    To ask the library for each place costs more than all else about a face.
-
-    Raises
-    ------
-    ValueError
-        It is a surface of another kind.
+    Raises ValueError for a surface of another kind.
     """
     known = _kinds().get(surface.GetType())
     if known is None:

@@ -1,9 +1,9 @@
-"""The surface of a face as one rational B-spline over the part of it that the face covers.
+"""The surface of a face as one rational B-spline over the range of the face.
 
-Planes, cylinders, cones, spheres, tori and what is turned or drawn from a line, an arc or a spline
-are rational B-splines exactly. What the library hands out as a spline is taken as it is. Each
-comes with the two functions that lead from the parameters of the library to those of the spline,
-because an arc of a rational spline is not run through at a constant rate.
+Planes, cylinders, cones, spheres, tori, and surfaces turned or extruded from a line, an arc or a
+spline are rational B-splines exactly. Splines of the library are used unchanged. Each comes with
+two functions from the parameters of the library to those of the spline, because an arc of a
+rational spline has no constant speed.
 """
 
 from __future__ import annotations
@@ -36,24 +36,20 @@ class _Row:
 
 @dataclass(frozen=True, slots=True)
 class MappedSurface:
-    """A spline, and how to get from the parameters of the library to its own."""
+    """A spline, and the maps from the parameters of the library to its own."""
 
     spline: SplineSurface
     map_u: Map
     map_v: Map
     is_exact: bool
-    """By its construction; else it must be tried on points of the face."""
+    """By construction; else it must be checked on points of the face."""
 
 
 def surface_of(surface: Any, bounds: tuple[float, float, float, float]) -> MappedSurface | None:
-    """Return the spline of a surface; None where there is no way to one.
+    """Return the spline of a surface; None if impossible.
 
-    Parameters
-    ----------
-    surface
-        `BRepAdaptor_Surface` of a face, with its place.
-    bounds
-        First and last u, first and last v of the face.
+    `surface`: `BRepAdaptor_Surface` of a face, with its place. `bounds`: first and last u, first
+    and last v of the face.
     """
     kind = kind_of(surface)
     make = _MAKERS.get(kind, _by_library)
@@ -71,7 +67,7 @@ def _plane(surface: Any, u0: float, u1: float, v0: float, v1: float) -> MappedSu
 
 
 def _turned(frame: Any, u: _Row, v: _Row) -> MappedSurface:
-    """Return what a profile ``v`` of (radius, height) makes that is turned about the axis."""
+    """Return the surface of a profile ``v`` of (radius, height) turned about the axis."""
     origin, x, y, z = (
         vector(one)
         for one in (
@@ -136,7 +132,7 @@ def _extrusion(surface: Any, u0: float, u1: float, v0: float, v1: float) -> Mapp
 
 
 def _by_library(surface: Any, u0: float, u1: float, v0: float, v1: float) -> MappedSurface | None:
-    """Return a spline of the library; of a surface of offset it is close and not exact."""
+    """Return a spline of the library; for an offset surface it is approximate."""
     from OCP.Geom import Geom_RectangularTrimmedSurface
     from OCP.GeomConvert import GeomConvert
 
@@ -157,7 +153,7 @@ def _by_library(surface: Any, u0: float, u1: float, v0: float, v1: float) -> Map
         if spline.IsVPeriodic():
             spline.SetVNotPeriodic()
     elif not _is_clamped(spline):
-        # A part holds clamped ones only: cut at the ends of its range, it is.
+        # A part holds clamped splines only: this one is, after clipping to its range.
         is_its_own = False
         spline.Segment(
             max(u0, spline.UKnot(spline.FirstUKnotIndex())),
@@ -183,7 +179,7 @@ def _by_library(surface: Any, u0: float, u1: float, v0: float, v1: float) -> Map
     made = SplineSurface(poles, weights, knots_u, knots_v, degree_u, degree_v)
     map_u = _shifted(u0, u1, float(knots_u[0]), float(knots_u[-1]))
     map_v = _shifted(v0, v1, float(knots_v[0]), float(knots_v[-1]))
-    # Taken as it is, with its own parameters, there is nothing to be tried.
+    # Unchanged with its own parameters: nothing to check.
     within = (
         knots_u[0] <= u0 and u1 <= knots_u[-1] and knots_v[0] <= v0 and v1 <= knots_v[-1]
     )  # fmt: skip
@@ -191,7 +187,7 @@ def _by_library(surface: Any, u0: float, u1: float, v0: float, v1: float) -> Map
 
 
 def _is_clamped(spline: Any) -> bool:
-    """Return whether a spline of the library ends with its knots, in both directions."""
+    """Return whether a spline of the library is clamped in both directions."""
     u, v = spline.UDegree() + 1, spline.VDegree() + 1
     return bool(
         spline.UMultiplicity(1) == u
@@ -226,10 +222,11 @@ def _line(first: float, last: float) -> _Row:
 def _arc(first: float, last: float) -> _Row:
     """Return the arc of a unit circle between two angles, rad.
 
-    Quarters at most, each the quadratic with the weights 1, cos a, 1 where a is half its angle
-    (Piegl and Tiller, The NURBS Book, 7.3). With the angle p from the middle of a quarter its
-    parameter is t = (1 + tan(p / 2) / tan(a / 2)) / 2: the rational parameter of a circle is the
-    tangent of half the angle, and a Moebius map that keeps both ends and the middle is linear.
+    In segments of at most a quarter, each the quadratic with the weights 1, cos a, 1 where a is
+    half its angle (Piegl and Tiller, The NURBS Book, 7.3). With the angle p from the middle of a
+    segment its parameter is t = (1 + tan(p / 2) / tan(a / 2)) / 2: the rational parameter of a
+    circle is the tangent of half the angle, and a Moebius map that keeps both ends and the middle
+    is linear.
     """
     count = max(1, int(np.ceil((last - first) / _WIDEST - 1e-9)))
     ends = np.linspace(first, last, count + 1)
@@ -257,7 +254,7 @@ def _with_poles(row: _Row, poles: Float) -> _Row:
 
 
 def _curve(curve: Any, first: float, last: float) -> _Row | None:
-    """Return a curve in space; None where there is no way to one."""
+    """Return a curve in space; None if impossible."""
     from OCP.Geom import Geom_TrimmedCurve
     from OCP.GeomAdaptor import GeomAdaptor
     from OCP.GeomConvert import GeomConvert
@@ -299,16 +296,16 @@ def _curve(curve: Any, first: float, last: float) -> _Row | None:
 def _knots(
     count: int, knot: Callable[[int], float], often: Callable[[int], int], degree: int
 ) -> Float:
-    """Return knots with their repetitions; an end with too many loses those too many."""
+    """Return knots with their repetitions; surplus ones at the ends are removed."""
     numbers = range(1, count + 1)
     return np.repeat([knot(index) for index in numbers], [often(index) for index in numbers])
 
 
 def _shifted(first: float, last: float, low: float, high: float) -> Map:
-    """Return the map onto a range that is the same, or the same but for its begin or its length.
+    """Return the map onto an equal range, or one that differs by start or length.
 
-    Inside the range of the spline a parameter is kept. A periodic one comes back from the library
-    by whole periods aside.
+    Parameters inside the range of the spline are kept. The library returns periodic ones shifted by
+    whole periods.
     """
     spare = 1e-6 * (high - low)
     if first >= low - spare and last <= high + spare:
