@@ -11,6 +11,7 @@ from __future__ import annotations
 import argparse
 import sys
 import time
+from collections import Counter
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -164,6 +165,32 @@ def speed(repeats: int) -> bool:
     return holds
 
 
+WIDE_REFUSED = 0.003
+
+
+def wide_sweeps(runs: int, first_seed: int) -> bool:
+    """Print how many honest sweeps of +-20 to +-60 degrees are refused; return whether it holds."""
+    body, known = probe(), rig()
+    refused: Counter[str] = Counter()
+    for seed in range(first_seed, first_seed + runs):
+        rng = np.random.default_rng(seed)
+        true, wide = disturbed(known, rng), rng.uniform(20.0, 60.0)
+        held = (waved_attitudes if seed % 2 else attitudes)(PATTERNED_POSES, wide, rng)
+        frames = PivotSweep.even(spots(true, body, held, CONE_WORLD, rng), SIGMA_PX)
+        try:
+            calibrate_probe(known, body, frames, PivotOptions(resamples=50))
+        except CalibrationError as error:
+            refused[error.code] += 1
+    bad = refused.total()
+    holds = bad <= WIDE_REFUSED * runs
+    print(
+        f"{runs} honest sweeps of 20 to 60 degrees with wrong cameras: {bad} refused "
+        f"{dict(refused)}, 3/N = {3.0 / runs:.4f}  {'ok' if holds else 'BROKEN'}",
+        flush=True,
+    )
+    return holds
+
+
 def coverage(runs: int, poses: int, first_seed: int, *, pattern: bool) -> bool:
     """Print how often the true tip is inside the stated uncertainty; return whether it holds.
 
@@ -212,8 +239,13 @@ def main() -> int:
     parser.add_argument("--poses", type=int, default=300, help="poses of each of them (300)")
     parser.add_argument("--repeats", type=int, default=5, help="of each timing (5)")
     parser.add_argument("--seed", type=int, default=1, help="first seed of the coverage (1)")
+    parser.add_argument("--wide", type=int, default=1000, help="honest wide sweeps (1000)")
+    parser.add_argument("--only-wide", action="store_true", help="nothing else")
     options = parser.parse_args()
-    holds = thesis_simulation(options.study)
+    if options.only_wide:
+        return 0 if wide_sweeps(options.wide, options.seed) else 1
+    holds = wide_sweeps(options.wide, options.seed)
+    holds &= thesis_simulation(options.study)
     holds &= side_by_side(options.runs)
     holds &= speed(options.repeats)
     holds &= coverage(options.coverage, options.poses, options.seed, pattern=False)

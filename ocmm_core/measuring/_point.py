@@ -80,6 +80,7 @@ class RefusalCode(Enum):
     OUTSIDE = "outside"
     NO_FEATURE = "no_feature"
     NO_APPROACH = "no_approach"
+    WRONG_FACE = "wrong_face"
     AMBIGUOUS = "ambiguous"
     PAUSED = "paused"
     STORAGE = "storage"

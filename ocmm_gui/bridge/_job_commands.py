@@ -120,6 +120,10 @@ class ChoiceCommands:
     def delete_point(self, number: int, reason: str) -> None:
         self._queue.change(lambda session: session.points.delete_point(number, reason))
 
+    def remove_commanding(self, feature: str) -> None:
+        """Delete the points that command the fit of a feature."""
+        self._queue.change(lambda session: session.remove_commanding(feature))
+
     def restore_point(self, number: int) -> None:
         self._queue.change(lambda session: session.points.restore_point(number))
 

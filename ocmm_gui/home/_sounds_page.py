@@ -42,6 +42,10 @@ SOUND_WORDS = {
         later("Touch refused"), later("two low, falling"),
         later("No point was taken. The readout flashes red, the reason stands below it."),
     ),
+    Sound.WRONG_FACE: SoundWords(
+        later("Wrong face"), later("low and up, twice"),
+        later("The touch was on another face. No point was taken, the reason stands below."),
+    ),
     Sound.FEATURE_COMPLETE: SoundWords(
         later("Feature finished"), later("three short, rising"),
         later("Nothing speaks against it. The verdict stands in words with a tick."),

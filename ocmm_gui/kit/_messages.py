@@ -6,6 +6,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from ocmm_core.features.measured import CommandingPoints
 from ocmm_core.features.shapes import CRITERIA, MINIMUM_POINTS, Shape
 from ocmm_core.inspection.evaluation import (
     INCOMPLETE,
@@ -197,7 +198,9 @@ def outlier_words(feature: FeatureView, chosen: int) -> str:
         zip((point.number for point in feature.points), feature.fit.residuals.tolist(),
             strict=False)
     )  # fmt: skip
-    if feature.outliers:
+    if feature.commanding is not None:
+        lines.append(_commanding(feature.commanding))
+    elif feature.outliers:
         named = ", ".join(_off(number, residuals) for number in feature.outliers)
         lines.append(
             tr("Outliers: {named}. Still used in the fit. Delete to exclude.").format(named=named)
@@ -208,6 +211,19 @@ def outlier_words(feature: FeatureView, chosen: int) -> str:
         out = ", ".join(str(item.point.number) for item in feature.deleted)
         lines.append(tr("Point {numbers} deleted. Ins restores it.").format(numbers=out))
     return "\n".join(lines)
+
+
+def _commanding(found: CommandingPoints) -> str:
+    """Return the question about points that command the fit, with its key."""
+    named = ", ".join(map(str, found.numbers))
+    if found.rms is not None:
+        text = tr("Without point {numbers} rms falls {fold}-fold to {rms}. Remove it? Press Del.")
+        fold = localised(f"{found.fold:.0f}")
+    else:
+        text = tr("Without point {numbers} the others fit with rms {rms}. Remove it? Press Del.")
+        fold = ""
+    rms = length_words(found.rms_without)
+    return text.format(numbers=named, fold=fold, rms=rms)
 
 
 def _off(number: int, residuals: Mapping[int, float]) -> str:

@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 from ocmm_core.geometry import Float
 from ocmm_core.inspection.evaluation import FeatureState, JobView, Target
-from ocmm_core.measuring import MeasuredPoint, Refusal
+from ocmm_core.measuring import MeasuredPoint, Refusal, RefusalCode
 from ocmm_core.tolerances.decisions import Verdict
 from ocmm_gui.kit import Approach, NoticeCentre, Sound, SoundPlayer, tr, verdict_sound
 from ocmm_gui.operator._readout import Readout
@@ -32,7 +32,8 @@ class Feedback:
 
     def refused(self, refusal: Refusal) -> None:
         """Signal a touch without point."""
-        self.play(Sound.REFUSED)
+        wrong = refusal.code is RefusalCode.WRONG_FACE
+        self.play(Sound.WRONG_FACE if wrong else Sound.REFUSED)
         self._readout().flash(good=False)
 
     def announce(self, previous: JobView, job: JobView) -> None:

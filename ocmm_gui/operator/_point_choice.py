@@ -47,8 +47,11 @@ class PointChoice(QObject):
             self.choose((*feature.outliers, numbers[-1])[0])
 
     def delete(self) -> None:
+        feature = self._feature()
         if self._chosen:
             self.panel.ask(self._chosen)
+        elif feature is not None and feature.commanding is not None:
+            self._bridge.choice.remove_commanding(feature.name)
         else:
             self._notices.inform(tr("Select a point first: press . or , or click its bar."))
 

@@ -2541,6 +2541,14 @@ Startet: {source}</translation>
         <translation>Punkt {numbers} gelöscht. Einfg holt ihn zurück.</translation>
     </message>
     <message>
+        <source>Without point {numbers} rms falls {fold}-fold to {rms}. Remove it? Press Del.</source>
+        <translation>Ohne Punkt {numbers} fällt die RMS um den Faktor {fold} auf {rms}. Entfernen? Entf drücken.</translation>
+    </message>
+    <message>
+        <source>Without point {numbers} the others fit with rms {rms}. Remove it? Press Del.</source>
+        <translation>Ohne Punkt {numbers} passen die anderen mit RMS {rms}. Entfernen? Entf drücken.</translation>
+    </message>
+    <message>
         <source>point {number}</source>
         <translation>Punkt {number}</translation>
     </message>
@@ -9282,6 +9290,18 @@ Startet: {source}</translation>
     <message>
         <source>No point was taken. The readout flashes red, the reason stands below it.</source>
         <translation>Kein Punkt genommen. Die Anzeige blinkt rot, der Grund steht darunter.</translation>
+    </message>
+    <message>
+        <source>Wrong face</source>
+        <translation>Falsche Fläche</translation>
+    </message>
+    <message>
+        <source>low and up, twice</source>
+        <translation>zweimal tief und hinauf</translation>
+    </message>
+    <message>
+        <source>The touch was on another face. No point was taken, the reason stands below.</source>
+        <translation>Die Antastung war auf einer anderen Fläche. Es wurde kein Punkt aufgenommen, der Grund steht darunter.</translation>
     </message>
     <message>
         <source>Feature finished</source>

@@ -16,7 +16,8 @@ from typing import TYPE_CHECKING
 from ocmm_core.door import door
 
 if TYPE_CHECKING:
-    from ocmm_core.calibration.pivot._bundle import adjust_pivot
+    from ocmm_core.calibration.pivot._bundle import PivotState, adjust_pivot
+    from ocmm_core.calibration.pivot._camera_errors import tips_by_cameras
     from ocmm_core.calibration.pivot._centre import (
         common_centre,
         group_average,
@@ -48,7 +49,8 @@ if TYPE_CHECKING:
 else:
     __getattr__ = door(
         __name__,
-        _bundle="adjust_pivot",
+        _bundle="PivotState adjust_pivot",
+        _camera_errors="tips_by_cameras",
         _centre="common_centre group_average moments_of sphere_centres thesis_pivot",
         _coverage="preview_pivot",
         _data="SweepCoverage PivotCalibration PivotLimits PivotOptions PivotSweep",
@@ -63,9 +65,9 @@ else:
 
 __all__ = [
     "LEAST_FRAMES", "OTHER_ATTITUDE", "OTHER_PLACE_MM", "PivotCalibration", "PivotLimits",
-    "PivotOptions", "PivotSweep", "PivotValidation", "SweepCoverage", "adjust_pivot",
-    "attitude_between", "calibrate_probe", "common_centre", "find_jump", "free_poses",
-    "group_average", "judge_jump", "judge_shape", "load_sweeps", "locate_targets", "mean_shape",
-    "moments_of", "pivot_of_poses", "preview_pivot", "shared_part", "sphere_centres", "start_pivot",
-    "thesis_pivot", "validate_pivot",
+    "PivotOptions", "PivotState", "PivotSweep", "PivotValidation", "SweepCoverage",
+    "adjust_pivot", "attitude_between", "calibrate_probe", "common_centre", "find_jump",
+    "free_poses", "group_average", "judge_jump", "judge_shape", "load_sweeps", "locate_targets",
+    "mean_shape", "moments_of", "pivot_of_poses", "preview_pivot", "shared_part", "sphere_centres",
+    "start_pivot", "thesis_pivot", "tips_by_cameras", "validate_pivot",
 ]  # fmt: skip

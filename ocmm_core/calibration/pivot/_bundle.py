@@ -183,21 +183,32 @@ def chi2_of_cameras(
     state = replace(state, rotations=state.rotations[some], slacks=state.slacks[some])
     sweep = replace(sweep, uv=sweep.uv[some], sigma_px=sweep.sigma_px[some])
     rng = np.random.default_rng(seed)
-    spread = np.linalg.eigh(rig.parameter_covariance)
-    root = spread.eigenvectors * np.sqrt(np.maximum(spread.eigenvalues, 0.0))
-    points = state.points()
-    unseen = np.isnan(sweep.uv)
+    root = camera_error_root(rig)
     added = np.empty(draws)
     for draw in range(draws):
-        off = (root @ rng.standard_normal(len(root))).reshape(len(rig.cameras), N_CAMERA)
-        uv = np.stack(
-            [project(c.perturbed(own), points) for c, own in zip(rig.cameras, off, strict=True)],
-            axis=1,
-        )
-        here = normals_at(rig, replace(sweep, uv=np.where(unseen, np.nan, uv)), state, slack_mm)
+        seen = spots_of_cameras(rig, sweep, state, root @ rng.standard_normal(len(root)))
+        here = normals_at(rig, seen, state, slack_mm)
         step = solve_pinned(here.normals[0], state.turns(), here.gradients[0])
         added[draw] = here.cost - np.sum(here.z**2) - here.gradients[0] @ step
     return times * np.maximum(added, 0.0)
+
+
+def camera_error_root(rig: Rig) -> Float:
+    """Return a root (14 C, 14 C) of the covariance of the camera parameters."""
+    spread = np.linalg.eigh(rig.parameter_covariance)
+    root: Float = spread.eigenvectors * np.sqrt(np.maximum(spread.eigenvalues, 0.0))
+    return root
+
+
+def spots_of_cameras(rig: Rig, sweep: PivotSweep, state: PivotState, off: Float) -> PivotSweep:
+    """Return the sweep with the noise-free spots of cameras that are wrong by ``off``, (14 C,)."""
+    points = state.points()
+    errors = off.reshape(len(rig.cameras), N_CAMERA)
+    uv = np.stack(
+        [project(c.perturbed(own), points) for c, own in zip(rig.cameras, errors, strict=True)],
+        axis=1,
+    )
+    return replace(sweep, uv=np.where(np.isnan(sweep.uv), np.nan, uv))
 
 
 def pinned_normal(normal: Float, turns: Float) -> tuple[Float, Float, Float]:

@@ -8,17 +8,18 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
+from ocmm_core.calibration.pivot._camera_errors import CameraTips
 from ocmm_core.calibration.pivot._covariance import LEAST_BLOCKS
 from ocmm_core.calibration.pivot._data import LeftOut, PivotLimits, PivotSweep, SweepCoverage
 from ocmm_core.calibration.pivot._robust import FreePoses
 from ocmm_core.calibration.records import Finding
 from ocmm_core.camera import Rig
-from ocmm_core.geometry import Float, Points3
+from ocmm_core.geometry import Float, Int, Points3
 from ocmm_core.tracking import ProbeBody
 
 _PARTS = 20
 _SLOPE_MM = 0.05
-"""Change of the tip per radian of rotation due to camera and sensor errors."""
+"""Change of the tip per radian of rotation due to sensor errors."""
 _LEAST_PARTS = 3
 _MOVED_CHI2 = 35.0
 """Chi-square of three coordinates, maximum over some fifteen possible jump positions."""
@@ -118,14 +119,19 @@ def judge_left_out(
 
 
 def find_jump(
-    free: FreePoses, used: NDArray[np.bool_], centre: Float, common: float = 0.0
+    free: FreePoses,
+    used: NDArray[np.bool_],
+    centre: Float,
+    common: float = 0.0,
+    by_cameras: CameraTips | None = None,
 ) -> Jump | None:
     """Return the most probable displacement of the ball, sudden or gradual.
 
     Tips of single frames are averaged over twenty parts of the sweep, weighted by their
     covariances. Camera and sensor errors depend on the attitude, and a slow hand drifts in
-    attitude: a step in time is estimated together with a slope over each rotation axis, as large as
-    such errors may be. Scatter of the parts beyond that counts as noise.
+    attitude: a step in time is estimated together with the errors of the cameras, by their own
+    covariance at that place, and with a slope over each rotation axis for those of the sensors.
+    Scatter of the parts beyond that counts as noise.
 
     Parameters
     ----------
@@ -136,6 +142,8 @@ def find_jump(
     common
         Fraction of a frame's variance shared by neighbouring frames (sensor pattern): does not
         average out within a part.
+    by_cameras
+        Shifts by the errors of the cameras; None if they are exact.
     """
     frames = np.flatnonzero(used & free.solved)
     if len(frames) < 2 * _PARTS:
@@ -154,26 +162,39 @@ def find_jump(
     attitudes = np.stack([held[part].mean(axis=0) for part in own])
     # Rows of each part, whitened: place, slope over three rotations, and (last) the step.
     roots = np.linalg.cholesky(information).transpose(0, 2, 1)
+    cameras = _part_shifts(by_cameras, frames, np.flatnonzero(used), ends)
     fixed = np.concatenate(
-        [roots, *(roots * attitudes[:, i, None, None] for i in range(3))], axis=2
+        [roots, *(roots * attitudes[:, i, None, None] for i in range(3)), roots @ cameras], axis=2
     )
     seen = np.einsum("pij,pj->pi", roots, means).ravel()
-    prior = np.zeros((9, 15))
-    prior[:, 3:12] = np.eye(9) / _SLOPE_MM
+    size = fixed.shape[2]
+    prior = np.zeros((size - 3, size + 3))
+    prior[:, 3:size] = np.diag(np.repeat([1.0 / _SLOPE_MM, 1.0], [9, size - 12]))
     best: Jump | None = None
     for split in range(_LEAST_PARTS, _PARTS - _LEAST_PARTS + 1):
         step = roots * (np.arange(_PARTS) >= split)[:, None, None]
-        rows = np.concatenate([fixed, step], axis=2).reshape(-1, 15)
+        rows = np.concatenate([fixed, step], axis=2).reshape(-1, size + 3)
         design = np.vstack([rows, prior])
         covariance = np.linalg.inv(design.T @ design)
         found = covariance @ (rows.T @ seen)
         left = seen - rows @ found
         scale = max(float(left @ left) / (len(seen) - 15), 1.0)
-        shift = found[12:]
-        chi2 = float(shift @ np.linalg.solve(covariance[12:, 12:], shift)) / scale
+        shift = found[size:]
+        chi2 = float(shift @ np.linalg.solve(covariance[size:, size:], shift)) / scale
         if best is None or chi2 > best.chi2:
             best = Jump(int(parts[split][0]), shift, chi2)
     return best
+
+
+def _part_shifts(by_cameras: CameraTips | None, frames: Int, used: Int, ends: Int) -> Float:
+    """Return the mean shifts by camera errors of each part of the frames, (parts, 3, k)."""
+    if by_cameras is None:
+        return np.zeros((_PARTS, 3, 0))
+    part_of = np.searchsorted(frames[ends], used[by_cameras.frames], side="right")
+    good = np.isfinite(by_cameras.shifts).all(axis=(1, 2))
+    return np.stack(
+        [by_cameras.shifts[good & (part_of == part)].mean(axis=0) for part in range(_PARTS)]
+    )
 
 
 def shared_part(rig: Rig, sweep: PivotSweep) -> float:

@@ -26,6 +26,7 @@ from ocmm_core.calibration.bundle import (
     examine,
 )
 from ocmm_core.calibration.pivot._bundle import chi2_of_cameras, residuals
+from ocmm_core.calibration.pivot._camera_errors import tips_by_cameras
 from ocmm_core.calibration.pivot._centre import thesis_pivot
 from ocmm_core.calibration.pivot._covariance import geometry_in, pivot_uncertainty
 from ocmm_core.calibration.pivot._coverage import coverage_of
@@ -183,6 +184,7 @@ def calibrate_probe(
     by_cameras = chi2_of_cameras(rig, kept, state, options.slack_mm, _DRAWS, options.seed).max()
     chi2 = robust.minimum.cost
     common = shared_part(rig, sweep) if options.pattern else 0.0
+    by_tips = tips_by_cameras(rig, kept, state, options.slack_mm)
     judged = max(min(chi2, float(dof)), chi2 / (1.0 + float(by_cameras) / dof))
     # If many frames disagree with the others, the cause is not in single frames.
     asked, held = used, rotations
@@ -200,7 +202,7 @@ def calibrate_probe(
         *judge_residuals(judged, dof),
         *turned,
         *judge_left_out(robust.left_out, len(used), limits),
-        *judge_jump(find_jump(robust.free, used, state.centre, common), limits),
+        *judge_jump(find_jump(robust.free, used, state.centre, common, by_tips), limits),
         *judge_uncertainty(tip_sigma, len(kept.uv), uncertainty.block, limits),
     ]
     # Pattern noise of the sensors follows the hand and resembles small changes in time: if the rig

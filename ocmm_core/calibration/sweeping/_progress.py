@@ -10,6 +10,7 @@ from ocmm_core.calibration.guided import OPEN, Gate
 from ocmm_core.calibration.pivot import (
     LEAST_FRAMES,
     PivotLimits,
+    PivotState,
     PivotSweep,
     SweepCoverage,
     find_jump,
@@ -21,6 +22,7 @@ from ocmm_core.calibration.pivot import (
     pivot_of_poses,
     preview_pivot,
     shared_part,
+    tips_by_cameras,
 )
 from ocmm_core.calibration.records import Finding
 from ocmm_core.calibration.sweeping._map import sphere_map, where_missing
@@ -251,6 +253,14 @@ def _judge(
     if np.degrees(coverage.ranges[1]) < limits.small_deg:
         # A poorly determined tip varies with the attitude.
         return tuple(found)
-    free = free_poses(rig, sweep, own.leds_probe - own.tip_probe)
+    arms = own.leds_probe - own.tip_probe
+    free = free_poses(rig, sweep, arms)
     common = shared_part(rig, sweep)
-    return (*found, *judge_jump(find_jump(free, free.solved, centre, common), limits))
+    moved = judge_jump(find_jump(free, free.solved, centre, common), limits)
+    if moved:
+        # Costs some tenths of a second, so only where it decides.
+        turns = free.rotations[free.solved]
+        state = PivotState(centre, arms, turns, np.zeros((len(turns), 3)))
+        by_tips = tips_by_cameras(rig, sweep.only(free.solved), state, 0.0)
+        moved = judge_jump(find_jump(free, free.solved, centre, common, by_tips), limits)
+    return (*found, *moved)

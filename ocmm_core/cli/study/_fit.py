@@ -100,7 +100,7 @@ def fit_command(
     number of points; numbers that the points determine too weakly are shown without U.
     """
     from ocmm_core.cli.study._fit_json import fit_json
-    from ocmm_core.features.measured import fit_shape
+    from ocmm_core.features.measured import commanding_rows, fit_shape
     from ocmm_core.features.shapes import MINIMUM_POINTS, Criterion, read_points_file
     from ocmm_core.tables import TableOptions
     from ocmm_core.tolerances.uncertainty import fit_uncertainty
@@ -118,10 +118,13 @@ def fit_command(
     try:
         fit = fit_shape(shape, points, criterion=Criterion[criterion.name], free=free)
     except FitError as error:
-        raise FitError(error.code, f"{file}: {error.what}", error.remedy) from error
+        odd = commanding_rows(shape, points, free=free)
+        why = "" if odd is None else f" {odd.words}"
+        raise FitError(error.code, f"{file}: {error.what}{why}", error.remedy) from error
+    odd = commanding_rows(shape, points, free=free)
     found = fit_uncertainty(fit, points)
     if json:
-        typer.echo(fit_json(file, held.account, fit, points, criterion.value, found))
+        typer.echo(fit_json(file, held.account, fit, points, criterion.value, found, odd))
         return
     print_table_account(held.account)
     console = make_console()
@@ -134,6 +137,12 @@ def fit_command(
             highlight=False,
         )
     _print_fit(console, fit, found, len(points), criterion, free=free)
+    if odd:
+        console.print(
+            say(f"{odd.words} Check it, remove its row and fit again."),
+            style="yellow",
+            highlight=False,
+        )
     if fit.criterion is Criterion.LEAST_SQUARES:
         _print_outliers(console, fit, points)
     _print_rival(console, fit)

@@ -7,7 +7,7 @@ from pathlib import Path
 import msgspec
 
 from ocmm_core.cli.study._fit_rows import FitRow, rows_of
-from ocmm_core.features.measured import outliers
+from ocmm_core.features.measured import CommandingPoints, outliers
 from ocmm_core.features.shapes import Criterion, Fit
 from ocmm_core.geometry import Points3
 from ocmm_core.tables import TableAccount
@@ -60,6 +60,8 @@ class FitFile(msgspec.Struct, frozen=True, kw_only=True):
     numbers: tuple[NumberPart, ...]
     rival: tuple[NumberPart, ...] | None
     outliers: tuple[int, ...]
+    commanding: tuple[int, ...]
+    """Rows without which the others agree far better."""
     contacts: tuple[int, ...]
 
 
@@ -70,6 +72,7 @@ def fit_json(
     points: Points3,
     criterion: str,
     found: FitUncertainty | None,
+    odd: CommandingPoints | None,
 ) -> str:
     """Return the JSON text, numbers with all digits."""
     least_squares = fit.criterion is Criterion.LEAST_SQUARES
@@ -89,6 +92,7 @@ def fit_json(
         if fit.rival is None
         else tuple(_number(row) for row in rows_of(fit.rival, None)),
         outliers=tuple(row + 1 for row in outliers(fit, points)) if least_squares else (),
+        commanding=() if odd is None else odd.numbers,
         contacts=tuple(row + 1 for row in fit.contacts),
     )
     return msgspec.json.format(msgspec.json.encode(whole), indent=2).decode()

@@ -4,7 +4,7 @@ In: ball centres with their joint covariance, the nominal, the probe side, other
 Out: measured features: geometry, Jacobian by every point of the job, outliers.
 
 Read `_fit` (a fit by the name of its shape), `_actual` (a feature from ball centres) with
-`_oriented`, `_outliers` and `_second_order` (does first order hold). Constructions:
+`_oriented`, `_outliers`, `_influence` and `_second_order` (does first order hold). Constructions:
 `_construct`, `_construct_checks`, `_construct_geometry`, `_construct_fit`, `_constructed`.
 `_verify` and `_verify_files` run certified reference pairs.
 It must not know alignment or tolerances.
@@ -47,6 +47,12 @@ if TYPE_CHECKING:
     from ocmm_core.features.measured._constructed import constructed_features, nominal_geometries
     from ocmm_core.features.measured._each import Each, Instead, geometries_of, measured_of
     from ocmm_core.features.measured._fit import Certificate, certificate, fit_shape
+    from ocmm_core.features.measured._influence import (
+        CommandingPoints,
+        commanding_points,
+        commanding_rows,
+        commanding_touches,
+    )
     from ocmm_core.features.measured._oriented import Orientation, can_be_oriented, oriented_feature
     from ocmm_core.features.measured._outliers import outliers
     from ocmm_core.features.measured._second_order import beyond_first_order, solver_start
@@ -73,6 +79,7 @@ else:
         _constructed="constructed_features nominal_geometries",
         _each="Each Instead geometries_of measured_of",
         _fit="Certificate certificate fit_shape",
+        _influence="CommandingPoints commanding_points commanding_rows commanding_touches",
         _oriented="Orientation can_be_oriented oriented_feature",
         _outliers="outliers",
         _second_order="beyond_first_order solver_start",
@@ -84,11 +91,13 @@ else:
 
 __all__ = [
     "APEX_LIMIT", "AXIAL", "CENTRED", "DIRECTION_LIMIT", "LONG", "POSITION_LIMIT", "SAME_RADIUS",
-    "SIZE_LIMIT", "ActualFeature", "Bisector", "Certificate", "Construction", "Convention", "Each",
-    "FitThrough", "Instead", "Intersection", "Midpoint", "Offset", "Orientation", "PairResult",
-    "PartOf", "ResidualSlopes", "SetReport", "Touches", "actual_features", "beyond_first_order",
-    "can_be_oriented", "certificate", "constructed_features", "construction_fault", "fit_shape",
-    "gauge_point", "geometries_of", "in_order", "measured_of", "needed_features",
-    "nominal_geometries", "oriented_feature", "outliers", "probed_features", "shapes_with",
-    "solver_start", "verify_folder",
+    "SIZE_LIMIT", "ActualFeature", "Bisector", "Certificate", "CommandingPoints", "Construction",
+    "Convention", "Each", "FitThrough", "Instead", "Intersection", "Midpoint", "Offset",
+    "Orientation", "PairResult", "PartOf", "ResidualSlopes", "SetReport", "Touches",
+    "actual_features", "beyond_first_order", "can_be_oriented", "certificate", "commanding_points",
+    "commanding_rows", "commanding_touches", "constructed_features", "construction_fault",
+    "fit_shape", "gauge_point",
+    "geometries_of", "in_order", "measured_of", "needed_features", "nominal_geometries",
+    "oriented_feature", "outliers", "probed_features", "shapes_with", "solver_start",
+    "verify_folder",
 ]  # fmt: skip

@@ -225,7 +225,7 @@ def actual_features(
     # Planes first: circles may be projected along their normals.
     for nominal in sorted(nominals, key=lambda item: item.projection != ""):
         try:
-            touches = _touches(nominal, own.get(nominal.name, ()))
+            touches = touches_of(nominal, own.get(nominal.name, ()))
             found[nominal.name] = _actual(nominal, touches, found)
         except FitError as error:
             what = error.what if nominal.name in error.what else f"{nominal.name}: {error.what}"
@@ -242,7 +242,7 @@ def _actual(
         by_all = Rows.of_points(touches.places, raw.jacobian)
         by_all += by_normal @ plane.jacobian[DIRECTION]
     else:
-        raw = _fit(nominal, touches)
+        raw = unambiguous(fit_touches(nominal, touches))
         by_all = Rows.of_points(touches.places, raw.jacobian)
     return compensated(nominal, touches, raw, by_all)
 
@@ -262,7 +262,7 @@ def compensated(nominal: NominalFeature, touches: Touches, raw: Fit, by_all: Row
     FitError
         A point was approached from the wrong side, or the feature is smaller than the ball.
     """
-    sign = _sign(nominal)
+    sign = sign_of(nominal)
     by_geometry, normals = distance_derivatives(raw, touches.tips)
     kept = nominal.shape.spec.ball == "kept"
     if kept:
@@ -278,16 +278,16 @@ def compensated(nominal: NominalFeature, touches: Touches, raw: Fit, by_all: Row
     return ActualFeature(nominal, fit, touches.numbers, jacobian, slopes, raw, touches)
 
 
-def _sign(nominal: NominalFeature) -> float:
+def sign_of(nominal: NominalFeature) -> float:
     return 1.0 if nominal.side == "outer" else -1.0
 
 
-def _fit(nominal: NominalFeature, touches: Touches) -> Fit:
+def fit_touches(nominal: NominalFeature, touches: Touches) -> Fit:
     """Return the fit of the ball centres; for shapes that keep the ball, of the surface."""
-    offset = _sign(nominal) * touches.tip_radius
+    offset = sign_of(nominal) * touches.tip_radius
     spec = nominal.shape.spec
     half_length = 0.5 * (nominal.length if spec.has_across else nominal.diameter)
-    fit = fit_shape(
+    return fit_shape(
         nominal.shape,
         touches.tips,
         direction_hint=_sense(nominal, touches),
@@ -298,7 +298,6 @@ def _fit(nominal: NominalFeature, touches: Touches) -> Fit:
         free=nominal.free,
         offset=offset if spec.ball == "kept" else 0.0,
     )
-    return unambiguous(fit)
 
 
 def fit_projected(
@@ -311,7 +310,7 @@ def fit_projected(
     FitError
         The criterion is not least squares, or the points do not determine one outline.
     """
-    offset = _sign(nominal) * touches.tip_radius
+    offset = sign_of(nominal) * touches.tip_radius
     if nominal.criterion != "least squares":
         raise FitError(
             "feature.projected_criterion",
@@ -330,7 +329,7 @@ def fit_projected(
     return unambiguous(fit), by_normal
 
 
-def _touches(nominal: NominalFeature, touched: Sequence[tuple[int, MeasuredPoint]]) -> Touches:
+def touches_of(nominal: NominalFeature, touched: Sequence[tuple[int, MeasuredPoint]]) -> Touches:
     own = [point for _, point in touched]
     minimum = MINIMUM_POINTS[nominal.shape]
     if len(own) < minimum:

@@ -57,7 +57,7 @@ if TYPE_CHECKING:
         methods_used,
         with_stored_limits,
     )
-    from ocmm_core.inspection.evaluation._outliers import outliers
+    from ocmm_core.inspection.evaluation._outliers import REMOVE, commanding, outliers
     from ocmm_core.inspection.evaluation._progress import (
         PAUSED,
         RESUMED,
@@ -117,7 +117,7 @@ else:
         _options=(
             "FOR_COMPARISON LIMITS_EVENT SessionOptions limits_text methods_used with_stored_limits"
         ),
-        _outliers="outliers",
+        _outliers="REMOVE commanding outliers",
         _progress=(
             "PAUSED Progress RESUMED STANDING_EVENT WrittenProgress open_plan progress_from "
             "progress_of"
@@ -133,12 +133,14 @@ else:
 
 __all__ = [
     "FAR_MM", "FOR_COMPARISON", "INCOMPLETE", "LIMITS_EVENT", "NO_REAL_PART", "PARTIAL_PLAN",
-    "PAUSED", "RESUMED", "SIMULATED", "SIMULATED_LINE", "STANDING_EVENT", "UNPROVEN_CAMERAS",
+    "PAUSED", "REMOVE", "RESUMED", "SIMULATED", "SIMULATED_LINE", "STANDING_EVENT",
+    "UNPROVEN_CAMERAS",
     "Coverage", "DeletedPoint", "EvaluatedJob", "EvaluationCache", "FeatureState", "FeatureView",
     "HoldReason", "JobHeader", "JobResults", "JobStatus", "JobUncertainty", "JobView", "LiveView",
     "PlannedFeature", "Probing", "Progress", "ReferenceView", "SessionOptions", "StatusWord",
     "Target", "Whereabouts", "WrittenProgress", "aligned_nominals", "alignment_of_points",
-    "checked_features", "coverage_of", "cue", "evaluate_job", "evaluated_job", "event_text",
+    "checked_features", "commanding", "coverage_of", "cue", "evaluate_job", "evaluated_job",
+    "event_text",
     "frame_covariance", "frame_of", "held_back", "held_below", "job_states", "job_uncertainty",
     "limits_text", "measured_frame", "methods_used", "nearness", "notes_of", "notes_on",
     "open_plan", "outliers", "part_line", "place_of_nominals", "places_of", "probe_state",

@@ -4,17 +4,18 @@ from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from ocmm_core.alignment import BoundAlignment
 from ocmm_core.camera import Rig
 from ocmm_core.errors import FitError
-from ocmm_core.features.measured import ActualFeature
+from ocmm_core.features.measured import ActualFeature, CommandingPoints
 from ocmm_core.geometry import RigidTransform
 from ocmm_core.inspection.evaluation._cache import EvaluationCache
 from ocmm_core.inspection.evaluation._job_graph import Below, FeatureGraph, Touched, part_frame_of
 from ocmm_core.inspection.evaluation._job_values import ValueGraph
 from ocmm_core.inspection.evaluation._options import SessionOptions
+from ocmm_core.inspection.evaluation._outliers import REMOVE
 from ocmm_core.inspection.evaluation._quarantine import notes_on, with_doubt
 from ocmm_core.inspection.plan import Plan
 from ocmm_core.measuring import MeasuredPoint
@@ -48,10 +49,13 @@ class JobResults:
     results: tuple[CharacteristicResult, ...]
     rests_on: Mapping[str, Sequence[str]]
     """The probed features of each characteristic, by its name."""
+    commanding: Mapping[str, CommandingPoints] = field(default_factory=dict)
+    """Points that command the fit of a probed feature, by its name."""
 
     def judged(self, status: JobStatus) -> tuple[CharacteristicResult, ...]:
         """Return the results, suspect ones as not proven."""
-        notes = notes_on(self.points, status.held)
+        doubtful = {name: f"{one.words} {REMOVE}" for name, one in self.commanding.items()}
+        notes = doubtful | notes_on(self.points, status.held)
         results = self.results
         if notes:
             results = tuple(with_doubt(item, self.rests_on[item.name], notes) for item in results)
@@ -83,6 +87,10 @@ def evaluate_job(
     graph = FeatureGraph(plan, options, cache or EvaluationCache())
     touched = graph.touched(points)
     actual = graph.features(touched)
+    commanding = graph.commanding(touched, actual)
+    for name, one in commanding.items():
+        if isinstance(actual[name], FitError):
+            actual[name] = FitError("session.commanded", one.words, REMOVE)
     seen: defaultdict[str, list[TipSensitivity]] = defaultdict(list)
     for point, sensitivity in zip(points, sensitivities, strict=True):
         seen[point.feature].append(sensitivity)
@@ -92,7 +100,7 @@ def evaluate_job(
         progress.as_far(item, result)
         for item, result in zip(plan.characteristics, results, strict=True)
     )
-    return JobResults(touched.points, actual, judged, graph.below.rests_on)
+    return JobResults(touched.points, actual, judged, graph.below.rests_on, commanding)
 
 
 @dataclass(frozen=True, slots=True)

@@ -15,6 +15,7 @@ from __future__ import annotations
 from collections import defaultdict
 from collections.abc import Mapping, Sequence, Set
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
@@ -22,6 +23,7 @@ from ocmm_core.alignment import BoundAlignment, part_frame, settled
 from ocmm_core.errors import FitError, OcmmError
 from ocmm_core.features.measured import (
     ActualFeature,
+    CommandingPoints,
     Construction,
     actual_features,
     constructed_features,
@@ -35,6 +37,7 @@ from ocmm_core.features.shapes import NominalFeature, Shape
 from ocmm_core.geometry import Float, RigidTransform, unit
 from ocmm_core.inspection.evaluation._cache import EvaluationCache
 from ocmm_core.inspection.evaluation._options import SessionOptions
+from ocmm_core.inspection.evaluation._outliers import commanding
 from ocmm_core.inspection.plan import Plan
 from ocmm_core.measuring import MeasuredPoint, PartTemperature, reported_points
 
@@ -202,6 +205,20 @@ class FeatureGraph:
             if isinstance(plane, FitError):
                 actual[nominal.name] = plane
         return actual | self._constructed(actual, "constructed")
+
+    def commanding(self, touched: Touched, actual: Found) -> dict[str, CommandingPoints]:
+        """Return the points that command the fit of a probed feature, by its name."""
+        found = {
+            item.name: self.cache.watched(
+                ("commanding", item.name),
+                (item, *touched.points[item.name]),
+                actual,
+                partial(commanding, item, touched.points[item.name]),
+            )
+            for item in self.plan.features
+            if item.name in touched.points
+        }
+        return {name: one for name, one in found.items() if one is not None}
 
     def frame(self, actual: Found) -> RigidTransform | None:
         """Return the part frame; None while its datums are not measured, or without one."""

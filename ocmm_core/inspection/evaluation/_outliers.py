@@ -2,14 +2,28 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
 from ocmm_core.errors import FitError
-from ocmm_core.features.measured import ActualFeature, fit_shape
+from ocmm_core.features.measured import (
+    ActualFeature,
+    CommandingPoints,
+    commanding_touches,
+    fit_shape,
+)
 from ocmm_core.features.measured import outliers as outlier_rows
 from ocmm_core.features.search import unambiguous
-from ocmm_core.features.shapes import Criterion
+from ocmm_core.features.shapes import DIRECTION, Criterion, NominalFeature
+from ocmm_core.measuring import MeasuredPoint
 
 SMALLEST_MM = 0.02
 """mm: smaller distances from the element of the other points are form, not flagged."""
+REMOVE = "Delete it, or touch the place again to confirm it."
+"""Remedy for points that command a fit."""
+USUAL_MM = 0.03
+"""Least scatter that is expected of a feature before it has many points."""
 
 
 def outliers(feature: ActualFeature) -> tuple[int, ...]:
@@ -27,3 +41,30 @@ def outliers(feature: ActualFeature) -> tuple[int, ...]:
             return ()
     rows = outlier_rows(fit, tips, smallest=SMALLEST_MM)
     return tuple(feature.numbers[row] for row in rows)
+
+
+def commanding(
+    nominal: NominalFeature,
+    points: Sequence[MeasuredPoint],
+    actual: Mapping[str, ActualFeature | FitError],
+) -> CommandingPoints | None:
+    """Return the points of a probed feature that command its fit; None if none does.
+
+    Also for a feature that has no fit because of them.
+
+    Parameters
+    ----------
+    actual
+        All features: the plane it is projected onto, and the scatter to be expected.
+    """
+    plane = actual.get(nominal.projection)
+    if nominal.projection and not isinstance(plane, ActualFeature):
+        return None
+    normal = plane.fit.geometry[DIRECTION] if isinstance(plane, ActualFeature) else None
+    others = [
+        float(np.sqrt(np.mean(one.raw.residuals**2)))
+        for name, one in actual.items()
+        if name != nominal.name and isinstance(one, ActualFeature) and one.raw is not None
+    ]
+    usual = max(USUAL_MM, float(np.median(others)) if others else 0.0)
+    return commanding_touches(nominal, points, normal, usual, SMALLEST_MM)

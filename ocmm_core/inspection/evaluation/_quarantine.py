@@ -151,7 +151,9 @@ def withdrawn(job: JobView, why: str) -> JobView:
 
 
 def _without_fit(feature: FeatureView) -> FeatureView:
-    return replace(feature, fit=None, note=WITHDRAWN, outliers=(), coverage=None, targets=())
+    return replace(
+        feature, fit=None, note=WITHDRAWN, outliers=(), commanding=None, coverage=None, targets=()
+    )
 
 
 def _without_value(result: CharacteristicResult) -> CharacteristicResult:

@@ -10,6 +10,7 @@ from typing import Literal
 import numpy as np
 
 from ocmm_core.acquisition.frames import AcquisitionStatus
+from ocmm_core.features.measured import CommandingPoints
 from ocmm_core.features.shapes import Fit, NominalFeature, Shape
 from ocmm_core.geometry import Float, Int, RigidTransform
 from ocmm_core.measuring import MeasuredPoint, Refusal
@@ -175,6 +176,8 @@ class FeatureView:
     """Why there is no fit, or why its points prove nothing; else empty."""
     outliers: tuple[int, ...] = ()
     """Numbers of points contradicted by the others: flagged, and counting until deleted."""
+    commanding: CommandingPoints | None = None
+    """Points without which the others agree far better; until deleted, nothing is proven."""
     deleted: tuple[DeletedPoint, ...] = ()
     coverage: Coverage | None = None
     targets: tuple[Target, ...] = ()

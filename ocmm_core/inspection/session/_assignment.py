@@ -16,6 +16,7 @@ from ocmm_core.inspection.evaluation import (
 from ocmm_core.inspection.plan import Plan
 from ocmm_core.inspection.session._acceptance import Acceptance, TouchAssignment
 from ocmm_core.inspection.session._any_order import SEARCH_MM, Contact, touched_feature
+from ocmm_core.inspection.session._facing import wrong_face
 from ocmm_core.inspection.session._ledger import JobLedger
 from ocmm_core.inspection.session._side_choice import method_of
 from ocmm_core.measuring import MeasuredPoint, Refusal, RefusalCode, StablePoint, Touch
@@ -106,8 +107,11 @@ def assign_touch(
     if not name:
         return TouchAssignment("", "approach")
     method, normal = method_of(plan, progress, name), None
+    place = place or nominals.find()
+    fault = wrong_face(plan, name, contact, place, nominals.points)
+    if fault is not None:
+        return fault
     if method == "nominal":
-        place = place or nominals.find()
         normal = None if place is None else _normal(plan, name, place, contact)
     return TouchAssignment(name, method, normal)
 

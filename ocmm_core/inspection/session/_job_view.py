@@ -7,9 +7,10 @@ from dataclasses import dataclass, replace
 
 from ocmm_core.camera import Rig
 from ocmm_core.errors import FitError
-from ocmm_core.features.measured import ActualFeature
+from ocmm_core.features.measured import ActualFeature, CommandingPoints
 from ocmm_core.features.shapes import NominalFeature
 from ocmm_core.inspection.evaluation import (
+    REMOVE,
     EvaluationCache,
     FeatureState,
     FeatureView,
@@ -172,7 +173,9 @@ class _Seen:
         # The pose of the part matters only to extended shapes.
         extends = nominal.shape.spec.spread in ("line", "plane")
         place = self._place.T_nominal_from_world if extends and self._place else None
-        note, deleted = self._notes.get(name, ""), self._deleted.get(name, ())
+        commanding = self._found.commanding.get(name)
+        why = "" if commanding is None else f"{commanding.words} {REMOVE}"
+        note, deleted = self._notes.get(name, why), self._deleted.get(name, ())
         state, method = _state(name, self._state.progress), self._state.methods[name]
 
         def made() -> FeatureView:
@@ -184,8 +187,9 @@ class _Seen:
                 state=state,
                 points=tuple(own),
                 fit=None if fitted is None else fitted.fit,
-                note=actual.what if isinstance(actual, FitError) else note,
-                outliers=() if fitted is None else outliers(fitted),
+                note=(why or actual.what) if isinstance(actual, FitError) else note,
+                outliers=_flagged(fitted, commanding),
+                commanding=commanding,
                 deleted=deleted,
                 coverage=None if fitted is None else coverage_of(nominal, fitted.fit, own, place),
                 text=nominal.text,
@@ -193,8 +197,15 @@ class _Seen:
                 compensation=method,
             )
 
-        inputs = (nominal, actual, own, place, note, deleted, state, method)
+        inputs = (nominal, actual, own, place, commanding, note, deleted, state, method)
         return self._cache.known(("seen", name), inputs, made)
+
+
+def _flagged(feature: ActualFeature | None, commanding: CommandingPoints | None) -> tuple[int, ...]:
+    """Return the numbers of outliers; a fit that some points command flags nothing else rightly."""
+    if commanding is not None:
+        return commanding.numbers
+    return () if feature is None else outliers(feature)
 
 
 def _made(plan: Plan, name: str, found: JobResults, progress: Progress) -> FeatureView:

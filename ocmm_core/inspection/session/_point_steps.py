@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 from ocmm_core.errors import MeasuringError
@@ -39,13 +40,20 @@ class PointSteps:
         `finish` accepts it with fewer. Raises MeasuringError if the point is unknown, or without a
         reason.
         """
-        ledger = self._ledger
+        self.delete_points([number], reason)
+
+    def delete_points(self, numbers: Sequence[int], reason: str) -> None:
+        """Take points of one feature out as `delete_point`, in one step."""
+        ledger, line = self._ledger, _checked_reason(reason)
         with ledger.lock:
-            feature = ledger.points.point(number).feature
+            features = {ledger.points.point(number).feature for number in numbers}
+            if len(features) != 1:
+                raise ValueError(features)
+            number = ", ".join(map(str, numbers))
             ledger.did(
                 f"deletion of point {number}",
-                ledger.settled(feature, -1),
-                annul={number: _checked_reason(reason)},
+                ledger.settled(features.pop(), -len(numbers)),
+                annul=dict.fromkeys(numbers, line),
             )
 
     def restore_point(self, number: int) -> None:

@@ -224,6 +224,26 @@ class InspectionSession:
         self._explained = view.characteristics, found
         return found
 
+    def remove_commanding(self, name: str = "") -> tuple[int, ...]:
+        """Delete the points that command the fit of a feature, or of the one shown; one step.
+
+        Raises
+        ------
+        MeasuringError
+            No point commands the fit.
+        """
+        view = self.view
+        feature = view.feature(name) if name else view.shown
+        found = None if feature is None else feature.commanding
+        if feature is None or found is None:
+            raise MeasuringError(
+                "session.not_commanded",
+                "No point commands the fit of this feature.",
+                "Select the point to delete.",
+            )
+        self.points.delete_points(found.numbers, found.words)
+        return found.numbers
+
     @property
     def reference_home(self) -> ReferenceHome | None:
         """Return the pose of the reference body at the start of the job; None if not yet known."""

@@ -281,6 +281,20 @@ def test_no_false_alarm_with_cameras_that_are_wrong_by_their_uncertainty() -> No
         assert not found.warnings
 
 
+@pytest.mark.parametrize("seed", [5, 12])
+def test_wide_sweep_of_wrong_cameras_is_no_moving_cone(seed: int) -> None:
+    # With a linear slope for camera errors: "shifted by 30 um" and "by 33 um".
+    rng = np.random.default_rng(seed)
+    true, wide = disturbed(rig(), rng), rng.uniform(30.0, 60.0)
+    uv = spots(true, probe(), waved_attitudes(1000, wide, rng), CONE_WORLD, rng)
+
+    found = calibrate_probe(
+        rig(), probe(), PivotSweep.even(uv, SIGMA_PX), PivotOptions(resamples=60)
+    )
+
+    assert "pivot.moved" not in [one.code for one in found.warnings]
+
+
 @pytest.mark.parametrize(
     ("frames", "code"),
     [

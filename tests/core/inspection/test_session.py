@@ -316,13 +316,18 @@ def test_a_point_approached_aslant_is_not_compensated(bench: Bench, job: JobFile
     take_all(session, bench)
     # A touch of the bed from above, and the same one as if the ball had slid in along it.
     touch = bench.touches[0]
-    aslant = touch.window.tip_world[0] + np.outer(np.arange(8.0, 0.0, -0.5), [1.0, 0.0, 0.2])
+    aslant = touch.window.tip_world[0] + np.outer(np.arange(8.0, 0.0, -0.5), [1.0, 0.0, 1.0])
     for trail, trusted in ((touch.trail_world, True), (aslant, False)):
         session.touches.take(replace(touch, trail_world=trail), "CORNER")
         point = session.view.features[-1]
         assert (point.fit is not None) is trusted
         assert ("° off the planned" in point.note) is not trusted
         session.steps.undo()
+    # Further off than a hand slants: the touch was on another face, and does not count.
+    beside = touch.window.tip_world[0] + np.outer(np.arange(8.0, 0.0, -0.5), [1.0, 0.0, 0.2])
+    refused = session.touches.take(replace(touch, trail_world=beside), "CORNER")
+    assert isinstance(refused, Refusal)
+    assert refused.code is RefusalCode.WRONG_FACE
 
 
 def test_form_is_judged_only_when_all_points_are_taken(bench: Bench, job: JobFile) -> None:
