@@ -98,10 +98,10 @@ def main() -> int:
         names = " and ".join(tell.__name__ for tell in pair)
         right, beyond = sum(one.right for one in mine), sum(bool(one.beyond) for one in mine)
         print(f"{names:28} N {len(mine):4} named {right:4} beyond U {beyond:3}")
-    right = sum(one.right for one in found) / max(len(found), 1)
+    share = sum(one.right for one in found) / max(len(found), 1)
     beyond = sum(bool(one.beyond) for one in found)
-    print(f"right pair {right:.1%} (>= {RIGHT_LIMIT:.0%}); accepted beyond U {beyond} (0)")
-    holds = right >= RIGHT_LIMIT and not beyond
+    print(f"right pair {share:.1%} (>= {RIGHT_LIMIT:.0%}); accepted beyond U {beyond} (0)")
+    holds = share >= RIGHT_LIMIT and not beyond
     print("ok" if holds else "BROKEN")
     return 0 if holds else 1
 

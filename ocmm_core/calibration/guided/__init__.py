@@ -172,12 +172,12 @@ else:
     )
 
 __all__ = [
-    "ARTICULATION_CHANCE", "AVERAGING", "OPEN", "PLACE_DONE", "SEATS", "SEAT_MM",
-    "STILL_FRAMES", "STRANGE", "WAVED_FRAMES", "Articulation", "Average", "BallPlace", "Begun",
+    "ARTICULATION_CHANCE", "AVERAGING", "OPEN", "PLACE_DONE", "SEATS", "SEAT_MM", "STILL_FRAMES",
+    "STRANGE", "WAVED_FRAMES", "Articulation", "Average", "BallPlace", "Begun",
     "CalibrationComparison", "CalibrationContext", "CalibrationOutcome", "CameraChange",
     "CameraLive", "CameraProcedure", "CameraResiduals", "CommonEvent", "Decided", "Entered",
-    "Findings", "Gate", "JudgedRepeat", "KnownPoint", "KnownPointsView", "LinePlan", "Live",
-    "O", "ProbeProcedure", "ProbeSpotAverager", "Procedure", "ProcedureDecision", "ProcedureKind",
+    "Findings", "Gate", "JudgedRepeat", "KnownPoint", "KnownPointsView", "LinePlan", "Live", "O",
+    "ProbeProcedure", "ProbeSpotAverager", "Procedure", "ProcedureDecision", "ProcedureKind",
     "ProcedureView", "RelocationView", "Repeat", "Rest", "RestingPosition", "RestingTouch",
     "SeatVisited", "SessionEvent", "SessionFormat", "SessionLine", "ShockDetector", "Shot", "Spots",
     "StaticSpotAverager", "Step", "Tilt", "VerificationOutcome", "VerificationView",

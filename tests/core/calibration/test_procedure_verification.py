@@ -10,6 +10,7 @@ import msgspec
 import numpy as np
 import pytest
 
+from ocmm_core.calibration.probe_design import Temperature
 from ocmm_core.calibration.records import (
     ArtefactUse,
     CameraRecord,
@@ -240,7 +241,7 @@ def test_a_sphere_is_found_and_its_gain_stated() -> None:
 
 def test_lengths_are_certified_at_the_temperature_of_the_test(tmp_path: Path) -> None:
     steel = replace(Bench.at(tmp_path).sphere.artefact, expanded=0.002)
-    length, expanded = steel.at(400.0, 24.0)
+    length, expanded = steel.at(400.0, Temperature(24.0, 0.3, ""))
     assert length == pytest.approx(400.0 * (1.0 + 4.0 * 11.5e-6))
     # Half of 2 um; 4 K times 0.5e-6/K and 0.3 K times 11.5e-6/K of 400 mm.
     parts = [1.0, 0.8, 1.38]

@@ -12,7 +12,7 @@ from ocmm_core.acceptance import AcceptanceRecord, RoomAir, Verdict, save_record
 from ocmm_core.errors import InputError
 from ocmm_core.export.certificate import certificate_facts, certificate_of_folder, dcc_bytes
 from ocmm_core.export.template import plain_paper
-from tests.core.acceptance.acceptance_site import Machine, begin
+from tests.core.acceptance.acceptance_site import ROOM, Machine, begin
 from tests.core.export.dcc_schema import dcc_schema
 
 Q = "{https://ptb.de/dcc}"
@@ -23,7 +23,7 @@ def _record(tmp_path_factory: pytest.TempPathFactory) -> AcceptanceRecord:
     session = begin(tmp_path_factory.mktemp("acceptance") / "test.jsonl", "SPHERE-25")
     machine = Machine(sigma=0.002)
     machine.run(session)
-    return session.finish(machine.now, 20.0)
+    return session.finish(machine.now, ROOM)
 
 
 def kept(folder: Path, record: AcceptanceRecord, **changes: object) -> Path:
