@@ -18,6 +18,7 @@ from ocmm_core.door import door
 
 if TYPE_CHECKING:
     from ocmm_core.tables._account import SKIPPED_BY_USER, TableAccount, TableColumn, TableOptions
+    from ocmm_core.tables._grid import require_like_names
     from ocmm_core.tables._named import NamedColumns, TextRow, TextTable, read_table
     from ocmm_core.tables._numbers import NUMBER, NumberGrammar, typed_number
     from ocmm_core.tables._pixels import PixelTable, read_pixels
@@ -29,18 +30,17 @@ if TYPE_CHECKING:
         TableReader,
         preview_table,
     )
-    from ocmm_core.tables._suspects import require_like_names
     from ocmm_core.tables._text import decoded
 else:
     __getattr__ = door(
         __name__,
         _account="SKIPPED_BY_USER TableAccount TableColumn TableOptions",
+        _grid="require_like_names",
         _named="NamedColumns TextRow TextTable read_table",
         _numbers="NUMBER NumberGrammar typed_number",
         _pixels="PixelTable read_pixels",
         _points="PointsFile read_points_file",
         _preview="AccountedTable PreviewRow TablePreview TableReader preview_table",
-        _suspects="require_like_names",
         _text="decoded",
     )
 

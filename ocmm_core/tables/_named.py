@@ -12,10 +12,9 @@ from ocmm_core.documents import shortened
 from ocmm_core.errors import InputError
 from ocmm_core.tables._account import SkippedRows, TableAccount, TableColumn, TableOptions
 from ocmm_core.tables._columns import are_units, with_units_below
-from ocmm_core.tables._grid import heading_cells, read_grid
+from ocmm_core.tables._grid import heading_cells, read_grid, require_no_codes
 from ocmm_core.tables._headings import is_summary, role_of
 from ocmm_core.tables._numbers import NumberGrammar, grammar_of, is_number
-from ocmm_core.tables._suspects import require_no_codes
 from ocmm_core.tables._text import bytes_of, text_lines
 from ocmm_core.tables._unit_choice import UnitChoice, choose_unit, statements_in
 from ocmm_core.units import heading_unit

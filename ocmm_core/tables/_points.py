@@ -23,11 +23,17 @@ from ocmm_core.tables._columns import (
     heading_roles,
     stated_columns,
 )
-from ocmm_core.tables._grid import TextGrid, fault, heading_cells, read_grid
+from ocmm_core.tables._grid import (
+    TextGrid,
+    fault,
+    heading_cells,
+    read_grid,
+    require_like_names,
+    require_no_codes,
+)
 from ocmm_core.tables._headings import is_summary
 from ocmm_core.tables._meshes import Mesh, read_mesh
 from ocmm_core.tables._numbers import NUMBER, NumberGrammar, grammar_of, is_number, number_with_unit
-from ocmm_core.tables._suspects import require_like_names, require_no_codes
 from ocmm_core.tables._text import bytes_of, text_lines
 from ocmm_core.tables._unit_choice import choose_unit, statements_in
 

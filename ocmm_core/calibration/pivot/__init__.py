@@ -17,7 +17,6 @@ from ocmm_core.door import door
 
 if TYPE_CHECKING:
     from ocmm_core.calibration.pivot._bundle import PivotState, adjust_pivot
-    from ocmm_core.calibration.pivot._camera_errors import tips_by_cameras
     from ocmm_core.calibration.pivot._centre import (
         common_centre,
         group_average,
@@ -33,7 +32,13 @@ if TYPE_CHECKING:
         PivotSweep,
         SweepCoverage,
     )
-    from ocmm_core.calibration.pivot._guards import find_jump, judge_jump, judge_shape, shared_part
+    from ocmm_core.calibration.pivot._guards import (
+        find_jump,
+        judge_jump,
+        judge_shape,
+        shared_part,
+        tips_by_cameras,
+    )
     from ocmm_core.calibration.pivot._pivot import LEAST_FRAMES, calibrate_probe
     from ocmm_core.calibration.pivot._poses import pivot_of_poses
     from ocmm_core.calibration.pivot._robust import free_poses
@@ -50,11 +55,10 @@ else:
     __getattr__ = door(
         __name__,
         _bundle="PivotState adjust_pivot",
-        _camera_errors="tips_by_cameras",
         _centre="common_centre group_average moments_of sphere_centres thesis_pivot",
         _coverage="preview_pivot",
         _data="SweepCoverage PivotCalibration PivotLimits PivotOptions PivotSweep",
-        _guards="find_jump judge_jump judge_shape shared_part",
+        _guards="find_jump judge_jump judge_shape shared_part tips_by_cameras",
         _pivot="LEAST_FRAMES calibrate_probe",
         _poses="pivot_of_poses",
         _robust="free_poses",

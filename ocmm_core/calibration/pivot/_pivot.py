@@ -26,7 +26,6 @@ from ocmm_core.calibration.bundle import (
     examine,
 )
 from ocmm_core.calibration.pivot._bundle import chi2_of_cameras, residuals
-from ocmm_core.calibration.pivot._camera_errors import tips_by_cameras
 from ocmm_core.calibration.pivot._centre import thesis_pivot
 from ocmm_core.calibration.pivot._covariance import geometry_in, pivot_uncertainty
 from ocmm_core.calibration.pivot._coverage import coverage_of
@@ -39,6 +38,7 @@ from ocmm_core.calibration.pivot._guards import (
     judge_shape,
     judge_uncertainty,
     shared_part,
+    tips_by_cameras,
 )
 from ocmm_core.calibration.pivot._robust import adjust_pivot_robustly
 from ocmm_core.calibration.pivot._start import start_pivot

@@ -5,7 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
-from ocmm_core.geometry import Float, RigidTransform
+import numpy as np
+
+from ocmm_core.features.shapes import NominalFeature, Shape
+from ocmm_core.geometry import Float, RigidTransform, unit
 from ocmm_core.inspection.evaluation import (
     EvaluationCache,
     Progress,
@@ -15,11 +18,114 @@ from ocmm_core.inspection.evaluation import (
 )
 from ocmm_core.inspection.plan import Plan
 from ocmm_core.inspection.session._acceptance import Acceptance, TouchAssignment
-from ocmm_core.inspection.session._any_order import SEARCH_MM, Contact, touched_feature
-from ocmm_core.inspection.session._facing import wrong_face
+from ocmm_core.inspection.session._any_order import (
+    MOST_SLANT_DEG,
+    SEARCH_MM,
+    Contact,
+    touched_feature,
+)
 from ocmm_core.inspection.session._ledger import JobLedger
 from ocmm_core.inspection.session._side_choice import method_of
 from ocmm_core.measuring import MeasuredPoint, Refusal, RefusalCode, StablePoint, Touch
+
+_PLANE_POINTS = 3
+
+
+def wrong_face(
+    plan: Plan,
+    name: str,
+    contact: Contact,
+    T_nominal_from_world: RigidTransform | None,
+    points: Sequence[MeasuredPoint],
+) -> Refusal | None:
+    """Return why a touch was not on the face of a feature; None if it may have been.
+
+    Parameters
+    ----------
+    T_nominal_from_world
+        Place of the part; None before it is known.
+    points
+        Of the job, that count.
+    """
+    feature, ways = plan.feature(name), contact.ways_world
+    if not ways:
+        return None
+    slant, what = 0.0, ""
+    if T_nominal_from_world is not None:
+        ball = T_nominal_from_world.apply(contact.tip_world)
+        near = nearness(feature, ball, contact.radius)
+        if near.gap <= SEARCH_MM and np.any(near.normal):
+            normal = T_nominal_from_world.rotation.T @ near.normal
+            slant = min(_angle(way, normal) for way in ways)
+            what = f"The touch came from {slant:.0f}° off the normal of {name}: another face."
+    else:
+        found = [(slant, what)]
+        own = [point for point in points if point.feature == name]
+        if own and feature.shape is Shape.PLANE:
+            mean = unit(np.mean([point.direction for point in own], axis=0))
+            off = min(_angle(way, mean) for way in ways)
+            found.append((off, f"The touch came from {off:.0f}° off the earlier points of {name}."))
+        for other in plan.features:
+            normal_world = _plane_normal(other, points) if other.name != name else None
+            if normal_world is not None:
+                off = min(_least_slant(way, feature, other, normal_world) for way in ways)
+                found.append(
+                    (
+                        off,
+                        f"The touch came from {off:.0f}° off the face of {name}, by the measured "
+                        f"{other.name}.",
+                    )
+                )
+        slant, what = max(found)
+    if slant <= MOST_SLANT_DEG:
+        return None
+    return Refusal(
+        RefusalCode.WRONG_FACE,
+        what,
+        f"Touch {name} square to its surface. If its earlier points are wrong, undo them first.",
+        contact.time_s,
+    )
+
+
+def _angle(first: Float, second: Float) -> float:
+    """Return the angle between unit vectors, degrees."""
+    return float(np.degrees(np.arccos(np.clip(first @ second, -1.0, 1.0))))
+
+
+def _plane_normal(feature: NominalFeature, points: Sequence[MeasuredPoint]) -> Float | None:
+    """Return the normal of a plane that has points, (3,), world; None if they do not fix it."""
+    own = [point for point in points if point.feature == feature.name]
+    if feature.shape is not Shape.PLANE or len(own) < _PLANE_POINTS:
+        return None
+    tips = np.array([point.tip_world for point in own])
+    _, sizes, axes = np.linalg.svd(tips - tips.mean(axis=0))
+    mean = np.mean([point.direction for point in own], axis=0)
+    # Two walls taken as one plane, or points in a row, fix nothing.
+    if sizes[2] > 0.1 * sizes[1] or sizes[1] < 0.1 * sizes[0]:
+        return None
+    return np.asarray(axes[2] * np.sign(axes[2] @ mean))
+
+
+def _least_slant(
+    way: Float, feature: NominalFeature, plane: NominalFeature, normal_world: Float
+) -> float:
+    """Return the least angle, degrees, of a way off the normals of a feature, by one known plane.
+
+    The normals of a feature form a cone about its direction; turned about the normal of the plane
+    it covers an interval of angles to that normal.
+    """
+    match feature.shape:
+        case Shape.PLANE | Shape.POINT:
+            opening = 0.0
+        case Shape.SPHERE | Shape.TORUS:
+            return 0.0
+        case _:
+            half = 0.5 * feature.angle_deg
+            opening = 90.0 + (half if feature.side == "outer" else -half)
+    tilt = _angle(unit(np.array(feature.direction)), unit(np.array(plane.direction)))
+    low, high = abs(tilt - opening), min(tilt + opening, 360.0 - tilt - opening)
+    seen = _angle(way, normal_world)
+    return max(low - seen, seen - high, 0.0)
 
 
 @dataclass(frozen=True, slots=True)

@@ -21,7 +21,7 @@ from typer.testing import CliRunner
 from ocmm_core.acceptance import InterimCheck, interim_chart
 from ocmm_core.calibration.records import Corner
 from ocmm_core.cli import app
-from ocmm_core.cli.acceptance._interim import _print as print_interim
+from ocmm_core.cli.acceptance._acceptance import _print as print_interim
 from ocmm_core.cli.acceptance._msa_report import print_study
 from ocmm_core.cli.calibrate._report import _print_session
 from ocmm_core.cli.calibrate._run import is_yes
