@@ -8105,7 +8105,7 @@ Startet: {source}</translation>
     </message>
     <message>
         <source>Its U (k = 2) by its certificate, or its id in the register of artefacts</source>
-        <translation>Sein U (k = 2) laut Kalibrierschein oder seine id im Verzeichnis der Normale</translation>
+        <translation>Sein U (k = 2) laut Kalibrierschein oder seine id im Verzeichnis der Prüfkörper</translation>
     </message>
     <message>
         <source>{ended} Press Esc to leave.</source>

@@ -237,7 +237,8 @@ class _Read:
     path: Path
     data: ReportData
     doubts: tuple[str, ...]
-    words: str
+    words: tuple[str, ...]
+    """States of the job and the verdict on the part."""
 
 
 def _read_all(
@@ -265,7 +266,8 @@ def _read_all(
         for doubt in one.doubts:
             line = f"{one.path.name}: {say(doubt)}"
             console.print(line, style="yellow", highlight=False, markup=False)
-        console.print(f"{one.path.stem}: {say(one.words)}", highlight=False, markup=False)
+        words = "; ".join(map(say, one.words))
+        console.print(f"{one.path.stem}: {words}", highlight=False, markup=False)
     return read, faults
 
 
@@ -275,5 +277,5 @@ def _read(path: Path, probes: Path | None, calibrations: Path | None) -> _Read:
     from ocmm_core.inspection.evaluation import job_states, part_line
 
     job = reopen_job(path, probes, calibrations=calibrations)
-    words = "; ".join((*job_states(job.view), part_line(job.view)))
+    words = (*job_states(job.view), part_line(job.view))
     return _Read(path, report_of_job(job), (*job.doubts, *job.remarks), words)
