@@ -8089,7 +8089,7 @@ Startet: {source}</translation>
     </message>
     <message>
         <source>First</source>
-        <translation type="unfinished"></translation>
+        <translation>Zuerst</translation>
     </message>
     <message>
         <source>Figures and reasons</source>
