@@ -9024,6 +9024,14 @@ Startet: {source}</translation>
         <translation>Entlang der Normalen antasten und so abheben. I wählt, wie die Seite gefunden wird, X kehrt den letzten Punkt um.</translation>
     </message>
     <message>
+        <source>No point: the touch came from another face</source>
+        <translation>Kein Punkt: Die Antastung kam von einer anderen Fläche</translation>
+    </message>
+    <message>
+        <source>Touch the feature square to its surface. If its earlier points are wrong, undo them first: Backspace.</source>
+        <translation>Das Element senkrecht zu seiner Oberfläche antasten. Wenn seine früheren Punkte falsch sind, diese zuerst rückgängig machen: Rücktaste.</translation>
+    </message>
+    <message>
         <source>No point: no feature, or several, fit the touch</source>
         <translation>Kein Punkt: kein Element passt zur Antastung, oder mehrere</translation>
     </message>
