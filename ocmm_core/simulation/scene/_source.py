@@ -167,10 +167,11 @@ class SimulatedSource:
         if self.ask is None or (self._asked >= MOST_ROUNDS and not self._hover):
             return False
         missing = self.ask()
-        if not missing.touches:
+        touches = [(name, count) for name, count in missing.touches if count > 0]
+        if not touches:
             return False
         self._asked += 1
-        self._rig.complete(missing, first + self._block)
+        self._rig.complete(Missing(touches, missing.taken), first + self._block)
         return True
 
     def _pace(self, count: int, speed: float) -> None:
