@@ -8,8 +8,6 @@ from dataclasses import dataclass, replace
 from datetime import timedelta
 from pathlib import Path
 
-import numpy as np
-
 from ocmm_core.acquisition.frames import SourceDescription
 from ocmm_core.acquisition.recording import FrameHistory, FrameRecorder
 from ocmm_core.calibration.records import CalibrationInUse, ProbeInUse
@@ -20,7 +18,7 @@ from ocmm_core.composition._calibration_choice import (
     choose_probe,
 )
 from ocmm_core.composition._climate import climate_in_use
-from ocmm_core.composition._feeds import StationRequest, written_folders
+from ocmm_core.composition._feeds import Feed, StationRequest, written_folders
 from ocmm_core.composition._sources import make_feed
 from ocmm_core.documents import digest
 from ocmm_core.errors import InputError, OcmmError, StorageError
@@ -40,8 +38,9 @@ from ocmm_core.inspection.session import HEADER_EVENT, check_header, header_text
 from ocmm_core.leftovers import clear_leftovers
 from ocmm_core.measuring import PointOptions
 from ocmm_core.settings import released_plans_only
+from ocmm_core.simulation.bus import VirtualBus
 from ocmm_core.simulation.hand import HandAtRig
-from ocmm_core.simulation.scene import Missing, VirtualRig
+from ocmm_core.simulation.scene import MOST_ROUNDS, REST_S, Missing, VirtualRig
 from ocmm_core.station import MeasuringStation, StationOptions, free_path, give_back
 from ocmm_core.storage import NAMED, JobFile, make_head
 from ocmm_core.tracking import (
@@ -110,6 +109,8 @@ def _built(request: StationRequest, plan: Plan, begun: JobFile | None) -> BuiltS
         raise
     calibration = checked_for_replay(calibration, feed.recorded)
     probe = checked_probe_for_replay(replace(probe, body=climate.body), feed.recorded)
+    # Features of later plans that the virtual part lacks cannot be touched.
+    there = {each.name for each in feed.virtual.part.artefacts} if feed.virtual else set()
     recorder = None
     job = None
     passed_over: list[OcmmError] = []
@@ -142,6 +143,7 @@ def _built(request: StationRequest, plan: Plan, begun: JobFile | None) -> BuiltS
                 tracking=TrackingOptions(method=request.method),
                 live_source=feed.live,
                 intent=_intent(feed.virtual) if feed.virtual is not None else None,
+                follow=_repeating(feed, request.stay, lambda: _missing(station, there)),
                 pause=timedelta(hours=request.check_after_h),
                 stream=request.stream,
                 plan_file=request.plan if begun is None else None,
@@ -171,8 +173,6 @@ def _built(request: StationRequest, plan: Plan, begun: JobFile | None) -> BuiltS
         station.close()
         raise
     if feed.simulated is not None and feed.virtual is not None:
-        # Features of later plans that this part lacks cannot be touched.
-        there = {entry.name for entry in feed.virtual.part.artefacts}
         feed.simulated.ask = lambda: _missing(station, there)
     hand = None
     if feed.simulated is not None and feed.virtual is not None and request.stay:
@@ -267,14 +267,37 @@ def _intent(virtual: VirtualRig) -> Callable[[int], str | None]:
     return feature_at
 
 
+def _repeating(feed: Feed, stay: bool, ask: Callable[[], Missing]) -> Callable[[int], None] | None:
+    """Return what makes the operator of a virtual wire touch again, as `SimulatedSource` does."""
+    virtual, bus = feed.virtual, feed.acquisition
+    if virtual is None or not isinstance(bus, VirtualBus):
+        return None
+    second = round(1e9 / virtual.frame_period_ns)
+    rest, rounds, due = round(REST_S * second), 0, 0
+
+    def follow(frame: int) -> None:
+        nonlocal rounds, due
+        if frame < max(due, virtual.n_frames - rest) or (rounds >= MOST_ROUNDS and not stay):
+            return
+        due = frame + second // 10
+        missing = ask()
+        if missing.touches:
+            rounds += 1
+            # The cameras are ahead of the reader, and both rigs must contain the same script.
+            after = frame + (feed.ring.capacity - feed.ring.free()) + second
+            virtual.complete(missing, after)
+            bus.touch_again(missing, after)
+
+    return follow
+
+
 def _missing(station: MeasuringStation, there: set[str]) -> Missing:
     """Return the remaining touches of the features that exist on the part."""
-    touches = [item for item in station.job.missing() if item[0] in there]
+    touches = [item for item in station.job.missing() if item[0] in there and item[1] > 0]
+    if not touches:
+        return Missing((), {})
     job = station.job.view()
-    taken = {
-        name: np.array([p.tip_world for p in job.feature(name).points]).reshape(-1, 3)
-        for name, _ in touches
-    }
+    taken = {name: [p.tip_world.tolist() for p in job.feature(name).points] for name, _ in touches}
     return Missing(touches, taken)
 
 

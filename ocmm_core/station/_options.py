@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from datetime import timedelta
 from pathlib import Path
@@ -22,6 +23,8 @@ class StationOptions:
     intent: Intent | None = None
     """For scripted operators: intended feature of a touch that ends at an exposure; None if the
     active feature gets every point."""
+    follow: Callable[[int], None] | None = None
+    """For scripted operators: receives the newest exposure once earlier touches are judged."""
     pause: timedelta = PAUSE
     """Time without a point or a check after which the tip must be checked."""
     stream: StreamOptions | None = None

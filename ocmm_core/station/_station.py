@@ -108,6 +108,10 @@ class MeasuringStation:
             gear.rig, gear.body, looks, failed=lambda error: faults.note(error, "The coach")
         )
         """Turn of the probe that would improve its ball, or the remedy while it is lost."""
+        step = TouchTaker(
+            current, live, instruments, self.maintenance, faults, events, options.intent,
+            options.follow,
+        )  # fmt: skip
         self._frames = frames = FrameLoop(
             ring,
             gear.rig,
@@ -116,9 +120,7 @@ class MeasuringStation:
             options.tracking,
             session.point,
             home=current.now.session.reference_home,
-            step=TouchTaker(
-                current, live, instruments, self.maintenance, faults, events, options.intent
-            ),
+            step=step,
             faults=faults,
             halt=halt,
             recorder=recorder,

@@ -26,7 +26,7 @@ class TouchTaker:
     `live`: State of the latest frames.
     `maintenance`: Its procedures receive the frames instead of the job.
     `faults`, `events`: Receive the results of touches.
-    `intent`: Of a scripted operator; None if the session decides.
+    `intent`, `follow`: Of a scripted operator, see `StationOptions`; None if the session decides.
     """
 
     def __init__(
@@ -38,10 +38,12 @@ class TouchTaker:
         faults: StationFaults,
         events: StationEvents,
         intent: Intent | None,
+        follow: Callable[[int], None] | None = None,
     ) -> None:
         self._current, self._live = current, live
         self._instruments, self._maintenance = instruments, maintenance
-        self._faults, self._events, self._intent = faults, events, intent
+        self._faults, self._events = faults, events
+        self._intent, self._follow = intent, follow
         self._button = ButtonWatch()
 
     @property
@@ -63,14 +65,18 @@ class TouchTaker:
         if self._maintenance.takes(block):
             return
         self._instruments.watch_cameras(track)
-        if not tracked.touches:
-            return
+        if tracked.touches:
+            self._judge(tracked, session)
+        if self._follow is not None and not tracked.collecting:
+            self._follow(int(block.counter[-1]))
+
+    def _judge(self, tracked: Tracked, session: InspectionSession) -> None:
         code, blocker = self._instruments.blocking_reason()
         for touch in tracked.touches:
             if blocker is None:
                 self._take(touch)
                 continue
-            time_s = float(block.time_ns[-1]) * 1e-9
+            time_s = float(tracked.block.time_ns[-1]) * 1e-9
             refusal = Refusal(code, blocker.what, blocker.remedy, time_s)
             try:
                 refuse(session, refusal, self._events)

@@ -56,6 +56,8 @@ class ChildProcess:
         self._command = list(command)
         self._first_lines = first_lines
         self._ring = ring
+        self._inherited: tuple[int, ...] = ()
+        """Descriptors that the process inherits."""
         self._process: subprocess.Popen[bytes] | None = None
         self._watch: threading.Thread | None = None
         self._stop_asked = False
@@ -83,8 +85,9 @@ class ChildProcess:
         self._ring.set_word(RingHeaderField.STATE, AcquisitionState.OPENING)
         try:
             self._process = subprocess.Popen(  # noqa: S603 - our own interpreter and modules, no shell
-                self._command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE
-            )
+                self._command, stdin=subprocess.PIPE, stdout=subprocess.PIPE,
+                stderr=subprocess.PIPE, pass_fds=self._inherited,
+            )  # fmt: skip
         except OSError as error:
             raise BusError(
                 "bus.start",

@@ -318,7 +318,9 @@ def _require_calibration(built: BuiltStation) -> None:
 def _script_is_over(built: BuiltStation) -> bool:
     if not built.live or built.virtual is None:
         return False
-    return built.station.looks.live().frame_counter >= built.virtual.n_frames
+    # A refused last touch extends the script once its frames are measured, a second later at most.
+    second = round(1e9 / built.virtual.frame_period_ns)
+    return built.station.looks.live().frame_counter >= built.virtual.n_frames + second
 
 
 def _incomplete(view: JobView, status: AcquisitionStatus, job_path: Path) -> OcmmError:

@@ -59,7 +59,7 @@ class Unit:
         self._lens = lens
         self.sees = sees
         self.identity = identity
-        self._provider = provider
+        self.provider = provider
         self.boots = boots
         self._store = CameraStore()
         self._banks = FirmwareBanks()
@@ -80,7 +80,7 @@ class Unit:
         self.powered = True
         if self._device is not None:
             self.described = DescribedCamera(
-                self.sees, self.identity.serial, self.identity.alias, self._provider,
+                self.sees, self.identity.serial, self.identity.alias, self.provider,
                 self._device, self._lens,
             )  # fmt: skip
             self.described.esc.clock.jump(clock_ns)
@@ -89,7 +89,7 @@ class Unit:
             self.sees,
             self.identity.serial,
             self.identity.alias,
-            self._provider,
+            self.provider,
             self.boots,
             self._store,
             banks=self._banks,
@@ -101,8 +101,8 @@ class Unit:
         )
         self.camera.esc.clock.jump(clock_ns)
         self.camera.esc.eeprom_written = self._keep_alias
-        if isinstance(self._provider, ClockPattern):
-            self._provider.watch(self.sees, self.camera.esc, self.camera.buffer, self.boots)
+        if isinstance(self.provider, ClockPattern):
+            self.provider.watch(self.sees, self.camera.esc, self.camera.buffer, self.boots)
         return self.camera
 
     def _keep_alias(self, eeprom: bytes) -> None:

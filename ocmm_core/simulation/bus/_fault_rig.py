@@ -52,11 +52,6 @@ class FaultRig:
         Cameras created; default `expected`.
     unplugged
         Cameras not on the wire at the start.
-
-    Attributes
-    ----------
-    bus, ring
-        Bus process as in the application; None before `start_bus`.
     """
 
     def __init__(
@@ -79,6 +74,7 @@ class FaultRig:
         self._ask.settimeout(_ANSWER_S)
         self.bus: BusProcess | None = None
         self.ring: FrameRing | None = None
+        """`bus`, `ring`: bus process as in the application; None before `start_bus`."""
 
     def __enter__(self) -> FaultRig:
         """Create cables, proxy and cameras."""

@@ -7,13 +7,16 @@ started it: the kernel removes namespace and cable with the last process inside.
 
 from __future__ import annotations
 
+import contextlib
 import math
 import os
 import select
+import socket
 import subprocess
 import sys
 import time
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 import msgspec
 
@@ -36,11 +39,15 @@ from ocmm_core.errors import BusError, OcmmError
 from ocmm_core.host import require_linux
 from ocmm_core.simulation.bus._camera_process import SegmentConfig, make_wire
 from ocmm_core.simulation.bus._network import make_link, run, tool
+from ocmm_core.simulation.bus._wire import Wire
+
+if TYPE_CHECKING:
+    from ocmm_core.simulation.scene import Missing
 
 HOST_INTERFACE = "ocmm-host"
 CAMERA_INTERFACE = "ocmm-cameras"
 _MODULE = "ocmm_core.simulation.bus._virtual_bus"
-_SCAN, _MAINTAIN, _CONFORM = "scan", "maintain", "conform"
+_SCAN, _MAINTAIN, _CONFORM, _ORDERS = "scan", "maintain", "conform", "orders"
 _STOP_S = 2.0
 _FAREWELL_S = 10.0
 """Time for a stopping bus process to release its cameras."""
@@ -61,6 +68,7 @@ class VirtualBus(ChildProcess):
         cameras = msgspec.structs.replace(
             segment, interface=CAMERA_INTERFACE, ring_path=str(ring.path)
         )
+        self._orders: socket.socket | None = None
         master = msgspec.structs.replace(bus, interface=HOST_INTERFACE, stretched=True)
         super().__init__(
             [sys.executable, "-m", _MODULE], cameras.to_json() + master.to_json(), ring
@@ -69,8 +77,24 @@ class VirtualBus(ChildProcess):
     def start(self) -> None:
         """Start both ends; BusError if namespaces are forbidden or a tool is missing."""
         tool("ip")
-        self._command = [*namespace_command(), *self._command]
-        super().start()
+        self._orders, theirs = socket.socketpair(socket.AF_UNIX, socket.SOCK_DGRAM)
+        self._orders.setblocking(False)
+        with theirs:
+            self._inherited = (theirs.fileno(),)
+            self._command = [*namespace_command(), *self._command, _ORDERS, str(theirs.fileno())]
+            super().start()
+
+    def touch_again(self, missing: Missing, after_frame: int) -> None:
+        """Let the scripted operator make touches after a frame not exposed yet."""
+        if self._orders is not None:
+            # Cameras that have ended are reported by the bus.
+            with contextlib.suppress(OSError):
+                self._orders.send(msgspec.json.encode((missing, after_frame)))
+
+    def join(self, timeout_s: float) -> bool:
+        if self._orders is not None:
+            self._orders.close()
+        return super().join(timeout_s)
 
 
 def namespace_command() -> list[str]:
@@ -133,6 +157,7 @@ def _run(content: bytes, command: Sequence[str]) -> int:
     config = msgspec.json.decode(content, type=SegmentConfig)
     make_link(HOST_INTERFACE, config.interface)
     wire = make_wire(config)
+    orders = socket.socket(fileno=int(sys.argv[2])) if sys.argv[1:2] == [_ORDERS] else None
     # Standard input, from its second line on, and the other streams belong to the bus process.
     bus = subprocess.Popen(command)  # noqa: S603 - our own interpreter and modules, no shell
     # After starting the bus process, which sets its own priority.
@@ -147,6 +172,8 @@ def _run(content: bytes, command: Sequence[str]) -> int:
         nonlocal deadline
         if deadline == math.inf and parent.poll(0):
             deadline = time.monotonic() + _FAREWELL_S
+        if orders is not None:
+            _obey(orders, wire)
         return bus.poll() is not None or time.monotonic() > deadline
 
     try:
@@ -159,6 +186,21 @@ def _run(content: bytes, command: Sequence[str]) -> int:
             bus.kill()
             code = bus.wait()
     return code
+
+
+def _obey(orders: socket.socket, wire: Wire) -> None:
+    """Give the operator in view of the cameras the touches of `VirtualBus.touch_again`."""
+    try:
+        content = orders.recv(1 << 16, socket.MSG_DONTWAIT)
+    except OSError:
+        return
+    from ocmm_core.simulation.scene import Missing, PixelFrames, VirtualRig
+
+    missing, after_frame = msgspec.json.decode(content, type=tuple[Missing, int])
+    provider = wire.chain.units[0].provider
+    rig = provider.rig if isinstance(provider, PixelFrames) else provider
+    if isinstance(rig, VirtualRig):
+        rig.complete(missing, after_frame)
 
 
 if __name__ == "__main__":

@@ -30,8 +30,8 @@ if TYPE_CHECKING:
     from ocmm_core.simulation.scene._attitude import attitude_at, rotation_vector
     from ocmm_core.simulation.scene._hand import steady_hand
     from ocmm_core.simulation.scene._kernels import BUTTON_DOWN_S
-    from ocmm_core.simulation.scene._operator import Missing, Motion
-    from ocmm_core.simulation.scene._pixel_frames import PixelScript
+    from ocmm_core.simulation.scene._operator import REST_S, Missing, Motion
+    from ocmm_core.simulation.scene._pixel_frames import PixelFrames, PixelScript
     from ocmm_core.simulation.scene._probe_study import (
         ProbeStudy,
         StudyResult,
@@ -41,7 +41,7 @@ if TYPE_CHECKING:
     from ocmm_core.simulation.scene._rig import CameraFrames, VirtualRig
     from ocmm_core.simulation.scene._script import RigScript, decode_script
     from ocmm_core.simulation.scene._sensor import Sensor, SensorOptions, normal_table
-    from ocmm_core.simulation.scene._source import LedHand, SimulatedSource
+    from ocmm_core.simulation.scene._source import MOST_ROUNDS, LedHand, SimulatedSource
     from ocmm_core.simulation.scene._spot_pattern import SpotPattern, draw_pattern
     from ocmm_core.simulation.scene._touches import sample
     from ocmm_core.simulation.scene._truth import TrueTouch
@@ -64,13 +64,13 @@ else:
         _exposure="exposure",
         _hand="steady_hand",
         _kernels="BUTTON_DOWN_S kernels",
-        _operator="Missing Motion",
-        _pixel_frames="PixelScript",
+        _operator="Missing Motion REST_S",
+        _pixel_frames="PixelFrames PixelScript",
         _probe_study="ProbeStudy StudyResult draw_targets run_study",
         _rig="CameraFrames VirtualRig",
         _script="RigScript decode_script",
         _sensor="Sensor SensorOptions normal_table",
-        _source="LedHand SimulatedSource",
+        _source="LedHand MOST_ROUNDS SimulatedSource",
         _spot_pattern="SpotPattern draw_pattern",
         _surfaces="surfaces",
         _touches="sample",
@@ -82,11 +82,11 @@ else:
     )
 
 __all__ = [
-    "BUTTON_DOWN_S", "CameraFrames", "LedHand", "Missing", "Motion", "Part", "PartDocument",
-    "PartPose", "PixelScript", "ProbeStudy", "RigScript", "ScriptedBump", "ScriptedNudge",
-    "ScriptedOcclusion", "Sensor", "SensorOptions", "SimulatedSource", "SpotPattern", "StudyResult",
-    "TouchedEntry", "TrueFeature", "TrueTouch", "VirtualRig", "World", "WorldOptions",
-    "attitude_at", "bumped", "decode_script", "draw_pattern", "draw_targets", "draw_world",
-    "exposure", "kernels", "load_part", "normal_table", "nudged", "rotation_vector", "run_study",
-    "sample", "steady_hand", "surfaces", "white_noise",
+    "BUTTON_DOWN_S", "MOST_ROUNDS", "REST_S", "CameraFrames", "LedHand", "Missing", "Motion",
+    "Part", "PartDocument", "PartPose", "PixelFrames", "PixelScript", "ProbeStudy", "RigScript",
+    "ScriptedBump", "ScriptedNudge", "ScriptedOcclusion", "Sensor", "SensorOptions",
+    "SimulatedSource", "SpotPattern", "StudyResult", "TouchedEntry", "TrueFeature", "TrueTouch",
+    "VirtualRig", "World", "WorldOptions", "attitude_at", "bumped", "decode_script", "draw_pattern",
+    "draw_targets", "draw_world", "exposure", "kernels", "load_part", "normal_table", "nudged",
+    "rotation_vector", "run_study", "sample", "steady_hand", "surfaces", "white_noise",
 ]  # fmt: skip

@@ -55,7 +55,7 @@ class Missing:
 
     touches: Touches
     """Features and number of missing points of each."""
-    taken: Mapping[str, Float]
+    taken: Mapping[str, Sequence[Sequence[float]]]
     """Ball centres (n, 3), mm, world, of the recorded points by feature; none if absent."""
 
 
@@ -200,7 +200,7 @@ class Operator:
         old: _Timeline,
         touches: Touches,
         not_before_s: float,
-        taken: Mapping[str, Float] | None = None,
+        taken: Mapping[str, Sequence[Sequence[float]]] | None = None,
     ) -> _Timeline:
         writer = _Writer(self._home, max(old.end_s, not_before_s))
         for index, (name, count) in enumerate(touches):
@@ -213,7 +213,8 @@ class Operator:
             rng = np.random.default_rng([self._seed, _STREAM, old.rounds, index])
             artefact = self._part.artefact(name)
             if taken is not None:
-                contacts = self._open(artefact, count, taken.get(name, np.empty((0, 3))), rng)
+                there = np.array(taken.get(name, ())).reshape(-1, 3)
+                contacts = self._open(artefact, count, there, rng)
             elif old.rounds:
                 contacts = sample(artefact, max(count, 12), rng)
                 contacts = contacts.take(sorted(rng.permutation(max(count, 12))[:count]))

@@ -17,7 +17,7 @@ from ocmm_core.simulation.scene._rig import VirtualRig
 BLOCK_NS = 10_000_000
 """Frames of 10 ms per read."""
 
-_MOST_ROUNDS = 3
+MOST_ROUNDS = 3
 """Maximum retries of missing touches by an unattended operator."""
 
 SLOWEST = 0.1
@@ -164,7 +164,7 @@ class SimulatedSource:
             return self._rig.led_frames(self._hand.motion, first, self._block)
 
     def _ask_for_more(self, first: int) -> bool:
-        if self.ask is None or (self._asked >= _MOST_ROUNDS and not self._hover):
+        if self.ask is None or (self._asked >= MOST_ROUNDS and not self._hover):
             return False
         missing = self.ask()
         touches = [(name, count) for name, count in missing.touches if count > 0]
