@@ -8088,6 +8088,10 @@ Startet: {source}</translation>
         <translation>Hat nur eine Linie nicht bestanden, sie einmal neu messen. Besteht sie wieder nicht, das Urteil speichern und neu kalibrieren. Aufträge seit der letzten guten Verifikation sind dann fraglich: der Rückruf (F12) auf der Seite „Kalibrierung“ zeigt, welche ihrer Urteile gelten.</translation>
     </message>
     <message>
+        <source>Since</source>
+        <translation>Seit</translation>
+    </message>
+    <message>
         <source>First</source>
         <translation>Zuerst</translation>
     </message>

@@ -100,7 +100,14 @@ if TYPE_CHECKING:
         ProbeProcedure,
         require_fresh_temperature,
     )
-    from ocmm_core.calibration.guided._session_drift import Rest, camera_step, rest_of, step_finding
+    from ocmm_core.calibration.guided._session_drift import (
+        Course,
+        Rest,
+        SessionChange,
+        change_findings,
+        rest_of,
+        session_changes,
+    )
     from ocmm_core.calibration.guided._session_events import (
         Begun,
         CommonEvent,
@@ -161,7 +168,7 @@ else:
             "judge_first_visit judge_visit_again"
         ),
         _session="CameraProcedure O ProbeProcedure require_fresh_temperature",
-        _session_drift="Rest camera_step rest_of step_finding",
+        _session_drift="Course Rest SessionChange change_findings rest_of session_changes",
         _session_events=(
             "Begun CommonEvent Decided Entered SessionEvent SessionFormat SessionLine Spots "
             "from_spots is_ended require_probe sessions to_spots utc_text"
@@ -172,20 +179,22 @@ else:
     )
 
 __all__ = [
-    "ARTICULATION_CHANCE", "AVERAGING", "OPEN", "PLACE_DONE", "SEATS", "SEAT_MM", "STILL_FRAMES",
-    "STRANGE", "WAVED_FRAMES", "Articulation", "Average", "BallPlace", "Begun",
+    "ARTICULATION_CHANCE", "AVERAGING", "OPEN", "PLACE_DONE", "SEATS", "SEAT_MM",
+    "STILL_FRAMES", "STRANGE", "WAVED_FRAMES", "Articulation", "Average", "BallPlace", "Begun",
     "CalibrationComparison", "CalibrationContext", "CalibrationOutcome", "CameraChange",
-    "CameraLive", "CameraProcedure", "CameraResiduals", "CommonEvent", "Decided", "Entered",
-    "Findings", "Gate", "JudgedRepeat", "KnownPoint", "KnownPointsView", "LinePlan", "Live", "O",
-    "ProbeProcedure", "ProbeSpotAverager", "Procedure", "ProcedureDecision", "ProcedureKind",
-    "ProcedureView", "RelocationView", "Repeat", "Rest", "RestingPosition", "RestingTouch",
-    "SeatVisited", "SessionEvent", "SessionFormat", "SessionLine", "ShockDetector", "Shot", "Spots",
-    "StaticSpotAverager", "Step", "Tilt", "VerificationOutcome", "VerificationView",
-    "VolumeCoverage", "again_gate", "again_instruction", "articulate", "build_outcome",
-    "camera_step", "coverage", "first_gate", "first_instruction", "from_spots", "handle_axis",
-    "hash_of", "is_ended", "joint_covariance", "judge_first_visit", "judge_repeats",
-    "judge_visit_again", "length_sigma", "load_shots", "location_gains", "place_of_ball",
-    "random_lines", "range_limit", "record_shock", "repeat_finding", "require_fresh_temperature",
-    "require_no_doubt_since", "require_probe", "rest_of", "sessions", "shared_covariance",
-    "sigma_of_mean", "step_finding", "tips_of", "to_spots", "touch_of", "utc_text", "viewer_axes",
+    "CameraLive", "CameraProcedure", "CameraResiduals", "CommonEvent", "Course", "Decided",
+    "Entered", "Findings", "Gate", "JudgedRepeat", "KnownPoint", "KnownPointsView", "LinePlan",
+    "Live", "O", "ProbeProcedure", "ProbeSpotAverager", "Procedure", "ProcedureDecision",
+    "ProcedureKind", "ProcedureView", "RelocationView", "Repeat", "Rest", "RestingPosition",
+    "RestingTouch", "SeatVisited", "SessionChange", "SessionEvent", "SessionFormat",
+    "SessionLine", "ShockDetector", "Shot", "Spots", "StaticSpotAverager", "Step", "Tilt",
+    "VerificationOutcome", "VerificationView", "VolumeCoverage", "again_gate",
+    "again_instruction", "articulate", "build_outcome", "change_findings", "coverage",
+    "first_gate", "first_instruction", "from_spots", "handle_axis", "hash_of", "is_ended",
+    "joint_covariance", "judge_first_visit", "judge_repeats", "judge_visit_again",
+    "length_sigma", "load_shots", "location_gains", "place_of_ball", "random_lines",
+    "range_limit", "record_shock", "repeat_finding", "require_fresh_temperature",
+    "require_no_doubt_since", "require_probe", "rest_of", "session_changes", "sessions",
+    "shared_covariance", "sigma_of_mean", "tips_of", "to_spots", "touch_of", "utc_text",
+    "viewer_axes",
 ]  # fmt: skip

@@ -1,18 +1,21 @@
-"""Detect whether a camera moved during a session, which one, and when.
+"""Detect what changed before or during a session: which element, when, and suddenly or evenly.
 
 Every resting position leaves residuals: spots minus those predicted by the pose. A camera that
 turned leaves a pattern of them from one moment on, and a seat visited first and again at the end
-appears displaced. Both are linear in the camera's three angles, so one weighted least squares fit
-per camera and moment gives the improvement by such a step (generalised likelihood ratio; M.
-Basseville, I. V. Nikiforov, Detection of Abrupt Changes, 1993, section 2.4). Effects shared by the
-whole session (uncertainty of calibration and probe) are in the covariance, so that a calibration
-error is not mistaken for a step.
+appears displaced. Each suspect is linear in a few amounts, so one weighted least squares fit gives
+its likelihood ratio (M. Basseville, I. V. Nikiforov, Detection of Abrupt Changes, 1993, section
+2.4): a camera that jumped at some moment, drifted linearly in time, or was off from the first
+observation, and an LED or a size that was. They compete with a charge per free amount (G. Schwarz,
+Ann. Statist. 6, 1978). Effects shared by the whole session (uncertainty of calibration and probe)
+are in the covariance, so that a calibration error is not mistaken for a change.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from datetime import datetime
+from enum import Enum, auto
 
 import numpy as np
 from scipy.linalg import cho_factor, cho_solve, qr
@@ -29,7 +32,17 @@ from ocmm_core.tracking import ProbeBody, reprojection
 STEP_CHANCE = 1e-3
 """False alarm probability of a session."""
 
-_ANGLES = 3
+_DECISIVE = 12.0
+"""Twice the logarithm of a likelihood ratio of 400: less likely alternatives are excluded."""
+
+_MOST = 2
+"""Changes of one session that are found."""
+
+_FREE = 30.0
+"""Standard deviation of a granted change, in its amounts: practically free."""
+
+_LEAST_INFORMATION = 1e-8
+"""Fraction of the information of a change below which it is unobservable."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,26 +60,38 @@ class Rest:
     """ISO 8601 text."""
 
 
-@dataclass(frozen=True, slots=True)
-class CameraStep:
-    """Step that explains a session best."""
+class Course(Enum):
+    """Course of a change in time."""
 
-    camera: int
+    JUMP = auto()
+    DRIFT = auto()
+    BEFORE = auto()
+    """Constant over the session: it happened before the session, the start is unknown."""
+
+
+@dataclass(frozen=True, slots=True)
+class SessionChange:
+    """Change that explains a session."""
+
+    course: Course
+    element: str
+    """``pose``, ``turn`` or ``lens`` of a camera, ``LED``, or ``size`` of the probe."""
+    index: int
+    """Of the camera or LED; -1 for the probe."""
+    columns: slice
+    profile: Float
+    """(n,): fraction effective at each rest."""
     last: int
     first: int
-    """`last`, `first`: Indices of the last rest before it and of the first one after it."""
-    turn: Float
-    """(3,), rad: of the camera, in its own frame."""
+    """`last`, `first`: Rests between which it happened, as far as the residuals determine it."""
+    amount: Float
     gain: float
     limit: float
     """`gain`, `limit`: Decrease of chi-square with it, and the critical value at the stated
-    probability over all cameras and moments.
+    probability over all suspects and moments.
     """
-
-    @property
-    def is_real(self) -> bool:
-        """Return whether the step is significant."""
-        return self.gain > self.limit
+    worth: float
+    """Gain less the charge for free amounts; the moment of a jump is one."""
 
 
 def rest_of(uv: Float, sigma_px: float, utc: str, rig: Rig, body: ProbeBody) -> Rest:
@@ -93,112 +118,261 @@ def rest_of(uv: Float, sigma_px: float, utc: str, rig: Rig, body: ProbeBody) -> 
     return Rest(touch, across @ residuals, across @ by_cameras, across @ by_geometry, utc)
 
 
-def camera_step(
+def session_changes(
     rests: Sequence[Rest],
     repeats: Sequence[tuple[int, int]],
     rig: Rig,
     body: ProbeBody,
     chance: float = STEP_CHANCE,
-    seat_sigma_mm: float = SEAT_SIGMA_MM,
-) -> CameraStep | None:
-    """Return the turn of one camera at one moment that explains a session best, or None.
+    *,
+    failed: bool = False,
+) -> list[tuple[SessionChange, ...]]:
+    """Return the changes that explain a session, each with its equally likely alternatives.
 
     Parameters
     ----------
     rests
-        In order of time; None is returned for fewer than two.
+        In order of time; fewer than two show no change.
     repeats
         Indices of rests in the same seat, first and again.
     chance
-        Probability that the best step of an undisturbed session exceeds the limit, divided equally
-        between cameras and moments.
+        Probability that an undisturbed session exceeds the limit, divided equally between suspects
+        and moments.
+    failed
+        Whether lengths failed: a change before the session then counts by itself. Otherwise it only
+        competes with changes during the session.
     """
-    n, cameras = len(rests), len(rig.cameras)
-    if n < 2:
-        return None
-    # Columns of effects shared by the session, scaled to one standard deviation each.
-    of_cameras, of_geometry = _root(rig.parameter_covariance), _root(body.geometry_covariance)
-    turns = _turns(rig)
-    seats = [_whitened(rests[i].touch, rests[k].touch, seat_sigma_mm) for i, k in repeats]
-    parts = [
-        # A rest sees all earlier steps, a repeat those between its first and second visit.
-        (1, i, rest.by_cameras @ turns, rest.residuals,
-         np.hstack([rest.by_cameras @ of_cameras, rest.by_geometry @ of_geometry]))
-        for i, rest in enumerate(rests)
-    ]  # fmt: skip
-    for (first, again), (jacobian, shift, by_cameras, by_geometry) in zip(
-        repeats, seats, strict=True
-    ):
-        shared = np.hstack([by_cameras @ of_cameras, by_geometry @ of_geometry])
-        parts.append((first + 1, again, jacobian @ turns, shift, shared))
-    k, size = turns.shape[1], parts[0][4].shape[1]
-    shared_square, shared_data = np.eye(size), np.zeros(size)
-    # Moment i: the step is before rest i = 1 .. n - 1.
-    square, mixed, data = np.zeros((n, k, k)), np.zeros((n, k, size)), np.zeros((n, k))
-    for low, high, rows, values, shared in parts:
-        shared_square += shared.T @ shared
-        shared_data += shared.T @ values
-        felt = slice(low, high + 1)
-        square[felt] += rows.T @ rows
-        mixed[felt] += rows.T @ shared
-        data[felt] += rows.T @ values
-    factor = cho_factor(shared_square)
-    limit = float(chdtri(_ANGLES, chance / (cameras * (n - 1))))
-    best: CameraStep | None = None
-    for moment in range(1, n):
+    found: list[tuple[SessionChange, ...]] = []
+    if len(rests) < 2:
+        return found
+    normal, drifting = _Normal.of(rests, repeats, rig, body), set[int]()
+    for _ in range(_MOST):
+        suspects = normal.suspects(rests, len(rig.cameras), body.n_leds, chance)
+        # A drift is hardly ever exactly even: the rest of it is no jump.
+        real = [
+            one
+            for one in suspects
+            if one.gain > one.limit
+            and not (one.course is not Course.BEFORE and one.index in drifting)
+        ]
+        if not real or not (failed or any(one.course is not Course.BEFORE for one in real)):
+            break
+        best = max(real, key=lambda one: one.worth)
+        near = [one for one in real if one.worth > best.worth - _DECISIVE]
+        found.append(_one_of_each(near))
+        drifting |= {one.index for one in near if one.course is Course.DRIFT}
+        normal = normal.granting(best)
+    return found
+
+
+@dataclass(frozen=True, slots=True)
+class _Normal:
+    """Residuals of rests and repeats, and their derivatives by changes and by shared effects."""
+
+    parts: tuple[tuple[tuple[tuple[int, Float], ...], Float, Float], ...]
+    """Per rest or repeat: (rest, rows) of the changes, values, and rows of shared effects."""
+
+    @classmethod
+    def of(
+        cls, rests: Sequence[Rest], repeats: Sequence[tuple[int, int]], rig: Rig, body: ProbeBody
+    ) -> _Normal:
+        of_cameras, of_geometry = _root(rig.parameter_covariance), _root(body.geometry_covariance)
+        changes, size = _changes(rig), (body.leds_probe - body.leds_probe.mean(axis=0)).ravel()
+
+        def rows(by_cameras: Float, by_geometry: Float) -> Float:
+            leds = by_geometry[:, : len(size)]
+            return np.hstack([by_cameras @ changes, leds, leds @ size[:, None]])
+
+        def shared(by_cameras: Float, by_geometry: Float) -> Float:
+            # Scaled to one standard deviation each.
+            return np.hstack([by_cameras @ of_cameras, by_geometry @ of_geometry])
+
+        parts = [
+            (((i, rows(one.by_cameras, one.by_geometry)),), one.residuals,
+             shared(one.by_cameras, one.by_geometry))
+            for i, one in enumerate(rests)
+        ]  # fmt: skip
+        for i, k in repeats:
+            one, other = rests[i].touch, rests[k].touch
+            covariance = one.noise + other.noise + 2.0 * SEAT_SIGMA_MM**2 * np.eye(3)
+            white = np.linalg.inv(np.linalg.cholesky(covariance))
+            was = -white @ one.by_cameras, -white @ one.by_geometry
+            now = white @ other.by_cameras, white @ other.by_geometry
+            both = shared(was[0] + now[0], was[1] + now[1])
+            shift = white @ (other.tip_world - one.tip_world)
+            parts.append((((i, rows(*was)), (k, rows(*now))), shift, both))
+        return cls(tuple(parts))
+
+    def felt(self, columns: slice, profile: Float) -> list[Float]:
+        """Return the effect of a change on each part."""
+        found = []
+        for rows, _, _ in self.parts:
+            found.append(sum((profile[i] * one[:, columns] for i, one in rows), np.zeros(())))
+        return found
+
+    def granting(self, change: SessionChange) -> _Normal:
+        """Return the same with a change of free size as a shared effect."""
+        scale = _FREE * np.abs(change.amount).max()
+        effects = self.felt(change.columns, change.profile)
+        return _Normal(
+            tuple(
+                (rows, values, np.hstack([shared, scale * effect]))
+                for (rows, values, shared), effect in zip(self.parts, effects, strict=True)
+            )
+        )
+
+    def suspects(
+        self, rests: Sequence[Rest], cameras: int, leds: int, chance: float
+    ) -> list[SessionChange]:
+        """Return every suspect at every moment."""
+        count, values = len(rests), np.concatenate([one[1] for one in self.parts])
+        shared = np.concatenate([one[2] for one in self.parts])
+        factor = cho_factor(np.eye(shared.shape[1]) + shared.T @ shared)
+        still = shared @ cho_solve(factor, shared.T @ values)
+        at = np.array([datetime.fromisoformat(one.utc).timestamp() for one in rests])
+        span = float(at[-1] - at[0])
+        even = (at - at[0]) / span if span > 0.0 else np.linspace(0.0, 1.0, count)
+        always = np.ones(count)
+        jumps = np.triu(np.ones((count, count)))[1:]
+        trials: list[tuple[Course, str, int, slice, Float, int]] = []
         for c in range(cameras):
-            own = slice(c * _ANGLES, (c + 1) * _ANGLES)
-            cross = mixed[moment, own]
-            information = square[moment][own, own] - cross @ cho_solve(factor, cross.T)
-            score = data[moment, own] - cross @ cho_solve(factor, shared_data)
+            turn, pose, lens = (slice(9 * c + a, 9 * c + b) for a, b in ((0, 3), (0, 6), (6, 9)))
+            trials += [(Course.JUMP, "turn", c, turn, one, i) for i, one in enumerate(jumps)]
+            trials.append((Course.DRIFT, "turn", c, turn, even, 0))
+            trials += [(Course.BEFORE, "turn", c, turn, always, 0),
+                       (Course.BEFORE, "pose", c, pose, always, 0),
+                       (Course.BEFORE, "lens", c, lens, always, 0)]  # fmt: skip
+        first = 9 * cameras
+        for led in range(leds):
+            place = slice(first + 3 * led, first + 3 * led + 3)
+            trials.append((Course.BEFORE, "LED", led, place, always, 0))
+        place = slice(first + 3 * leds, first + 3 * leds + 1)
+        trials.append((Course.BEFORE, "size", -1, place, always, 0))
+        found = []
+        for course, element, index, columns, profile, last in trials:
+            rows = np.concatenate(self.felt(columns, profile))
+            cross = rows.T @ shared
+            information = rows.T @ rows - cross @ cho_solve(factor, cross.T)
+            score = rows.T @ (values - still)
             # A camera without spots since then leaves its angles undetermined.
-            turn = np.asarray(np.linalg.lstsq(information, score)[0], dtype=np.float64)
-            gain = float(score @ turn)
-            if best is None or gain > best.gain:
-                best = CameraStep(c, moment - 1, moment, turn, gain, limit)
-    return best
+            scale = np.sqrt(np.maximum(np.diag(rows.T @ rows), 1e-300))
+            amount = np.linalg.lstsq(
+                information / np.outer(scale, scale), score / scale, rcond=_LEAST_INFORMATION
+            )[0] / scale  # fmt: skip
+            gain, free = float(score @ amount), len(amount)
+            jump = course is Course.JUMP
+            found.append(
+                SessionChange(
+                    course, element, index, columns, profile, last, last + 1 if jump else count - 1,
+                    amount, gain, float(chdtri(free, chance / len(trials))),
+                    gain - (free + jump) * float(np.log(len(values))),
+                )
+            )  # fmt: skip
+        return found
 
 
-def step_finding(
-    step: CameraStep | None, rests: Sequence[Rest], rig: Rig, remedy: str
-) -> Finding | None:
-    """Return the finding for a session in which a camera moved, or None."""
-    if step is None or not step.is_real:
-        return None
-    name = rig.cameras[step.camera].name
-    size = 1e6 * float(np.linalg.norm(step.turn))
+def _one_of_each(near: Sequence[SessionChange]) -> tuple[SessionChange, ...]:
+    """Return the best of each suspect, a jump with all its likely moments, the likeliest first."""
+    alike: dict[tuple[Course, str, int], list[SessionChange]] = {}
+    for one in sorted(near, key=lambda one: -one.worth):
+        alike.setdefault((one.course, one.element, one.index), []).append(one)
+    return tuple(
+        replace(some[0], last=min(o.last for o in some), first=max(o.first for o in some))
+        for some in alike.values()
+    )
+
+
+def change_findings(
+    changes: Sequence[Sequence[SessionChange]], rests: Sequence[Rest], rig: Rig, remedy: str
+) -> list[Finding]:
+    """Return the findings on changes; ``remedy`` is for changes during the session."""
+    found = []
+    for alike in changes:
+        found += [_finding(one, rests, rig, remedy) for one in alike]
+        if len(alike) > 1:
+            found.append(
+                Finding(
+                    "session.ambiguous",
+                    f"One of these {len(alike)} changes happened; the residuals do not show which.",
+                    "Check all of them.",
+                    refuses=True,
+                )
+            )
+    return found
+
+
+def _finding(change: SessionChange, rests: Sequence[Rest], rig: Rig, remedy: str) -> Finding:
+    amount, number = change.amount, change.index + 1
+    begin, end = (shown_moment(rests[i].utc) for i in (change.last, change.first))
+    if change.element in ("LED", "size"):
+        what = (
+            f"LED {number} of the probe was {1e3 * _norm(amount):.0f} um from its recorded "
+            "position during the whole session: it moved before the first observation."
+        )
+        if change.element == "size":
+            what = (
+                f"The probe was {1e6 * amount[0]:+.0f} um/m larger than recorded during the "
+                "whole session."
+            )
+        return Finding(
+            "session.probe_before", what,
+            "Check LEDs and temperature of the probe, calibrate it again, and verify again.",
+            refuses=True,
+        )  # fmt: skip
+    name = rig.cameras[change.index].name
+    size = 1e6 * _norm(amount[:3])
+    if change.course is Course.BEFORE:
+        what = (
+            f"Camera '{name}' was off its calibrated pose during the whole session, by about "
+            f"{size:.0f} urad: it moved before the first observation at {begin} UTC."
+        )
+        if change.element == "lens":
+            what = (
+                f"The lens of camera '{name}' was off its calibration during the whole session "
+                f"(focal length {1e3 * amount[0]:+.0f} um, middle of the image {amount[1]:+.2f} "
+                f"and {amount[2]:+.2f} px): it changed before the first observation at "
+                f"{begin} UTC."
+            )
+        return Finding(
+            "session.before", what,
+            "Fasten the lens and the mount of this camera, calibrate the cameras again, and verify "
+            "again.",
+            refuses=True,
+        )  # fmt: skip
+    if change.course is Course.DRIFT:
+        return Finding(
+            "session.drift",
+            f"Camera '{name}' drifted evenly by about {size:.0f} urad from {begin} to {end} UTC; "
+            "it may have started earlier.",
+            "Let cameras and frame reach their temperature, keep draughts and sun away, check the "
+            "mount of the camera, and verify again.",
+            refuses=True,
+        )
     return Finding(
         "session.camera_moved",
-        f"Camera '{name}' moved by about {size:.0f} urad between "
-        f"{shown_moment(rests[step.last].utc)} and {shown_moment(rests[step.first].utc)} UTC.",
+        f"Camera '{name}' moved by about {size:.0f} urad between {begin} and {end} UTC.",
         remedy,
         refuses=True,
     )
 
 
-def _turns(rig: Rig) -> Float:
-    """Return the derivatives of all parameters by each camera's rotation, (14 C, 3 C)."""
+def _norm(vector: Float) -> float:
+    return float(np.linalg.norm(vector))
+
+
+def _changes(rig: Rig) -> Float:
+    """Return the derivatives of all parameters by turn, shift and lens of each camera, (14 C, 9 C).
+
+    The lens is focal length, mm, and principal point, px.
+    """
     cameras = len(rig.cameras)
-    turns = np.zeros((cameras, N_PARAMETERS, cameras, _ANGLES))
+    changes = np.zeros((cameras, N_PARAMETERS, cameras, 9))
     for c, camera in enumerate(rig.cameras):
-        turns[c, :3, c] = np.eye(3)
+        changes[c, :3, c, :3] = changes[c, 3:6, c, 3:6] = np.eye(3)
         # The centre stays: the translation turns with the camera.
-        turns[c, 3:6, c] = -skew(camera.T_camera_from_world.translation)
-    return turns.reshape(cameras * N_PARAMETERS, cameras * _ANGLES)
-
-
-def _whitened(
-    first: RestingTouch, again: RestingTouch, seat_sigma_mm: float
-) -> tuple[Float, Float, Float, Float]:
-    """Return step jacobian, shift and jacobians of shared effects, in units of their noise."""
-    covariance = first.noise + again.noise + 2.0 * seat_sigma_mm**2 * np.eye(3)
-    white = np.linalg.inv(np.linalg.cholesky(covariance))
-    return (
-        white @ again.by_cameras,
-        white @ (again.tip_world - first.tip_world),
-        white @ (again.by_cameras - first.by_cameras),
-        white @ (again.by_geometry - first.by_geometry),
-    )
+        changes[c, 3:6, c, :3] = -skew(camera.T_camera_from_world.translation)
+        changes[c, 6, c, 6] = changes[c, 8, c, 7] = changes[c, 9, c, 8] = 1.0
+    return changes.reshape(cameras * N_PARAMETERS, cameras * 9)
 
 
 def _root(covariance: Float) -> Float:

@@ -90,6 +90,7 @@ if TYPE_CHECKING:
         CameraRecord,
         Check,
         Corner,
+        ErrorInterval,
         Method,
         Objection,
         RepeatedSeat,
@@ -146,7 +147,8 @@ else:
         _probe_store="MONITOR ProbeStore",
         _record_store="RecordStore State",
         _records=(
-            "ArtefactUse CameraRecord Check Corner Method Objection RepeatedSeat ResidualMap "
+            "ArtefactUse CameraRecord Check Corner ErrorInterval Method Objection RepeatedSeat "
+            "ResidualMap "
             "SCHEMA VERIFICATION_SCHEMA ThermalTerm VerificationRecord entry_of rig_from_record"
         ),
         _sealed=(
@@ -161,18 +163,19 @@ else:
 
 __all__ = [
     "CHECK_SCHEMA", "MONITOR", "NAME", "PRACTICE", "PROBE_SCHEMA", "SCHEMA", "TEXT_SCHEMA",
-    "TIP_SCHEMA", "VERIFICATION_SCHEMA", "Artefact", "ArtefactUse", "Blocker", "CalibrationInUse",
-    "CalibrationOverview", "CalibrationStatus", "CalibrationStore", "CalibrationView",
-    "CameraRecord", "Check", "Corner", "Course", "Event", "EventKind", "Finding", "LengthBar",
-    "MadeRecord", "Method", "Objection", "PivotCheck", "ProbeInUse", "ProbeOverview", "ProbeRecord",
-    "ProbeStore", "ProbeText", "ProbeView", "RecordStore", "RepeatedSeat", "ResidualMap", "Sample",
-    "SignedRecord", "Sphere", "State", "ThermalTerm", "TipCheckRecord", "TipEvent", "TipEventKind",
-    "TipRecord", "TipRecords", "TipState", "VerificationRecord", "canonical",
-    "check_camera_temperature", "compare_with_cameras", "default_folder", "default_probe_folder",
-    "entry_of", "is_practice", "judge", "judgements", "let_pass", "load", "load_bar", "load_named",
-    "load_signed", "load_sphere", "open_calibration", "open_design", "open_probe",
-    "open_probe_design", "overview", "practice_name", "probe_from_records", "probe_overview",
-    "probe_store_folder", "record_hash", "require_real_name", "require_record", "require_records",
-    "rests_on", "rig_from_record", "rig_in_force", "same_serial", "save", "seal", "seal_signed",
+    "TIP_SCHEMA", "VERIFICATION_SCHEMA", "Artefact", "ArtefactUse", "Blocker",
+    "CalibrationInUse", "CalibrationOverview", "CalibrationStatus", "CalibrationStore",
+    "CalibrationView", "CameraRecord", "Check", "Corner", "Course", "ErrorInterval", "Event",
+    "EventKind", "Finding", "LengthBar", "MadeRecord", "Method", "Objection", "PivotCheck",
+    "ProbeInUse", "ProbeOverview", "ProbeRecord", "ProbeStore", "ProbeText", "ProbeView",
+    "RecordStore", "RepeatedSeat", "ResidualMap", "Sample", "SignedRecord", "Sphere", "State",
+    "ThermalTerm", "TipCheckRecord", "TipEvent", "TipEventKind", "TipRecord", "TipRecords",
+    "TipState", "VerificationRecord", "canonical", "check_camera_temperature",
+    "compare_with_cameras", "default_folder", "default_probe_folder", "entry_of", "is_practice",
+    "judge", "judgements", "let_pass", "load", "load_bar", "load_named", "load_signed",
+    "load_sphere", "open_calibration", "open_design", "open_probe", "open_probe_design",
+    "overview", "practice_name", "probe_from_records", "probe_overview", "probe_store_folder",
+    "record_hash", "require_real_name", "require_record", "require_records", "rests_on",
+    "rig_from_record", "rig_in_force", "same_serial", "save", "seal", "seal_signed",
     "store_folder", "write_to_cameras",
 ]  # fmt: skip

@@ -49,7 +49,7 @@ class Event(StoredEvent, frozen=True, kw_only=True):
     """
     since_utc: str = ""
     """For a suspicion: last time without a fault, empty if unknown. For an artefact: start of the
-    fault.
+    fault. For a passed verification: its last observation, empty in earlier versions.
     """
 
 
@@ -114,18 +114,26 @@ def status(record: CameraRecord, events: Sequence[Event], now: datetime) -> Reco
             record.made_utc,
         )
     last = judged[-1]
-    good = [event.utc for event in judged if event.kind is EventKind.PASSED]
     if last.kind is not EventKind.PASSED:
         return RecordStatus(
             State.SUSPECT,
             "The last verification failed." if last.kind is EventKind.FAILED else last.reason,
             "Verify the calibration; if that fails, calibrate again.",
-            last.since_utc or (good[-1] if good else record.made_utc),
+            last.since_utc or last_good(own) or record.made_utc,
         )
     if not last.sealed:
         return unsealed("verification", "Verify the calibration again.")
     until = datetime.fromisoformat(record.valid_until_utc)
     return within_term("calibration", until, DUE_BEFORE, "Calibrate the cameras", now)
+
+
+def last_good(events: Sequence[Event]) -> str:
+    """Return the last observation of the last good verification; empty without one.
+
+    The verification may be stored later than it was observed.
+    """
+    good = [one for one in judgements(events) if one.kind is EventKind.PASSED]
+    return (good[-1].since_utc or good[-1].utc) if good else ""
 
 
 def judgements(events: Sequence[Event]) -> list[Event]:
@@ -136,7 +144,9 @@ def judgements(events: Sequence[Event]) -> list[Event]:
     """
     void = {one.evidence: one for one in events if one.kind is EventKind.FALLEN and one.evidence}
     return [
-        msgspec.structs.replace(one, kind=EventKind.SUSPECTED, reason=void[one.evidence].reason)
+        msgspec.structs.replace(
+            one, kind=EventKind.SUSPECTED, since_utc="", reason=void[one.evidence].reason
+        )
         if one.kind is EventKind.PASSED and one.evidence in void
         else one
         for one in events

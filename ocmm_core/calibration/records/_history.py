@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from datetime import datetime
 from pathlib import Path
 
-from ocmm_core.calibration.records._events import Event, EventKind, status
+from ocmm_core.calibration.records._events import Event, EventKind, last_good, status
 from ocmm_core.calibration.records._evidence import KeptFile, record_file
 from ocmm_core.calibration.records._record_store import THIS_COMPUTER, RecordStatus, RecordStore
 from ocmm_core.calibration.records._records import CameraRecord, VerificationRecord
@@ -115,10 +115,16 @@ class CalibrationStore(RecordStore[Event]):
         kind = EventKind.PASSED if record.passed else EventKind.FAILED
         count = len(record.checks)
         reason = f"{count} check{'s' if count != 1 else ''} by the rule: {record.rule}"
+        seen = datetime.fromisoformat(record.made_utc) if record.passed else None
         self._put(
-            record, now, record.made_by, reason, renewal=1, session=session,
+            record, now, record.made_by, reason, renewal=1, session=session, since=seen,
             kind=kind, calibration=record.calibration, evidence=record_hash(record),
         )  # fmt: skip
+
+    @property
+    def last_good_utc(self) -> str:
+        """Return the last observation of a good verification of the calibration in force, or ''."""
+        return last_good([one for one in self.events if one.calibration == self.active_hash])
 
     def suspect(self, who: str, reason: str, since: datetime | None, now: datetime) -> None:
         """Mark the calibration in force SUSPECT, since a moment or its last good check."""

@@ -163,6 +163,30 @@ class Objection(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields
     remedy: str
 
 
+class ErrorInterval(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """When an error of a calibration arose."""
+
+    good_utc: str
+    """Last observation of the last good verification; else the time of the calibration."""
+    seen_utc: str
+    """First observation with the error."""
+    verified: bool
+    """Whether `good_utc` is of a verification."""
+
+    @property
+    def sentence(self) -> str:
+        good, seen = self.good_utc[:19].replace("T", " "), self.seen_utc[:19].replace("T", " ")
+        if self.verified:
+            return (
+                f"The error arose between {good} UTC (last good verification) and {seen} UTC "
+                "(first seen); points from the earlier time on are suspect."
+            )
+        return (
+            f"The error arose between {good} UTC (calibration; no good verification since) and "
+            f"{seen} UTC (first seen); points from the earlier time on are suspect."
+        )
+
+
 class VerificationRecord(
     msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, omit_defaults=True
 ):
@@ -198,6 +222,8 @@ class VerificationRecord(
     objections: tuple[Objection, ...] = ()
     notes: tuple[str, ...] = ()
     """Guideline advice that could not be followed, and why."""
+    arose: ErrorInterval | None = None
+    """None if no error was found, and in earlier versions."""
 
 
 def rig_from_record(record: CameraRecord) -> Rig:

@@ -435,8 +435,10 @@ class VerificationProcedure(CameraProcedure[VerificationEvent, VerificationOutco
 
     def _calculation(self) -> Callable[[], VerificationOutcome]:
         # Fast enough to run within the state's lock.
-        reused = judge_independence(uses_of(self._state), self._store.active())
-        record = verdict(self._state, reused)
+        store, active = self._store, self._store.active()
+        reused = judge_independence(uses_of(self._state), active)
+        made = "" if active is None else active.made_utc
+        record = verdict(self._state, reused, store.last_good_utc, made)
         passes = self._state.begun.limits.passes
         failed = tuple(i for i, check in enumerate(record.checks) if not passes(check))
         return lambda: VerificationOutcome(record, worst(record.checks), failed, ())

@@ -15,20 +15,24 @@ import numpy as np
 
 from ocmm_core.calibration.guided import (
     SEATS,
+    Course,
     JudgedRepeat,
     Repeat,
+    Rest,
     RestingPosition,
-    camera_step,
+    SessionChange,
+    change_findings,
     from_spots,
     hash_of,
     judge_repeats,
     repeat_finding,
-    step_finding,
+    session_changes,
 )
 from ocmm_core.calibration.records import (
     VERIFICATION_SCHEMA,
     ArtefactUse,
     Corner,
+    ErrorInterval,
     Finding,
     LengthBar,
     Objection,
@@ -130,8 +134,18 @@ _ANYWHERE_MM = 100.0
 _REMEDY = "Find what moved (camera, frame, table or seat), fix it, and verify again."
 
 
-def verdict(state: VerificationState, reused: Sequence[Finding]) -> VerificationRecord:
-    """Return the record of the observations; ``reused`` are objections to the artefacts.
+def verdict(
+    state: VerificationState, reused: Sequence[Finding], good_utc: str, made_utc: str
+) -> VerificationRecord:
+    """Return the record of the observations.
+
+    Parameters
+    ----------
+    reused
+        Objections to the artefacts.
+    good_utc, made_utc
+        Last good verification of the calibration, empty without one, and time of the calibration;
+        ISO 8601 text.
 
     Raises
     ------
@@ -153,8 +167,12 @@ def verdict(state: VerificationState, reused: Sequence[Finding]) -> Verification
     conform = all(begun.limits.passes(check) for check in checks)
     corners, repeats = state.corners(), _repeats(state)
     explained = [] if conform else culprits(state)
-    found = [*reused, *_unreached(corners), *explained]
-    found += _moved(state, repeats, tip_is_known=TIP not in {one.code for one in explained})
+    tip_is_known = TIP not in {one.code for one in explained}
+    moved, seen = _moved(state, repeats, tip_is_known=tip_is_known, failed=not conform)
+    found = [*reused, *_unreached(corners), *explained, *moved]
+    arose = ErrorInterval(
+        good_utc=good_utc or made_utc, seen_utc=seen, verified=bool(good_utc)
+    )  # fmt: skip
     rule = begun.limits.describe()
     if state.repeated:
         rule += f"; repeated once: {state.plans[state.repeated[0]].name}"
@@ -169,6 +187,7 @@ def verdict(state: VerificationState, reused: Sequence[Finding]) -> Verification
         corners=corners, repeats=tuple(_recorded(one) for one in repeats),
         objections=tuple(Objection(code=o.code, what=o.what, remedy=o.remedy) for o in found),
         notes=(*state.planning.notes, *_camera_notes(state)),
+        arose=None if conform and not moved else arose,
     )  # fmt: skip
 
 
@@ -198,9 +217,9 @@ def _resting(one: Taken) -> RestingPosition:
 
 
 def _moved(
-    state: VerificationState, repeats: Sequence[JudgedRepeat], *, tip_is_known: bool
-) -> list[Finding]:
-    """Return findings on moved cameras, and on moved seats if the tip is known."""
+    state: VerificationState, repeats: Sequence[JudgedRepeat], *, tip_is_known: bool, failed: bool
+) -> tuple[list[Finding], str]:
+    """Return findings on cameras, probe, and on seats if the tip is known; and when first seen."""
     # Points on a sphere are so close together that they share the sensor pattern.
     taken = [one for one in _in_order(state) if not isinstance(one.event, SphereTouched)]
     rests = [one.rest for one in taken]
@@ -213,11 +232,23 @@ def _moved(
         covariance = body.geometry_covariance.copy()
         covariance[-3:, -3:] += _ANYWHERE_MM**2 * np.eye(3)
         body = replace(body, geometry_covariance=covariance)
-    step = camera_step(rests, pairs, state.rig, body)
-    found = [step_finding(step, rests, state.rig, _REMEDY)]
+    changes = session_changes(rests, pairs, state.rig, body, failed=failed)
+    found = change_findings(changes, rests, state.rig, _REMEDY)
     if tip_is_known:
-        found.append(repeat_finding(repeats, _REMEDY))
-    return [one for one in found if one is not None]
+        again = repeat_finding(repeats, _REMEDY)
+        found += [again] * (again is not None)
+    return found, _first_seen(changes, rests, found)
+
+
+def _first_seen(
+    changes: Sequence[Sequence[SessionChange]], rests: Sequence[Rest], found: Sequence[Finding]
+) -> str:
+    """Return when an error was first seen: the first rest, unless all changes came later."""
+    every = [one for alike in changes for one in alike]
+    during = bool(every) and all(one.course is not Course.BEFORE for one in every)
+    if during:
+        return min(rests[one.first].utc for one in every)
+    return rests[-1 if found and not every else 0].utc
 
 
 def _in_order(state: VerificationState) -> list[Taken]:

@@ -135,6 +135,8 @@ def _print_session(console: Console, record: VerificationRecord) -> None:
         )
     for note in record.notes:
         _say(console, f"{lead('Note     ')}{say(note)}")
+    if record.arose is not None:
+        _say(console, f"{lead('Since    ')}{say(record.arose.sentence)}")
     for one in record.objections:
         console.print(told(one), style="bold red", highlight=False)
 

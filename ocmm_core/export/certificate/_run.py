@@ -58,7 +58,9 @@ def verification_run(record: VerificationRecord, status: Status) -> CertificateR
         if record.superseded
         else ()
     )
-    objections = (one.what for one in record.objections)
+    objections = [one.what for one in record.objections]
+    if record.arose is not None:
+        objections.append(record.arose.sentence)
     return CertificateRun(
         status=status,
         made_utc=record.made_utc,

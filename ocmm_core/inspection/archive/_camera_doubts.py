@@ -43,7 +43,8 @@ def points_in_doubt(
         elif one.kind is EventKind.PASSED:
             # What failed before this good check may have been wrong up to it.
             failed |= points_between(taken, failures, now, reason="first")
-            doubts, failures, good = [], [], now
+            doubts, failures = [], []
+            good = datetime.fromisoformat(one.since_utc or one.utc)
         elif one.kind is EventKind.FAILED:
             failures.append(Span(good, f"The verification of {_day(one.utc)} failed."))
         elif one.kind is EventKind.SUSPECTED:

@@ -86,6 +86,8 @@ class VerdictPage(ResultFrame):
             (tr("Artefacts"), artefacts),
             (tr("Rule"), said(record.rule)),
         ]
+        if record.arose is not None:
+            facts.insert(1, (tr("Since"), said(record.arose.sentence)))
         if record.superseded:
             facts.append((tr("First"), "\n".join(map(_error, record.superseded))))
         return facts, outcome.warnings

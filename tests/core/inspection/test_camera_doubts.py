@@ -99,3 +99,7 @@ def test_an_artefact_that_was_wrong_takes_the_calibration_away_for_good() -> Non
 def test_of_several_failures_the_first_one_is_the_reason() -> None:
     doubts = points_in_doubt([*BEGINNING, event(35, FAILED), event(70, FAILED)], OWN, TAKEN)
     assert set(doubts.failed.values()) == {"The verification of 2026-03-01 08:35 UTC failed."}
+
+
+def test_recall_starts_at_last_observation_of_late_accepted_verification() -> None:
+    assert held(event(45, PASSED, since=25), event(70, FAILED)) == ([], [3, 4, 5, 6])
