@@ -308,7 +308,7 @@ class EthercatSource:
                 layout=layout,
                 mark=layout.mark(camera.serial),
                 counts=device is None or device.has(Role.COUNTER),
-            )  # fmt: skip
+            )
             for camera, layout in zip(
                 self._settings.cameras, self._bus.session.layouts, strict=True
             )

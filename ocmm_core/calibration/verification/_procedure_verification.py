@@ -365,7 +365,8 @@ class VerificationProcedure(CameraProcedure[VerificationEvent, VerificationOutco
             begin, end = ("({:z.0f}, {:z.0f}, {:z.0f})".format(*one) for one in plan.ends_world)
             on_lines = (
                 f"Line {line + 1} of {len(state.plans)}, {sentence}: lay the bar from {begin} to "
-                f"{end} mm in the world frame and put the ball into nest {nest + 1} of {len(bar.nests)}."
+                f"{end} mm in the world frame and put the ball into nest {nest + 1} of "
+                f"{len(bar.nests)}."
             )
         on_spheres = "All spheres touched." if spheres else "No sphere was chosen."
         sphere = state.current_sphere()
