@@ -113,8 +113,8 @@ def _temperature(request: ClimateRequest, what: str, celsius: float | None) -> T
         raise InputError(
             "temperature.u_missing",
             f"The temperature of the {what} is given without the uncertainty of its thermometer.",
-            "Give its standard uncertainty in kelvin (Settings, Temperature; --temperature-sigma), "
-            "half of U (k = 2) of its certificate.",
+            "Give its standard uncertainty in kelvin (Settings, Temperature), half of U (k = 2) of "
+            "its certificate.",
         )
     return Temperature(celsius, request.sigma_k, request.thermometer)
 

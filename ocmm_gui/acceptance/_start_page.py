@@ -52,7 +52,7 @@ _AIR = (
     ("pressure", later("Pressure, hPa"), later("optional")),
 )
 _CONDITIONS = ((later("as found"), "as found"), (later("after adjustment"), "after adjustment"))
-_SIDE_PX = 400
+_SIDE_PX = 424
 
 
 class AcceptanceStart(QWidget):

@@ -59,6 +59,12 @@ SYMPTOMS = (
         ("no_approach",),
     ),
     Symptom(
+        later("No point: the touch came from another face"),
+        later("Touch the feature square to its surface. If its earlier points are wrong, undo "
+              "them first: Backspace."),
+        ("wrong_face",),
+    ),
+    Symptom(
         later("No point: no feature, or several, fit the touch"),
         later("Choose the feature in the list, or switch to plan order with O. Check the "
               "alignment: F5."),

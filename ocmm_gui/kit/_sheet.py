@@ -92,11 +92,16 @@ class Sheet(QWidget):
             self.failed.emit(error)
             return None
 
-    def use_keys(self, calls: Mapping[str, Callable[[], None]], primary: str = "") -> None:
-        """Create actions and buttons; ``calls`` has an entry for every key except `LEAVE`."""
-        rows, shift = -(-len(self._infos) // _MOST_IN_ROW), tr("Shift")
-        in_row = -(-len(self._infos) // rows)
-        for index, info in enumerate(self._infos):
+    def use_keys(
+        self, calls: Mapping[str, Callable[[], None]], primary: str = "", aside: str = ""
+    ) -> None:
+        """Create actions and buttons; ``calls`` has an entry for every key except `LEAVE`.
+
+        The action ``aside`` gets no button here.
+        """
+        shown, shift = [info for info in self._infos if info.key != aside], tr("Shift")
+        in_row = -(-len(shown) // -(-len(shown) // _MOST_IN_ROW))
+        for info in self._infos:
             action = QAction(tr(info.text), self)
             action.setObjectName(info.key)
             action.setToolTip(
@@ -109,6 +114,9 @@ class Sheet(QWidget):
             action.triggered.connect(lambda _checked, call=call: call())
             self.addAction(action)
             self.keys[info.key] = action
+            if info.key == aside:
+                continue
+            index = shown.index(info)
             button = make_button(action, primary=info.key == primary)
             button.setObjectName(f"button_{info.key}")
             # The full text would not fit into the row.

@@ -13,7 +13,7 @@ from ocmm_core.export.report import write_account
 from ocmm_core.inspection.plan import EDITED, Plan, check_plan, load_plan
 from ocmm_core.names import file_stem
 from ocmm_core.settings import is_shipped
-from ocmm_gui.kit import ActionInfo, Sheet, later, tr
+from ocmm_gui.kit import ActionInfo, Sheet, later, make_button, tr
 from ocmm_gui.plan_editor._draft import PlanDraft
 from ocmm_gui.plan_editor._drawn import drawn_of
 from ocmm_gui.plan_editor._from_models import FromModels
@@ -131,8 +131,6 @@ class PlanSheet(Sheet):
         self.listing.given.connect(self.write_requirements)
         for line in (self.file, self.source, self.image, self.other, self.listing):
             self.body.addWidget(line)
-        right = ((self.picture, 3), (self.checks, 2), (self._teaching, 0))
-        lay_out(self._editor, self.items, self._stack, right)
         self.body.addWidget(self._editor, 1)
         self.models.add_to(self.body)
         self.items.item_chosen.connect(lambda _key: self._show_item())
@@ -158,7 +156,11 @@ class PlanSheet(Sheet):
                 "requirements": self.ask_requirements,
             },
             primary="save",
+            aside="requirements",
         )
+        listing = make_button(self.keys["requirements"])
+        right = ((self.picture, 3), (self.checks, 2), (listing, 0), (self._teaching, 0))
+        lay_out(self._editor, self.items, self._stack, right)
         self._refresh(HEAD)
 
     def open(self) -> None:

@@ -8089,7 +8089,7 @@ Startet: {source}</translation>
     </message>
     <message>
         <source>First</source>
-        <translation type="unfinished"></translation>
+        <translation>Zuerst</translation>
     </message>
     <message>
         <source>Figures and reasons</source>
@@ -9022,6 +9022,14 @@ Startet: {source}</translation>
     <message>
         <source>Approach along the normal and pull back the same way. Press I to choose how the side is found, X to flip the last point.</source>
         <translation>Entlang der Normalen antasten und so abheben. I wählt, wie die Seite gefunden wird, X kehrt den letzten Punkt um.</translation>
+    </message>
+    <message>
+        <source>No point: the touch came from another face</source>
+        <translation>Kein Punkt: Die Antastung kam von einer anderen Fläche</translation>
+    </message>
+    <message>
+        <source>Touch the feature square to its surface. If its earlier points are wrong, undo them first: Backspace.</source>
+        <translation>Das Element senkrecht zu seiner Oberfläche antasten. Wenn seine früheren Punkte falsch sind, diese zuerst rückgängig machen: Rücktaste.</translation>
     </message>
     <message>
         <source>No point: no feature, or several, fit the touch</source>

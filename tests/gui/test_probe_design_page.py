@@ -73,7 +73,7 @@ def test_a_bad_document_is_told_on_the_page(
     page.fields["tilt"].setText("45 up 10")
     with qtbot.waitSignal(page.failed, timeout=PATIENCE_MS):
         QTest.mouseClick(page.button, Qt.MouseButton.LeftButton)
-    assert "45 up 10" in page.words()
+    assert "The typed tilt is 'up', which is not a number." in page.words()
     # It ends by itself beside the window.
     qtbot.waitUntil(lambda: multiprocessing.active_children() == [], timeout=PATIENCE_MS)
 

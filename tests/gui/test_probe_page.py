@@ -221,7 +221,7 @@ def test_what_cannot_be_a_probe_is_said_in_words(qtbot: QtBot, definition: Defin
     page = definition
     _write(page, 0, 1, "much")
     qtbot.waitUntil(lambda: page.word() == "CANNOT BE USED", timeout=PATIENCE_MS)
-    assert page.sentence.text().startswith("L1 X is 'much', which is not a number.")
+    assert page.sentence.text().startswith("The typed L1 X is 'much', which is not a number.")
     # The rectangle of the thesis without its promises: half a turn looks the same.
     page.import_panel.given.emit(resource("probes", "thesis.toml"))
     assert page.leds.rowCount() == 4

@@ -79,8 +79,7 @@ def require_fresh_temperature(read: datetime | None, now: datetime) -> None:
         raise CalibrationError(
             "session.temperature_old",
             f"The temperature was read {(now - read).total_seconds() / 60.0:.0f} min ago.",
-            "Read the thermometer again, and enter it (in a wizard: leave, enter it on the start "
-            "page, and resume this session; in a command: --temperature).",
+            "Read the thermometer again, and enter it when you resume this session.",
         )
 
 

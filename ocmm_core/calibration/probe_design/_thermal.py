@@ -69,8 +69,8 @@ def stated_temperature(
         raise InputError(
             "temperature.u_missing",
             f"The temperature {celsius:g} °C is given without the uncertainty of its thermometer.",
-            "Give U (k = 2) in kelvin from the certificate of the thermometer (--temperature-u), "
-            "or the name of the thermometer in the register of artefacts.",
+            "Give U (k = 2) in kelvin from the certificate of the thermometer, or the name of the "
+            "thermometer in the register of artefacts.",
         )
     if not 0.0 < expanded_k <= LARGEST_U_K:
         raise InputError(

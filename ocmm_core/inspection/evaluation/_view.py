@@ -5,12 +5,11 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
 from enum import Enum
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
 from ocmm_core.acquisition.frames import AcquisitionStatus
-from ocmm_core.features.measured import CommandingPoints
 from ocmm_core.features.shapes import Fit, NominalFeature, Shape
 from ocmm_core.geometry import Float, Int, RigidTransform
 from ocmm_core.measuring import MeasuredPoint, Refusal
@@ -26,6 +25,10 @@ from ocmm_core.tolerances.decisions import (
     judge_part,
     summarise,
 )
+
+if TYPE_CHECKING:
+    # It loads what computes, which the Start page does without.
+    from ocmm_core.features.measured import CommandingPoints
 
 Probing = Literal["plan", "any"]
 """Order of probing: of the plan, or any."""

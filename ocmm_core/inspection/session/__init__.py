@@ -4,9 +4,9 @@ In: touches with tracked frames, decisions of the inspector, records in force.
 Out: a job file, point by point, and views of the job; refusals with reason and remedy.
 
 Read `_session`: the job and its parts. A touch goes through `_intake` (is the ball at rest),
-`_assignment` with `_any_order` (which feature) and `_facing` (is it that face), `_acceptance` with
+`_assignment` (which feature, and is it that face) with `_any_order`, `_acceptance` with
 `_side_choice` (does it become a point). Decisions of the inspector: `_steps`, `_point_steps`,
-stored by `_step_log` and `_undo` (undo, also after a restart). `_ledger` is shared by all parts;
+stored by `_step_log` (also undo, also after a restart). `_ledger` is shared by all parts;
 `_conditions`, `_placed_part`, `_reference_use` and `_header` are smaller parts; `_job_points` and
 `_job_view` are read by others.
 It must not know threads or clocks: one lock guards it, and `station` calls it.

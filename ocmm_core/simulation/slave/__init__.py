@@ -6,7 +6,7 @@ Out: answers as of a real camera, including registers, mailboxes and process dat
 Start with `_software_camera` (the whole); then `_esc` with `_registers` and `_slave_clock`
 (controller), `_segment` (cameras on one wire), `_coe` with `_sdo_values` and `_sdo_abort`
 (objects), `_electronics`, `_diagnosis`, `_store`, `_sii`; `_frame_buffer` and `_pattern` (frames),
-`_sensor`, `_black_image` and `_snapshot` (images).
+`_sensor` and `_black_image` (images).
 It must not import optics or the scene: a provider supplies the frames.
 """
 

@@ -94,7 +94,6 @@ def test_every_entry_says_the_same(celsius: float) -> None:
     entries: dict[str, Callable[[], object]] = {
         "surroundings": lambda: require_temperature("surroundings", celsius),
         "surroundings ": lambda: begun(celsius),
-        "surroundings  ": lambda: temperature({"temperature": str(celsius)}, NOW),
         "surroundings   ": lambda: load_bar(BAR).artefact.judge(400.0, 1.0, NOW, at(celsius)),
         "part": lambda: climate_in_use(request["part"], plan, load_probe(probe), None),
         "part ": lambda: check_part(PartTemperature(Temperature(celsius, 0.5, ""))),
@@ -109,5 +108,8 @@ def test_every_entry_says_the_same(celsius: float) -> None:
         )
         said.append(raised.value.remedy)
     assert set(said) == {"Give it in degrees Celsius, from 0 to 50."}
+    with pytest.raises(InputError, match="The typed temperature is") as raised:
+        temperature({"temperature": str(celsius)}, NOW)
+    assert raised.value.remedy == "Enter a number from 0 to 50 °C."
     assert begun(None).temperature_c is None
     assert begun(21.5).temperature_c == 21.5

@@ -85,7 +85,7 @@ def test_nothing_is_filled_up() -> None:
     holed = replace(trend, parts=trend.parts[:-1])
     (one,) = study_of(plan, replace(jobs, trends=(holed,))).characteristics
     assert one.study is None
-    assert "1 of 90 measurements are missing" in one.why_not
+    assert "1 of 90 values of this characteristic are missing" in one.why_not
     assert [run.code for run in open_runs(plan, {p.serial for p in holed.parts})] == [
         plan.runs[-1].code
     ]
