@@ -72,6 +72,27 @@ COMPOSED = (
     ),
     "NOT CONFORM: {names}", "NOT PROVEN: {names}", "INCOMPLETE: {names}", "NOT MEASURED: {names}",
     "PARTIAL PLAN: {sentence:s}.",
+    # Places of an acceptance test.
+    "sphere {number:n}", "along {axis}", "leaning {number:n}", "measurement {number:n}",
+    "{sentence:s}, again", "5 attitudes, {depth_part:w}", "{count:n} placements",
+    # Cells of the volume that lack poses.
+    *(
+        f"Missing probe poses: {', '.join(f'{{cell_{one}:s}}' for one in range(count))}{more}."
+        for count, more in ((1, ""), (2, ""), (3, ""), (3, " and {more:n} more"))
+    ),
+    *(
+        f"{depth} {height} {side}"
+        for depth in ("near", "middle", "far")
+        for height in ("low", "mid-height", "high")
+        for side in ("left", "centre", "right")
+    ),
+    *(
+        f"{place}, {lean}"
+        for place in ("near third", "middle third", "far third")
+        for lean in (
+            "upright", "leaning right", "leaning left", "leaning away", "leaning near"
+        )
+    ),
 )  # fmt: skip
 
 TITLES = (
@@ -79,6 +100,8 @@ TITLES = (
     "QIF 3.0 results", "First article (AS9102)",
     # Kinds of sources of a plan.
     "model", "QIF document", "table", "sources",
+    # Placements of a bar.
+    "level", "at 45°",
     # As fits are named, and with the symbols of ISO 14405-1.
     "inscribed", "circumscribed",
     "least squares (GG)", "minimum zone (GC)", "inscribed (GX)", "circumscribed (GN)",

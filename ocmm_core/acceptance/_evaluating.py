@@ -176,12 +176,12 @@ def location_results(at: Situation) -> Values:
         raise InternalError("acceptance.kind", "Not a location test.", "Report this.")
     for group in groups(at, 5):
         centres = np.array([sphere_values(at.tips[one]).centre for one in group])
-        place = at.plan[group[0]].place
+        depth_part = at.plan[group[0]].place
         found.append(
             at.value(
                 "L_Dia",
                 group[0],
-                f"5 attitudes, {place}",
+                f"5 attitudes, {depth_part}",
                 measured=location_value(centres),
                 certified=0.0,
                 expanded=0.0,
@@ -296,14 +296,14 @@ def plate_results(at: Situation) -> Values:
                 expanded=expanded,
             )
         )
-        for item, (name, points) in enumerate((("bed", bed), ("top", top)), start=1):
+        for item, (side, points) in enumerate((("bed", bed), ("top of the block", top)), start=1):
             away = points - points.mean(axis=0)
             normal = np.linalg.svd(away, full_matrices=False)[2][-1]
             found.append(
                 at.value(
                     "Coplanarity",
                     group[item - 1],
-                    f"rms of {len(points)} points, {name}",
+                    f"rms of {len(points)} points, {side}",
                     item=item,
                     measured=float(np.sqrt(np.mean((away @ normal) ** 2))),
                     certified=0.0,

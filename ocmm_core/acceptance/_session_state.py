@@ -170,14 +170,25 @@ class SessionState:
         if position < 0:
             return "All points taken. Finish, or repeat what failed."
         plan, item = self.plan[position], self.next_item(position)
-        where = "({:.0f}, {:.0f}, {:.0f})".format(*plan.points_world[item])
-        turn = len(self.taken[position]) // len(plan.points_world)
-        repeat = f", repeat {turn + 1} of {plan.repeats}" if plan.repeats > 1 else ""
-        what = {
-            "bar": f"put the ball into nest {item + 1} of {len(plan.points_world)} at {where}",
-            "cone": f"put the ball into the cone at {where} and turn the probe",
-        }.get(plan.role, f"touch point {item + 1} of {len(plan.points_world)} at {where}")
-        return f"{plan.name}{repeat}: {what}."
+        x, y, z = (f"{one:z.0f}" for one in plan.points_world[item])
+        sentence, points = plan.name, len(plan.points_world)
+        if plan.role == "bar":
+            text = (
+                f"{sentence}: put the ball into nest {item + 1} of {points} at ({x}, {y}, {z}) mm "
+                "in the world frame."
+            )
+        elif plan.role == "cone":
+            text = (
+                f"{sentence}: put the ball into the cone at ({x}, {y}, {z}) mm in the world frame "
+                "and turn the probe."
+            )
+        else:
+            text = (
+                f"{sentence}: touch point {item + 1} of {points} at ({x}, {y}, {z}) mm in the "
+                "world frame."
+            )
+        turn = len(self.taken[position]) // points + 1
+        return f"{text} Repeat {turn} of {plan.repeats}." if plan.repeats > 1 else text
 
     def view(self) -> AcceptanceView:
         """Return the snapshot."""

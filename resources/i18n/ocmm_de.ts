@@ -1860,7 +1860,7 @@ Startet: {source}</translation>
     </message>
     <message>
         <source>Recall archived jobs, or back to the questions</source>
-        <translation>Archivierte Aufträge zurückrufen, oder zurück zu den Fragen</translation>
+        <translation>Rückruf archivierter Aufträge, oder zurück zu den Fragen</translation>
     </message>
     <message>
         <source>Store the recall; stations hold back what does not hold</source>
@@ -1964,7 +1964,7 @@ Startet: {source}</translation>
     </message>
     <message>
         <source>Recall first (F8): there are no pages yet.</source>
-        <translation>Erst zurückrufen (F8): es gibt noch keine Seiten.</translation>
+        <translation>Erst den Rückruf rechnen (F8): es gibt noch keine Seiten.</translation>
     </message>
     <message>
         <source>Ask first (F8): there is no table yet.</source>
@@ -1972,7 +1972,7 @@ Startet: {source}</translation>
     </message>
     <message>
         <source>Choose what was found wrong, then recall (F8). Nothing is changed.</source>
-        <translation>Wählen, was falsch war, dann zurückrufen (F8). Nichts wird geändert.</translation>
+        <translation>Wählen, was falsch war, dann Rückruf rechnen (F8). Nichts wird geändert.</translation>
     </message>
     <message>
         <source>Turn to the recall first (F10).</source>
@@ -3879,7 +3879,7 @@ Startet: {source}</translation>
     </message>
     <message>
         <source>Recall a folder</source>
-        <translation>Ordner zurückrufen</translation>
+        <translation>Rückruf eines Ordners</translation>
     </message>
     <message>
         <source>Recalculate the suspect jobs in a folder</source>
@@ -3959,7 +3959,7 @@ Startet: {source}</translation>
     </message>
     <message>
         <source>Recall the jobs from the folder</source>
-        <translation>Aufträge des Ordners zurückrufen</translation>
+        <translation>Rückruf der Aufträge des Ordners</translation>
     </message>
     <message>
         <source>Write the recall into the file</source>
@@ -4039,7 +4039,7 @@ Startet: {source}</translation>
     </message>
     <message>
         <source>Fill in both, then recall (F8).</source>
-        <translation>Beides ausfüllen, dann zurückrufen (F8).</translation>
+        <translation>Beides ausfüllen, dann Rückruf rechnen (F8).</translation>
     </message>
     <message>
         <source>No recall is shown yet.</source>
@@ -4047,7 +4047,7 @@ Startet: {source}</translation>
     </message>
     <message>
         <source>Recall first (F8).</source>
-        <translation>Erst zurückrufen (F8).</translation>
+        <translation>Erst den Rückruf rechnen (F8).</translation>
     </message>
     <message>
         <source>Select the folder with the jobs (F7). Job files are not changed.</source>
@@ -5534,7 +5534,7 @@ Startet: {source}</translation>
     </message>
     <message>
         <source>Teach</source>
-        <translation>Lernen</translation>
+        <translation>Anlernen</translation>
     </message>
     <message>
         <source>Take the nominals from the current part</source>
@@ -5562,7 +5562,7 @@ Startet: {source}</translation>
     </message>
     <message>
         <source>Save</source>
-        <translation>Sichern</translation>
+        <translation>Speichern</translation>
     </message>
     <message>
         <source>Write the plan to a file</source>
@@ -5634,7 +5634,7 @@ Startet: {source}</translation>
     </message>
     <message>
         <source>No CAD model in this plan. Save it (F8), import one (Shift+F9).</source>
-        <translation>Kein CAD-Modell in diesem Plan. Sichern (F8), dann eines importieren (Umschalt+F9).</translation>
+        <translation>Kein CAD-Modell in diesem Plan. Speichern (F8), dann eines importieren (Umschalt+F9).</translation>
     </message>
     <message numerus="yes">
         <source>Aligned by %n faces; {count} points added. F10 undoes this.</source>
@@ -5658,11 +5658,11 @@ Startet: {source}</translation>
     </message>
     <message>
         <source>Save the plan first (F8): a job starts from its file.</source>
-        <translation>Plan zuerst sichern (F8): ein Auftrag beginnt aus seiner Datei.</translation>
+        <translation>Plan zuerst speichern (F8): ein Auftrag beginnt aus seiner Datei.</translation>
     </message>
     <message>
         <source>This plan has unsaved changes: save it (F8) or undo them.</source>
-        <translation>Dieser Plan hat ungesicherte Änderungen: sichern (F8) oder zurücknehmen.</translation>
+        <translation>Dieser Plan hat ungespeicherte Änderungen: speichern (F8) oder zurücknehmen.</translation>
     </message>
     <message>
         <source>The nominals now match the part.</source>
@@ -5694,7 +5694,7 @@ Startet: {source}</translation>
     </message>
     <message>
         <source>Progress of teaching</source>
-        <translation>Fortschritt des Lernens</translation>
+        <translation>Fortschritt des Anlernens</translation>
     </message>
     <message>
         <source>Reading the job</source>
@@ -7317,7 +7317,7 @@ Startet: {source}</translation>
     </message>
     <message>
         <source>Back; unsaved changes are lost</source>
-        <translation>Zurück; ungesicherte Änderungen gehen verloren</translation>
+        <translation>Zurück; ungespeicherte Änderungen gehen verloren</translation>
     </message>
     <message>
         <source>Start from another document</source>

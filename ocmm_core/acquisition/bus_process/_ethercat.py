@@ -34,6 +34,7 @@ from ocmm_core.fieldbus.cycle import (
     first_frame,
     judge,
 )
+from ocmm_core.fieldbus.described import Role
 from ocmm_core.fieldbus.device import INPUT_DTYPE, decode_spots
 from ocmm_core.fieldbus.objects import ObjectService, RequestPort, Thermometer
 from ocmm_core.fieldbus.report import Alarm, BusPhase, BusReport, encode_report, pace_words
@@ -249,7 +250,7 @@ class EthercatSource:
     def _refuse(self, fault: CycleFault, elapsed: int) -> Cycle:
         now_ns = self._time.now_ns()
         self._accounts.refused(fault.camera)
-        self._note(fault.alarm, fault.reason, now_ns, camera=fault.camera)
+        self._note(fault.alarm, fault.reason, now_ns, camera=fault.camera, remedy=fault.remedy)
         self._supervisor.bad(fault, now_ns)
         return Cycle(_VERDICT[fault.trouble], fault.reason, elapsed=elapsed)
 
@@ -300,8 +301,14 @@ class EthercatSource:
         """Adopt the exposures started by a bring-up."""
         self._foreign = self._foreign_until_ns = 0
         schedule = self._bus.schedule
+        device = self._settings.device
         self._records = [
-            CameraPast(camera.name, layout=layout, mark=layout.mark(camera.serial))
+            CameraPast(
+                camera.name,
+                layout=layout,
+                mark=layout.mark(camera.serial),
+                counts=device is None or device.has(Role.COUNTER),
+            )
             for camera, layout in zip(
                 self._settings.cameras, self._bus.session.layouts, strict=True
             )
@@ -369,24 +376,13 @@ class EthercatSource:
             self._note(reply.code, reply.what, now_ns, camera=camera, remedy=reply.remedy)
 
     def _note(
-        self,
-        code: str,
-        what: str,
-        now_ns: int,
-        *,
-        camera: str = "",
-        remedy: str = "",
+        self, code: str, what: str, now_ns: int, *, camera: str = "", remedy: str = "",
         cycles: int = 1,
-    ) -> None:
+    ) -> None:  # fmt: skip
         self._accounts.journal.note(
-            code,
-            what,
-            cycle=self._accounts.elapsed,
-            now_ns=now_ns,
-            camera=camera,
-            remedy=remedy,
+            code, what, cycle=self._accounts.elapsed, now_ns=now_ns, camera=camera, remedy=remedy,
             cycles=cycles,
-        )
+        )  # fmt: skip
 
     def _tell(self) -> None:
         """Publish the report after a change or an interval."""

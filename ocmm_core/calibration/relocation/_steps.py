@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from ocmm_core.calibration.guided import (
     OPEN,
     Gate,
@@ -25,8 +27,7 @@ _NO_SEATS = "Nothing to do: the recording has no seats."
 def steps_of(state: RelocationState, length_sigma_mm: float | None) -> tuple[Step, ...]:
     """Return the steps with their current gates; sigma is None before a prediction."""
     begun, use = state.begun, state.begun.bar.artefact.use
-    missing = state.coverage().missing
-    where = f" Missing: {', '.join(missing[:3])}." if missing else ""
+    hint = _missing_words(state.coverage().missing)
     seat, again = state.next_seat, state.seat_to_repeat
     show = (
         "Put it on its stand in the volume, both LEDs towards the cameras; change place and "
@@ -54,7 +55,7 @@ def steps_of(state: RelocationState, length_sigma_mm: float | None) -> tuple[Ste
         Step(
             WAVE,
             "Wave the probe",
-            f"Wave it slowly through the whole volume, turning it continuously.{where}",
+            f"Wave it slowly through the whole volume, turning it continuously. {hint}".strip(),
             _wave_gate(state),
             len(state.poses),
             begun.poses_wanted,
@@ -99,17 +100,18 @@ def steps_of(state: RelocationState, length_sigma_mm: float | None) -> tuple[Ste
     )
 
 
+def _missing_words(cells: Sequence[str]) -> str:
+    """Return the first cells that lack poses, in a sentence; empty without any."""
+    more = f" and {len(cells) - 3} more" if len(cells) > 3 else ""
+    # Catalogues know the whole sentence (`COMPOSED` of `docs.make_core_texts`).
+    return " ".join(("Missing probe poses:", ", ".join(cells[:3]))) + more + "." if cells else ""
+
+
 def _wave_gate(state: RelocationState) -> Gate:
     poses, wanted = len(state.poses), state.begun.poses_wanted
     covered = state.coverage()
-    missing = covered.missing
     if covered.fraction < COVERED:
-        more = f" and {len(missing) - 3} more" if len(missing) > 3 else ""
-        return Gate(
-            False,
-            f"Missing probe poses: {', '.join(missing[:3])}{more}.",
-            "Wave it there in this attitude.",
-        )
+        return Gate(False, _missing_words(covered.missing), "Wave it there in this attitude.")
     if poses < wanted:
         left = "1 pose" if wanted - poses == 1 else f"{wanted - poses} poses"
         return Gate(False, f"{left} to go.", "Keep waving the probe.")

@@ -361,10 +361,12 @@ class VerificationProcedure(CameraProcedure[VerificationEvent, VerificationOutco
         line = state.current_line()
         if line is not None:
             plan, nest = state.plans[line], len(state.line_tips(line))
-            begin, end = ("({:.0f}, {:.0f}, {:.0f})".format(*one) for one in plan.ends_world)
+            sentence = plan.name
+            begin, end = ("({:z.0f}, {:z.0f}, {:z.0f})".format(*one) for one in plan.ends_world)
             on_lines = (
-                f"Line {line + 1} of {len(state.plans)}, {plan.name}: lay the bar from {begin} to "
-                f"{end} and put the ball into nest {nest + 1} of {len(bar.nests)}."
+                f"Line {line + 1} of {len(state.plans)}, {sentence}: lay the bar from {begin} to "
+                f"{end} mm in the world frame and put the ball into nest {nest + 1} of "
+                f"{len(bar.nests)}."
             )
         on_spheres = "All spheres touched." if spheres else "No sphere was chosen."
         sphere = state.current_sphere()

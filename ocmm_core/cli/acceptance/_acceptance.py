@@ -174,10 +174,11 @@ def plan(
     console.print(f"{say_word(site.stage.procedure.title)}, {say(site.stage.procedure.wording)}")
     for number, one in enumerate(positions, start=1):
         ends = (one.points_world[0], one.points_world[-1])
-        begin, end = ("({:.0f}, {:.0f}, {:.0f})".format(*point) for point in ends)
+        begin, end = ("({:z.0f}, {:z.0f}, {:z.0f})".format(*point) for point in ends)
         count = len(one.points_world) * one.repeats
         console.print(
-            say(f"{number:3}  {say(one.name)}: {count} points, {begin} to {end}"), highlight=False
+            say(f"{number:3}  {say(one.name)}: {count} points, {begin} to {end} mm, world frame"),
+            highlight=False,
         )
     for note in notes:
         console.print(f"{lead('Note     ')}{say(note)}", highlight=False)

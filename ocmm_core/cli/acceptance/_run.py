@@ -294,7 +294,7 @@ class _Source:
             def told(view: AcceptanceView, hint: str) -> None:
                 total = sum(len(one.points_world) * one.repeats for one in view.positions)
                 progress.update(
-                    task, description=hint or view.instruction, completed=sum(view.done),
+                    task, description=say(hint or view.instruction), completed=sum(view.done),
                     total=total,
                 )  # fmt: skip
 

@@ -76,7 +76,8 @@ def compare_command(
     if found.simulated:
         console.print(say(SIMULATED_LINE), style="bold yellow", highlight=False)
     for name, words in zip(found.jobs, found.words, strict=True):
-        console.print(f"{name}: {say(words)}", highlight=False, markup=False)
+        said = "; ".join(map(say, words.split("; ")))
+        console.print(f"{name}: {said}", highlight=False, markup=False)
     for sentence in found.left_out:
         console.print(
             f"{say_word('left out')}: {say(sentence)}",

@@ -11,7 +11,7 @@ Plausibility of frame contents: a checksum may cover nonsense.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import Enum
 from typing import NamedTuple
 
@@ -36,6 +36,10 @@ from ocmm_core.fieldbus.report import Alarm
 
 _SPOT_LIMIT = 8192 * SUBPIXELS
 """Larger than any sensor; wire units."""
+_WITHOUT_COUNTER = (
+    "Move the probe. If its spots move, the steps of the camera are coarser than its noise: let it "
+    "send finer steps or a counter. If they do not, restart the camera."
+)
 _KNOWN_FRAME_FLAGS = 0x000F
 _FRAME_WORDS = FRAME_DTYPE.itemsize // 4
 _HEADER_WORDS = HEADER_STRUCT.size // 4
@@ -111,6 +115,8 @@ class CycleFault:
     """Camera at fault; empty for the whole bus."""
     deep: bool = False
     """A camera lost its bring-up settings; waiting does not help."""
+    remedy: str = ""
+    """Other than that of the alarm, or empty."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -134,6 +140,8 @@ class CameraPast(NamedTuple):
     layout: InputLayout = NEWEST_LAYOUT
     mark: int = 0
     """`layout`, `mark`: input layout, and the mark of a valid input (`InputLayout.mark`)."""
+    counts: bool = True
+    """The inputs have a counter; without one, identical spots are the only sign of old data."""
 
 
 class CycleAnswer(NamedTuple):
@@ -190,7 +198,10 @@ def judge(
         complaint = _complaint(header, content, record, schedule, answer.clock_ns, sound)
         if complaint is not None:
             alarm, words = complaint
-            return _bad(alarm, f"Camera '{record.name}' {words}.", record.name)
+            fault = _bad(alarm, f"Camera '{record.name}' {words}.", record.name)
+            if alarm is Alarm.FROZEN and not record.counts:
+                return replace(fault, remedy=_WITHOUT_COUNTER)
+            return fault
     return None
 
 
@@ -346,7 +357,11 @@ def _complaint(
     if record.cycle_counter is not None:
         advanced = (header.cycle_counter - record.cycle_counter) % record.layout.cycle_counters
         if advanced == 0 or advanced > record.layout.longest_advance:
-            return Alarm.FROZEN, "repeated old data (its cycle counter did not advance)"
+            return Alarm.FROZEN, (
+                "repeated old data (its cycle counter did not advance)"
+                if record.counts
+                else "repeated its spots to the last bit (its inputs have no counter)"
+            )
     if header.period_ns != schedule.period_ns:
         return Alarm.FRAME_RATE, (
             f"makes a frame every {header.period_ns} ns instead of every {schedule.period_ns} ns"

@@ -87,7 +87,9 @@ class Bus:
         self.slave = slave(device)
         self.slave.start_ns, self.slave.period_ns = START, device.period_ns
         self.translator = translator(device)
-        self.past = CameraPast("left", mark=NEWEST_LAYOUT.mark(SERIAL))
+        counts = device.has(Role.COUNTER)
+        self.past = CameraPast("left", mark=NEWEST_LAYOUT.mark(SERIAL), counts=counts)
+        self.fault = self.remedy = ""
         self.schedule = Schedule(START, device.period_ns, CRC)
 
     def cycle(self, block: int, content: bytes | None = None) -> tuple[str, bytes]:
@@ -102,6 +104,8 @@ class Bus:
             True, 3, 3, clock, True, WatchView(0, 1, (CameraView(1, 8),)), (inputs,), (header,)
         )
         fault = judge(answer, [self.past], self.schedule)
+        if fault is not None:
+            self.fault, self.remedy = fault.reason, fault.remedy
         if fault is None:
             first = (header.start_ns - START) // device.period_ns
             self.past = self.past._replace(
@@ -177,6 +181,9 @@ def test_without_a_counter_inputs_that_repeat_to_the_last_bit_are_old() -> None:
         assert bus.cycle(block)[0] == ""
     old = bus.slave.inputs(4)
     alarms = [bus.cycle(block, old)[0] for block in range(5, 12)]
+    assert "have no counter" in bus.fault
+    assert "finer steps" in bus.remedy
+    assert "Power-cycle" not in bus.remedy
     # Two might be alike by chance; from the third on it is certain.
     assert alarms[:2] == ["", ""]
     assert set(alarms[2:]) == {Alarm.FROZEN}

@@ -12,6 +12,7 @@ import pytest
 from typer.testing import CliRunner
 
 from ocmm_core.cli import app
+from ocmm_core.cli.terminal import _speech
 from ocmm_core.composition import StationRequest, build_station
 from ocmm_core.documents import resource
 from ocmm_core.errors import InputError
@@ -24,6 +25,7 @@ from ocmm_core.inspection.archive import (
 )
 from ocmm_core.tolerances.decisions import Verdict
 from ocmm_core.tolerances.kinds import spec_of
+from ocmm_core.wording import load_translation
 from tests.host import HANG_S
 
 PLAN = resource("plans", "quick.toml")
@@ -113,6 +115,16 @@ def test_a_batch_of_simulated_jobs_says_so(batch: tuple[ReopenedJob, ...]) -> No
     for line, job in zip(lines[1:], batch, strict=False):
         assert line.startswith(f"{job.path.stem}: SIMULATED; {job.view.part_verdict.word.value}")
     assert compare_folder(batch[0].path.parent).simulated
+
+
+def test_a_german_comparison_has_german_verdict_lines(
+    batch: tuple[ReopenedJob, ...], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(_speech, "_translation", lambda: load_translation("de"))
+    said = CliRunner().invoke(app, ["compare", *(str(job.path) for job in batch)])
+    for line, job in zip(said.output.splitlines()[1:], batch, strict=False):
+        assert line.startswith(f"{job.path.stem}: SIMULIERT; ")
+        assert "PART" not in line.removeprefix(job.path.stem)
 
 
 def test_a_provisional_value_is_not_counted(batch: tuple[ReopenedJob, ...]) -> None:
