@@ -10,6 +10,7 @@ from contextlib import suppress
 from pathlib import Path
 
 from ocmm_core.cli.terminal import say
+from ocmm_core.host import HOST
 
 _ANSWER_S = 1.0
 _FIRST_PORT = 6000
@@ -38,7 +39,8 @@ def has_display() -> bool:
 
 
 def _wayland_answers(name: str) -> bool:
-    return _connects(str(Path(os.environ.get("XDG_RUNTIME_DIR", "/run"), name)))
+    path = Path(os.environ.get("XDG_RUNTIME_DIR", "/run"), name)
+    return HOST.listens_at(str(path), _ANSWER_S)
 
 
 def _x11_answers(name: str) -> bool:
@@ -49,18 +51,10 @@ def _x11_answers(name: str) -> bool:
     host, number = found[1].removeprefix("tcp/"), int(found[2])
     if host in {"", "unix"}:
         path = f"/tmp/.X11-unix/X{number}"  # noqa: S108 - the place of the X Window System
-        return _connects(path) or _connects(f"\0{path}")
+        return any(HOST.listens_at(one, _ANSWER_S) for one in (path, f"\0{path}"))
     with (
         suppress(OSError, OverflowError),
         socket.create_connection((host.strip("[]"), _FIRST_PORT + number), _ANSWER_S),
     ):
-        return True
-    return False
-
-
-def _connects(path: str) -> bool:
-    with suppress(OSError), socket.socket(socket.AF_UNIX) as client:
-        client.settimeout(_ANSWER_S)
-        client.connect(path)
         return True
     return False

@@ -5,8 +5,7 @@ In: a file and the statements of the user (`TableOptions`). Out: rows or points 
 
 Read `_account` (what a reader returns), `_text` and `_grid` (bytes to lines and cells), `_numbers`
 (decimal signs by evidence), `_headings` and `_columns` (roles of columns), `_unit_choice`,
-`_points` with `_meshes` (points), `_named` (tables whose first line names the columns) and
-`_pixels` (spots).
+`_points` with `_meshes` (points and spots), `_named` (tables whose first line names the columns).
 It must not know features, plans or cameras.
 """
 
@@ -21,8 +20,7 @@ if TYPE_CHECKING:
     from ocmm_core.tables._grid import require_like_names
     from ocmm_core.tables._named import NamedColumns, TextRow, TextTable, read_table
     from ocmm_core.tables._numbers import NUMBER, NumberGrammar, typed_number
-    from ocmm_core.tables._pixels import PixelTable, read_pixels
-    from ocmm_core.tables._points import PointsFile, read_points_file
+    from ocmm_core.tables._points import PixelTable, PointsFile, read_pixels, read_points_file
     from ocmm_core.tables._preview import (
         AccountedTable,
         PreviewRow,
@@ -38,8 +36,7 @@ else:
         _grid="require_like_names",
         _named="NamedColumns TextRow TextTable read_table",
         _numbers="NUMBER NumberGrammar typed_number",
-        _pixels="PixelTable read_pixels",
-        _points="PointsFile read_points_file",
+        _points="PixelTable PointsFile read_pixels read_points_file",
         _preview="AccountedTable PreviewRow TablePreview TableReader preview_table",
         _text="decoded",
     )

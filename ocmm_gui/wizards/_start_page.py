@@ -58,7 +58,7 @@ class StartPage(QWidget):
         self.trouble = sentence_label(tr("Why it cannot start"), 17)
         self.fields: dict[str, QLineEdit | ChoiceBox] = {}
         self._form = QGridLayout()
-        self._form.setVerticalSpacing(8)
+        self._form.setVerticalSpacing(5)
         self._form.setHorizontalSpacing(14)
         self.begin_button = large_button(tr("Start  [Return]"), tr("Start a new session"))
         self.resume_button = large_button(tr("Resume  [G]"), tr("Resume the selected session"), "G")

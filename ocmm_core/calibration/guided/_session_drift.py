@@ -60,7 +60,7 @@ class Rest:
     """ISO 8601 text."""
 
 
-class Course(Enum):
+class TimeCourse(Enum):
     """Course of a change in time."""
 
     JUMP = auto()
@@ -73,7 +73,7 @@ class Course(Enum):
 class SessionChange:
     """Change that explains a session."""
 
-    course: Course
+    course: TimeCourse
     element: str
     """``pose``, ``turn`` or ``lens`` of a camera, ``LED``, or ``size`` of the probe."""
     index: int
@@ -153,14 +153,14 @@ def session_changes(
             one
             for one in suspects
             if one.gain > one.limit
-            and not (one.course is not Course.BEFORE and one.index in drifting)
+            and not (one.course is not TimeCourse.BEFORE and one.index in drifting)
         ]
-        if not real or not (failed or any(one.course is not Course.BEFORE for one in real)):
+        if not real or not (failed or any(one.course is not TimeCourse.BEFORE for one in real)):
             break
         best = max(real, key=lambda one: one.worth)
         near = [one for one in real if one.worth > best.worth - _DECISIVE]
         found.append(_one_of_each(near))
-        drifting |= {one.index for one in near if one.course is Course.DRIFT}
+        drifting |= {one.index for one in near if one.course is TimeCourse.DRIFT}
         normal = normal.granting(best)
     return found
 
@@ -187,7 +187,7 @@ class _Normal:
             # Scaled to one standard deviation each.
             return np.hstack([by_cameras @ of_cameras, by_geometry @ of_geometry])
 
-        parts = [
+        parts: list[tuple[tuple[tuple[int, Float], ...], Float, Float]] = [
             (((i, rows(one.by_cameras, one.by_geometry)),), one.residuals,
              shared(one.by_cameras, one.by_geometry))
             for i, one in enumerate(rests)
@@ -234,20 +234,20 @@ class _Normal:
         even = (at - at[0]) / span if span > 0.0 else np.linspace(0.0, 1.0, count)
         always = np.ones(count)
         jumps = np.triu(np.ones((count, count)))[1:]
-        trials: list[tuple[Course, str, int, slice, Float, int]] = []
+        trials: list[tuple[TimeCourse, str, int, slice, Float, int]] = []
         for c in range(cameras):
             turn, pose, lens = (slice(9 * c + a, 9 * c + b) for a, b in ((0, 3), (0, 6), (6, 9)))
-            trials += [(Course.JUMP, "turn", c, turn, one, i) for i, one in enumerate(jumps)]
-            trials.append((Course.DRIFT, "turn", c, turn, even, 0))
-            trials += [(Course.BEFORE, "turn", c, turn, always, 0),
-                       (Course.BEFORE, "pose", c, pose, always, 0),
-                       (Course.BEFORE, "lens", c, lens, always, 0)]  # fmt: skip
+            trials += [(TimeCourse.JUMP, "turn", c, turn, one, i) for i, one in enumerate(jumps)]
+            trials.append((TimeCourse.DRIFT, "turn", c, turn, even, 0))
+            trials += [(TimeCourse.BEFORE, "turn", c, turn, always, 0),
+                       (TimeCourse.BEFORE, "pose", c, pose, always, 0),
+                       (TimeCourse.BEFORE, "lens", c, lens, always, 0)]  # fmt: skip
         first = 9 * cameras
         for led in range(leds):
             place = slice(first + 3 * led, first + 3 * led + 3)
-            trials.append((Course.BEFORE, "LED", led, place, always, 0))
+            trials.append((TimeCourse.BEFORE, "LED", led, place, always, 0))
         place = slice(first + 3 * leds, first + 3 * leds + 1)
-        trials.append((Course.BEFORE, "size", -1, place, always, 0))
+        trials.append((TimeCourse.BEFORE, "size", -1, place, always, 0))
         found = []
         for course, element, index, columns, profile, last in trials:
             rows = np.concatenate(self.felt(columns, profile))
@@ -260,7 +260,7 @@ class _Normal:
                 information / np.outer(scale, scale), score / scale, rcond=_LEAST_INFORMATION
             )[0] / scale  # fmt: skip
             gain, free = float(score @ amount), len(amount)
-            jump = course is Course.JUMP
+            jump = course is TimeCourse.JUMP
             found.append(
                 SessionChange(
                     course, element, index, columns, profile, last, last + 1 if jump else count - 1,
@@ -273,7 +273,7 @@ class _Normal:
 
 def _one_of_each(near: Sequence[SessionChange]) -> tuple[SessionChange, ...]:
     """Return the best of each suspect, a jump with all its likely moments, the likeliest first."""
-    alike: dict[tuple[Course, str, int], list[SessionChange]] = {}
+    alike: dict[tuple[TimeCourse, str, int], list[SessionChange]] = {}
     for one in sorted(near, key=lambda one: -one.worth):
         alike.setdefault((one.course, one.element, one.index), []).append(one)
     return tuple(
@@ -321,7 +321,7 @@ def _finding(change: SessionChange, rests: Sequence[Rest], rig: Rig, remedy: str
         )  # fmt: skip
     name = rig.cameras[change.index].name
     size = 1e6 * _norm(amount[:3])
-    if change.course is Course.BEFORE:
+    if change.course is TimeCourse.BEFORE:
         what = (
             f"Camera '{name}' was off its calibrated pose during the whole session, by about "
             f"{size:.0f} urad: it moved before the first observation at {begin} UTC."
@@ -339,7 +339,7 @@ def _finding(change: SessionChange, rests: Sequence[Rest], rig: Rig, remedy: str
             "again.",
             refuses=True,
         )  # fmt: skip
-    if change.course is Course.DRIFT:
+    if change.course is TimeCourse.DRIFT:
         return Finding(
             "session.drift",
             f"Camera '{name}' drifted evenly by about {size:.0f} urad from {begin} to {end} UTC; "

@@ -15,12 +15,12 @@ import numpy as np
 
 from ocmm_core.calibration.guided import (
     SEATS,
-    Course,
     JudgedRepeat,
     Repeat,
     Rest,
     RestingPosition,
     SessionChange,
+    TimeCourse,
     change_findings,
     from_spots,
     hash_of,
@@ -236,7 +236,7 @@ def _moved(
     found = change_findings(changes, rests, state.rig, _REMEDY)
     if tip_is_known:
         again = repeat_finding(repeats, _REMEDY)
-        found += [again] * (again is not None)
+        found += [] if again is None else [again]
     return found, _first_seen(changes, rests, found)
 
 
@@ -245,7 +245,7 @@ def _first_seen(
 ) -> str:
     """Return when an error was first seen: the first rest, unless all changes came later."""
     every = [one for alike in changes for one in alike]
-    during = bool(every) and all(one.course is not Course.BEFORE for one in every)
+    during = bool(every) and all(one.course is not TimeCourse.BEFORE for one in every)
     if during:
         return min(rests[one.first].utc for one in every)
     return rests[-1 if found and not every else 0].utc

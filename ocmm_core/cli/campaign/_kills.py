@@ -53,6 +53,7 @@ def measure_job(out: Path, pipe: int | None, rate_hz: int = RATE_HZ) -> None:
 
     Acknowledged point numbers go to the pipe; 0 means that the job exists.
     """
+    others = set(threading.enumerate())
     request = StationRequest(plan=QUICK_PLAN, out=out, speed=0.0, frame_rate_hz=rate_hz)
     station = build_station(request).station
     if pipe is not None:
@@ -62,7 +63,7 @@ def measure_job(out: Path, pipe: int | None, rate_hz: int = RATE_HZ) -> None:
     station.wait_finished(_PATIENCE_S)
     station.close()
     # A copy of this program has none of its threads, and the locks that they held for ever.
-    for thread in set(threading.enumerate()) - {threading.current_thread()}:
+    for thread in set(threading.enumerate()) - others:
         thread.join(_PATIENCE_S)
 
 

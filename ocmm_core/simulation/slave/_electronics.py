@@ -34,8 +34,8 @@ from ocmm_core.simulation.slave._sdo_values import Address
 from ocmm_core.simulation.slave._sensor import SENSOR_PX, sensor_of
 from ocmm_core.simulation.slave._store import CameraStore
 
-_LEFT, _TOP, _WIDTH, _HEIGHT, _COMMAND, _STATE, _PROGRESS, _TOTAL = range(1, 9)
-_OFFSET, _CHUNK, _CRC, _PICTURE_WIDTH, _PICTURE_HEIGHT = range(9, 14)
+_LEFT, _TOP, _REGION_WIDTH, _REGION_HEIGHT, _COMMAND, _STATE, _PROGRESS, _TOTAL = range(1, 9)
+_OFFSET, _CHUNK, _CHUNK_CRC, _PICTURE_WIDTH, _PICTURE_HEIGHT = range(9, 14)
 _SLICE_PIXELS = 16384
 """Pixels per slice; limits the delay of answers to the master."""
 
@@ -88,7 +88,7 @@ class Snapshots:
             (SNAPSHOT, _PROGRESS): lambda: bytes([self._percent()]),
             (SNAPSHOT, _TOTAL): lambda: struct.pack("<I", self._total()),
             (SNAPSHOT, _CHUNK): self._chunk,
-            (SNAPSHOT, _CRC): lambda: struct.pack("<I", self._crc),
+            (SNAPSHOT, _CHUNK_CRC): lambda: struct.pack("<I", self._crc),
             (SNAPSHOT, _PICTURE_WIDTH): lambda: struct.pack("<H", self._region[2]),
             (SNAPSHOT, _PICTURE_HEIGHT): lambda: struct.pack("<H", self._region[3]),
         }
@@ -96,7 +96,10 @@ class Snapshots:
     def written(self) -> dict[Address, Callable[[bytes], object]]:
         """Return the actions for written entries."""
         return {
-            **{(SNAPSHOT, sub): self._setter(sub) for sub in (_LEFT, _TOP, _WIDTH, _HEIGHT)},
+            **{
+                (SNAPSHOT, sub): self._setter(sub)
+                for sub in (_LEFT, _TOP, _REGION_WIDTH, _REGION_HEIGHT)
+            },
             (SNAPSHOT, _COMMAND): self._command,
             (SNAPSHOT, _OFFSET): self._set_offset,
         }

@@ -12,7 +12,6 @@ import pytest
 from typer.testing import CliRunner
 
 from ocmm_core.cli import app
-from ocmm_core.cli.terminal import _speech
 from ocmm_core.composition import StationRequest, build_station
 from ocmm_core.documents import resource
 from ocmm_core.errors import InputError
@@ -120,7 +119,8 @@ def test_a_batch_of_simulated_jobs_says_so(batch: tuple[ReopenedJob, ...]) -> No
 def test_a_german_comparison_has_german_verdict_lines(
     batch: tuple[ReopenedJob, ...], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(_speech, "_translation", lambda: load_translation("de"))
+    place = "ocmm_core.cli.terminal._speech._translation"
+    monkeypatch.setattr(place, lambda: load_translation("de"))
     said = CliRunner().invoke(app, ["compare", *(str(job.path) for job in batch)])
     for line, job in zip(said.output.splitlines()[1:], batch, strict=False):
         assert line.startswith(f"{job.path.stem}: SIMULIERT; ")

@@ -25,7 +25,7 @@ def test_a_touch_that_gave_no_point_is_made_again_at_its_place(
     operator = Operator(PART, RADIUS, [("SLOT", COUNT), ("BORE_A", 4)], seed=1)
     first = np.array([touch.tip_world for touch in operator.touches[:COUNT]])
     # The part may be pushed a little before what is missing is asked for.
-    taken = np.delete(first, lost, axis=0) + shift
+    taken = (np.delete(first, lost, axis=0) + shift).tolist()
     operator.complete(Missing([("SLOT", len(lost))], {"SLOT": taken}), 0.0)
     again = operator.touches[COUNT + 4 :]
     assert [touch.feature for touch in again] == ["SLOT"] * len(lost)
@@ -35,14 +35,14 @@ def test_a_touch_that_gave_no_point_is_made_again_at_its_place(
 def test_what_is_lost_twice_is_made_a_third_time() -> None:
     operator = Operator(PART, RADIUS, [("SLOT", COUNT)], seed=1)
     first = np.array([touch.tip_world for touch in operator.touches])
-    operator.complete(Missing([("SLOT", 2)], {"SLOT": first[2:]}), 0.0)
-    operator.complete(Missing([("SLOT", 1)], {"SLOT": first[1:]}), 0.0)
+    operator.complete(Missing([("SLOT", 2)], {"SLOT": first[2:].tolist()}), 0.0)
+    operator.complete(Missing([("SLOT", 1)], {"SLOT": first[1:].tolist()}), 0.0)
     np.testing.assert_allclose(operator.touches[-1].tip_world, first[0], atol=1e-9)
 
 
 def test_a_feature_that_needs_more_than_was_touched_is_spread_anew() -> None:
     operator = Operator(PART, RADIUS, [("SLOT", 2)], seed=1)
-    operator.complete(Missing([("SLOT", COUNT), ("BORE_B", 4)], {"SLOT": NONE}), 0.0)
+    operator.complete(Missing([("SLOT", COUNT), ("BORE_B", 4)], {"SLOT": NONE.tolist()}), 0.0)
     tips = np.array([touch.tip_world for touch in operator.touches[2 : 2 + COUNT]])
     gaps = np.linalg.norm(tips[:, None] - tips[None], axis=2) + 1e3 * np.eye(COUNT)
     assert len(operator.touches) == 2 + COUNT + 4

@@ -113,8 +113,8 @@ def test_what_is_missing_at_the_end_is_touched_where_it_was_touched(make_rig: Ma
     source = SimulatedSource(rig)
     first = np.array([touch.tip_world for touch in rig.truth.touches])
     answers = [
-        Missing([("SPHERE", 2), ("BED", 0)], {"SPHERE": first[[0, 2, 4]]}),
-        Missing([("SPHERE", 1)], {"SPHERE": first[[0, 1, 2, 4]]}),
+        Missing([("SPHERE", 2), ("BED", 0)], {"SPHERE": first[[0, 2, 4]].tolist()}),
+        Missing([("SPHERE", 1)], {"SPHERE": first[[0, 1, 2, 4]].tolist()}),
         Missing([], {}),
     ]
     source.ask = lambda: answers.pop(0)
