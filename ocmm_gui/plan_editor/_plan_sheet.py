@@ -159,6 +159,7 @@ class PlanSheet(Sheet):
             aside="requirements",
         )
         listing = make_button(self.keys["requirements"])
+        listing.setMinimumHeight(42)
         right = ((self.picture, 3), (self.checks, 2), (listing, 0), (self._teaching, 0))
         lay_out(self._editor, self.items, self._stack, right)
         self._refresh(HEAD)
