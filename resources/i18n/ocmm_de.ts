@@ -8108,8 +8108,8 @@ Startet: {source}</translation>
         <translation>Thermometer U, K</translation>
     </message>
     <message>
-        <source>Its U (k = 2) by its certificate, or its id in the register of artefacts</source>
-        <translation>Sein U (k = 2) laut Kalibrierschein oder seine id im Verzeichnis der Prüfkörper</translation>
+        <source>U (k = 2), K, or its id in the register</source>
+        <translation>U (k = 2), K, oder id im Verzeichnis</translation>
     </message>
     <message>
         <source>{ended} Press Esc to leave.</source>

@@ -29,5 +29,5 @@ TEMPERATURE = Field(
 THERMOMETER = Field(
     "thermometer",
     later("Thermometer U, K"),
-    later("Its U (k = 2) by its certificate, or its id in the register of artefacts"),
+    later("U (k = 2), K, or its id in the register"),
 )
