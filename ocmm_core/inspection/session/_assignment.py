@@ -29,6 +29,8 @@ from ocmm_core.inspection.session._side_choice import method_of
 from ocmm_core.measuring import MeasuredPoint, Refusal, RefusalCode, StablePoint, Touch
 
 _PLANE_POINTS = 3
+_AGREED = 0.7
+"""Least length of the mean of unit directions that agree, such as 45° off each."""
 
 
 def wrong_face(
@@ -61,9 +63,10 @@ def wrong_face(
     else:
         found = [(slant, what)]
         own = [point for point in points if point.feature == name]
-        if own and feature.shape is Shape.PLANE:
-            mean = unit(np.mean([point.direction for point in own], axis=0))
-            off = min(_angle(way, mean) for way in ways)
+        mean = np.mean([point.direction for point in own], axis=0) if own else np.zeros(3)
+        # Points from opposite sides say nothing about the face.
+        if feature.shape is Shape.PLANE and np.linalg.norm(mean) > _AGREED:
+            off = min(_angle(way, unit(mean)) for way in ways)
             found.append((off, f"The touch came from {off:.0f}° off the earlier points of {name}."))
         for other in plan.features:
             normal_world = _plane_normal(other, points) if other.name != name else None
@@ -100,8 +103,8 @@ def _plane_normal(feature: NominalFeature, points: Sequence[MeasuredPoint]) -> F
     tips = np.array([point.tip_world for point in own])
     _, sizes, axes = np.linalg.svd(tips - tips.mean(axis=0))
     mean = np.mean([point.direction for point in own], axis=0)
-    # Two walls taken as one plane, or points in a row, fix nothing.
-    if sizes[2] > 0.1 * sizes[1] or sizes[1] < 0.1 * sizes[0]:
+    # Two walls taken as one plane, points in a row, or from opposite sides fix nothing.
+    if sizes[2] > 0.1 * sizes[1] or sizes[1] < 0.1 * sizes[0] or np.linalg.norm(mean) <= _AGREED:
         return None
     return np.asarray(axes[2] * np.sign(axes[2] @ mean))
 
@@ -114,6 +117,8 @@ def _least_slant(
     The normals of a feature form a cone about its direction; turned about the normal of the plane
     it covers an interval of angles to that normal.
     """
+    if not np.any(feature.direction):
+        return 0.0
     match feature.shape:
         case Shape.PLANE | Shape.POINT:
             opening = 0.0

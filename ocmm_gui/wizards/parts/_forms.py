@@ -27,7 +27,5 @@ TEMPERATURE = Field(
     "temperature", later("Temperature, °C"), later("Of the room; empty if not measured"), ""
 )
 THERMOMETER = Field(
-    "thermometer",
-    later("Thermometer U, K"),
-    later("U (k = 2), K, or its id in the register"),
+    "thermometer", later("Thermometer U, K"), later("U (k = 2), K, or its id in the register")
 )

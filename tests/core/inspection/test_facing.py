@@ -77,3 +77,15 @@ def test_refuses_the_top_where_a_bore_is_wanted() -> None:
     assert round_ones
     for item in round_ones:
         assert wrong_face(PLAN, item.name, contact(normal), None, points) is not None
+
+
+def test_points_from_opposite_sides_say_nothing_about_the_face() -> None:
+    normal = unit(np.array(FIRST.direction))
+    points = [
+        replace(point, direction=sign * point.direction)
+        for point, sign in zip(touches(normal, 4), (1.0, -1.0, 1.0, -1.0), strict=True)
+    ]
+    side = unit(np.cross(normal, [0.2, 0.9, 0.4]))
+    for feature in PLAN.features:
+        for count in (2, 4):
+            assert wrong_face(PLAN, feature.name, contact(side), None, points[:count]) is None
