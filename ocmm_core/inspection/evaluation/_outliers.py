@@ -57,14 +57,23 @@ def commanding(
     actual
         All features: the plane it is projected onto, and the scatter to be expected.
     """
+    own = actual.get(nominal.name)
+    if isinstance(own, ActualFeature) and _rms(own) <= SMALLEST_MM:
+        # Nothing to refit, and independent of all other features: those change with each touch.
+        return None
     plane = actual.get(nominal.projection)
     if nominal.projection and not isinstance(plane, ActualFeature):
         return None
     normal = plane.fit.geometry[DIRECTION] if isinstance(plane, ActualFeature) else None
     others = [
-        float(np.sqrt(np.mean(one.raw.residuals**2)))
+        _rms(one)
         for name, one in actual.items()
         if name != nominal.name and isinstance(one, ActualFeature) and one.raw is not None
     ]
     usual = max(USUAL_MM, float(np.median(others)) if others else 0.0)
     return commanding_touches(nominal, points, normal, usual, SMALLEST_MM)
+
+
+def _rms(feature: ActualFeature) -> float:
+    """Return the rms of the residuals of a feature, mm; infinity without points."""
+    return np.inf if feature.raw is None else float(np.sqrt(np.mean(feature.raw.residuals**2)))

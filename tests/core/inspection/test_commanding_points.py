@@ -3,17 +3,22 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Mapping
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import pytest
 
 from benchmarks.commanding_points import run
-from ocmm_core.errors import MeasuringError
-from ocmm_core.features.measured import commanding_rows, fit_shape
-from ocmm_core.features.shapes import Shape
+from ocmm_core.errors import FitError, MeasuringError
+from ocmm_core.features.measured import ActualFeature, commanding_rows, fit_shape
+from ocmm_core.features.shapes import NominalFeature, Shape
+from ocmm_core.inspection.evaluation import EvaluationCache, SessionOptions, evaluate_job
+from ocmm_core.inspection.evaluation._outliers import commanding
 from ocmm_core.storage import JobFile
 from ocmm_core.tolerances.decisions import Verdict
+from ocmm_core.tracking import tip_sensitivities
 from tests.core.inspection.conftest import Bench
 from tests.core.inspection.test_session_steps import take
 
@@ -83,6 +88,32 @@ def test_one_step_removes_the_point_and_proves_the_feature_again(
         session.remove_commanding("SPHERE")
     session.steps.undo()
     assert session.view.feature("SPHERE").taken == len(sphere)
+
+
+def test_an_honest_feature_is_examined_without_the_others(bench: Bench, job: JobFile) -> None:
+    """Otherwise each touch examines every feature of the job again."""
+    take(bench.session(job), bench, 0, 14)
+    points = job.points()
+    seen = tip_sensitivities(np.array([one.spots for one in points]), bench.rig, bench.body)
+    found = evaluate_job(
+        bench.plan, points, seen, bench.rig, bench.body, SessionOptions(), frozenset()
+    )
+    cache = EvaluationCache()
+    searches: list[str] = []
+
+    def search(item: NominalFeature, watch: Mapping[str, ActualFeature | FitError]) -> object:
+        searches.append(item.name)
+        return commanding(item, found.points[item.name], watch)
+
+    for _ in range(2):
+        for item in bench.plan.features:
+            others = {
+                name: one if name == item.name else replace(one)
+                for name, one in found.actual.items()
+                if isinstance(one, ActualFeature)
+            }
+            assert cache.watched(item.name, (), others, partial(search, item)) is None
+    assert searches == [item.name for item in bench.plan.features]
 
 
 @pytest.mark.statistics
