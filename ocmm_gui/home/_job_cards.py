@@ -115,7 +115,7 @@ class JobCards(QListWidget):
         if view is not None:
             from ocmm_gui.kit import verdict_colour
 
-            colour = verdict_colour(self._theme, view.part_verdict.verdict)
+            colour = verdict_colour(self._theme, view.part_verdict.shown_as)
         elif job.fault is not None or judged is not None:
             colour = self._theme.bad
         item.setForeground(QColor(colour))

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
 import pytest
 from PySide6.QtCore import QMimeData, QPointF, Qt, QUrl
-from PySide6.QtGui import QDragEnterEvent, QDropEvent
+from PySide6.QtGui import QColor, QDragEnterEvent, QDropEvent
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QPushButton, QWidget
 from pytestqt.qtbot import QtBot
@@ -18,9 +19,10 @@ from ocmm_core.composition import StationRequest, build_station
 from ocmm_core.documents import resource
 from ocmm_core.inspection.archive import LastJob
 from ocmm_core.settings import RecentPlaces, SettingsFile, SettingsStore
+from ocmm_core.tolerances.decisions import PartWord, RequirementCount
 from ocmm_gui.home import Choice, Errands, SettingsPage, StartWindow
-from ocmm_gui.home._job_cards import JudgedJob, card_words
-from ocmm_gui.kit import THEMES, NoticeCentre, Theme, counted_line
+from ocmm_gui.home._job_cards import JobCards, JudgedJob, card_words
+from ocmm_gui.kit import DEFAULT_THEME, THEMES, NoticeCentre, Theme, counted_line
 from tests.core.calibration.made_records import make_record
 from tests.generated_jobs import generated_job
 from tests.host import HANG_MS
@@ -128,6 +130,25 @@ def test_no_card_is_greener_than_its_job() -> None:
             assert ("SIMULATED" in text) == view.simulated, seed
             # Local time with its zone.
             assert str(datetime.fromtimestamp(0).astimezone().tzname()) in text
+
+
+def test_a_card_without_any_requirement_of_the_model_is_not_green(qtbot: QtBot) -> None:
+    """A part that conforms by a plan with 0 of 52 requirements is no good part."""
+    views = [generated_job(seed)[0] for seed in range(100)]
+    view = next(one for one in views if one.part_verdict.word is PartWord.CONFORMS)
+    listed = LastJob(
+        Path("A.ocmm"), "P", "S", "anna", 9, len(view.features), len(view.features),
+        simulated=view.simulated,
+    )  # fmt: skip
+    cards = JobCards()
+    qtbot.addWidget(cards)
+    cards.show_jobs((listed,))
+    colours = []
+    for count in (None, RequirementCount(0, 52, 0, "model")):
+        cards.show_verdict(JudgedJob(listed.path, replace(view, requirements=count)))
+        colours.append(cards.item(0).foreground().color().name())
+    theme = THEMES[DEFAULT_THEME]
+    assert colours == [QColor(one).name() for one in (theme.good, theme.warn)]
 
 
 def test_a_newcomer_is_led_to_the_demo_and_no_panel_is_empty(
