@@ -36,6 +36,8 @@ class Quantity:
 
 
 ROOM = Quantity("room", "°C", -20.0, 60.0)
+TEMPERATURE = Quantity("temperature", "°C", 0.0, 50.0)
+"""Of a probe, part or artefact while measuring."""
 HUMIDITY = Quantity("humidity", "%", 0.0, 100.0)
 PRESSURE = Quantity("pressure", "hPa", 500.0, 1100.0)
 QUANTITIES = (ROOM, HUMIDITY, PRESSURE)

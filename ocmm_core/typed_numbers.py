@@ -9,6 +9,7 @@ from __future__ import annotations
 import re
 from dataclasses import dataclass
 
+from ocmm_core import surroundings
 from ocmm_core.errors import InputError
 from ocmm_core.surroundings import Quantity
 from ocmm_core.tables import typed_number
@@ -70,7 +71,7 @@ class NumberField:
         )
 
 
-TEMPERATURE = NumberField(Quantity("temperature", "°C", 0.0, 50.0), "temperature")
+TEMPERATURE = NumberField(surroundings.TEMPERATURE, "temperature")
 BALL = NumberField(Quantity("ball", "mm", 0.1, 100.0), "ball diameter")
 REFERENCE = NumberField(Quantity("reference", "mm", 1e-4, 1e5), "reference length")
 PARTS = NumberField(Quantity("parts", "", 1, 1000), "number of parts", whole=True)

@@ -192,9 +192,9 @@ def _by_thermometer(
     # The probe's share is within WARMTH if that is named.
     if any(one.source is WARMTH for one in found):
         del shares[PROBE]
-    kept: list[Contribution] = []
     sums: dict[str, Float] = {}
-    for name in {one.thermometer for one in shares.values() if one is not None} - {""}:
+    # In one order in every process: sums round differently in another.
+    for name in sorted({one.thermometer for one in shares.values() if one is not None} - {""}):
         mine = [
             (one, share)
             for one in found
@@ -209,9 +209,8 @@ def _by_thermometer(
             sums[name] = sums.get(name, 0.0) + one.by @ by_k
             rest = replace(one, covariance=one.covariance - np.outer(by_k, by_k))
             found = [rest if other is one else other for other in found]
-    kept += found
-    kept += [Contribution(THERMOMETER, by[:, None], np.eye(1)) for by in sums.values()]
-    return kept
+    by_thermometer = [Contribution(THERMOMETER, by[:, None], np.eye(1)) for by in sums.values()]
+    return [*found, *by_thermometer]
 
 
 def rigid_movement(points: Sequence[MeasuredPoint], frame: FrameDoubt) -> Float:

@@ -13,10 +13,11 @@ import numpy as np
 
 from ocmm_core.errors import InputError
 from ocmm_core.geometry import Float
+from ocmm_core.surroundings import TEMPERATURE
 
 REFERENCE_C = 20.0
 """Reference temperature of lengths (ISO 1)."""
-LOWEST_C, HIGHEST_C = 0.0, 50.0
+LOWEST_C, HIGHEST_C = TEMPERATURE.least, TEMPERATURE.most
 """Plausible range of room, probe and part temperatures."""
 UNMEASURED_K = 2.0
 """Standard uncertainty of a temperature that was not measured; 20 degrees are assumed."""

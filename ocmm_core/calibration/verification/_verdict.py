@@ -236,7 +236,8 @@ def _moved(
     found = change_findings(changes, rests, state.rig, _REMEDY)
     if tip_is_known:
         again = repeat_finding(repeats, _REMEDY)
-        found += [] if again is None else [again]
+        if again is not None:
+            found.append(again)
     return found, _first_seen(changes, rests, found)
 
 

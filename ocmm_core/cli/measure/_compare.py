@@ -76,7 +76,7 @@ def compare_command(
     if found.simulated:
         console.print(say(SIMULATED_LINE), style="bold yellow", highlight=False)
     for name, words in zip(found.jobs, found.words, strict=True):
-        said = "; ".join(map(say, words.split("; ")))
+        said = "; ".join(map(say, words))
         console.print(f"{name}: {said}", highlight=False, markup=False)
     for sentence in found.left_out:
         console.print(

@@ -194,7 +194,7 @@ def _part_job(job: ReopenedJob) -> PartJob:
         characteristics=tuple(job.plan.characteristics),
         values=tuple(values),
         simulated=job.view.simulated,
-        words="; ".join((*job_states(job.view), part_line(job.view), *job.renamed)),
+        words=(*job_states(job.view), part_line(job.view), *job.renamed),
         file=job.identity,
     )
 

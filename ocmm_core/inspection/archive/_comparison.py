@@ -89,7 +89,8 @@ class Comparison:
     plan: str
     jobs: tuple[str, ...]
     """In the order of their starts."""
-    words: tuple[str, ...]
+    words: tuple[tuple[str, ...], ...]
+    """Per job: states and the verdict on the part, each a sentence."""
     trends: tuple[Trend, ...]
     left_out: tuple[str, ...]
     """Reasons for not comparing files, a sentence each."""
@@ -136,7 +137,7 @@ class PartJob:
 
     Ignores mixing of simulated and real jobs."""
     simulated: bool
-    words: str
+    words: tuple[str, ...]
     file: FileIdentity | None
 
 

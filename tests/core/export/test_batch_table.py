@@ -30,7 +30,7 @@ def trend(name: str, *features: str) -> Trend:
 
 
 COMPARISON = Comparison(
-    "PLAN", ("J-0", "J-1"), ("", ""), (trend("Bore", "BORE_A"), trend("Boss", "BOSS", "BORE_A")),
+    "PLAN", ("J-0", "J-1"), ((), ()), (trend("Bore", "BORE_A"), trend("Boss", "BOSS", "BORE_A")),
     (), (), simulated=True,
 )  # fmt: skip
 
