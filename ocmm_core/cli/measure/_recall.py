@@ -79,7 +79,7 @@ def recall_command(
 ) -> None:
     """Recalculate the jobs that are in doubt because their calibration failed later.
 
-    Every job is computed anew from its raw spots with the calibration in force now; what the spots
+    Every job is recomputed from its raw spots with the calibration in force now; what the spots
     exclude decides which of both counts. Verdicts CHANGE, HOLD, or CANNOT BE KNOWN. Job files are
     not written to. Ends with 0 where all verdicts hold, else with 1.
     """
