@@ -49,13 +49,7 @@ if TYPE_CHECKING:
         TouchSphere,
     )
     from ocmm_core.simulation.calibration_scenes._tip_scenes import TipFault, TouchWithTip
-    from ocmm_core.simulation.calibration_scenes._verifying import (
-        FRAMES,
-        SEATS,
-        nudge,
-        stand_of,
-        verify_at_once,
-    )
+    from ocmm_core.simulation.calibration_scenes._verifying import SEATS, stand_of
 else:
     __getattr__ = door(
         __name__,
@@ -68,13 +62,13 @@ else:
         _resting_spots="Holds VirtualRests places_of_bar",
         _scenes="FrameMove FreeMotionScene Scene ShowBar TargetScene TouchSeats TouchSphere",
         _tip_scenes="TipFault TouchWithTip",
-        _verifying="FRAMES SEATS nudge stand_of verify_at_once",
+        _verifying="SEATS stand_of",
     )
 
 __all__ = [
-    "FRAMES", "RECORDS_MADE", "SEATS", "WAY_S", "CalibratingScript", "CalibratingSource",
+    "RECORDS_MADE", "SEATS", "WAY_S", "CalibratingScript", "CalibratingSource",
     "CalibrationScenesRig", "FrameMove", "FreeMotionScene", "Holds", "Scene", "ScriptedJump",
     "ShowBar", "SweepProbe", "TargetScene", "TipFault", "TouchSeats", "TouchSphere", "TouchWithTip",
     "VirtualRests", "made_camera_record", "made_probe_record", "made_tip_check", "made_tip_record",
-    "made_verification", "nudge", "places_of_bar", "stand_of", "verify_at_once",
+    "made_verification", "places_of_bar", "stand_of",
 ]  # fmt: skip
