@@ -24,7 +24,6 @@ if TYPE_CHECKING:
     from ocmm_core.simulation.calibration_scenes._calibrating_source import CalibratingSource
     from ocmm_core.simulation.calibration_scenes._made_probe_records import (
         made_probe_record,
-        made_tip_check,
         made_tip_record,
     )
     from ocmm_core.simulation.calibration_scenes._made_records import (
@@ -55,7 +54,7 @@ else:
         __name__,
         _calibrating="CalibratingScript CalibrationScenesRig",
         _calibrating_source="CalibratingSource",
-        _made_probe_records="made_probe_record made_tip_check made_tip_record",
+        _made_probe_records="made_probe_record made_tip_record",
         _made_records="RECORDS_MADE made_camera_record made_verification",
         _motions="WAY_S",
         _pivot_scenes="ScriptedJump SweepProbe",
@@ -69,6 +68,6 @@ __all__ = [
     "RECORDS_MADE", "SEATS", "WAY_S", "CalibratingScript", "CalibratingSource",
     "CalibrationScenesRig", "FrameMove", "FreeMotionScene", "Holds", "Scene", "ScriptedJump",
     "ShowBar", "SweepProbe", "TargetScene", "TipFault", "TouchSeats", "TouchSphere", "TouchWithTip",
-    "VirtualRests", "made_camera_record", "made_probe_record", "made_tip_check", "made_tip_record",
+    "VirtualRests", "made_camera_record", "made_probe_record", "made_tip_record",
     "made_verification", "places_of_bar", "stand_of",
 ]  # fmt: skip
