@@ -32,7 +32,8 @@ class NumberField:
     def check(self, value: float) -> float:
         """Return a number within its range; raise InputError otherwise, also for nan."""
         if value not in self.quantity or (self.whole and value != int(value)):
-            raise self._refusal(f"{value:g} {self.quantity.unit}".strip())
+            given = f"{value:g} {self.quantity.unit}".strip()
+            raise self._refusal(f"The typed {self.words} is {given}.")
         return value
 
     def read(self, text: str, *, comma: bool = False) -> float:
@@ -55,23 +56,21 @@ class NumberField:
             value = None  # "1e-400" is not zero
         given = repr(text.strip()[:40])
         if value is None:
-            raise self._refusal(f"{given}, which is not a number")
+            raise self._refusal(f"The typed {self.words} is {given}, which is not a number.")
         if named and named != self.quantity.unit:
             unit = find_unit(named, "length") if self.quantity.unit == "mm" else None
             if unit is None:
-                raise self._refusal(f"{given}, which is in another unit")
+                raise self._refusal(f"The typed {self.words} is {given}, which is in another unit.")
             value = scaled(value, unit.factor)
         return self.check(value)
 
-    def _refusal(self, given: str) -> InputError:
+    def _refusal(self, what: str) -> InputError:
         """Return the error of a number that is not one of this field."""
         one = self.quantity
         kind = "whole number" if self.whole else "number"
         unit = f" {one.unit}" if one.unit else ""
         return InputError(
-            f"number.{one.field}",
-            f"The typed {self.words} is {given}.",
-            f"Enter a {kind} from {one.least:g} to {one.most:g}{unit}.",
+            f"number.{one.field}", what, f"Enter a {kind} from {one.least:g} to {one.most:g}{unit}."
         )
 
 
