@@ -269,10 +269,10 @@ def show_prediction(score: Score, view: RelocationView) -> None:
         )
         return
     share = min(limit / sigma, 1.0) if sigma > 0.0 else 1.0
-    note = tr("of {length_mm:.0f} mm (k = 1); {limit:.1f} µm is enough").format(
-        length_mm=view.length_mm, limit=1e3 * limit
+    note = tr("of {length_mm:.0f} mm (k = 2); {limit:.1f} µm is enough").format(
+        length_mm=view.length_mm, limit=2e3 * limit
     )
-    score.show_score(localised(f"{1e3 * sigma:.1f} µm"), note, share)
+    score.show_score(localised(f"{2e3 * sigma:.1f} µm"), note, share)
 
 
 def example_places(volume_world: Float, wanted: int, taken: int) -> tuple[BarPlace, ...]:

@@ -50,15 +50,15 @@ class SpherePage(HandsPage):
         rows = [
             Row(tr("Places"), f"{touched} / {places}", touched / max(places, 1)),
             Row(
-                tr("Uncertainty of the diameter"),
-                localised(f"{1e3 * sigma:.1f} / {1e3 * limit:.1f} µm") if known else "–",
+                tr("U of the diameter (k = 2)"),
+                localised(f"{2e3 * sigma:.1f} / {2e3 * limit:.1f} µm") if known else "–",
                 min(limit / sigma, 1.0) if known else 0.0,
             ),
         ]
         if np.isfinite(end) and sphere.missing and end > 0.0:
             rows.append(
                 Row(
-                    tr("… with all places"), localised(f"{1e3 * end:.1f} µm"), min(limit / end, 1.0)
+                    tr("… with all places"), localised(f"{2e3 * end:.1f} µm"), min(limit / end, 1.0)
                 )
             )
         self.bars.show_rows(rows)
