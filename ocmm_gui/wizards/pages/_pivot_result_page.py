@@ -79,7 +79,7 @@ class PivotResultPage(ResultFrame):
 
     def __init__(self, rig: Rig) -> None:
         views = (TrailPlot(rig), TipCourse(), SpotResiduals(rig), PivotCompare())
-        super().__init__(tuple(zip(self.plots, views, strict=True)))
+        super().__init__(tuple(zip(tr_all(self.plots), views, strict=True)))
         self.trails, self.tips, self.spots, self.compare = views
         self._outcome: PivotOutcome | None = None
 
