@@ -10,6 +10,7 @@ from PySide6.QtWidgets import QApplication
 
 from ocmm_gui.kit import CAP_HEIGHT, THEMES, NumberStyle, style_of, use_language, use_numbers
 from ocmm_gui.kit._theme import FAR_SHARE
+from tests.gui.shown_english import english_in
 from tests.gui.window_pages import Pseudo, walk
 from tests.host import long_form
 
@@ -95,3 +96,13 @@ def test_the_far_view_is_read_at_three_metres(open_window: OpenWindow, qapp: QAp
         for text, pixels in window.far.type_pixels().items():
             assert CAP_HEIGHT * pixels >= least, (text, size)
         assert window.far.readout.cap_height() >= least
+
+
+def test_german_pages_contain_no_english(open_window: OpenWindow, qapp: QApplication) -> None:
+    assert use_language(qapp, "de")
+    try:
+        window = open_window(speed=0.1, tests=True).window
+        found = walk(window, qapp, ("dark",), SIZES[-1:], look=english_in)
+    finally:
+        use_language(qapp, "en")
+    assert not found, "\n".join(found)
