@@ -8664,10 +8664,6 @@ Startet: {source}</translation>
         <translation>PEM, zu diesem Zertifikat</translation>
     </message>
     <message>
-        <source>local, off, a file, or postgresql://USER@SERVER/DATABASE, without password</source>
-        <translation>local, off, eine Datei oder postgresql://USER@SERVER/DATABASE, ohne Passwort</translation>
-    </message>
-    <message>
         <source>Name of this station</source>
         <translation>Name dieser Station</translation>
     </message>
@@ -8794,6 +8790,10 @@ Startet: {source}</translation>
     <message>
         <source>inch</source>
         <translation>Zoll</translation>
+    </message>
+    <message>
+        <source>Place: local, off, a file, or a PostgreSQL database; without password</source>
+        <translation type="unfinished"></translation>
     </message>
     <message>
         <source>On screen; files for programs are in mm</source>

@@ -15,8 +15,19 @@ from ocmm_core.documents import resource
 _WORD = re.compile(r"[^\W\d_]{3,}")
 _READ = ("text", "title", "toolTip", "accessibleName", "accessibleDescription", "placeholderText")
 
-_NAMES = frozenset({"right"})
-"""In the names of cameras and artefacts of the shipped documents."""
+_NAMES = frozenset(
+    (
+        "ball", "bed", "demo", "inspector", "quick", "recommended", "right", "sphere", "step",
+        "study", "versions", "zoom",
+    )
+)  # fmt: skip
+"""In the names of shipped documents and their parts, of programs, and equal in both languages."""
+
+_SETTINGS = frozenset({"window", "locale"})
+"""Values of settings, as in the settings file."""
+
+_PATH = re.compile(r"\S*/\S+|\bocmm [a-z]+( [a-z]+)?")
+"""Paths and commands."""
 
 
 @cache
@@ -33,7 +44,7 @@ def english_words() -> frozenset[str]:
     for source, translation in pairs.items():
         english.update(_words(source))
         german.update(_words(translation))
-    return frozenset(english - german - _NAMES)
+    return frozenset(english - german - _NAMES - _SETTINGS)
 
 
 def english_in(widget: QWidget) -> Iterator[str]:
@@ -49,5 +60,5 @@ def english_in(widget: QWidget) -> Iterator[str]:
 
 
 def _words(text: str) -> set[str]:
-    bare = re.sub(r"\{[^}]*\}|<[^>]*>", " ", text)
+    bare = re.sub(r"\{[^}]*\}|<[^>]*>", " ", _PATH.sub(" ", text))
     return {word.lower() for word in _WORD.findall(bare)}
