@@ -26,10 +26,14 @@ from ocmm_core.geometry import Float, Int, unit
 CHANCE = 1e-4
 """Probability of each of three tests on an honest sweep."""
 _LEAST_FRAMES = 50
-_CONE_MM = 0.003
-"""Standard deviation of the wander of a good cone, per radian of tilt and axis."""
+_GOOD_MM, _WORN_MM = 0.005, 0.05
+"""Standard deviations of the wander per radian of tilt and axis: of a good cone, and of any."""
+_SUSPECT = 0.1
+"""Chance below which the cone need not be a good one."""
+_OPEN_MM = 0.02
+"""Standard uncertainty of the tip by the wander of any cone above which a sphere is needed."""
 _DEGREE = 3
-_CLEAR = 12.0
+CLEAR = 12.0
 """Difference of chi-square at which a model is preferred: odds of 400 to 1."""
 _RANK = 0.01
 """Part of a model that common unknowns must leave. Rotations have the noise of the same spots:
@@ -46,6 +50,27 @@ class SeatWander:
     worth: float
     """Gain of chi-square of the best model, less twice its unknowns; 0 if within chance."""
     finding: Finding | None
+
+    def among(self, accused: Sequence[Finding], worth: float, jump: float) -> list[Finding]:
+        """Return the findings on the seat and other elements: those that explain most.
+
+        Lenses and LEDs imitate a wander of the ball, and it them. ``worth`` is the gain of the
+        ``accused``, ``jump`` that of a moved cone, likewise.
+        """
+        if self.finding is None:
+            return list(accused)
+        if not self.finding.refuses:
+            return [self.finding, *accused]
+        rivals = [one for one in accused if one.refuses]
+        if jump > self.worth or (rivals and worth > self.worth + CLEAR):
+            return list(accused)
+        if rivals and worth > self.worth - CLEAR:
+            rival = rivals[0]
+            what = f"{self.finding.what} It fits as well that: {rival.what}"
+            return [
+                replace(self.finding, what=what, remedy=f"{self.finding.remedy} {rival.remedy}")
+            ]
+        return [self.finding]
 
 
 @dataclass(frozen=True, slots=True)
@@ -114,26 +139,42 @@ def examine_seat(
     cone, ball = (_columns(_powers(which, _DEGREE)) for which in (tilts, contacts))
     models = (cone, ball, _columns(_powers(tilts, 1)))
     cone_fit, ball_fit, slope = (_fit(rest, roots, model) for model in models)
-    best = min((cone_fit, ball_fit, slope), key=lambda one: one.chance)
-    of_tip = _may_remain(rest, roots, models[2])
+    fits = (cone_fit, ball_fit, slope)
+    best = min(fits, key=lambda one: one.chance)
+    any_cone = _may_remain(rest, roots, models[2], _WORN_MM)
+    of_tip = any_cone
+    if best.chance > _SUSPECT:
+        of_tip = _may_remain(rest, roots, models[2], _GOOD_MM)
     if best.chance > CHANCE:
-        return SeatWander(of_tip, 0.0, None)
-    worth = max(one.gain - 2.0 * one.dof for one in (cone_fit, ball_fit, slope))
+        return SeatWander(of_tip, 0.0, _unproven(float(np.sqrt(np.trace(any_cone)))))
+    worth = max(one.gain - 2.0 * one.dof for one in fits)
     return SeatWander(of_tip, worth, _finding(cone_fit, ball_fit, best.rms))
+
+
+def _unproven(size: float) -> Finding | None:
+    """Return the finding on a wander of a cone that the sweep would not reveal."""
+    if size <= _OPEN_MM:
+        return None
+    return Finding(
+        "pivot.seat_open",
+        f"The sweep would not reveal a worn cone that shifts the tip by {1e3 * size:.0f} um.",
+        "Sweep wider and longer in a new cone, or qualify the tip on a sphere.",
+        refuses=False,
+    )
 
 
 def _finding(cone: _Fitted, ball: _Fitted, rms: float) -> Finding:
     size = f"by {1e3 * rms:.0f} um (RMS)"
     clean = "Clean the cone and the ball and sweep again. If it persists,"
     sphere = "qualify the tip on a sphere instead."
-    if cone.gain - ball.gain > _CLEAR:
+    if cone.gain - ball.gain > CLEAR:
         return Finding(
             "pivot.worn_cone",
             f"The ball wandered {size} with the tilt of the probe: the cone is worn or dirty.",
             f"{clean} use another cone, or {sphere}",
             refuses=True,
         )
-    if ball.gain - cone.gain > _CLEAR:
+    if ball.gain - cone.gain > CLEAR:
         return Finding(
             "pivot.ball_form",
             f"The ball shifted {size} with the place on it that touches the cone: the ball has "
@@ -150,9 +191,7 @@ def _finding(cone: _Fitted, ball: _Fitted, rms: float) -> Finding:
     )
 
 
-def _without_common(
-    roots: Float, off: Float, drawn: Float, common: Float, cameras: Float
-) -> _Rest:
+def _without_common(roots: Float, off: Float, drawn: Float, common: Float, cameras: Float) -> _Rest:
     """Return tips (n, 3, 1) and drawn shifts (n, 3, k) without the common part."""
     seen = cameras.shape[2]
     rows = _rows(roots, np.concatenate([common, cameras], axis=2))
@@ -184,8 +223,11 @@ def _fit(rest: _Rest, roots: Float, model: Float) -> _Fitted:
     return _Fitted(gain, dof, float(chdtrc(dof, gain)), rms)
 
 
-def _may_remain(rest: _Rest, roots: Float, model: Float) -> Float:
-    """Return the second moment (3, 3) of the tip by a wander in proportion to the tilt."""
+def _may_remain(rest: _Rest, roots: Float, model: Float, sigma_mm: float) -> Float:
+    """Return the second moment (3, 3) of the tip by a wander in proportion to the tilt.
+
+    ``sigma_mm`` is its standard deviation per radian before the sweep.
+    """
     rows = _rows(roots, model)
     own, by_size = rest.part(rows), rest.common_of(rows)[3:6]
     information = own.T @ own
@@ -193,7 +235,7 @@ def _may_remain(rest: _Rest, roots: Float, model: Float) -> Float:
     noise = information + fields @ fields.T / max(fields.shape[1], 1)
     # Patterns correlate the tips: they contain less information than independent ones.
     gain = information @ np.linalg.pinv(noise, hermitian=True)
-    covariance = np.linalg.inv(gain @ information + np.eye(model.shape[2]) / _CONE_MM**2)
+    covariance = np.linalg.inv(gain @ information + np.eye(model.shape[2]) / sigma_mm**2)
     size = covariance @ (gain @ (own.T @ rest.tips))
     found: Float = by_size @ (covariance + np.outer(size, size)) @ by_size.T
     return found
