@@ -22,6 +22,7 @@ from ocmm_core.calibration.pivot._pattern import random_wave
 from ocmm_core.calibration.pivot._robust import FreePoses, free_poses
 from ocmm_core.calibration.records import Finding
 from ocmm_core.camera import Rig
+from ocmm_core.errors import CalibrationError
 from ocmm_core.geometry import Float, Int, Points3
 from ocmm_core.tracking import ProbeBody
 
@@ -264,6 +265,15 @@ def _part_shifts(by_cameras: CameraTips | None, frames: Int, used: Int, ends: In
         return np.zeros((_PARTS, 3, 0))
     part_of = np.searchsorted(frames[ends], used[by_cameras.frames], side="right")
     good = np.isfinite(by_cameras.shifts).all(axis=(1, 2))
+    for part in range(_PARTS):
+        if not np.any(good & (part_of == part)):
+            own = frames[np.searchsorted(ends, np.arange(len(frames)), side="right") == part]
+            raise CalibrationError(
+                "pivot.camera_errors",
+                f"From frame {own[0]} to {own[-1]}, cameras wrong by their uncertainty give no "
+                "pose of the probe.",
+                "Calibrate the cameras, and sweep where all of them see the LEDs well.",
+            )
     return np.stack(
         [by_cameras.shifts[good & (part_of == part)].mean(axis=0) for part in range(_PARTS)]
     )

@@ -78,7 +78,7 @@ else:
 __all__ = [
     "FRAMES", "RECORDS_MADE", "SEATS", "WAY_S", "CalibratingScript", "CalibratingSource",
     "CalibrationScenesRig", "FrameMove", "FreeMotionScene", "Holds", "Scene", "ScriptedJump",
-    "SeatFault", "ShowBar", "SweepProbe", "TargetScene", "TipFault", "TouchSeats", "TouchSphere", "TouchWithTip",
-    "VirtualRests", "made_camera_record", "made_probe_record", "made_tip_check", "made_tip_record",
-    "made_verification", "nudge", "places_of_bar", "stand_of", "verify_at_once",
+    "SeatFault", "ShowBar", "SweepProbe", "TargetScene", "TipFault", "TouchSeats", "TouchSphere",
+    "TouchWithTip", "VirtualRests", "made_camera_record", "made_probe_record", "made_tip_check",
+    "made_tip_record", "made_verification", "nudge", "places_of_bar", "stand_of", "verify_at_once",
 ]  # fmt: skip
