@@ -13,7 +13,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from itertools import product
 
 import numpy as np
 
@@ -21,7 +20,7 @@ from ocmm_core.calibration.pivot._bundle import PivotState
 from ocmm_core.calibration.pivot._guards import CameraTips
 from ocmm_core.calibration.pivot._robust import FreePoses
 from ocmm_core.calibration.records import Finding
-from ocmm_core.geometry import Float, Int, unit
+from ocmm_core.geometry import Float, Int, perpendicular_pair, unit
 
 CHANCE = 1e-4
 """Probability of each of three tests on an honest sweep."""
@@ -32,7 +31,6 @@ _SUSPECT = 0.1
 """Chance below which the cone need not be a good one."""
 _OPEN_MM = 0.02
 """Standard uncertainty of the tip by the wander of any cone above which a sphere is needed."""
-_DEGREE = 3
 CLEAR = 12.0
 """Difference of chi-square at which a model is preferred: odds of 400 to 1."""
 _RANK = 0.01
@@ -134,10 +132,9 @@ def examine_seat(
     )  # fmt: skip
     handle = unit(state.arms.mean(axis=0))
     axis = unit(rotations.mean(axis=0) @ handle)
-    tilts = rotations @ handle @ _across(axis).T
-    contacts = rotations.transpose(0, 2, 1) @ axis @ _across(handle).T
-    cone, ball = (_columns(_powers(which, _DEGREE)) for which in (tilts, contacts))
-    models = (cone, ball, _columns(_powers(tilts, 1)))
+    tilts = rotations @ handle @ np.column_stack(perpendicular_pair(axis))
+    contacts = rotations.transpose(0, 2, 1) @ axis @ np.column_stack(perpendicular_pair(handle))
+    models = (_columns(tilts, 3), _columns(contacts, 3), _columns(tilts, 1))
     cone_fit, ball_fit, slope = (_fit(rest, roots, model) for model in models)
     fits = (cone_fit, ball_fit, slope)
     best = min(fits, key=lambda one: one.chance)
@@ -164,29 +161,29 @@ def _unproven(size: float) -> Finding | None:
 
 
 def _finding(cone: _Fitted, ball: _Fitted, rms: float) -> Finding:
-    size = f"by {1e3 * rms:.0f} um (RMS)"
-    clean = "Clean the cone and the ball and sweep again. If it persists,"
-    sphere = "qualify the tip on a sphere instead."
+    size = 1e3 * rms
+    code, what = (
+        "pivot.seat",
+        f"The ball shifted by {size:.0f} um (RMS) with the attitude of the probe: the cone is "
+        "worn, or the ball has dirt or lobes.",
+    )
     if cone.gain - ball.gain > CLEAR:
-        return Finding(
+        code, what = (
             "pivot.worn_cone",
-            f"The ball wandered {size} with the tilt of the probe: the cone is worn or dirty.",
-            f"{clean} use another cone, or {sphere}",
-            refuses=True,
+            f"The ball shifted by {size:.0f} um (RMS) with the tilt of the probe: the cone is worn "
+            "or dirty.",
         )
-    if ball.gain - cone.gain > CLEAR:
-        return Finding(
+    elif ball.gain - cone.gain > CLEAR:
+        code, what = (
             "pivot.ball_form",
-            f"The ball shifted {size} with the place on it that touches the cone: the ball has "
-            "dirt or lobes.",
-            f"{clean} mount another stylus, or {sphere}",
-            refuses=True,
+            f"The ball shifted by {size:.0f} um (RMS) with the place on it that touches the cone: "
+            "the ball has dirt or lobes.",
         )
     return Finding(
-        "pivot.seat",
-        f"The ball shifted {size} with the attitude of the probe: either the cone is worn, or the "
-        "ball has dirt or lobes. The sweep does not distinguish them.",
-        f"{clean} sweep in another cone and turn the probe further about its handle, or {sphere}",
+        code,
+        what,
+        "Clean cone and ball and sweep again. If it persists, use another cone, mount another "
+        "stylus, or qualify the tip on a sphere.",
         refuses=True,
     )
 
@@ -198,9 +195,8 @@ def _without_common(roots: Float, off: Float, drawn: Float, common: Float, camer
     prior = np.hstack([np.zeros((seen, common.shape[2])), np.eye(seen)])
     basis, triangle = np.linalg.qr(np.vstack([rows, prior]))
     rest = _Rest(np.empty(0), np.empty((0, 0)), basis, np.linalg.pinv(triangle, rcond=1e-12))
-    return replace(
-        rest, tips=rest.part(_rows(roots, off))[:, 0], drawn=rest.part(_rows(roots, drawn))
-    )
+    tips, fields = (rest.part(_rows(roots, shifts)) for shifts in (off, drawn))
+    return replace(rest, tips=tips[:, 0], drawn=fields)
 
 
 def _fit(rest: _Rest, roots: Float, model: Float) -> _Fitted:
@@ -247,21 +243,10 @@ def _rows(roots: Float, columns: Float) -> Float:
     return rows
 
 
-def _columns(scalars: Float) -> Float:
-    """Return a shift along each axis for every scalar (n, k): (n, 3, 3 k)."""
-    columns: Float = np.einsum("nk,ij->nijk", scalars, np.eye(3)).reshape(len(scalars), 3, -1)
+def _columns(places: Float, degree: int) -> Float:
+    """Return a shift along each axis for every power of two coordinates (n, 2): (n, 3, 3 k)."""
+    x, y = places.T
+    powers = [(i, d - i) for d in range(1, degree + 1) for i in range(d + 1)]
+    scalars = np.stack([x**i * y**j for i, j in powers], axis=1)
+    columns: Float = np.einsum("nk,ij->nijk", scalars, np.eye(3)).reshape(len(x), 3, -1)
     return columns
-
-
-def _powers(places: Float, degree: int) -> Float:
-    """Return the monomials of two coordinates (n, 2) up to a degree, without the constant."""
-    exponents: Sequence[tuple[int, int]] = [
-        pair for pair in product(range(degree + 1), repeat=2) if 0 < sum(pair) <= degree
-    ]
-    return np.stack([places[:, 0] ** i * places[:, 1] ** j for i, j in exponents], axis=1)
-
-
-def _across(axis: Float) -> Float:
-    """Return two unit vectors (2, 3) perpendicular to an axis."""
-    across: Float = np.linalg.svd(axis[None])[2][1:]
-    return across
