@@ -26,6 +26,7 @@ from ocmm_core.errors import CalibrationError
 from ocmm_core.geometry import Float, Int, Points3
 from ocmm_core.tracking import ProbeBody
 
+_WAVES = 100
 _FRAMES = 1000
 """Frames that represent all: errors of cameras vary slowly with the attitude."""
 
@@ -45,12 +46,13 @@ class CameraTips:
 
 
 def tips_by_cameras(
-    rig: Rig, sweep: PivotSweep, state: PivotState, slack_mm: float, waves: int = 0, seed: int = 1
-) -> CameraTips:
+    rig: Rig, sweep: PivotSweep, state: PivotState, slack_mm: float,
+    pattern_px: float = 0.0, seed: int = 1,
+) -> CameraTips:  # fmt: skip
     """Return how errors of cameras shift the tips of frames after the adjustment.
 
-    Noise-free spots of wrong cameras, and of sensors with ``waves`` random waves, are adjusted with
-    the calibrated ones by one step; each frame is then solved alone, as `free_poses` does.
+    Noise-free spots of wrong cameras, and of sensors with waves of ``pattern_px``, are adjusted
+    with the calibrated ones by one step; each frame is then solved alone, as `free_poses` does.
     """
     noise = _noise_of_arms(rig, sweep, state, slack_mm)
     some = np.arange(0, len(sweep.uv), max(1, len(sweep.uv) // _FRAMES))
@@ -60,7 +62,11 @@ def tips_by_cameras(
     spots = [spots_of_cameras(rig, sweep, state, off) for off in root.T]
     exact = spots_of_cameras(rig, sweep, state, np.zeros(len(root)))
     rng = np.random.default_rng(seed)
-    spots += [replace(exact, uv=exact.uv + random_wave(rig, exact.uv, rng)) for _ in range(waves)]
+    waves = _WAVES if pattern_px > 0.0 else 0
+    spots += [
+        replace(exact, uv=exact.uv + random_wave(rig, exact.uv, pattern_px, rng))
+        for _ in range(waves)
+    ]
     shown = [(seen, _followed(rig, seen, state, slack_mm)) for seen in spots]
     shown[len(root.T) : len(root.T)] = [(exact, state.arms + off) for off in noise]
     shifts = np.empty((len(some), 3, len(shown)))

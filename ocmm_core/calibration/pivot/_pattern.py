@@ -58,13 +58,13 @@ def pattern_covariance(
     return covariance
 
 
-def random_wave(rig: Rig, uv: Pixels, rng: np.random.Generator) -> Pixels:
-    """Return one wave of a pattern at spots (n, C, L, 2), px; its square has the right mean."""
+def random_wave(rig: Rig, uv: Pixels, sigma_px: float, rng: np.random.Generator) -> Pixels:
+    """Return one wave of a pattern of ``sigma_px`` at spots (n, C, L, 2), px."""
     shape = (uv.shape[1], 2)
     wave = rng.standard_normal((*shape, 2)) / rig.noise.pattern_length_px
     phase = rng.uniform(0.0, 2.0 * np.pi, shape)
     turns = np.einsum("nclj,caj->ncla", uv, wave) + phase[:, None]
-    found: Pixels = np.sqrt(2.0) * rig.noise.pattern_px * np.cos(turns)
+    found: Pixels = np.sqrt(2.0) * sigma_px * np.cos(turns)
     return found
 
 

@@ -123,7 +123,6 @@ TOGETHER = 0.05
 _END = 0.02
 """Fraction of frames at either end of the sweep."""
 
-PATTERN_DRAWS = 100
 _DRAWS = 8
 """Number of drawn camera errors; the worst gives the limit of chi-square."""
 
@@ -186,8 +185,10 @@ def calibrate_probe(
     by_cameras = chi2_of_cameras(rig, kept, state, options.slack_mm, _DRAWS, options.seed).max()
     chi2 = robust.minimum.cost
     common = shared_part(rig, sweep) if options.pattern else 0.0
-    waves = PATTERN_DRAWS * options.pattern
-    by_tips = tips_by_cameras(rig, kept, state, options.slack_mm, waves, options.seed)
+    # Spots that fit the probe worse than their sigma have errors that a wander does not cause.
+    excess = float(np.sqrt(max(robust.free.chi2[used].sum() / robust.free.dof[used].sum() - 1, 0)))
+    pattern_px = max(rig.noise.pattern_px * options.pattern, excess * np.median(sweep.sigma_px))
+    by_tips = tips_by_cameras(rig, kept, state, options.slack_mm, pattern_px, options.seed)
     seat = examine_seat(robust.free, state, np.flatnonzero(used), by_tips, options.slack_mm)
     total = total.copy()
     total[-3:, -3:] += of_probe @ seat.of_tip @ of_probe.T

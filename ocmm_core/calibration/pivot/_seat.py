@@ -6,7 +6,7 @@ fitted to the tips of single frames next to the common place, the tip, and the e
 by their covariance. Sensor patterns enter by drawn fields, carried through the same fit.
 
 A wander in proportion to the tilt resembles a longer stylus: the tip follows it. Its second moment,
-from the data and the wander of a good cone, is a part of the covariance of the tip.
+where the sweep gives reason for it, is a part of the covariance of the tip.
 """
 
 from __future__ import annotations
@@ -17,6 +17,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ocmm_core.calibration.pivot._bundle import PivotState
+from ocmm_core.calibration.pivot._covariance import attitude_blocks
 from ocmm_core.calibration.pivot._guards import CameraTips
 from ocmm_core.calibration.pivot._robust import FreePoses
 from ocmm_core.calibration.records import Finding
@@ -25,10 +26,11 @@ from ocmm_core.geometry import Float, Int, perpendicular_pair, unit
 CHANCE = 1e-4
 """Probability of each of three tests on an honest sweep."""
 _LEAST_FRAMES = 50
-_GOOD_MM, _WORN_MM = 0.005, 0.05
-"""Standard deviations of the wander per radian of tilt and axis: of a good cone, and of any."""
-_SUSPECT = 0.1
-"""Chance below which the cone need not be a good one."""
+_BLOCKS = 20
+_WORN_MM = 0.05
+"""Standard deviation of the wander of any cone per radian of tilt and axis."""
+_SUSPECT = 0.005
+"""Chance below which the wander that may remain is a part of the uncertainty."""
 _OPEN_MM = 0.02
 """Standard uncertainty of the tip by the wander of any cone above which a sphere is needed."""
 CLEAR = 12.0
@@ -131,17 +133,16 @@ def examine_seat(
         by_cameras.shifts[good],
     )  # fmt: skip
     handle = unit(state.arms.mean(axis=0))
+    cells = attitude_blocks(rotations @ handle)
     axis = unit(rotations.mean(axis=0) @ handle)
     tilts = rotations @ handle @ np.column_stack(perpendicular_pair(axis))
     contacts = rotations.transpose(0, 2, 1) @ axis @ np.column_stack(perpendicular_pair(handle))
     models = (_columns(tilts, 3), _columns(contacts, 3), _columns(tilts, 1))
-    cone_fit, ball_fit, slope = (_fit(rest, roots, model) for model in models)
+    cone_fit, ball_fit, slope = (_fit(rest, roots, model, cells) for model in models)
     fits = (cone_fit, ball_fit, slope)
     best = min(fits, key=lambda one: one.chance)
-    any_cone = _may_remain(rest, roots, models[2], _WORN_MM)
-    of_tip = any_cone
-    if best.chance > _SUSPECT:
-        of_tip = _may_remain(rest, roots, models[2], _GOOD_MM)
+    any_cone = _may_remain(rest, roots, models[2])
+    of_tip = any_cone if best.chance < _SUSPECT else np.zeros((3, 3))
     if best.chance > CHANCE:
         return SeatWander(of_tip, 0.0, _unproven(float(np.sqrt(np.trace(any_cone)))))
     worth = max(one.gain - 2.0 * one.dof for one in fits)
@@ -199,8 +200,8 @@ def _without_common(roots: Float, off: Float, drawn: Float, common: Float, camer
     return replace(rest, tips=tips[:, 0], drawn=fields)
 
 
-def _fit(rest: _Rest, roots: Float, model: Float) -> _Fitted:
-    """Return the fit of a model (n, 3, k)."""
+def _fit(rest: _Rest, roots: Float, model: Float, cells: Int) -> _Fitted:
+    """Return the fit of a model (n, 3, k); ``cells`` (n,) number alike attitudes."""
     from scipy.special import chdtrc
 
     rows = _rows(roots, model)
@@ -211,6 +212,13 @@ def _fit(rest: _Rest, roots: Float, model: Float) -> _Fitted:
     left, dof = left[:, kept], int(kept.sum())
     seen = left.T @ rest.tips
     scatter = max(float(rest.tips @ rest.tips - seen @ seen) / (3 * len(roots) - 6 - dof), 1.0)
+    # Errors of the sensors and a creeping ball are common to alike attitudes and times.
+    errors = (left * (rest.tips - left @ seen)[:, None])[: len(rows)]
+    errors = errors.reshape(len(roots), 3, dof).sum(axis=1)
+    for numbers in (cells, np.arange(len(roots)) * _BLOCKS // len(roots)):
+        sums = np.zeros((numbers.max() + 1, dof))
+        np.add.at(sums, numbers, errors)
+        scatter = max(scatter, float(np.sum(sums**2)) / dof)
     fields = left.T @ rest.drawn
     covariance = scatter * np.eye(dof) + fields @ fields.T / max(fields.shape[1], 1)
     gain = float(seen @ np.linalg.solve(covariance, seen))
@@ -219,11 +227,8 @@ def _fit(rest: _Rest, roots: Float, model: Float) -> _Fitted:
     return _Fitted(gain, dof, float(chdtrc(dof, gain)), rms)
 
 
-def _may_remain(rest: _Rest, roots: Float, model: Float, sigma_mm: float) -> Float:
-    """Return the second moment (3, 3) of the tip by a wander in proportion to the tilt.
-
-    ``sigma_mm`` is its standard deviation per radian before the sweep.
-    """
+def _may_remain(rest: _Rest, roots: Float, model: Float) -> Float:
+    """Return the second moment (3, 3) of the tip by a wander in proportion to the tilt."""
     rows = _rows(roots, model)
     own, by_size = rest.part(rows), rest.common_of(rows)[3:6]
     information = own.T @ own
@@ -231,7 +236,7 @@ def _may_remain(rest: _Rest, roots: Float, model: Float, sigma_mm: float) -> Flo
     noise = information + fields @ fields.T / max(fields.shape[1], 1)
     # Patterns correlate the tips: they contain less information than independent ones.
     gain = information @ np.linalg.pinv(noise, hermitian=True)
-    covariance = np.linalg.inv(gain @ information + np.eye(model.shape[2]) / sigma_mm**2)
+    covariance = np.linalg.inv(gain @ information + np.eye(model.shape[2]) / _WORN_MM**2)
     size = covariance @ (gain @ (own.T @ rest.tips))
     found: Float = by_size @ (covariance + np.outer(size, size)) @ by_size.T
     return found
