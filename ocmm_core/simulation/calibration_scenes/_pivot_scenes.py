@@ -44,7 +44,7 @@ class SeatFault(msgspec.Struct, frozen=True, kw_only=True):
         """Return the shift of the ball, (n, 3), mm, for rotations (n, 3, 3), world from probe."""
         tilt = rotations[:, :2, 2]
         lean = np.linalg.norm(tilt, axis=1)
-        found = np.column_stack([tilt, 0.5 * lean**2]) * np.array(self.worn_mm)
+        found: Float = np.column_stack([tilt, 0.5 * lean**2]) * np.array(self.worn_mm)
         found[:, :2] += self.wall_mm * tilt / np.maximum(lean, 1e-9)[:, None]
         # The place of the ball that rests in the cone is opposite to the world's vertical.
         down = -rotations[:, 2]
