@@ -186,7 +186,9 @@ def calibrate_probe(
     chi2 = robust.minimum.cost
     common = shared_part(rig, sweep) if options.pattern else 0.0
     # Spots that fit the probe worse than their sigma have errors that a wander does not cause.
-    excess = float(np.sqrt(max(robust.free.chi2[used].sum() / robust.free.dof[used].sum() - 1, 0)))
+    free = robust.free
+    surplus = free.chi2[used].sum() / (free.dof[used].sum() + float(by_cameras)) - 1.0
+    excess = float(np.sqrt(max(surplus, 0.0)))
     pattern_px = max(rig.noise.pattern_px * options.pattern, excess * np.median(sweep.sigma_px))
     by_tips = tips_by_cameras(rig, kept, state, options.slack_mm, pattern_px, options.seed)
     seat = examine_seat(robust.free, state, np.flatnonzero(used), by_tips, options.slack_mm)

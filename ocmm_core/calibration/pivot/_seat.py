@@ -29,7 +29,7 @@ _LEAST_FRAMES = 50
 _BLOCKS = 20
 _WORN_MM = 0.05
 """Standard deviation of the wander of any cone per radian of tilt and axis."""
-_SUSPECT = 0.005
+_SUSPECT = 0.02
 """Chance below which the wander that may remain is a part of the uncertainty."""
 _OPEN_MM = 0.02
 """Standard uncertainty of the tip by the wander of any cone above which a sphere is needed."""
@@ -142,7 +142,7 @@ def examine_seat(
     fits = (cone_fit, ball_fit, slope)
     best = min(fits, key=lambda one: one.chance)
     any_cone = _may_remain(rest, roots, models[2])
-    of_tip = any_cone if best.chance < _SUSPECT else np.zeros((3, 3))
+    of_tip = any_cone if slope.chance < _SUSPECT else np.zeros((3, 3))
     if best.chance > CHANCE:
         return SeatWander(of_tip, 0.0, _unproven(float(np.sqrt(np.trace(any_cone)))))
     worth = max(one.gain - 2.0 * one.dof for one in fits)
