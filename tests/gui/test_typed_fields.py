@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from argparse import ArgumentTypeError
 from collections.abc import Callable, Iterator
+from functools import partial
 from typing import Any
 
 import pytest
@@ -48,21 +49,22 @@ def entry_with(field: str, text: str) -> float:
 def fields() -> Iterator[tuple[str, Callable[[str], Any], float, float]]:
     for spec in SETTINGS:
         if spec.kind in (Kind.NUMBER, Kind.WHOLE):
-            yield spec.key, lambda text, spec=spec: value_of_text(spec, text), spec.least, spec.most
+            yield spec.key, partial(value_of_text, spec), spec.least, spec.most
     for name, field in OF_ARTEFACT.items():
         one = field.quantity
-        yield name, lambda text, name=name: entry_with(name, text), one.least, one.most
+        yield name, partial(entry_with, name), one.least, one.most
     for kind in (FieldKind.NUMBER, FieldKind.COUNT, FieldKind.NUMBERS):
         for measure in Measure:
             line = FormLine(key="x", label="Size", tip="mm", kind=kind, measure=measure)
             one = COORDINATE.quantity
             name = f"plan {kind.name} {measure.name}"
-            yield name, lambda text, line=line: value_of(line, text), one.least, one.most
+            yield name, partial(value_of, line), one.least, one.most
     for action in parser()._actions:  # noqa: SLF001 - there is no public list
         number = option_field("window", (action.option_strings or [""])[0])
-        if number is not None and "_number" in getattr(action.type, "__qualname__", ""):
+        read = action.type
+        if number is not None and callable(read) and "_number" in read.__qualname__:
             one = number.quantity
-            yield action.option_strings[0], action.type, one.least, one.most
+            yield action.option_strings[0], read, one.least, one.most
 
 
 FIELDS = list(fields())

@@ -11,50 +11,89 @@ from scipy.spatial.transform import Rotation
 from ocmm_core.calibration.pivot._bundle import (
     PivotState,
     camera_error_root,
+    inverse_pinned,
     normals_at,
     solve_pinned,
     spots_of_cameras,
 )
 from ocmm_core.calibration.pivot._covariance import LEAST_BLOCKS
 from ocmm_core.calibration.pivot._data import LeftOut, PivotLimits, PivotSweep, SweepCoverage
+from ocmm_core.calibration.pivot._pattern import random_wave
 from ocmm_core.calibration.pivot._robust import FreePoses, free_poses
 from ocmm_core.calibration.records import Finding
 from ocmm_core.camera import Rig
+from ocmm_core.errors import CalibrationError
 from ocmm_core.geometry import Float, Int, Points3
 from ocmm_core.tracking import ProbeBody
 
-_FRAMES = 400
-"""Frames that stand for all: errors of cameras vary slowly with the attitude."""
+_WAVES = 100
+_FRAMES = 1000
+"""Frames that represent all: errors of cameras vary slowly with the attitude."""
 
 
 @dataclass(frozen=True, slots=True)
 class CameraTips:
-    """Shifts of the tips of some frames by independent camera errors of one sigma each."""
+    """Shifts of the tips of some frames by independent sensor and camera errors of one sigma."""
 
     frames: Int
     """(m,): indices into the used frames, increasing."""
     shifts: Float
-    """(m, 3, 14 C), mm, world; NaN for a frame without pose."""
-
-
-def tips_by_cameras(rig: Rig, sweep: PivotSweep, state: PivotState, slack_mm: float) -> CameraTips:
-    """Return what camera errors do to the tips of frames, after the adjustment has followed them.
-
-    Noise-free spots of wrong cameras are adjusted with the calibrated ones by one step, and each
-    frame is then solved alone, as `free_poses` does for those of the sweep.
+    """(m, 3, k), mm, world: by the cameras and by the noise of the arms; NaN for a frame without
+    pose.
     """
+    by_pattern: Float
+    """(m, 3, k), likewise: by waves of a sensor pattern; their mean square is its variance."""
+
+
+def tips_by_cameras(
+    rig: Rig, sweep: PivotSweep, state: PivotState, slack_mm: float,
+    pattern_px: float = 0.0, seed: int = 1,
+) -> CameraTips:  # fmt: skip
+    """Return how errors of cameras shift the tips of frames after the adjustment.
+
+    Noise-free spots of wrong cameras, and of sensors with waves of ``pattern_px``, are adjusted
+    with the calibrated ones by one step; each frame is then solved alone, as `free_poses` does.
+    """
+    noise = _noise_of_arms(rig, sweep, state, slack_mm)
     some = np.arange(0, len(sweep.uv), max(1, len(sweep.uv) // _FRAMES))
     state = replace(state, rotations=state.rotations[some], slacks=state.slacks[some])
     sweep = replace(sweep, uv=sweep.uv[some], sigma_px=sweep.sigma_px[some])
     root = camera_error_root(rig)
-    shifts = np.empty((len(some), 3, root.shape[1]))
-    for number, off in enumerate(root.T):
-        seen = spots_of_cameras(rig, sweep, state, off)
-        here = normals_at(rig, seen, state, slack_mm)
-        step = -solve_pinned(here.normals[0], state.turns(), here.gradients[0])
-        free = free_poses(rig, seen, state.arms + step[3:].reshape(-1, 3))
+    spots = [spots_of_cameras(rig, sweep, state, off) for off in root.T]
+    exact = spots_of_cameras(rig, sweep, state, np.zeros(len(root)))
+    rng = np.random.default_rng(seed)
+    waves = _WAVES if pattern_px > 0.0 else 0
+    spots += [
+        replace(exact, uv=exact.uv + random_wave(rig, exact.uv, pattern_px, rng))
+        for _ in range(waves)
+    ]
+    shown = [(seen, _followed(rig, seen, state, slack_mm)) for seen in spots]
+    shown[len(root.T) : len(root.T)] = [(exact, state.arms + off) for off in noise]
+    shifts = np.empty((len(some), 3, len(shown)))
+    for number, (seen, arms) in enumerate(shown):
+        free = free_poses(rig, seen, arms)
         shifts[:, :, number] = np.where(free.solved[:, None], free.tips - state.centre, np.nan)
-    return CameraTips(some.astype(np.int64), shifts)
+    split = len(shown) - waves
+    return CameraTips(some.astype(np.int64), shifts[:, :, :split], shifts[:, :, split:])
+
+
+def _followed(rig: Rig, seen: PivotSweep, state: PivotState, slack_mm: float) -> Points3:
+    """Return the arms after one step to other spots."""
+    here = normals_at(rig, seen, state, slack_mm)
+    step = -solve_pinned(here.normals[0], state.turns(), here.gradients[0])
+    arms: Points3 = state.arms + step[3:].reshape(-1, 3)
+    return arms
+
+
+def _noise_of_arms(rig: Rig, sweep: PivotSweep, state: PivotState, slack_mm: float) -> Float:
+    """Return independent errors (k, L, 3), mm, of the arms by the noise of the spots."""
+    here = normals_at(rig, sweep, state, slack_mm)
+    covariance = inverse_pinned(here.normals[0], state.turns())
+    if covariance is None:
+        return np.empty((0, *state.arms.shape))
+    values, vectors = np.linalg.eigh(covariance[3:, 3:])
+    roots: Float = (vectors * np.sqrt(np.maximum(values, 0.0))).T
+    return roots.reshape(-1, *state.arms.shape)
 
 
 _PARTS = 20
@@ -232,6 +271,15 @@ def _part_shifts(by_cameras: CameraTips | None, frames: Int, used: Int, ends: In
         return np.zeros((_PARTS, 3, 0))
     part_of = np.searchsorted(frames[ends], used[by_cameras.frames], side="right")
     good = np.isfinite(by_cameras.shifts).all(axis=(1, 2))
+    for part in range(_PARTS):
+        if not np.any(good & (part_of == part)):
+            own = frames[np.searchsorted(ends, np.arange(len(frames)), side="right") == part]
+            raise CalibrationError(
+                "pivot.camera_errors",
+                f"From frame {own[0]} to {own[-1]}, cameras wrong by their uncertainty give no "
+                "pose of the probe.",
+                "Calibrate the cameras, and sweep where all of them see the LEDs well.",
+            )
     return np.stack(
         [by_cameras.shifts[good & (part_of == part)].mean(axis=0) for part in range(_PARTS)]
     )

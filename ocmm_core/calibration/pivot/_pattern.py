@@ -15,7 +15,7 @@ import numpy as np
 from ocmm_core.calibration.pivot._bundle import PivotState
 from ocmm_core.calibration.pivot._data import PivotSweep
 from ocmm_core.camera import CameraModel, Rig, distortion_jacobian
-from ocmm_core.geometry import Float
+from ocmm_core.geometry import Float, Pixels
 
 _CHUNK = 500
 """Poses with influences in memory at a time."""
@@ -56,6 +56,16 @@ def pattern_covariance(
     flat = moved.reshape(-1, len(by_common))
     covariance: Float = noise.pattern_px**2 * 2.0 / waves * (flat.T @ flat)
     return covariance
+
+
+def random_wave(rig: Rig, uv: Pixels, sigma_px: float, rng: np.random.Generator) -> Pixels:
+    """Return one wave of a pattern of ``sigma_px`` at spots (n, C, L, 2), px."""
+    shape = (uv.shape[1], 2)
+    wave = rng.standard_normal((*shape, 2)) / rig.noise.pattern_length_px
+    phase = rng.uniform(0.0, 2.0 * np.pi, shape)
+    turns = np.einsum("nclj,caj->ncla", uv, wave) + phase[:, None]
+    found: Pixels = np.sqrt(2.0) * sigma_px * np.cos(turns)
+    return found
 
 
 def spot_influences(

@@ -41,6 +41,7 @@ from ocmm_core.calibration.pivot._guards import (
     tips_by_cameras,
 )
 from ocmm_core.calibration.pivot._robust import adjust_pivot_robustly
+from ocmm_core.calibration.pivot._seat import examine_seat
 from ocmm_core.calibration.pivot._start import start_pivot
 from ocmm_core.calibration.records import Finding, let_pass
 from ocmm_core.calibration.relocation import judge_residuals
@@ -59,8 +60,8 @@ _LEAST_VARIANCE = 1e-10
 def accuse_in_sweep(
     rig: Rig, sweep: PivotSweep, frames: Int, leds: Points3, tip: Float, centre: Float,
     rotations: Float, slack_mm: float, dof: int,
-) -> Finding | None:  # fmt: skip
-    """Return the faulty element in consistent ``frames`` (n,) of a sweep, or None.
+) -> tuple[Finding | None, float]:  # fmt: skip
+    """Return the faulty element in consistent ``frames`` (n,) of a sweep, or None, and its worth.
 
     LEDs and tip are in the probe frame, mm, centre and rotations in the world; ``dof`` is that of
     the adjustment.
@@ -79,15 +80,15 @@ def accuse_in_sweep(
         bar_rotations=np.zeros((0, 3, 3)), bar_origins=np.zeros((0, 3)),
     )  # fmt: skip
     verdict = examine(data, _prior(rig, state), state, dof, exactly=False)
-    if verdict is None:
-        return None
+    if verdict is None or not verdict.named:
+        return None, 0.0
     names = Names(
         cameras=tuple(camera.name for camera in rig.cameras),
         bars=(),
         procedure="the sweep",
         moment=lambda index: _moment(verdict, frames, index),
     )
-    return accuse(verdict, names)
+    return accuse(verdict, names), verdict.named[0].worth
 
 
 def _moment(verdict: CulpritVerdict, frames: Int, index: int) -> str:
@@ -184,7 +185,15 @@ def calibrate_probe(
     by_cameras = chi2_of_cameras(rig, kept, state, options.slack_mm, _DRAWS, options.seed).max()
     chi2 = robust.minimum.cost
     common = shared_part(rig, sweep) if options.pattern else 0.0
-    by_tips = tips_by_cameras(rig, kept, state, options.slack_mm)
+    # Spots that fit the probe worse than their sigma have errors that a wander does not cause.
+    free = robust.free
+    surplus = free.chi2[used].sum() / (free.dof[used].sum() + float(by_cameras)) - 1.0
+    excess = float(np.sqrt(max(surplus, 0.0)))
+    pattern_px = max(rig.noise.pattern_px * options.pattern, excess * np.median(sweep.sigma_px))
+    by_tips = tips_by_cameras(rig, kept, state, options.slack_mm, pattern_px, options.seed)
+    seat = examine_seat(robust.free, state, np.flatnonzero(used), by_tips, options.slack_mm)
+    total = total.copy()
+    total[-3:, -3:] += of_probe @ seat.of_tip @ of_probe.T
     judged = max(min(chi2, float(dof)), chi2 / (1.0 + float(by_cameras) / dof))
     # If many frames disagree with the others, the cause is not in single frames.
     asked, held = used, rotations
@@ -193,23 +202,25 @@ def calibrate_probe(
         held = np.where(used[:, None, None], rotations, robust.free.rotations @ of_probe.T)
     examined = sweep.only(asked)
     more = 2 * (np.count_nonzero(examined.weights) - spots) - 3 * (len(examined.uv) - len(kept.uv))
-    accused = accuse_in_sweep(
+    accused, worth = accuse_in_sweep(
         rig, examined, np.flatnonzero(asked), geometry.leds_probe, geometry.tip_probe,
         state.centre, held[asked], options.slack_mm, dof + int(more),
     )  # fmt: skip
+    jump = find_jump(robust.free, used, state.centre, common, by_tips)
+    moved = judge_jump(jump, limits)
     judgements = [
         *judge_shape(body, geometry.leds_probe, geometry.tip_probe, limits),
         *judge_residuals(judged, dof),
         *turned,
         *judge_left_out(robust.left_out, len(used), limits),
-        *judge_jump(find_jump(robust.free, used, state.centre, common, by_tips), limits),
+        *moved,
         *judge_uncertainty(tip_sigma, len(kept.uv), uncertainty.block, limits),
     ]
     # Pattern noise of the sensors follows the hand and resembles small changes in time: if the rig
     # has it, name an element only for findings of another guard.
     noticed = any(one.refuses and not one.forcible for one in judgements)
     named = [accused] if accused is not None and (noticed or not options.pattern) else []
-    findings = [*named, *judgements]
+    findings = [*seat.among(named, worth, jump.chi2 if jump and moved else 0.0), *judgements]
     warnings = let_pass(findings, force)
     residuals_px = np.full(sweep.uv.shape, np.nan)
     residuals_px[used] = -residuals(rig, kept, state)

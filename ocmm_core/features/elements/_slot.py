@@ -28,6 +28,8 @@ from ocmm_core.features.search import (
     best_ends,
     candidates,
     degenerate,
+    derivatives,
+    gains,
     is_open,
     minima,
     minimise,
@@ -42,9 +44,14 @@ SIDES, EXTENDED = 4, 2.0
 """Extension of one side beyond the points, relative to half the length."""
 TOUCHED = 0.02
 """Relative to the size: no touched surface scatters more. With one redundant point, accidentally
-small residuals would accept outlines that miss the points by a tenth of the size; not applied if
-the sizes are those of the plan.
+small residuals would admit outlines that miss the points by a tenth of the size. Applied if the
+sizes are those of the plan.
 """
+SCATTER_MM = 0.05
+"""RMS that no touched surface exceeds. Other outlines that miss the points by more are excluded if
+the best one is well conditioned.
+"""
+WELL_CONDITIONED = 100.0
 TRIMMED = (0.0, 0.1, 0.25)
 """Shares of points beyond each side of a frame: noise widens it."""
 
@@ -109,9 +116,14 @@ def _outline(
     if sizes_hint is not None:
         expected = partial(_from_plan, expected=np.array(sizes_hint) / size)
     as_planned = expected is not None and expected(solutions[0].parameters) <= 1.0
-    if _unbounded(kind, points, solutions[0], TOUCHED if as_planned else np.inf):
+    best = solutions[0]
+    noise = TOUCHED if as_planned else np.inf
+    if gains(derivatives(kind, points, best.parameters)[1])[2] < WELL_CONDITIONED:
+        noise = min(noise, SCATTER_MM / size)
+    if _unbounded(kind, points, best, noise):
         raise flat
-    possible = candidates(shape, solutions, len(points), expected)
+    likely = [item for item in solutions if item is best or item.cost <= len(points) * noise**2]
+    possible = candidates(shape, likely, len(points), expected)
     return outlines(kind, points, possible, flat)
 
 

@@ -42,6 +42,9 @@ _PAIRED = 6
 _PAIRS_FROM = 8
 _MILD, _LIKELY = 5.0, 4
 """Up to so many times the known scatter first order finds the suspicious points: so many."""
+_PLAN_FOLD, _PLAN_OFF = 10.0, 5.0
+"""A size is so many times nearer to the plan without a point, and off by so many scatters with it.
+"""
 _OWN = 1e-12
 """Scatter, relative to the size of the points, below which it is rounding."""
 
@@ -88,6 +91,7 @@ def commanding_points(
     known_mm: float = 0.0,
     smallest: float = 0.0,
     offset: float = 0.0,
+    planned: tuple[float, float] | None = None,
 ) -> CommandingPoints | None:
     """Return the one or two points that command a fit; None if none does.
 
@@ -104,6 +108,9 @@ def commanding_points(
         rms below is not examined.
     offset
         mm: of good points from the element (`fit_shape`).
+    planned
+        mm: half length and half width of a slot or rectangle through the points. A point alone on
+        its end draws the end along and leaves small residuals: only the size shows it.
     """
     n, least = len(points), MINIMUM_POINTS[shape]
     if n < least + 2 or shape is Shape.POINT:
@@ -113,13 +120,16 @@ def commanding_points(
     floor = _OWN * float(np.abs(points - points.mean(axis=0)).max())
     if rms is not None and rms <= max(smallest, floor):
         return None
-    tried = _LeaveOut(refit, points, None if rms is None else n * rms**2, known_mm, floor, offset)
+    squares = None if rms is None else n * rms**2
+    tried = _LeaveOut(refit, points, squares, known_mm, floor, offset, planned)
+    off_plan = 0.0 if planned is None else np.inf if whole is None else _off_plan(whole, planned)
+    strange = off_plan > _PLAN_OFF * known_mm
     middle = np.median(points, axis=0)
     far = np.argsort(-np.linalg.norm(points - middle, axis=1), kind="stable")
     worst = far if whole is None else np.argsort(-_deleted(whole, points), kind="stable")
     # The most suspicious ones first: of either kind in turn.
     rows = list(dict.fromkeys(np.stack([worst, far], axis=1).ravel().tolist()))[:_ALL]
-    if rms is not None and rms < _MILD * known_mm:
+    if rms is not None and rms < _MILD * known_mm and not strange:
         rows = worst[:_LIKELY].tolist()
     singles: list[_LeftOut] = []
     for row in rows:
@@ -127,10 +137,20 @@ def commanding_points(
         singles += [] if one is None else [one]
         # One that leaves no more than is expected, compared with two others: enough is known.
         settled = min(s.squares for s in singles) < n * known_mm**2 if singles else False
-        if settled and len(singles) >= _LIKELY - 1:
+        if settled and len(singles) >= _LIKELY - 1 and not strange:
             break
     singles.sort(key=_left)
     found = tried.best(singles, n)
+    if strange:
+        near = max(off_plan / _PLAN_FOLD, known_mm) if whole is not None else known_mm
+        fits = [
+            one for one in singles
+            if one.squares <= n * known_mm**2 and one.off_plan <= near
+            and abs(one.off[0]) > smallest
+            and (rms is None or n * rms**2 > LEAST_FOLD**2 * one.squares)
+        ]  # fmt: skip
+        if len(fits) == 1:
+            return _commanding(fits[0], numbers, n, rms)
     if found is None and n >= max(_PAIRS_FROM, least + 3) and (rms is None or rms > 10 * smallest):
         some = {one.rows[0] for one in singles[:_PAIRED]} | set(far[:_PAIRED].tolist())
         pairs = (tried.without(pair) for pair in combinations(sorted(some), 2))
@@ -144,7 +164,7 @@ def commanding_points(
     less = float(np.sqrt(found.squares / (n - len(found.rows))))
     if rms is not None and rms < LEAST_FOLD * less:
         return None
-    return CommandingPoints(tuple(numbers[row] for row in found.rows), found.off, rms, less)
+    return _commanding(found, numbers, n, rms)
 
 
 def commanding_touches(
@@ -171,8 +191,12 @@ def commanding_touches(
         return fit_projected(simple, own, plane_normal)[0]
 
     offset = sign_of(nominal) * touches.tip_radius if nominal.shape.spec.ball == "kept" else 0.0
+    planned = None
+    if nominal.shape in (Shape.ROUND_SLOT, Shape.RECTANGLE) and nominal.length and nominal.width:
+        by_ball = sign_of(nominal) * touches.tip_radius
+        planned = (0.5 * nominal.length + by_ball, 0.5 * nominal.width + by_ball)
     return commanding_points(
-        refit, nominal.shape, touches.tips, touches.numbers, known_mm, smallest, offset
+        refit, nominal.shape, touches.tips, touches.numbers, known_mm, smallest, offset, planned
     )
 
 
@@ -190,6 +214,19 @@ class _LeftOut:
     shape: Shape
     squares: float
     off: tuple[float, ...]
+    off_plan: float
+
+
+def _commanding(
+    found: _LeftOut, numbers: Sequence[int], n: int, rms: float | None
+) -> CommandingPoints:
+    less = float(np.sqrt(found.squares / (n - len(found.rows))))
+    return CommandingPoints(tuple(numbers[row] for row in found.rows), found.off, rms, less)
+
+
+def _off_plan(fit: Fit, planned: tuple[float, float]) -> float:
+    """Return the largest difference of the half sizes from the plan, mm."""
+    return max(abs(fit.radius - planned[0]), abs(fit.second - planned[1]))
 
 
 def _left(trial: _LeftOut) -> float:
@@ -206,6 +243,7 @@ class _LeaveOut:
     known_mm: float
     floor: float
     offset: float
+    planned: tuple[float, float] | None
 
     def without(self, rows: tuple[int, ...]) -> _LeftOut | None:
         """Return the fit without some points; None if there is none."""
@@ -213,7 +251,9 @@ class _LeaveOut:
         if fit is None:
             return None
         off = _distances(fit, self.points[list(rows)]) - self.offset
-        return _LeftOut(rows, fit.shape, float(fit.residuals @ fit.residuals), tuple(off.tolist()))
+        squares = float(fit.residuals @ fit.residuals)
+        off_plan = 0.0 if self.planned is None else _off_plan(fit, self.planned)
+        return _LeftOut(rows, fit.shape, squares, tuple(off.tolist()), off_plan)
 
     def best(self, trials: Sequence[_LeftOut], tests: int) -> _LeftOut | None:
         """Return the trial with the least squares left, if it cannot be chance."""

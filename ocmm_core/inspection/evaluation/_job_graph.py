@@ -37,7 +37,12 @@ from ocmm_core.features.shapes import NominalFeature, Shape
 from ocmm_core.geometry import Float, RigidTransform, unit
 from ocmm_core.inspection.evaluation._cache import EvaluationCache
 from ocmm_core.inspection.evaluation._options import SessionOptions
-from ocmm_core.inspection.evaluation._outliers import commanding
+from ocmm_core.inspection.evaluation._outliers import (
+    commanding_among,
+    is_examined,
+    scatters_of,
+    usual_scatter,
+)
 from ocmm_core.inspection.plan import Plan
 from ocmm_core.measuring import MeasuredPoint, PartTemperature, reported_points
 
@@ -208,16 +213,18 @@ class FeatureGraph:
 
     def commanding(self, touched: Touched, actual: Found) -> dict[str, CommandingPoints]:
         """Return the points that command the fit of a probed feature, by its name."""
-        found = {
-            item.name: self.cache.watched(
+        scatters = scatters_of(actual)
+        found: dict[str, CommandingPoints | None] = {}
+        for item in self.plan.features:
+            own, plane = touched.points.get(item.name), actual.get(item.projection)
+            if own is None or not is_examined(item, scatters, plane):
+                continue
+            usual = usual_scatter(item.name, scatters)
+            found[item.name] = self.cache.known(
                 ("commanding", item.name),
-                (item, *touched.points[item.name]),
-                actual,
-                partial(commanding, item, touched.points[item.name]),
+                (item, plane, usual, *own),
+                partial(commanding_among, item, own, plane, usual),
             )
-            for item in self.plan.features
-            if item.name in touched.points
-        }
         return {name: one for name, one in found.items() if one is not None}
 
     def frame(self, actual: Found) -> RigidTransform | None:

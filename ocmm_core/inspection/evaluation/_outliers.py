@@ -22,8 +22,9 @@ SMALLEST_MM = 0.02
 """mm: smaller distances from the element of the other points are form, not flagged."""
 REMOVE = "Delete it, or touch the place again to confirm it."
 """Remedy for points that command a fit."""
-USUAL_MM = 0.03
-"""Least scatter that is expected of a feature before it has many points."""
+USUAL_MM: tuple[float, ...] = tuple(0.03 * 2.0 ** (0.5 * k) for k in range(31))
+"""Scatter to be expected of a feature, in steps: it depends on all others and changes with each of
+their touches, on which no search of this feature shall wait."""
 
 
 def outliers(feature: ActualFeature) -> tuple[int, ...]:
@@ -57,23 +58,45 @@ def commanding(
     actual
         All features: the plane it is projected onto, and the scatter to be expected.
     """
-    own = actual.get(nominal.name)
-    if isinstance(own, ActualFeature) and _rms(own) <= SMALLEST_MM:
-        # Nothing to refit, and independent of all other features: those change with each touch.
-        return None
+    scatters = scatters_of(actual)
     plane = actual.get(nominal.projection)
-    if nominal.projection and not isinstance(plane, ActualFeature):
+    if not is_examined(nominal, scatters, plane):
         return None
-    normal = plane.fit.geometry[DIRECTION] if isinstance(plane, ActualFeature) else None
-    others = [
-        _rms(one)
+    return commanding_among(nominal, points, plane, usual_scatter(nominal.name, scatters))
+
+
+_Found = ActualFeature | FitError
+
+
+def scatters_of(actual: Mapping[str, _Found]) -> dict[str, float]:
+    """Return the rms of the residuals of probed features by name, mm."""
+    return {
+        name: float(np.sqrt(np.mean(one.raw.residuals**2)))
         for name, one in actual.items()
-        if name != nominal.name and isinstance(one, ActualFeature) and one.raw is not None
-    ]
-    usual = max(USUAL_MM, float(np.median(others)) if others else 0.0)
+        if isinstance(one, ActualFeature) and one.raw is not None
+    }
+
+
+def is_examined(
+    nominal: NominalFeature, scatters: Mapping[str, float], plane: _Found | None
+) -> bool:
+    """Return whether a feature may have commanding points: large rms, or no fit."""
+    if nominal.projection and not isinstance(plane, ActualFeature):
+        return False
+    # Otherwise nothing to refit, and independent of all other features.
+    return scatters.get(nominal.name, np.inf) > SMALLEST_MM
+
+
+def usual_scatter(name: str, scatters: Mapping[str, float]) -> float:
+    """Return one of `USUAL_MM`: the median of the other features, rounded up."""
+    others = [size for other, size in scatters.items() if other != name]
+    middle = float(np.median(others)) if others else 0.0
+    return next((step for step in USUAL_MM if step >= middle), USUAL_MM[-1])
+
+
+def commanding_among(
+    nominal: NominalFeature, points: Sequence[MeasuredPoint], plane: _Found | None, usual: float
+) -> CommandingPoints | None:
+    """Return the commanding points of a feature that `is_examined`, for a ``usual`` scatter."""
+    normal = plane.fit.geometry[DIRECTION] if isinstance(plane, ActualFeature) else None
     return commanding_touches(nominal, points, normal, usual, SMALLEST_MM)
-
-
-def _rms(feature: ActualFeature) -> float:
-    """Return the rms of the residuals of a feature, mm; infinity without points."""
-    return np.inf if feature.raw is None else float(np.sqrt(np.mean(feature.raw.residuals**2)))

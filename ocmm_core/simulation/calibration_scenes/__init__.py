@@ -32,7 +32,11 @@ if TYPE_CHECKING:
         made_verification,
     )
     from ocmm_core.simulation.calibration_scenes._motions import WAY_S
-    from ocmm_core.simulation.calibration_scenes._pivot_scenes import ScriptedJump, SweepProbe
+    from ocmm_core.simulation.calibration_scenes._pivot_scenes import (
+        ScriptedJump,
+        SeatFault,
+        SweepProbe,
+    )
     from ocmm_core.simulation.calibration_scenes._resting_spots import (
         Holds,
         VirtualRests,
@@ -57,7 +61,7 @@ else:
         _made_probe_records="made_probe_record made_tip_record",
         _made_records="RECORDS_MADE made_camera_record made_verification",
         _motions="WAY_S",
-        _pivot_scenes="ScriptedJump SweepProbe",
+        _pivot_scenes="ScriptedJump SeatFault SweepProbe",
         _resting_spots="Holds VirtualRests places_of_bar",
         _scenes="FrameMove FreeMotionScene Scene ShowBar TargetScene TouchSeats TouchSphere",
         _tip_scenes="TipFault TouchWithTip",
@@ -67,7 +71,7 @@ else:
 __all__ = [
     "RECORDS_MADE", "SEATS", "WAY_S", "CalibratingScript", "CalibratingSource",
     "CalibrationScenesRig", "FrameMove", "FreeMotionScene", "Holds", "Scene", "ScriptedJump",
-    "ShowBar", "SweepProbe", "TargetScene", "TipFault", "TouchSeats", "TouchSphere", "TouchWithTip",
-    "VirtualRests", "made_camera_record", "made_probe_record", "made_tip_record",
+    "SeatFault", "ShowBar", "SweepProbe", "TargetScene", "TipFault", "TouchSeats", "TouchSphere",
+    "TouchWithTip", "VirtualRests", "made_camera_record", "made_probe_record", "made_tip_record",
     "made_verification", "places_of_bar", "stand_of",
 ]  # fmt: skip

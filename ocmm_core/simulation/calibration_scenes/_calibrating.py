@@ -28,6 +28,7 @@ from ocmm_core.simulation.calibration_scenes._motions import (
     waves,
 )
 from ocmm_core.simulation.calibration_scenes._pivot_scenes import (
+    SeatFault,
     SweepProbe,
     hidden_bits,
     sweep_segments,
@@ -58,6 +59,7 @@ class _Shown:
     first: int
     frames: int
     hidden: int
+    seat: SeatFault | None = None
 
 
 class CalibrationScenesRig:
@@ -124,6 +126,8 @@ class CalibrationScenesRig:
         frames = np.arange(count, dtype=np.float64) + (first - shown.first)
         times = frames * (self.frame_period_ns * 1e-9)
         kernels.move(times, shown.segments, shown.tremor, rotation, tip, unused[0], unused[1])
+        if shown.seat is not None:
+            tip += shown.seat.shifts(rotation)
         white = np.zeros((count, len(shown.leds), 2))
         if self.options.white_noise:
             white = white_noise(self.seed, camera, len(shown.leds), first, count)
@@ -155,7 +159,7 @@ class CalibrationScenesRig:
         still_s = rest_s(STILL_S, self.rig)
         leds, directions = world.leds_probe, body.led_directions_probe
         cos_emission, origin = float(np.cos(body.emission_half_angle)), world.tip_probe
-        shaking, hidden = tremor(self.seed), 0
+        shaking, hidden, seat = tremor(self.seed), 0, None
         if isinstance(scene, TargetScene | ShowBar):
             still = np.zeros(3)
             leds, origin, shaking = np.zeros((1, 3)), still, np.zeros_like(shaking)
@@ -175,6 +179,7 @@ class CalibrationScenesRig:
             segments = waves(self.rig.volume_world, scene, body)
         elif isinstance(scene, SweepProbe):
             segments, hidden = sweep_segments(scene, body), hidden_bits(scene)
+            seat = scene.seat if scene.seat != SeatFault() else None
             origin = origin + np.array(scene.tip_shift_mm)
         elif isinstance(scene, TouchWithTip):
             segments = touches_with_tip(scene, world, body, self.rig)
@@ -184,7 +189,7 @@ class CalibrationScenesRig:
         duration = float(segments[-1, kernels.T1])
         return _Shown(
             leds, directions, cos_emission, origin, segments, shaking, first,
-            int(np.ceil(duration * 1e9 / self.frame_period_ns)), hidden,
+            int(np.ceil(duration * 1e9 / self.frame_period_ns)), hidden, seat,
         )  # fmt: skip
 
 

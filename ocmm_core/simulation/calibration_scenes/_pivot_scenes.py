@@ -7,7 +7,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from ocmm_core.camera import Vector3
-from ocmm_core.geometry import Float, rotation_from_vector
+from ocmm_core.geometry import Float, rotation_from_vector, unit
 from ocmm_core.simulation.scene import kernels
 from ocmm_core.tracking import ProbeBody, satisfies_rules
 
@@ -16,6 +16,7 @@ _WAY_S = 0.55
 """Between turning points of the hand."""
 
 _JUMP_S = 0.03
+_PATCH_RAD = 0.3
 
 
 class ScriptedJump(msgspec.Struct, frozen=True, kw_only=True):
@@ -23,6 +24,35 @@ class ScriptedJump(msgspec.Struct, frozen=True, kw_only=True):
 
     at_s: float
     shift_mm: Vector3
+
+
+class SeatFault(msgspec.Struct, frozen=True, kw_only=True):
+    """A worn cone, or a ball that is not round."""
+
+    worn_mm: Vector3 = (0.0, 0.0, 0.0)
+    """Shift of the ball along X, Y and Z of the world per radian of tilt: across by the tilt about
+    that axis, upwards by half its square."""
+    wall_mm: float = 0.0
+    """Play: the ball lies at this distance from the axis, on the side to which the probe leans."""
+    dirt_mm: float = 0.0
+    dirt_probe: Vector3 = (0.0, 0.0, -1.0)
+    """`dirt_mm`, `dirt_probe`: height and direction of a patch 17 degrees wide on the ball."""
+    lobes_mm: float = 0.0
+    """Amplitude of three lobes about the handle, at 30 degrees from the pole."""
+
+    def shifts(self, rotations: Float) -> Float:
+        """Return the shift of the ball, (n, 3), mm, for rotations (n, 3, 3), world from probe."""
+        tilt = rotations[:, :2, 2]
+        lean = np.linalg.norm(tilt, axis=1)
+        found: Float = np.column_stack([tilt, 0.5 * lean**2]) * np.array(self.worn_mm)
+        found[:, :2] += self.wall_mm * tilt / np.maximum(lean, 1e-9)[:, None]
+        # The place of the ball that rests in the cone is opposite to the world's vertical.
+        down = -rotations[:, 2]
+        angle = np.arccos(np.clip(down @ unit(np.array(self.dirt_probe)), -1.0, 1.0))
+        found[:, 2] += self.dirt_mm * np.exp(-((angle / _PATCH_RAD) ** 2))
+        around = np.arctan2(down[:, 1], down[:, 0])
+        found[:, 2] += self.lobes_mm * np.cos(3.0 * around) * 2.0 * np.hypot(down[:, 0], down[:, 1])
+        return found
 
 
 class SweepProbe(msgspec.Struct, frozen=True, kw_only=True, tag=True):
@@ -41,6 +71,7 @@ class SweepProbe(msgspec.Struct, frozen=True, kw_only=True, tag=True):
     jumps: tuple[ScriptedJump, ...] = ()
     tip_shift_mm: Vector3 = (0.0, 0.0, 0.0)
     """Ball offset of another stylus, probe frame."""
+    seat: SeatFault = SeatFault()
     hidden: tuple[int, ...] = ()
     """LEDs, from 0, covered by a hand."""
 

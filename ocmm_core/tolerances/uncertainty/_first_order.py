@@ -11,23 +11,25 @@ their probability; for a large one the first-order interval is meaningless, even
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import TypeAlias
 
 import numpy as np
 from scipy.special import chdtri, ndtr, stdtr
 
 from ocmm_core.features.measured import ActualFeature, beyond_first_order
-from ocmm_core.features.shapes import Criterion
-from ocmm_core.geometry import Float
+from ocmm_core.features.shapes import DIRECTION, RADIUS, Criterion, Fit, Shape
+from ocmm_core.geometry import Float, Points3
 from ocmm_core.measuring import PointFactors, Rows
 from ocmm_core.tolerances.uncertainty._interval import TWO_SIDED
-from ocmm_core.tolerances.uncertainty._sampling import FormSample, Widened, student_factor
+from ocmm_core.tolerances.uncertainty._sampling import FormSample, Widened, student_factor, widened
 
 MOST_CURVED = 0.3
 """Second-order term at the ends of the interval, relative to U, beyond which U is refused."""
 
-NOT_DETERMINED = "No uncertainty: the points determine the element too weakly, as on a short arc."
+NOT_DETERMINED = (
+    "No uncertainty: the points determine an element too weakly, as on a short arc or low band."
+)
 WHAT_TO_DO = "Take more points, spread over more of it."
 
 CHANCE = 0.05
@@ -39,6 +41,9 @@ NEAR_REFUSAL = 0.25
 The scatter itself decides on U: among often refused fits, those with accidentally small scatter
 remain, which include nearly all with too small a U.
 """
+
+MOST_TILTED = 0.3
+"""Expanded uncertainty of a direction, rad, beyond which no value about it has an uncertainty."""
 
 _SMALL = 1e-6
 """Share of the greatest variance below which a component of a vector is ignored."""
@@ -124,6 +129,61 @@ def follow_features(gradients: Rows, features: Iterable[ActualFeature]) -> Follo
         return total
 
     return follow
+
+
+def tilted(
+    gradients: Rows, actual: Mapping[str, ActualFeature], factors: PointFactors,
+    samples: Sequence[FormSample], found: Widened, *, is_angle: bool,
+) -> float:  # fmt: skip
+    """Return the factor by which U grows for tilts of elements; infinite if U is refused.
+
+    A tilt by t moves a point at distance d from the element by ``d t`` in first order, which
+    vanishes across it, and by ``d t^2 / 2`` beyond. ``found`` is the result of `sampling.widened`
+    for a value in mm, or in degrees if ``is_angle``.
+    """
+    reach = 2.0 * math.sqrt(max(float(np.trace(found.covariance)), 0.0))
+    probed = {
+        name: (item.touches, item.fit)
+        for name, item in actual.items()
+        if item.touches is not None and np.any(gradients.at(np.array(item.touches.places)))
+    }
+    grown = 1.0
+    for name, (touches, fit) in probed.items():
+        others = [item.tips for other, (item, _) in probed.items() if other != name]
+        if not others or fit.shape not in _DIRECTED or not reach > 0.0:
+            continue
+        own = [one for one in samples if one.feature == name]
+        both = widened(actual[name].jacobian[_TURNED], factors, own).covariance
+        size = 2.0 * math.sqrt(max(float(np.linalg.eigvalsh(both[:3, :3])[-1]), 0.0))
+        kept = both[3, 3] - both[3, :3] @ np.linalg.pinv(both[:3, :3], 1e-9) @ both[:3, 3]
+        wider = fit.shape in _ROUND and _low_band(fit, touches.tips, math.sqrt(max(kept, 0.0)))
+        far = float(np.linalg.norm(np.concatenate(others) - fit.point, axis=1).max())
+        curved = 0.5 * (180.0 / math.pi if is_angle else far) * size**2 / reach
+        if wider or size > MOST_TILTED or not curved <= MOST_CURVED:
+            return math.inf
+        grown = max(grown, 1.0 + curved)
+    return grown
+
+
+def _low_band(fit: Fit, tips: Points3, sigma: float) -> bool:
+    """Return whether the noise tilts an axis so far that its element is wider by its U or half.
+
+    ``sigma``, mm, is that of the radius with a known axis. Noise alone may tilt the axis of a low
+    band: its height is then that of the points square to their plane, not along the axis.
+    """
+    centred = tips - tips.mean(axis=0)
+    _, spans, axes = np.linalg.svd(centred, full_matrices=False)
+    height = float(np.linalg.norm(centred @ fit.direction))
+    if abs(axes[2] @ fit.direction) > _ALONG:
+        height = min(height, float(spans[2]))
+    tilt = 2.0 * sigma * math.sqrt(2.0 * len(tips)) / max(height, 1e-12)
+    return bool(0.5 * fit.radius * tilt**2 > sigma)
+
+
+_ALONG = 0.95
+_ROUND = (Shape.CYLINDER, Shape.CONE)
+_DIRECTED = (Shape.LINE, Shape.PLANE, *_ROUND)
+_TURNED = np.r_[DIRECTION, RADIUS]
 
 
 def _both_tails(ahead: float, behind: float, degrees: float, stretch: float) -> float:

@@ -13,7 +13,7 @@ from ocmm_core.geometry import Float
 from ocmm_core.measuring import PointFactors, Rows
 from ocmm_core.tolerances.kinds import spec_of
 from ocmm_core.tolerances.uncertainty._extent import Extent, Rank
-from ocmm_core.tolerances.uncertainty._first_order import follow_features, growth
+from ocmm_core.tolerances.uncertainty._first_order import follow_features, growth, tilted
 from ocmm_core.tolerances.uncertainty._interval import Length, Normal, Spread
 from ocmm_core.tolerances.uncertainty._sampling import FormSample, widened
 from ocmm_core.tolerances.zones import Characteristic, Evaluation
@@ -48,15 +48,21 @@ def spreads_of(
     samples: Sequence[FormSample],
 ) -> Spreads:
     """Return the spreads of a value; ``samples`` are those of `sampling.form_samples`."""
-    samples = contributing_samples(characteristic, actual, samples)
+    every, samples = samples, contributing_samples(characteristic, actual, samples)
     gradients = gradients_of(evaluation, bonus=False)
     found = widened(gradients, factors, samples)
     grown = 1.0
-    if evaluation.noise is None and evaluation.ranked is None:
-        # A range or rank of single points involves no nonlinear fit.
-        follow = follow_features(gradients, actual.values())
-        if follow is not None:
-            grown = growth(gradients, factors, samples, found, follow)
+    # A range or rank of single points involves the fits of its datums only.
+    single = evaluation.noise is not None or evaluation.ranked is not None
+    refitted = [
+        item for name, item in actual.items() if not single or name not in characteristic.features
+    ]
+    follow = follow_features(gradients, refitted)
+    if follow is not None:
+        grown = growth(gradients, factors, samples, found, follow)
+    if np.all(np.isfinite(found.covariance)):
+        is_angle = spec_of(characteristic.kind).unit == "deg"
+        grown = max(grown, tilted(gradients, actual, factors, every, found, is_angle=is_angle))
     scale = grown if np.isfinite(grown) else 1.0
     of_value = _spread(characteristic, evaluation, factors, scale**2 * found.covariance, False)
     if evaluation.bonus_gradient is None:

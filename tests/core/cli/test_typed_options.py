@@ -33,7 +33,7 @@ OPTIONS = [
 
 
 def word_of(option: Any) -> str:
-    return next((one for one in option.opts if one.startswith("--")), option.name)
+    return str(next((one for one in option.opts if one.startswith("--")), option.name))
 
 
 @pytest.mark.parametrize(

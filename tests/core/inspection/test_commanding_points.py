@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping
 from dataclasses import replace
 from functools import partial
 
@@ -11,11 +10,16 @@ import numpy as np
 import pytest
 
 from benchmarks.commanding_points import run
-from ocmm_core.errors import FitError, MeasuringError
-from ocmm_core.features.measured import ActualFeature, commanding_rows, fit_shape
+from ocmm_core.errors import MeasuringError
+from ocmm_core.features.measured import commanding_points, commanding_rows, fit_shape
 from ocmm_core.features.shapes import NominalFeature, Shape
-from ocmm_core.inspection.evaluation import EvaluationCache, SessionOptions, evaluate_job
-from ocmm_core.inspection.evaluation._outliers import commanding
+from ocmm_core.inspection.evaluation import (
+    EvaluationCache,
+    SessionOptions,
+    _job_graph,
+    evaluate_job,
+)
+from ocmm_core.inspection.evaluation._outliers import commanding, is_examined, scatters_of
 from ocmm_core.storage import JobFile
 from ocmm_core.tolerances.decisions import Verdict
 from ocmm_core.tracking import tip_sensitivities
@@ -90,30 +94,64 @@ def test_one_step_removes_the_point_and_proves_the_feature_again(
     assert session.view.feature("SPHERE").taken == len(sphere)
 
 
-def test_an_honest_feature_is_examined_without_the_others(bench: Bench, job: JobFile) -> None:
-    """Otherwise each touch examines every feature of the job again."""
+def test_touches_of_other_features_search_no_feature_again(
+    bench: Bench, job: JobFile, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Features with a large rms are searched once, and again after their own touches only."""
+    session = bench.session(job)
+    take(session, bench, 0, 14)
+    points = list(job.points())
+    for row, point in enumerate(points):
+        off = 0.04 * (-1.0) ** row * point.direction
+        points[row] = replace(point, tip_world=point.tip_world + off)
+    seen = tip_sensitivities(np.array([one.spots for one in points]), bench.rig, bench.body)
+    searches: list[str] = []
+
+    def count(item: NominalFeature, *rest: object) -> None:
+        searches.append(item.name)
+
+    monkeypatch.setattr(_job_graph, "commanding_among", count)
+    cache = EvaluationCache()
+    names = [point.feature for point in points]
+    for end in range(9, len(points) + 1):
+        evaluate_job(
+            bench.plan, points[:end], seen[:end], bench.rig, bench.body, SessionOptions(),
+            frozenset(), cache=cache,
+        )  # fmt: skip
+        # Steps of the usual scatter search all once more, but not each touch.
+        own = {name: names[8:end].count(name) for name in set(names)}
+        assert all(searches.count(name) <= 4 + own[name] for name in set(searches))
+    assert searches
+
+
+def test_an_honest_feature_is_not_examined(bench: Bench, job: JobFile) -> None:
     take(bench.session(job), bench, 0, 14)
     points = job.points()
     seen = tip_sensitivities(np.array([one.spots for one in points]), bench.rig, bench.body)
     found = evaluate_job(
         bench.plan, points, seen, bench.rig, bench.body, SessionOptions(), frozenset()
     )
-    cache = EvaluationCache()
-    searches: list[str] = []
 
-    def search(item: NominalFeature, watch: Mapping[str, ActualFeature | FitError]) -> object:
-        searches.append(item.name)
-        return commanding(item, found.points[item.name], watch)
+    for item in bench.plan.features:
+        assert not is_examined(item, scatters_of(found.actual), found.actual.get(item.projection))
+        assert commanding(item, found.points[item.name], found.actual) is None
 
-    for _ in range(2):
-        for item in bench.plan.features:
-            others = {
-                name: one if name == item.name else replace(one)
-                for name, one in found.actual.items()
-                if isinstance(one, ActualFeature)
-            }
-            assert cache.watched(item.name, (), others, partial(search, item)) is None
-    assert searches == [item.name for item in bench.plan.features]
+
+@pytest.mark.parametrize("off_mm", [2.0, 20.0, 350.0])
+def test_names_the_point_that_draws_the_end_of_a_pocket_along(off_mm: float) -> None:
+    """The outline follows: residuals stay small, and only the length is not that of the plan."""
+    flat = np.array(
+        [[-12.7, 8, 0], [12.7, 8, 0], [15, -6, 0], [15, 6, 0], [12.7, -8, 0], [-12.7, -8, 0],
+         [-15, 6, 0], [-15, -6, 0]]
+    )  # fmt: skip
+    flat[:, :2] += 0.008 * np.random.default_rng(3).standard_normal((8, 2))
+    flat[3, 0] += off_mm
+    found = commanding_points(
+        partial(fit_shape, Shape.RECTANGLE), Shape.RECTANGLE, flat, range(1, 9), 0.03, 0.02,
+        planned=(15.0, 8.0),
+    )  # fmt: skip
+    assert found is not None
+    assert found.numbers == (4,)
 
 
 @pytest.mark.statistics
