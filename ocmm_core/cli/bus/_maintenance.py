@@ -10,6 +10,7 @@ import msgspec
 import typer
 
 from ocmm_core.cli.bus._camera import bar, interruptible
+from ocmm_core.cli.bus._describe import describe
 from ocmm_core.cli.bus._options import BusOption, CameraArgument, write_bytes
 from ocmm_core.cli.terminal import ForceOption, RigOption, make_console, say
 from ocmm_core.composition import RECOMMENDED_RIG
@@ -101,6 +102,7 @@ camera_app = typer.Typer(
 
 
 camera_app.command()(conform)
+camera_app.command()(describe)
 
 
 @camera_app.command()
