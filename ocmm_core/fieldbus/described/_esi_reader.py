@@ -116,10 +116,12 @@ def choose_device(path: Path, product: int | None = None, revision: int | None =
             f"{len(devices)} times, and not the same each time",
         )  # fmt: skip
     others = len(nodes) - len(twins)
-    more = (f"{others} other devices of the file",) if others else ()
-    modules = root.findall("Descriptions/Modules/Module")
-    more += (f"{len(modules)} modules",) if modules else ()
-    return replace(devices[0], left_out=(*devices[0].left_out, *more))
+    left = [*devices[0].left_out]
+    if others:
+        left.append(f"{others} other devices of the file")
+    if modules := root.findall("Descriptions/Modules/Module"):
+        left.append(f"{len(modules)} modules")
+    return replace(devices[0], left_out=tuple(left))
 
 
 def _device(path: Path, vendor: int, identity: tuple[int, int], node: etree._Element) -> EsiDevice:

@@ -193,7 +193,8 @@ class _Column:
         if form.kind == "f":
             # A camera may send signalling NaN.
             with np.errstate(invalid="ignore"):
-                return (found >> unused).astype(f"<u{form.itemsize}").view(form).astype(np.float64)
+                pattern = (found >> unused).astype(f"<u{form.itemsize}")
+                return np.asarray(pattern.view(form), np.float64)
         # Arithmetic shifts extend the sign.
         signed = found.view(np.int64) >> unused.astype(np.int64)
         return (signed if self.entry.is_signed else found >> unused).astype(np.float64)

@@ -76,7 +76,8 @@ __all__ = [
     "OP", "OWN_TOKEN", "PREOP", "SAFEOP", "STATE_NAMES", "Command", "Datagram", "EepromRead",
     "Exchange", "HostTime", "Job", "LinkWatch", "Master", "MasterWatch", "Passage", "Port",
     "RawLine", "ScannedDevice", "ServiceChannel", "Tap", "TappedFrame", "al_text",
-    "check_interface", "check_mapping", "decode_frame", "decode_scan", "encode_frame", "encode_scan", "frame_index",
+    "check_interface", "check_mapping", "decode_frame", "decode_scan", "encode_frame",
+    "encode_scan", "frame_index",
     "has_passed", "is_virtual_cable", "is_virtual_interface", "pcapng_end", "pcapng_frame",
     "pcapng_head", "read_words", "scan_devices", "write_word",
 ]  # fmt: skip

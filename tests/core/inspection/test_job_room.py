@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from datetime import UTC, datetime
 from pathlib import Path
 
 import msgspec
 import pytest
 from typer.testing import CliRunner
 
+from ocmm_core.acceptance import LoggedTemperature, TemperatureSource, ThermometerLog
+from ocmm_core.acceptance._temperature_source import Sample
 from ocmm_core.cli import app
 from ocmm_core.errors import InputError, OcmmError
 from ocmm_core.export.report import paper_facts, report_of_job
@@ -26,6 +29,7 @@ from ocmm_core.inspection.plan import (
     save_plan,
 )
 from ocmm_core.inspection.session import InspectionSession
+from ocmm_core.station._room_watch import RoomWatch
 from ocmm_core.storage import JobFile
 from ocmm_core.surroundings import TypedRoom
 from ocmm_core.tolerances.decisions import Verdict
@@ -199,3 +203,47 @@ def test_a_job_whose_reading_is_none_is_refused_with_a_sentence(bench: Bench, jo
     job.append_event("environment", '{"points":0,"next_point":1,"room":"warm"}')
     with pytest.raises(InputError, match="'room' is 'warm'"):
         bench.session(job)
+
+
+def test_logged_readings_and_doubts_are_kept_once_per_feature(bench: Bench, job: JobFile) -> None:
+    session = session_of(bench, job)
+    now = datetime(2026, 11, 28, 12, 0, tzinfo=UTC)
+    good = LoggedTemperature("T-1", "hall, serial 4711", 0.2, Sample(20.42, now), "")
+    bad = replace(good, sample=None, doubt="Thermometer hall, serial 4711: no answer.")
+    session.conditions.note_logged(good)
+    session.conditions.note_logged(replace(good, sample=Sample(20.43, now)))
+    assert [one.room for one in session.conditions.rooms] == ["20.42 ± 0.20"]
+    # A doubt whose text changes with each reading is kept once.
+    session.conditions.note_logged(bad)
+    session.conditions.note_logged(replace(bad, doubt="Thermometer hall: 31 s old."))
+    assert len(session.conditions.rooms) == 2
+    for touch in bench.touches:
+        session.touches.take(touch)
+        session.conditions.note_logged(good)
+    rooms = session.conditions.rooms
+    assert {one.who for one in rooms} == {"hall, serial 4711"}
+    features = sum(bool(one) for one in session.view.features)
+    assert len(rooms) == 2 + 1 + features
+    told = [sentence for field, sentence in session.view.room if field == "room"]
+    assert told[0] == "Room 20.42 ± 0.20 °C at the begin."
+    assert "Room 20.42 ± 0.20 °C at the end." in told
+    assert told[-1] == bad.doubt
+    assert session.view.unproven == ""
+
+
+def test_station_thread_logs_and_stops(bench: Bench, job: JobFile) -> None:
+    session = session_of(bench, job)
+    source = TemperatureSource(kind="file", address="x", unit="°C", scale=1.0)
+    log = ThermometerLog([("T-1", "hall", 0.2, source)], lambda _source: (21.0, datetime.now(UTC)))
+    lost: list[BaseException] = []
+
+    class Faults:
+        def note(self, error: BaseException, _part: str) -> None:
+            lost.append(error)
+
+    watch = RoomWatch(log, lambda verb: verb(session), Faults())  # type: ignore[arg-type] # as the station's
+    watch.start()
+    watch.close()
+    watch.close()
+    assert [one.room for one in session.conditions.rooms] == ["21.00 ± 0.20"]
+    assert not lost
