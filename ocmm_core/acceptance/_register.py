@@ -234,6 +234,11 @@ class ArtefactRegister:
                     f"There is an artefact '{entry.id}' already.",
                     "Give --replace with its new certificate, or another id.",
                 )
+            before = self.entries.get(entry.id)
+            if before is not None and entry.kind == before.kind and entry.reads is None:
+                # A new certificate does not change where the thermometer is read.
+                kept = msgspec.structs.replace(entry, reads=before.reads)
+                return _Change(utc=utc_text(now), who=who, added=kept)
             return _Change(utc=utc_text(now), who=who, added=entry)
 
         self._write(change)

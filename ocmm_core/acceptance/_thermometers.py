@@ -48,11 +48,10 @@ def read_temperature(
     entry = entries[0]
     if celsius is None:
         celsius = _read_now(entries)
-    low, high = entry.temperatures
+    (low, high), name = entry.temperatures, f"'{entry.name}' (serial {entry.serial})"
     if not low <= celsius <= high:
         raise _useless(
-            f"The certificate of {_called(entry)} covers {low:g} to {high:g} °C, not "
-            f"{celsius:g} °C."
+            f"The certificate of {name} covers {low:g} to {high:g} °C, not {celsius:g} °C."
         )
     return stated_temperature(celsius, entry.expanded, f"{entry.name}, serial {entry.serial}")
 
@@ -67,9 +66,10 @@ def _log(entries: list[ArtefactEntry]) -> ThermometerLog:
     read: list[tuple[str, str, float, TemperatureSource]] = []
     for one in entries:
         if one.reads is None:
+            name = f"'{one.name}' (serial {one.serial})"
             raise InputError(
                 "thermometer.no_source",
-                f"{_called(one)} has no source in the register.",
+                f"{name} has no source in the register.",
                 "Type its reading, or add its source (docs/acceptance.md).",
             )
         read.append((one.id, f"{one.name}, serial {one.serial}", one.expanded, one.reads))
@@ -92,18 +92,14 @@ def _read_now(entries: list[ArtefactEntry]) -> float:
     return read[0].sample.celsius
 
 
-def _thermometer(register: ArtefactRegister, name: str, now: datetime) -> ArtefactEntry:
-    entry, used = register.entry(name), register.used(name)
+def _thermometer(register: ArtefactRegister, known: str, now: datetime) -> ArtefactEntry:
+    entry, used = register.entry(known), register.used(known)
+    name = f"'{entry.name}' (serial {entry.serial})"
     if entry.kind != "thermometer":
-        raise _useless(f"{_called(entry)} is a {entry.kind}, not a thermometer.")
+        raise _useless(f"{name} is a {entry.kind}, not a thermometer.")
     if datetime.fromisoformat(used.use.due_utc) <= now:
-        due = used.use.due_utc[:10]
-        raise _useless(f"The certificate of {_called(entry)} expired on {due}.")
+        raise _useless(f"The certificate of {name} expired on {used.use.due_utc[:10]}.")
     return entry
-
-
-def _called(entry: ArtefactEntry) -> str:
-    return f"'{entry.name}' (serial {entry.serial})"
 
 
 def _useless(why: str) -> InputError:

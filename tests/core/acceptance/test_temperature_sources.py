@@ -82,6 +82,11 @@ def test_register_keeps_a_source_and_reads_it(tmp_path: Path, w1: Path) -> None:
     lines += ["[reads]", *(f"{key} = {json.dumps(value)}" for key, value in reads.items())]
     document.write_text("\n".join(lines), encoding="utf-8")
     assert load_artefact(document).reads == file_source(w1)
+    # A new certificate keeps the source.
+    register = ArtefactRegister(tmp_path)
+    renewed = msgspec.structs.replace(register.entry("T-1"), certificate="C-10", reads=None)
+    register.add(renewed, "Ann", NOW, replace=True)
+    assert ArtefactRegister(tmp_path).entry("T-1").reads == file_source(w1)
 
 
 def test_typed_number_is_asked_for_without_a_source(tmp_path: Path) -> None:
