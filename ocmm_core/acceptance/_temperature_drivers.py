@@ -40,11 +40,12 @@ def read_source(source: TemperatureSource) -> tuple[float, datetime]:
     InputError
         It cannot be read, or gives no number; the sentence names the source and the reason.
     """
-    for package in _PACKAGES[source.kind]:
+    wire = source.kind
+    for package in _PACKAGES[wire]:
         if importlib.util.find_spec(package) is None:
             raise InputError(
                 "thermometer.package",
-                f"Thermometers by {source.kind} need a package that is not installed.",
+                f"Thermometers by {wire} need a package that is not installed.",
                 "Install the extra `sensors`: ./run setup --sensors",
             )
     reader = {"serial": _serial, "file": _file, "modbus": _modbus, "mqtt": _mqtt}[source.kind]
@@ -61,7 +62,7 @@ def _file(source: TemperatureSource) -> float:
     try:
         text = read_text(path, _LONGEST)
     except (InputError, StorageError, OSError) as error:
-        raise _dead(source, "the file cannot be read; is the sensor connected?") from error
+        raise _dead(source, "the file cannot be read, or the sensor is not connected") from error
     if path.name == "w1_slave":
         found = _W1.fullmatch(text.strip())
         if found is None or found[1] != "YES":
@@ -182,8 +183,9 @@ def _host(source: TemperatureSource) -> tuple[str, int]:
 
 
 def _dead(source: TemperatureSource, why: str) -> InputError:
+    wire = source.kind
     return InputError(
         "thermometer.dead",
-        f"{source.kind} {source.address}: {why}.",
+        f"{wire} {source.address}: {why}.",
         "Check the sensor and its entry in the register, or type the temperature.",
     )

@@ -26,8 +26,7 @@ _TO_CELSIUS: dict[str, Callable[[float], float]] = {
     "K": lambda value: value - 273.15,
     "°F": lambda value: (value - 32.0) / 1.8,
 }
-_POWER_ON = {85.0: "the power-on value of a DS18B20, which did not convert (check its supply)",
-             -127.0: "the value of a 1-wire sensor that does not answer"}  # fmt: skip
+_POWER_ON_C, _NO_ANSWER_C = 85.0, -127.0
 _CONFIRM = 3
 """Readings in a row that end the suspicion after a jump."""
 _KEPT = 4096
@@ -94,7 +93,7 @@ class TemperatureSource(msgspec.Struct, frozen=True, kw_only=True, forbid_unknow
 
 
 @dataclass(frozen=True, slots=True)
-class Sample:
+class TemperatureSample:
     """A number of a source and its time."""
 
     celsius: float
@@ -109,7 +108,7 @@ class LoggedTemperature:
     name: str
     expanded: float
     """U (k = 2), K."""
-    sample: Sample | None
+    sample: TemperatureSample | None
     """None if it cannot be read."""
     doubt: str
     """Why it must not be used, in a sentence; empty if it may."""
@@ -126,15 +125,18 @@ def value_doubt(celsius: float) -> str:
     """Return why a single value is no temperature of a room; empty if it may be one."""
     if not math.isfinite(celsius):
         return "is not a number"
-    rounded = round(celsius, 3)
-    if rounded in _POWER_ON:
-        return f"is {celsius:g} °C, {_POWER_ON[rounded]}"
+    if round(celsius, 3) == _POWER_ON_C:
+        return "is 85 °C, the power-on value of a DS18B20, which did not convert: check its supply"
+    if round(celsius, 3) == _NO_ANSWER_C:
+        return "is -127 °C, the value of a 1-wire sensor that does not answer"
     if celsius not in TEMPERATURE:
         return f"is {celsius:.2f} °C, outside {TEMPERATURE.least:g} to {TEMPERATURE.most:g} °C"
     return ""
 
 
-def history_doubt(source: TemperatureSource, expanded: float, samples: Sequence[Sample]) -> str:
+def history_doubt(
+    source: TemperatureSource, expanded: float, samples: Sequence[TemperatureSample]
+) -> str:
     """Return why the newest of consecutive samples must not be used; empty if it may."""
     newest = samples[-1]
     if found := value_doubt(newest.celsius):
@@ -173,7 +175,7 @@ class ThermometerLog:
     ) -> None:
         self._thermometers = tuple(thermometers)
         self._read = read
-        self._samples: dict[str, deque[Sample]] = {
+        self._samples: dict[str, deque[TemperatureSample]] = {
             one[0]: deque(maxlen=_KEPT) for one in thermometers
         }
 
@@ -190,25 +192,23 @@ class ThermometerLog:
         )
 
     def _one(
-        self, name: str, words: str, expanded: float, source: TemperatureSource,
+        self, key: str, name: str, expanded: float, source: TemperatureSource,
         clock: Callable[[], datetime],
     ) -> LoggedTemperature:  # fmt: skip
-        samples = self._samples[name]
+        samples = self._samples[key]
         try:
             number, utc = self._read(source)
         except InputError as error:
-            return LoggedTemperature(
-                name, words, expanded, None, f"Thermometer {words}: {error.what}"
-            )
-        sample = Sample(source.celsius(number), utc)
+            return LoggedTemperature(key, name, expanded, None, f"Thermometer {name}: {error.what}")
+        sample = TemperatureSample(source.celsius(number), utc)
         samples.append(sample)
         age = clock() - utc
         doubt = history_doubt(source, expanded, list(samples))
         if not doubt and not -timedelta(seconds=5) <= age <= timedelta(seconds=source.oldest_s):
             doubt = f"is {age.total_seconds():.0f} s old, more than {source.oldest_s:g} s"
         if doubt:
-            doubt = f"Thermometer {words}: its reading {doubt}."
-        return LoggedTemperature(name, words, expanded, sample, doubt)
+            doubt = f"Thermometer {name}: its reading {doubt}."
+        return LoggedTemperature(key, name, expanded, sample, doubt)
 
 
 def disagreement(read: Sequence[LoggedTemperature]) -> str:

@@ -56,6 +56,8 @@ def missing_statements(device: EsiDevice, stated: EsiStatements) -> tuple[str, .
         for role in (Role.X, Role.Y)
         if not stated.roles.get(role)
     ]
+    if not inputs:
+        found.append("The file maps no inputs: the device itself holds the mapping.")
     counts = {len(stated.roles[role]) for role in (Role.X, Role.Y) if stated.roles.get(role)}
     if len(counts) > 1:
         found.append("There are not as many entries 'x' as 'y': give both for every slot.")

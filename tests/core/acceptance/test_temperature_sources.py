@@ -29,7 +29,7 @@ from ocmm_core.acceptance import (
     thermometer_log,
 )
 from ocmm_core.acceptance._temperature_drivers import read_source
-from ocmm_core.acceptance._temperature_source import Sample, history_doubt, value_doubt
+from ocmm_core.acceptance._temperature_source import TemperatureSample, history_doubt, value_doubt
 from ocmm_core.calibration.probe_design import Temperature
 from ocmm_core.errors import InputError
 from tests.host import needs_package
@@ -106,7 +106,7 @@ def test_typed_number_is_asked_for_without_a_source(tmp_path: Path) -> None:
         (W1.format(16, "YES", 16, 26000), "covers 15 to 25"),
         ("", "not in the format"),
         ("20437", "not in the format"),
-        (None, "is the sensor connected"),
+        (None, "sensor is not connected"),
     ],
 )
 def test_doubts_one_wire_readings(
@@ -186,7 +186,7 @@ def test_doubts_stuck_jumping_and_stale_readings() -> None:
     assert "s old" in log.sample(lambda: NOW - timedelta(seconds=60))[0].doubt
     assert value_doubt(float("nan"))
     assert not value_doubt(49.9)
-    assert not history_doubt(source, 0.1, [Sample(20.0, NOW)])
+    assert not history_doubt(source, 0.1, [TemperatureSample(20.0, NOW)])
 
 
 @pytest.mark.parametrize(

@@ -11,7 +11,7 @@ import pytest
 from typer.testing import CliRunner
 
 from ocmm_core.acceptance import LoggedTemperature, TemperatureSource, ThermometerLog
-from ocmm_core.acceptance._temperature_source import Sample
+from ocmm_core.acceptance._temperature_source import TemperatureSample
 from ocmm_core.cli import app
 from ocmm_core.errors import InputError, OcmmError
 from ocmm_core.export.report import paper_facts, report_of_job
@@ -208,10 +208,10 @@ def test_a_job_whose_reading_is_none_is_refused_with_a_sentence(bench: Bench, jo
 def test_logged_readings_and_doubts_are_kept_once_per_feature(bench: Bench, job: JobFile) -> None:
     session = session_of(bench, job)
     now = datetime(2026, 11, 28, 12, 0, tzinfo=UTC)
-    good = LoggedTemperature("T-1", "hall, serial 4711", 0.2, Sample(20.42, now), "")
+    good = LoggedTemperature("T-1", "hall, serial 4711", 0.2, TemperatureSample(20.42, now), "")
     bad = replace(good, sample=None, doubt="Thermometer hall, serial 4711: no answer.")
     session.conditions.note_logged(good)
-    session.conditions.note_logged(replace(good, sample=Sample(20.43, now)))
+    session.conditions.note_logged(replace(good, sample=TemperatureSample(20.43, now)))
     assert [one.room for one in session.conditions.rooms] == ["20.42 ± 0.20"]
     # A doubt whose text changes with each reading is kept once.
     session.conditions.note_logged(bad)
