@@ -109,7 +109,12 @@ ProbeTemperatureOption = Annotated[
 ]
 
 TemperatureOption = Annotated[
-    float | None, typer.Option("--temperature", help="Ambient temperature, degrees Celsius.")
+    float | None,
+    typer.Option(
+        "--temperature",
+        help="Ambient temperature, degrees Celsius; default: read the thermometer of "
+        "--temperature-u.",
+    ),
 ]
 TemperatureUOption = Annotated[
     str,
