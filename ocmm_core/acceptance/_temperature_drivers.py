@@ -53,7 +53,7 @@ def read_source(source: TemperatureSource) -> tuple[float, datetime]:
         return reader(source), datetime.now(UTC)
     except InputError:
         raise
-    except Exception as error:  # The libraries raise errors of their own, some undocumented.
+    except Exception as error:  # The libraries raise undocumented exceptions.
         raise _dead(source, str(error).split("\n")[0][:120] or type(error).__name__) from error
 
 

@@ -1,4 +1,4 @@
-"""Temperature source of a thermometer in the register, and the doubts about its readings.
+"""Temperature source of a thermometer in the register, and checks of its readings.
 
 Everything about the wire is stated in the register: address, place of the number, unit and scale.
 A reading that cannot be trusted is refused with the reason; nothing replaces it.
@@ -53,13 +53,13 @@ class TemperatureSource(msgspec.Struct, frozen=True, kw_only=True, forbid_unknow
     topic: str = ""
     baud: int = 9600
     query: str = ""
-    """Serial: text that is sent to request a line; empty if lines come by themselves."""
+    """Serial: text that is sent to request a line; empty if the device sends lines unasked."""
     oldest_s: float = 60.0
     """Readings older than this are not used."""
     stuck_s: float = 14_400.0
-    """Readings equal to the last digit for this long are doubted."""
+    """Maximum time without any change of the reading."""
     fastest_k_min: float = 1.0
-    """Faster changes are doubted."""
+    """Maximum rate of change, K/min."""
 
     def check(self, where: str) -> None:
         """Raise InputError naming the field that is missing or implausible."""
@@ -122,7 +122,7 @@ class LoggedTemperature:
 
 
 def value_doubt(celsius: float) -> str:
-    """Return why a single value is no temperature of a room; empty if it may be one."""
+    """Return why a single value cannot be a room temperature; empty if plausible."""
     if not math.isfinite(celsius):
         return "is not a number"
     if round(celsius, 3) == _POWER_ON_C:
@@ -182,7 +182,7 @@ class ThermometerLog:
     def sample(self, clock: Callable[[], datetime] = lambda: datetime.now(UTC)) -> tuple[
         LoggedTemperature, ...
     ]:  # fmt: skip
-        """Read all thermometers; each states its doubts, also about the others."""
+        """Read all thermometers and compare them."""
         found = [self._one(*each, clock) for each in self._thermometers]
         sound = [one for one in found if not one.doubt]
         apart = disagreement(sound)

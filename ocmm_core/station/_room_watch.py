@@ -17,7 +17,7 @@ _PART = "The log of the thermometers"
 
 
 class RoomWatch:
-    """Store readings and doubts of thermometers in the job in use.
+    """Store readings of thermometers, or why they are suspect, in the job in use.
 
     `change`: applies an action to the session of that job.
     """
@@ -56,7 +56,7 @@ class RoomWatch:
         try:
             if self._newest is None:
                 read = self._log.sample()
-                # The first thermometer counts; the doubt of any of them is told.
+                # The first thermometer counts, unless any of them is suspect.
                 self._newest = next((one for one in read if one.doubt), read[0])
             newest = self._newest
             self._change(lambda session: session.conditions.note_logged(newest))

@@ -47,8 +47,8 @@ def describe(
 ) -> None:
     """Convert the ESI file of another maker's camera to a device description.
 
-    The file states places and types, never what they mean: roles, unit, step and clock come from
-    the manual of the camera. Without --out, the entries are listed with what must be stated.
+    The file contains places and types, not their meaning: roles, unit, step and clock are in the
+    manual of the camera. Without --out, the entries and the missing statements are listed.
     """
     from ocmm_core.fieldbus.described import (
         EsiStatements,

@@ -1,7 +1,7 @@
 """Conversion of an ESI device to a device description `ocmm.device/1`.
 
-An ESI file states places and types of process data, never their meaning. Roles, units, scale and
-clock are stated by the user; what is missing is listed, and nothing is guessed.
+An ESI file states places and types of process data, never their meaning. The user states roles,
+units, scale and clock; missing statements are listed, nothing is guessed.
 """
 
 from __future__ import annotations
@@ -25,14 +25,14 @@ _ODD = {
     for sign in ("", "U")
     for bits in (24, 40, 48, 56)
 }
-"""Integers of whole bytes without a type of their own (ETG.1000.6, table 63)."""
+"""Integers of 3, 5, 6 and 7 bytes (ETG.1000.6, table 63)."""
 _PER_SLOT = (Role.X, Role.Y, Role.INTENSITY, Role.VALID)
 _IN_ROLES = (*_PER_SLOT, Role.COUNTER, Role.TIME, Role.BUTTON)
 
 
 @dataclass(frozen=True, slots=True)
 class EsiStatements:
-    """What the user states about a device, because an ESI file does not."""
+    """Statements of the user about a device, in addition to its ESI file."""
 
     roles: Mapping[Role, tuple[str, ...]] = field(default_factory=dict)
     """Entries by role, ``"0x6000:01"``; those of spots in the order of the slots."""
@@ -47,7 +47,7 @@ class EsiStatements:
 
 
 def missing_statements(device: EsiDevice, stated: EsiStatements) -> tuple[str, ...]:
-    """Return in sentences what must be stated before a description can be written."""
+    """Return the missing statements, in sentences."""
     inputs = {one.key for one in _entries(device.inputs) if one.index}
     outputs = {one.key for one in _entries(device.outputs) if one.index}
     found = [
@@ -115,7 +115,7 @@ def describe_esi(device: EsiDevice, stated: EsiStatements) -> str:
     Raises
     ------
     InputError
-        A statement is missing, or the result is no description of a camera.
+        A statement is missing, or the result does not describe a camera.
     """
     missing = missing_statements(device, stated)
     if missing or stated.sends is None or stated.clock is None:
@@ -180,7 +180,7 @@ def _entry(one: EsiEntry, roles: Mapping[str, tuple[Role, int]], stated: EsiStat
 
 
 def _type(one: EsiEntry) -> tuple[str | None, int]:
-    """Return type and length of an entry; None if its type is no number of that length."""
+    """Return type and length of an entry; None if its type is not a number of that length."""
     kind, whole = _ODD.get(one.type, (_ALIASES.get(one.type, one.type), 0))
     if whole:
         return (kind, whole) if whole == one.bits else (None, 0)

@@ -194,7 +194,8 @@ class _Column:
             # A camera may send signalling NaN.
             with np.errstate(invalid="ignore"):
                 pattern = (found >> unused).astype(f"<u{form.itemsize}")
-                return np.asarray(pattern.view(form), np.float64)
+                wide: NDArray[np.float64] = pattern.view(form).astype(np.float64)
+            return wide
         # Arithmetic shifts extend the sign.
         signed = found.view(np.int64) >> unused.astype(np.int64)
         return (signed if self.entry.is_signed else found >> unused).astype(np.float64)
