@@ -22,7 +22,8 @@ _LARGEST = 64 * 2**20
 _NUMBER = re.compile(r"(?:#x|0x)([0-9a-fA-F]{1,8})|([0-9]{1,10})")
 _MOST_ENTRIES, _MOST_DEVICES, _NAME_LENGTH = 4096, 5000, 60
 _READ = {"Type", "Name", "Sm", "TxPdo", "RxPdo", "Dc", "Fmmu", "GroupType"}
-_SM_KINDS = ("MBoxOut", "MBoxIn", "Outputs", "Inputs")
+_SM_KINDS = {0x06: "MBoxOut", 0x02: "MBoxIn", 0x04: "Outputs", 0x00: "Inputs"}
+"""By mode and direction in the control byte (ETG.1000.4, table 59): some files omit the name."""
 _REMEDY = "Ask the maker for a correct ESI file, or write the description by hand (docs/wire.md)."
 
 
@@ -127,12 +128,12 @@ def choose_device(path: Path, product: int | None = None, revision: int | None =
 def _device(path: Path, vendor: int, identity: tuple[int, int], node: etree._Element) -> EsiDevice:
     managers = tuple(
         EsiSyncManager(
-            _text(sm),
+            kind,
             _number(path, "Sm/StartAddress", sm.get("StartAddress")),
             _number(path, "Sm/DefaultSize", sm.get("DefaultSize", "0")),
         )
         for sm in node.findall("Sm")
-        if _text(sm) in _SM_KINDS
+        if (kind := _sm_kind(path, sm)) in _SM_KINDS.values()
     )
     inputs, outputs = (
         tuple(_object(path, pdo) for pdo in node.findall(tag)) for tag in ("TxPdo", "RxPdo")
@@ -158,6 +159,13 @@ def _device(path: Path, vendor: int, identity: tuple[int, int], node: etree._Ele
         vendor, *identity, _short(name), managers, inputs, outputs,
         any(value & 0x0100 for value in activated), tuple(left),
     )  # fmt: skip
+
+
+def _sm_kind(path: Path, node: etree._Element) -> str:
+    control = node.get("ControlByte")
+    if _text(node) or control is None:
+        return _text(node)
+    return _SM_KINDS.get(_number(path, "Sm/ControlByte", control) & 0x0F, "")
 
 
 def _object(path: Path, node: etree._Element) -> EsiObject:

@@ -91,6 +91,18 @@ def test_converts_bits_gaps_and_odd_integers(tmp_path: Path) -> None:
     assert image.numbers(content, Role.X).tolist() == [[-5.0, 0.0]]
 
 
+def test_reads_unnamed_sync_managers_by_their_control_byte(tmp_path: Path) -> None:
+    unnamed = DEVICE
+    for kind in ("MBoxOut", "MBoxIn", "Outputs", "Inputs"):
+        unnamed = unnamed.replace(f">{kind}</Sm>", "/>")
+    found = choose_device(esi(tmp_path, HEAD + unnamed + TAIL))
+    assert not missing_statements(found, STATED)
+    # UINT32 of such files states the size, not the sign.
+    sizes = unnamed.replace(">INT24<", ">UINT24X<")
+    with pytest.raises(InputError, match="not a number that is known"):
+        describe_esi(choose_device(esi(tmp_path, HEAD + sizes + TAIL)), STATED)
+
+
 def test_asks_for_everything_that_the_file_does_not_state(tmp_path: Path) -> None:
     found = choose_device(esi(tmp_path, HEAD + DEVICE + TAIL))
     asked = " ".join(missing_statements(found, EsiStatements()))
