@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 from rich import box
@@ -12,7 +12,12 @@ from rich.table import Table
 from ocmm_core.cli.bus._options import write_bytes
 from ocmm_core.cli.terminal import make_console, say, say_word
 from ocmm_core.errors import InputError
-from ocmm_core.fieldbus.described import Clock, Role, Sends
+
+if TYPE_CHECKING:
+    from ocmm_core.fieldbus.described import Role
+
+_Sends = Literal["pixels", "corrected mm, one step", "corrected mm, exact"]
+_Clock = Literal["distributed", "arrival"]
 
 
 def describe(
@@ -32,11 +37,11 @@ def describe(
     output: Annotated[
         list[str] | None, typer.Option("--output", help="INDEX:SUB=VALUE sent in an output.")
     ] = None,
-    sends: Annotated[Sends | None, typer.Option("--sends", help="Unit of coordinates.")] = None,
+    sends: Annotated[_Sends | None, typer.Option("--sends", help="Unit of coordinates.")] = None,
     step: Annotated[
         float | None, typer.Option("--step", help="Px or mm of one step of a coordinate.")
     ] = None,
-    clock: Annotated[Clock | None, typer.Option("--clock", help="Exposure clock.")] = None,
+    clock: Annotated[_Clock | None, typer.Option("--clock", help="Exposure clock.")] = None,
     doubt_ns: Annotated[
         int | None, typer.Option("--doubt-ns", help="Uncertainty of exposure times, ns.")
     ] = None,
@@ -51,7 +56,9 @@ def describe(
     manual of the camera. Without --out, the entries and the missing statements are listed.
     """
     from ocmm_core.fieldbus.described import (
+        Clock,
         EsiStatements,
+        Sends,
         choose_device,
         describe_esi,
         missing_statements,
@@ -71,7 +78,8 @@ def describe(
             _key("--output", key): _number("--output", value)
             for key, value in (_halves("--output", one) for one in output or ())
         },
-        sends=sends, step=step, clock=clock, doubt_ns=doubt_ns, cycle_ns=cycle_ns,
+        sends=Sends(sends) if sends else None, step=step,
+        clock=Clock(clock) if clock else None, doubt_ns=doubt_ns, cycle_ns=cycle_ns,
         latency_ns=latency_ns,
     )  # fmt: skip
     console = make_console(soft_wrap=True)
@@ -102,6 +110,8 @@ def _halves(option: str, text: str) -> tuple[str, str]:
 
 
 def _role(name: str) -> Role:
+    from ocmm_core.fieldbus.described import Role
+
     try:
         return Role(name)
     except ValueError:
