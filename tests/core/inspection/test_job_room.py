@@ -11,7 +11,6 @@ import pytest
 from typer.testing import CliRunner
 
 from ocmm_core.acceptance import LoggedTemperature, TemperatureSource, ThermometerLog
-from ocmm_core.acceptance._temperature_source import TemperatureSample
 from ocmm_core.cli import app
 from ocmm_core.errors import InputError, OcmmError
 from ocmm_core.export.report import paper_facts, report_of_job
@@ -29,7 +28,6 @@ from ocmm_core.inspection.plan import (
     save_plan,
 )
 from ocmm_core.inspection.session import InspectionSession
-from ocmm_core.station._room_watch import RoomWatch
 from ocmm_core.storage import JobFile
 from ocmm_core.surroundings import TypedRoom
 from ocmm_core.tolerances.decisions import Verdict
@@ -37,6 +35,9 @@ from tests.core.inspection.conftest import Bench
 
 LIMITS = EnvironmentLimits(temperature_c=(18.0, 22.0))
 BEGIN, END = NotedRoom(0, 1, room="20.1"), NotedRoom(5, 6, room="20,4 °C")
+
+
+SOURCE = TemperatureSource(kind="file", address="x", unit="°C", scale=1.0)
 
 
 def demanding(plan: Plan) -> Plan:
@@ -208,11 +209,18 @@ def test_a_job_whose_reading_is_none_is_refused_with_a_sentence(bench: Bench, jo
 def test_logged_readings_and_doubts_are_kept_once_per_feature(bench: Bench, job: JobFile) -> None:
     session = session_of(bench, job)
     now = datetime(2026, 11, 28, 12, 0, tzinfo=UTC)
-    good = LoggedTemperature("T-1", "hall, serial 4711", 0.2, TemperatureSample(20.42, now), "")
-    bad = replace(good, sample=None, doubt="Thermometer hall, serial 4711: no answer.")
+    bad = LoggedTemperature(
+        "T-1", "hall, serial 4711", 0.2, None, "Thermometer hall, serial 4711: no answer."
+    )
+    numbers = iter((20.42, 20.43))
+    log = ThermometerLog(
+        [("T-1", "hall, serial 4711", 0.2, SOURCE)], lambda _source: (next(numbers), now)
+    )
+    (good,), (same,) = log.sample(lambda: now), log.sample(lambda: now)
     session.conditions.note_logged(good)
-    session.conditions.note_logged(replace(good, sample=TemperatureSample(20.43, now)))
+    session.conditions.note_logged(same)
     assert [one.room for one in session.conditions.rooms] == ["20.42 ± 0.20"]
+    session.conditions.note_logged(bad)
     # A doubt whose text changes with each reading is kept once.
     session.conditions.note_logged(bad)
     session.conditions.note_logged(replace(bad, doubt="Thermometer hall: 31 s old."))
@@ -229,21 +237,3 @@ def test_logged_readings_and_doubts_are_kept_once_per_feature(bench: Bench, job:
     assert "Room 20.42 ± 0.20 °C at the end." in told
     assert told[-1] == bad.doubt
     assert session.view.unproven == ""
-
-
-def test_station_thread_logs_and_stops(bench: Bench, job: JobFile) -> None:
-    session = session_of(bench, job)
-    source = TemperatureSource(kind="file", address="x", unit="°C", scale=1.0)
-    log = ThermometerLog([("T-1", "hall", 0.2, source)], lambda _source: (21.0, datetime.now(UTC)))
-    lost: list[BaseException] = []
-
-    class Faults:
-        def note(self, error: BaseException, _part: str) -> None:
-            lost.append(error)
-
-    watch = RoomWatch(log, lambda verb: verb(session), Faults())  # type: ignore[arg-type] # as the station's
-    watch.start()
-    watch.close()
-    watch.close()
-    assert [one.room for one in session.conditions.rooms] == ["21.00 ± 0.20"]
-    assert not lost
