@@ -80,7 +80,8 @@ class MasterWatch:
         seen_before = inode == self._suspect
         # The search through all processes is slow: once per socket.
         if (seen_before or disturbed) and not (seen_before and self._words):
-            self._words = f"{_who(inode)} uses interface '{interface}' as an EtherCAT master."
+            told = _who(inode)
+            self._words = f"{told} uses interface '{interface}' as an EtherCAT master."
         self._suspect = inode
         return self._words
 
