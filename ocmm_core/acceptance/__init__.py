@@ -7,8 +7,8 @@ Start with `_procedure` (documents, limits), `_result` (record) and `_values` (p
 points), then `_kinds` (one entry per kind: planned by `_planning`, judged by `_evaluating` and
 `_placement`), `_session` (engine, a chain of `_events` folded by `_session_state`), `_guards` and
 `_recompute`. `_offers` lists the choices before a test, `_guided` is a test as a guided procedure.
-`_register` holds the artefacts, `_thermometers` reads temperatures (`_temperature_source`,
-`_temperature_drivers`), `_interim` the chart of interim checks.
+`_register` holds the artefacts, `_thermometers` reads temperatures (`_temperature_source`),
+`_interim` the chart of interim checks.
 It must not depend on the source of ball centres: cameras, recording or simulation.
 """
 

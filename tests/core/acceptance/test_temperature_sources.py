@@ -28,8 +28,8 @@ from ocmm_core.acceptance import (
     read_temperature,
     thermometer_log,
 )
-from ocmm_core.acceptance._temperature_drivers import read_source
 from ocmm_core.acceptance._temperature_source import TemperatureSample, history_doubt, value_doubt
+from ocmm_core.acceptance._thermometers import read_source
 from ocmm_core.calibration.probe_design import Temperature
 from ocmm_core.errors import InputError
 from tests.host import needs_package
