@@ -31,11 +31,10 @@ from ocmm_core.station._job_change import JobChange
 from ocmm_core.station._live import LiveState
 from ocmm_core.station._looks import Looks
 from ocmm_core.station._maintenance import StationMaintenance
-from ocmm_core.station._name_watch import HISTORY, JOB, PROBE, NameWatch
+from ocmm_core.station._name_watch import HISTORY, JOB, PROBE, NameWatch, RoomWatch
 from ocmm_core.station._open_job import CurrentJob, Gear, PartLoader, PlanInUse, open_job
 from ocmm_core.station._options import StationOptions
 from ocmm_core.station._reports import Reports
-from ocmm_core.station._room_watch import RoomWatch
 from ocmm_core.station._touches import TouchTaker
 from ocmm_core.station.coaching import CoachWatch
 from ocmm_core.station.stream import StreamServer

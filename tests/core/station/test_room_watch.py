@@ -29,7 +29,7 @@ def test_station_logs_readings_and_their_loss(
         sizes=(), expanded=0.2, expansion=0.0, expansion_sigma=0.0, reads=source,
     )  # fmt: skip
     ArtefactRegister().add(entry, "Ann", datetime.now(UTC))
-    monkeypatch.setattr("ocmm_core.station._room_watch._EVERY_S", 0.0)
+    monkeypatch.setattr("ocmm_core.station._name_watch._READ_S", 0.0)
     plan = resource("plans", "quick.toml")
     built = build_station(
         StationRequest(plan=plan, out=tmp_path / "jobs", seed=4, thermometers="hall", speed=1.0)
