@@ -7,7 +7,8 @@ Start with `_procedure` (documents, limits), `_result` (record) and `_values` (p
 points), then `_kinds` (one entry per kind: planned by `_planning`, judged by `_evaluating` and
 `_placement`), `_session` (engine, a chain of `_events` folded by `_session_state`), `_guards` and
 `_recompute`. `_offers` lists the choices before a test, `_guided` is a test as a guided procedure.
-`_register` holds the artefacts, `_interim` the chart of interim checks.
+`_register` holds the artefacts, `_thermometers` reads temperatures (`_temperature_source`),
+`_interim` the chart of interim checks.
 It must not depend on the source of ball centres: cameras, recording or simulation.
 """
 
@@ -95,7 +96,6 @@ if TYPE_CHECKING:
         default_artefact_folder,
         load_artefact,
         load_used,
-        read_temperature,
         used_bar,
         used_sphere,
     )
@@ -115,6 +115,12 @@ if TYPE_CHECKING:
     )
     from ocmm_core.acceptance._session import AcceptanceSession
     from ocmm_core.acceptance._situation import Situation, Stage, certified_at, judge
+    from ocmm_core.acceptance._temperature_source import (
+        LoggedTemperature,
+        TemperatureSource,
+        ThermometerLog,
+    )
+    from ocmm_core.acceptance._thermometers import read_temperature, thermometer_log
     from ocmm_core.acceptance._values import (
         SpatValues,
         SphereValues,
@@ -158,8 +164,8 @@ else:
         _register=(
             "ARTEFACT_KINDS ARTEFACT_SCHEMA ArtefactEntry ArtefactKind ArtefactRegister "
             "NOT_SIGNED_REMEDY REGISTER "
-            "check_entry default_artefact_folder load_artefact load_used read_temperature "
-            "used_bar used_sphere"
+            "check_entry default_artefact_folder load_artefact load_used used_bar "
+            "used_sphere"
         ),
         _result=(
             "AcceptanceRecord Climate Instrument JudgedValue Observation PlannedPosition "
@@ -167,6 +173,8 @@ else:
         ),
         _session="AcceptanceSession",
         _situation="Situation Stage certified_at judge",
+        _temperature_source="LoggedTemperature TemperatureSource ThermometerLog",
+        _thermometers="read_temperature thermometer_log",
         _values=(
             "SpatValues SphereValues VolumetricValues block_length faces_normal location_value "
             "nest_lengths repeat_ranges smallest_ball spat_values sphere_values thickness "
@@ -180,17 +188,18 @@ __all__ = [
     "AcceptanceRecord", "AcceptanceSession", "AcceptanceView", "ArtefactEntry", "ArtefactKind",
     "ArtefactOffer", "ArtefactRegister", "ChartPoint", "Climate", "ClimateRule", "FinishedTest",
     "GuidedAcceptanceView", "Instrument", "InterimChart", "InterimCheck", "InterimHistory",
-    "InterimTest", "InterimWord", "JudgedValue", "Mpe", "Observation", "OpenTest", "PartTask",
-    "PartTest", "PartUncertainty", "PlannedPosition", "Procedure", "ProcedureOffer",
-    "QuantityResult", "Refusal", "RoomAir", "Situation", "SpatValues", "SphereValues", "Stage",
-    "UsedArtefact", "Verdict", "VolumetricValues", "artefact_findings", "begin_findings",
-    "block_length", "certified_at", "chain_history", "check_entry", "check_of", "climate_reasons",
-    "default_artefact_folder", "differences", "dissimilar", "faces_normal", "find_procedure",
-    "finished_tests", "interim_chart", "judge", "kind_of", "load_artefact", "load_procedure",
-    "load_record", "load_signed_record", "load_used", "location_value", "nest_lengths",
-    "note_check", "offered_artefacts", "offered_procedures", "open_tests", "part_uncertainty",
-    "plan_of", "procedure_files", "read_temperature", "recompute", "recompute_tips",
-    "repeat_ranges", "reserved_spots", "save_record", "smallest_ball",
-    "spat_values", "sphere_values", "spots_hash", "thickness", "typed_entry", "used_bar",
+    "InterimTest", "InterimWord", "JudgedValue", "LoggedTemperature", "Mpe", "Observation",
+    "OpenTest", "PartTask", "PartTest", "PartUncertainty", "PlannedPosition", "Procedure",
+    "ProcedureOffer", "QuantityResult", "Refusal", "RoomAir", "Situation", "SpatValues",
+    "SphereValues", "Stage", "TemperatureSource", "ThermometerLog", "UsedArtefact", "Verdict",
+    "VolumetricValues", "artefact_findings", "begin_findings", "block_length", "certified_at",
+    "chain_history", "check_entry", "check_of", "climate_reasons", "default_artefact_folder",
+    "differences", "dissimilar", "faces_normal", "find_procedure", "finished_tests",
+    "interim_chart", "judge", "kind_of", "load_artefact", "load_procedure", "load_record",
+    "load_signed_record", "load_used", "location_value", "nest_lengths", "note_check",
+    "offered_artefacts", "offered_procedures", "open_tests", "part_uncertainty", "plan_of",
+    "procedure_files", "read_temperature", "recompute", "recompute_tips", "repeat_ranges",
+    "reserved_spots", "save_record", "smallest_ball", "spat_values",
+    "sphere_values", "spots_hash", "thermometer_log", "thickness", "typed_entry", "used_bar",
     "used_sphere", "values_of", "volumetric_values", "worst_value",
 ]  # fmt: skip

@@ -18,20 +18,14 @@ import msgspec
 import platformdirs
 
 from ocmm_core.acceptance._result import UsedArtefact
+from ocmm_core.acceptance._temperature_source import TemperatureSource
 from ocmm_core.calibration.guided import utc_text
-from ocmm_core.calibration.probe_design import (
-    HIGHEST_C,
-    LARGEST_U_K,
-    LOWEST_C,
-    Temperature,
-    stated_temperature,
-)
+from ocmm_core.calibration.probe_design import HIGHEST_C, LARGEST_U_K, LOWEST_C
 from ocmm_core.calibration.records import ArtefactUse, LengthBar, Sphere
 from ocmm_core.chain_file import ChainFile
 from ocmm_core.documents import Document, digest, load_document
 from ocmm_core.errors import InputError, StorageError
 from ocmm_core.seals import KnownEnd, SealState, Signed, recall, remember
-from ocmm_core.tables import typed_number
 
 ARTEFACT_SCHEMA = "ocmm.artefact/1"
 
@@ -93,6 +87,8 @@ class ArtefactEntry(Document, frozen=True, kw_only=True):
     supports: str = ""
     source: str = "typed"
     """"typed", or the file that it was read from."""
+    reads: TemperatureSource | None = None
+    """Where a thermometer is read; None if its readings are typed."""
 
     def used(self, role: str | None = None) -> UsedArtefact:
         """Return the artefact in the form used by tests."""
@@ -238,6 +234,11 @@ class ArtefactRegister:
                     f"There is an artefact '{entry.id}' already.",
                     "Give --replace with its new certificate, or another id.",
                 )
+            before = self.entries.get(entry.id)
+            if before is not None and entry.kind == before.kind and entry.reads is None:
+                # A new certificate does not change where the thermometer is read.
+                kept = msgspec.structs.replace(entry, reads=before.reads)
+                return _Change(utc=utc_text(now), who=who, added=kept)
             return _Change(utc=utc_text(now), who=who, added=entry)
 
         self._write(change)
@@ -313,6 +314,14 @@ def check_entry(entry: ArtefactEntry, where: str) -> None:
                 f"{where}: field '{field}' is {getattr(entry, field)!r}, which cannot be meant.",
                 "Correct that field; see docs/acceptance.md for what it holds.",
             )
+    if entry.reads is not None:
+        if not thermometer:
+            raise InputError(
+                "artefact.field",
+                f"{where}: field 'reads' is for thermometers, not for a {entry.kind}.",
+                "Leave it out.",
+            )
+        entry.reads.check(where)
     try:
         _moment(entry.due_utc)
     except ValueError as error:
@@ -321,45 +330,6 @@ def check_entry(entry: ArtefactEntry, where: str) -> None:
             f"{where}: field 'due_utc' is no date.",
             "Write it like 2030-12-31T00:00:00+00:00.",
         ) from error
-
-
-def read_temperature(
-    celsius: float | None, stated: str, now: datetime, folder: Path | None = None
-) -> Temperature | None:
-    """Return a typed temperature with the uncertainty of its thermometer.
-
-    Parameters
-    ----------
-    stated
-        U (k = 2) in kelvin, or the id of a thermometer in the register.
-
-    Raises
-    ------
-    InputError
-        The uncertainty is missing, a number is implausible, or the thermometer is unknown, expired,
-        or not certified for that temperature.
-    """
-    stated = stated.strip()
-    if celsius is None or not stated:
-        return stated_temperature(celsius, None)
-    expanded = typed_number(stated, comma=False)
-    if expanded is not None:
-        return stated_temperature(celsius, expanded)
-    entry = ArtefactRegister(folder).entry(stated)
-    used, (low, high) = ArtefactRegister(folder).used(stated), entry.temperatures
-    name = f"'{entry.name}' (serial {entry.serial})"
-    why = ""
-    if entry.kind != "thermometer":
-        why = f"{name} is a {entry.kind}, not a thermometer."
-    elif datetime.fromisoformat(used.use.due_utc) <= now:
-        why = f"The certificate of {name} expired on {used.use.due_utc[:10]}."
-    elif not low <= celsius <= high:
-        why = f"The certificate of {name} covers {low:g} to {high:g} °C, not {celsius:g} °C."
-    if why:
-        raise InputError(
-            "temperature.thermometer", why, "Read another calibrated thermometer of the register."
-        )
-    return stated_temperature(celsius, entry.expanded, f"{entry.name}, serial {entry.serial}")
 
 
 def used_bar(bar: LengthBar) -> UsedArtefact:

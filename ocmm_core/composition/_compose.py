@@ -5,9 +5,10 @@ from __future__ import annotations
 import os
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from datetime import timedelta
+from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
+from ocmm_core.acceptance import thermometer_log
 from ocmm_core.acquisition.frames import SourceDescription
 from ocmm_core.acquisition.recording import FrameHistory, FrameRecorder
 from ocmm_core.calibration.records import CalibrationInUse, ProbeInUse
@@ -146,6 +147,11 @@ def _built(request: StationRequest, plan: Plan, begun: JobFile | None) -> BuiltS
                 follow=_repeating(feed, request.stay, lambda: _missing(station, there)),
                 pause=timedelta(hours=request.check_after_h),
                 stream=request.stream,
+                room_log=(
+                    thermometer_log(request.thermometers, datetime.now(UTC))
+                    if request.thermometers
+                    else None
+                ),
                 plan_file=request.plan if begun is None else None,
                 released_only=request.released_only,
                 simulated=feed.description.simulated,

@@ -87,6 +87,8 @@ class StationRequest:
     """Refuse unreleased plans, even if the settings allow them."""
     stream: StreamOptions | None = None
     room: TypedRoom = field(default_factory=TypedRoom)
+    thermometers: str = ""
+    """Ids of registered thermometers that are logged in each job, with commas."""
 
 
 _STOP_S = 3.0

@@ -1,34 +1,34 @@
-"""Threads that compare the names of open files with the files themselves, also while idle."""
+"""Threads that run also while idle: names of open files, and thermometers."""
 
 from __future__ import annotations
 
 import threading
+import time
 from collections.abc import Callable, Mapping
 
+from ocmm_core.acceptance import LoggedTemperature, ThermometerLog
 from ocmm_core.errors import OcmmError
+from ocmm_core.inspection.session import InspectionSession
 from ocmm_core.station._faults import StationFaults
 
 _EVERY_S = 0.25
 """Well below the second after which a loss must be shown."""
 
+_READ_S, _LOOK_S = 10.0, 0.5
+"""Between readings of thermometers; from the end of a feature to its stored reading."""
+
 JOB = "The job file"
 HISTORY = "The history of the calibration"
 PROBE = "The history of the probe"
+_ROOM = "The log of the thermometers"
 
 
-class NameWatch:
-    """Make the station FAILED when a file is no longer on the disk under its name.
+class _PollingThread:
+    """Thread that calls `_run` until it is closed."""
 
-    `checks`: return why a file is lost, or None, by its part of the station; a slow check delays
-    later ones. `faults`: stores and reports the loss.
-    """
-
-    def __init__(
-        self, checks: Mapping[str, Callable[[], OcmmError | None]], faults: StationFaults
-    ) -> None:
-        self._checks, self._faults = checks, faults
+    def __init__(self, name: str) -> None:
         self._stop = threading.Event()
-        self._thread = threading.Thread(target=self._run, name="ocmm-names")
+        self._thread = threading.Thread(target=self._run, name=name)
 
     def start(self) -> None:
         self._thread.start()
@@ -38,6 +38,23 @@ class NameWatch:
         self._stop.set()
         if self._thread.ident is not None:
             self._thread.join()
+
+    def _run(self) -> None:
+        raise NotImplementedError
+
+
+class NameWatch(_PollingThread):
+    """Make the station FAILED when a file is no longer on the disk under its name.
+
+    `checks`: return why a file is lost, or None, by its part of the station; a slow check delays
+    later ones. `faults`: stores and reports the loss.
+    """
+
+    def __init__(
+        self, checks: Mapping[str, Callable[[], OcmmError | None]], faults: StationFaults
+    ) -> None:
+        super().__init__("ocmm-names")
+        self._checks, self._faults = checks, faults
 
     def _run(self) -> None:
         while not self._stop.wait(_EVERY_S):
@@ -50,3 +67,45 @@ class NameWatch:
                 if error is not None:
                     # Continue, to retry a rescue that no folder accepted.
                     self._faults.fail(error, part)
+
+
+class RoomWatch(_PollingThread):
+    """Store readings of thermometers, or why they are suspect, in the job in use.
+
+    `change`: applies an action to the session of that job.
+    """
+
+    def __init__(
+        self,
+        log: ThermometerLog,
+        change: Callable[[Callable[[InspectionSession], object]], None],
+        faults: StationFaults,
+    ) -> None:
+        super().__init__("ocmm-room")
+        self._log, self._change, self._faults = log, change, faults
+        self._newest: LoggedTemperature | None = None
+
+    def start(self) -> None:
+        """Store a first reading, which so precedes the first point, and continue to log."""
+        self._look()
+        super().start()
+
+    def _run(self) -> None:
+        read_s = time.monotonic()
+        while not self._stop.wait(_LOOK_S):
+            if time.monotonic() - read_s >= _READ_S:
+                self._newest, read_s = None, time.monotonic()
+            self._look()
+        self._look()
+
+    def _look(self) -> None:
+        try:
+            if self._newest is None:
+                read = self._log.sample()
+                # The first thermometer counts, unless any of them is suspect.
+                self._newest = next((one for one in read if one.doubt), read[0])
+            newest = self._newest
+            self._change(lambda session: session.conditions.note_logged(newest))
+        except Exception as error:
+            self._faults.note(error, _ROOM)
+            self._stop.set()

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from datetime import timedelta
 from pathlib import Path
 
+from ocmm_core.acceptance import ThermometerLog
 from ocmm_core.inspection.evaluation import SessionOptions
 from ocmm_core.station._probe_watch import PAUSE
 from ocmm_core.station._touches import Intent
@@ -28,6 +29,8 @@ class StationOptions:
     pause: timedelta = PAUSE
     """Time without a point or a check after which the tip must be checked."""
     stream: StreamOptions | None = None
+    room_log: ThermometerLog | None = None
+    """Thermometers logged in each job; None if none."""
     plan_file: Path | None = None
     """Path of the plan, next to its pictures; None if unknown."""
     released_only: bool = False

@@ -31,7 +31,7 @@ from ocmm_core.station._job_change import JobChange
 from ocmm_core.station._live import LiveState
 from ocmm_core.station._looks import Looks
 from ocmm_core.station._maintenance import StationMaintenance
-from ocmm_core.station._name_watch import HISTORY, JOB, PROBE, NameWatch
+from ocmm_core.station._name_watch import HISTORY, JOB, PROBE, NameWatch, RoomWatch
 from ocmm_core.station._open_job import CurrentJob, Gear, PartLoader, PlanInUse, open_job
 from ocmm_core.station._options import StationOptions
 from ocmm_core.station._reports import Reports
@@ -86,7 +86,14 @@ class MeasuringStation:
         self.faults = faults = StationFaults(halt, current)
         self.events = events = StationEvents(faults)
         job_name = {JOB: lambda: current.now.file.check_name()}
-        self._watches = NameWatch(job_name, faults), NameWatch(self._checks(gear), faults)
+        self._watches: list[NameWatch | RoomWatch] = [
+            NameWatch(job_name, faults),
+            NameWatch(self._checks(gear), faults),
+        ]
+        if options.room_log is not None:
+            self._watches.append(
+                RoomWatch(options.room_log, lambda verb: self.job.change(verb), faults)
+            )
         bus = BusWatch(ring) if options.live_source else None
         live = LiveState(gear.rig, gear.body, session.point, bus, gear.reference)
         objects = None

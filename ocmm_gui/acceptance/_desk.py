@@ -182,31 +182,46 @@ class AcceptanceDesk(GuidedStack):
         offer, chosen = self.procedures[start.row()], start.artefact()
         if chosen is not None and chosen.refusal:
             raise InputError("acceptance.artefact", chosen.refusal, "")
-        given = Conditions(
-            who=start.value("who"), place=start.value("place"), customer=start.value("customer"),
-            condition=start.chosen_condition(), temperature=self._temperature(),
-            air=RoomAir.read(start.value("humidity"), start.value("pressure")),
-        )  # fmt: skip
+        warm = self._temperature()
         used, now = () if chosen is None else (chosen.used,), self._clock()
-        return lambda: self.bench.begin(offer, used, given, now)
+        air = RoomAir.read(start.value("humidity"), start.value("pressure"))
+        who, place, customer = (start.value(key) for key in ("who", "place", "customer"))
+        condition = start.chosen_condition()
+
+        def begin() -> AcceptanceProcedure:
+            given = Conditions(
+                who=who, place=place, customer=customer, condition=condition, temperature=warm(),
+                air=air,
+            )  # fmt: skip
+            return self.bench.begin(offer, used, given, now)
+
+        return begin
 
     def _typed(self) -> Temperature | None:
         keys = ("temperature", "thermometer")
+        if not self.start.value("temperature").strip():
+            return None
         return temperature({key: self.start.value(key) for key in keys}, self._clock())
 
-    def _temperature(self) -> Temperature:
-        typed = self._typed()
-        if typed is None:
-            raise InputError(
-                "acceptance.temperature", "No temperature given.",
-                "Measure the room and enter it in 'Room, °C'.",
-            )  # fmt: skip
-        return typed
+    def _temperature(self) -> Callable[[], Temperature]:
+        """Return what gives the temperature: a thermometer may take seconds to read."""
+        typed, stated, now = self._typed(), self.start.value("thermometer"), self._clock()
+
+        def read() -> Temperature:
+            found = typed or temperature({"thermometer": stated}, now)
+            if found is None:
+                raise InputError(
+                    "acceptance.temperature", "No temperature given.",
+                    "Measure the room and enter it in 'Room, °C'.",
+                )  # fmt: skip
+            return found
+
+        return read if stated.strip() and typed is None else _constant(read())
 
     def _resume(self, path: Path) -> None:
         def wanted() -> Callable[[], AcceptanceProcedure]:
             warm = self._temperature()
-            return lambda: self.bench.resume(path, warm)
+            return lambda: self.bench.resume(path, warm())
 
         self._make(wanted)
 
@@ -284,3 +299,7 @@ def _planned(seen: Seen) -> Planned:
 
 def _look_away(_block: FrameBlock) -> None:
     """Watch nothing."""
+
+
+def _constant(given: Temperature) -> Callable[[], Temperature]:
+    return lambda: given

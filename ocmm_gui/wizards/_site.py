@@ -273,8 +273,10 @@ def table_values(key: str, options: TableOptions) -> dict[str, str]:
 
 
 def temperature(values: Mapping[str, str], now: datetime) -> Temperature | None:
-    """Return the temperature of a form with the uncertainty of its thermometer; None if empty."""
+    """Return the temperature of a form with the uncertainty of its thermometer; None if empty.
+
+    Without a typed number, a thermometer of the register is read by its source.
+    """
     text, stated = values.get("temperature", ""), values.get("thermometer", "")
-    if not text.strip():
-        return None
-    return read_temperature(read_number(TEMPERATURE, text), stated, now)
+    celsius = read_number(TEMPERATURE, text) if text.strip() else None
+    return read_temperature(celsius, stated, now)

@@ -158,7 +158,8 @@ class Wizard(GuidedStack):
         """Start a session, after the tables that it reads were shown and accepted."""
         try:
             named(values)
-            temperature(values, self._clock())
+            if values.get("temperature", "").strip():
+                temperature(values, self._clock())
         except OcmmError as error:
             self._refuse(error)
             return

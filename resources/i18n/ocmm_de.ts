@@ -8096,8 +8096,8 @@ Startet: {source}</translation>
         <translation>Zahlen und Gründe</translation>
     </message>
     <message>
-        <source>Of the room; empty if not measured</source>
-        <translation>Des Raums; leer, wenn nicht gemessen</translation>
+        <source>Of the room; empty: the thermometer is read</source>
+        <translation>Des Raums; leer: das Thermometer wird ausgelesen</translation>
     </message>
     <message>
         <source>Thermometer U, K</source>

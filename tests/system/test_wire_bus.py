@@ -129,6 +129,17 @@ def test_alarms_name_camera_port_and_cause_and_an_end_is_no_emergency() -> None:
     assert any("computer" in what for _camera, what, _remedy in seen["bus.host_busy"])
 
 
+def test_names_a_master_that_starts_later_and_takes_no_frame_meanwhile() -> None:
+    """Within a second, be it silent or not; the limit is part of the requirement."""
+    seen = play("second_master")
+    assert not [each for each in seen["before"] if "master" in each]
+    for name in ("silent", "sends"):
+        after_s, reason, alarm = seen[name]
+        assert (after_s < 1.0, alarm, seen[f"{name} frames"]) == (True, "bus.second_master", 0)
+        assert "The program 'python" in reason
+        assert "uses interface 'wire0' as an EtherCAT master" in reason
+
+
 def test_interfaces_that_cannot_be_the_bus_are_refused() -> None:
     seen = play("interfaces")
     assert {name[:8]: answer[0] for name, answer in seen.items()} == {

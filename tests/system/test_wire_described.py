@@ -18,6 +18,7 @@ from ocmm_core.documents import resource
 from ocmm_core.fieldbus.described import Clock, load_device
 from ocmm_core.inspection.plan import load_plan
 from ocmm_core.simulation.scene import VirtualRig
+from tests.bit_device import bit_device
 from tests.host import HANG_S, private_network
 from tests.short_plan import wire_plan_in
 
@@ -32,7 +33,7 @@ _SEARCHED = 2000
 def rig_with(device: str, folder: Path) -> Path:
     """Return the recommended rig, whose cameras are those of a description."""
     text = resource("rigs", "recommended.toml").read_text()
-    path = folder / f"rig-{device}.toml"
+    path = folder / f"rig-{Path(device).stem}.toml"
     path.write_text(
         text.replace("\nheight_px = 2048\n", f'\nheight_px = 2048\ndevice = "{device}"\n')
     )
@@ -43,13 +44,15 @@ def rig_with(device: str, folder: Path) -> Path:
 @pytest.mark.parametrize(
     ("name", "tolerance_px"),
     # Single precision of some 12 mm, and half a step of 1/256 px; then the wire's own 2^-16.
-    [("thesis-camera", 1e-4), ("plain-spots", 1 / 512)],
+    [("thesis-camera", 1e-4), ("plain-spots", 1 / 512), ("./bits.toml", 1 / 512)],
 )
 def test_a_described_camera_gives_out_what_its_sensor_saw(
     name: str, tolerance_px: float, tmp_path: Path
 ) -> None:
     private_network()
-    path, device = rig_with(name, tmp_path), load_device(name)
+    bit_device(tmp_path)
+    path = rig_with(name, tmp_path)
+    device = load_device(name, path)
     request = StationRequest(plan=PLAN, out=tmp_path, rig=path, source="ethercat:virtual", seed=4)
     feed = make_feed(request, load_plan(PLAN), load_rig(path))
     blocks: list[FrameBlock] = []

@@ -399,11 +399,56 @@ def stalled() -> dict[str, Any]:
         source.close()
 
 
+_STRANGERS = {
+    # Opens the interface and keeps quiet.
+    "silent": "import pysoem, sys; m = pysoem.Master(); m.open(sys.argv[1]); print('open', "
+    "flush=True); sys.stdin.read()",
+    # Configures the cameras and sends process data.
+    "sends": "import pysoem, sys\nm = pysoem.Master(); m.open(sys.argv[1]); print('open', "
+    "flush=True)\nwhile m.config_init() <= 0: pass\nm.config_map()\n"
+    "while True: m.send_processdata(); m.receive_processdata(2000)",
+}
+
+
+def second_master() -> dict[str, Any]:
+    """Start masters of other processes on the interface of a running bus, and end them."""
+    serve(cameras(LEFT, RIGHT))
+    source = EthercatSource(settings(LEFT, RIGHT))
+    seen: dict[str, Any] = {}
+    try:
+        source.open()
+        before, _ = read_for(source, 1.0)
+        seen["before"] = sorted({cycle.reason for cycle in before if cycle.frames is None})
+        for name, program in _STRANGERS.items():
+            with subprocess.Popen(
+                [sys.executable, "-c", program, HOST],
+                stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True,
+            ) as other:  # fmt: skip
+                assert other.stdout is not None
+                os.set_blocking(other.stdout.fileno(), False)
+                while not other.stdout.readline():
+                    source.read()
+                begin, reasons = time.monotonic(), []
+                while "as an EtherCAT master" not in (reasons or [""])[-1]:
+                    reasons.append(source.read().reason)
+                    assert time.monotonic() - begin < _LATE_S, sorted(set(reasons))
+                seen[name] = [time.monotonic() - begin, reasons[-1], source.report.alarm]
+                during, _ = read_for(source, 0.3)
+                seen[f"{name} frames"] = sum(cycle.frames is not None for cycle in during)
+                other.kill()
+            end = time.monotonic() + _LATE_S
+            while source.read().frames is None or source.report.alarm:
+                assert time.monotonic() < end, source.report.message
+        return seen
+    finally:
+        source.close()
+
+
 SCENARIOS: dict[str, Callable[[], dict[str, Any]]] = {
     scenario.__name__: scenario
     for scenario in (
         run, drop, refusals, alarms, interfaces, objects, late_objects, killed, frozen, restarted,
-        stalled,
+        second_master, stalled,
     )
 }  # fmt: skip
 

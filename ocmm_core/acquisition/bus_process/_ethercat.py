@@ -38,7 +38,7 @@ from ocmm_core.fieldbus.described import Role
 from ocmm_core.fieldbus.device import INPUT_DTYPE, decode_spots
 from ocmm_core.fieldbus.objects import ObjectService, RequestPort, Thermometer
 from ocmm_core.fieldbus.report import Alarm, BusPhase, BusReport, encode_report, pace_words
-from ocmm_core.fieldbus.wire import HostTime, is_virtual_cable, is_virtual_interface
+from ocmm_core.fieldbus.wire import HostTime, MasterWatch, is_virtual_cable, is_virtual_interface
 
 _FOREIGN_NS = 20_000_000
 """Cycles are refused for this long after a frame of another master."""
@@ -99,6 +99,7 @@ class EthercatSource:
         self._objects = ObjectService(self._thermometer, names)
         self._bus = CameraBus(settings, self._objects, self._time)
         self._accounts = BusAccounts(settings, notes)
+        self._masters = MasterWatch((settings.interface, settings.redundant_interface))
         self._supervisor = Supervisor(self._time.now_ns())
         self._exposures = ExposureCount(len(names))
         self._records: list[CameraPast] = []
@@ -191,7 +192,8 @@ class EthercatSource:
         late = self._time.now_ns() > pacer.deadline_ns
         if clock.known:
             pacer.follow(clock, self._bus.schedule.start_ns + _PHASE_NS)
-        fault = self._second_master() or judge(answer, self._records, self._bus.schedule)
+        fault = judge(answer, self._records, self._bus.schedule)
+        fault = self._second_master(disturbed=fault is not None) or fault
         if fault is not None:
             self._bus.look_closer()
             return self._refuse(self._or_the_computer(fault, elapsed), elapsed)
@@ -205,8 +207,8 @@ class EthercatSource:
         if slow := pace_words(self._time.pace):
             self._note(Alarm.STRETCHED, slow, end_ns)
         if self._bus.redundancy_broken:
-            words = "The ring is open: the next cable fault stops measuring."
-            self._note(Alarm.REDUNDANCY, words, end_ns)
+            ring = "The ring is open: the next cable fault stops measuring."
+            self._note(Alarm.REDUNDANCY, ring, end_ns)
         if abs(clock.drift_ppm) > _DRIFT_LIMIT_PPM:
             words = f"The bus clock drifts {clock.drift_ppm:+.0f} ppm against this computer."
             self._note(Alarm.CLOCK_DRIFT, words, end_ns)
@@ -218,14 +220,16 @@ class EthercatSource:
             frames_lost=given.lost,
         )
 
-    def _second_master(self) -> CycleFault | None:
-        """Return the fault of a cycle with frames of another master."""
+    def _second_master(self, *, disturbed: bool) -> CycleFault | None:
+        """Return the fault of a cycle while another master is on the bus."""
+        program = self._masters.trouble(self._time.now_ns(), disturbed=disturbed)
+        if program:
+            return CycleFault(Trouble.BAD, Alarm.SECOND_MASTER, program)
         before, self._foreign = self._foreign, self._bus.foreign_frames
-        now_ns = self._time.now_ns()
         if self._foreign > before:
             # It may send less often than we do, and affects the cameras in between.
-            self._foreign_until_ns = now_ns + _FOREIGN_NS
-        elif now_ns >= self._foreign_until_ns:
+            self._foreign_until_ns = self._time.now_ns() + _FOREIGN_NS
+        elif self._time.now_ns() >= self._foreign_until_ns:
             return None
         words = f"Another master sends on the camera bus ({self._foreign} frames until now)."
         return CycleFault(Trouble.BAD, Alarm.SECOND_MASTER, words)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from datetime import UTC, datetime
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
@@ -69,7 +70,7 @@ def interim(
         procedure, artefact or [], source, rig, probe, calibrations, probes, tip, seed
     )
     base = tests_folder(folder, site)
-    warm = room_temperature(site, temperature, temperature_u)
+    warm = partial(room_temperature, site, temperature, temperature_u)
     history = InterimHistory(base)
     if history.doubt:
         console.print(say(history.doubt), style="yellow", highlight=False)
@@ -229,7 +230,7 @@ def run(
         procedure, artefact or [], source, rig, probe, calibrations, probes, tip, seed
     )
     base = tests_folder(folder, site)
-    warm = room_temperature(site, temperature, temperature_u)
+    warm = partial(room_temperature, site, temperature, temperature_u)
     found = run_test(
         site, base, console, temperature=warm, who=who, place=place, customer=customer,
         air=RoomAir.read(humidity, pressure),

@@ -137,6 +137,29 @@ def show(*, name: NameArgument, folder: FolderOption = None) -> None:
 
 
 @artefact_app.command()
+def read(
+    *,
+    name: Annotated[str, typer.Argument(help="Id of a thermometer; several with commas.")],
+    folder: FolderOption = None,
+) -> None:
+    """Read thermometers by their sources, and print what is doubtful.
+
+    Exit code 0: all readings may be used.
+    """
+    from ocmm_core.acceptance import thermometer_log
+
+    console = make_console(soft_wrap=True)
+    found = thermometer_log(name, datetime.now(UTC), folder).sample()
+    for one in found:
+        if one.sample is not None:
+            words = f"{one.id:12} {one.sample.celsius:.3f} °C, U {one.expanded:g} K (k = 2)"
+            console.print(f"{words}, {one.sample.utc:%Y-%m-%d %H:%M:%S} UTC", highlight=False)
+    for doubt in dict.fromkeys(one.doubt for one in found if one.doubt):
+        console.print(say(doubt), highlight=False, markup=False)
+    raise typer.Exit(1 if any(one.doubt for one in found) else 0)
+
+
+@artefact_app.command()
 def remove(*, name: NameArgument, who: WhoOption = "unnamed", folder: FolderOption = None) -> None:
     """Take an artefact out of the register; what was said of it stays in its file."""
     from ocmm_core.acceptance import ArtefactRegister

@@ -143,7 +143,7 @@ def run_test(
     base: Path,
     console: Console,
     *,
-    temperature: Temperature,
+    temperature: Callable[[], Temperature],
     who: str,
     place: str,
     customer: str,
@@ -181,7 +181,7 @@ def run_test(
         name = f"{stage.procedure.id}-{now.strftime('%Y%m%dT%H%M%S.%f')}.chain"
         session = AcceptanceSession.begin(
             base / "sessions" / name, stage, site.procedure_sha256, now,
-            temperature=temperature, who=who, place=place, customer=customer,
+            temperature=temperature(), who=who, place=place, customer=customer,
             condition=condition, calibration_artefacts=of_cameras,
             qualification_artefacts=of_tip, reserved=reserved_spots(folders), air=air,
         )  # fmt: skip
@@ -204,11 +204,13 @@ def run_test(
                 f"{lead('Retest   ')}{', '.join(say(one.name) for one in positions)}",
                 highlight=False,
             )
-    return session.finish(datetime.now(UTC), temperature)
+    return session.finish(datetime.now(UTC), temperature())
 
 
 def room_temperature(site: AcceptanceSite, celsius: float | None, stated: str) -> Temperature:
-    """Return the temperature of the room; a virtual room has 20 degrees unless one is typed.
+    """Return the temperature of the room, read again if its thermometer has a source.
+
+    A virtual room has 20 degrees unless one is typed.
 
     Raises InputError if a real room has none, or it lacks the uncertainty of its thermometer.
     """
@@ -259,7 +261,7 @@ class _Source:
         session: AcceptanceSession,
         site: AcceptanceSite,
         console: Console,
-        temperature: Temperature,
+        temperature: Callable[[], Temperature],
         speed: float,
         record: Path | None,
         force: bool,
@@ -300,7 +302,7 @@ class _Source:
 
             collector = PointCollector(
                 session, site.cameras.rig, site.probe.body,
-                temperature=lambda: self._temperature, told=told,
+                temperature=self._temperature, told=told,
                 keep=self._keep,
             )  # fmt: skip
             if origin_of(site.source) is Origin.VIRTUAL:

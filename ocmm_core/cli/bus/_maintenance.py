@@ -1,19 +1,24 @@
-"""``ocmm camera``: alias, errors, identification, firmware and conformance of one camera."""
+"""``ocmm camera``: alias, errors, firmware, conformance, and descriptions of other cameras."""
 
 from __future__ import annotations
 
 import subprocess
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import msgspec
 import typer
+from rich import box
+from rich.table import Table
 
 from ocmm_core.cli.bus._camera import bar, interruptible
 from ocmm_core.cli.bus._options import BusOption, CameraArgument, write_bytes
-from ocmm_core.cli.terminal import ForceOption, RigOption, make_console, say
+from ocmm_core.cli.terminal import ForceOption, RigOption, make_console, say, say_word
 from ocmm_core.composition import RECOMMENDED_RIG
-from ocmm_core.errors import BusError
+from ocmm_core.errors import BusError, InputError
+
+if TYPE_CHECKING:
+    from ocmm_core.fieldbus.described import Role
 
 _EXIT_RED, _EXIT_INCOMPLETE = 1, 3
 
@@ -93,6 +98,132 @@ def conform(
     raise typer.Exit(codes.get(report.outcome, 0))
 
 
+_Sends = Literal["pixels", "corrected mm, one step", "corrected mm, exact"]
+_Clock = Literal["distributed", "arrival"]
+
+
+def describe(
+    esi: Annotated[Path, typer.Argument(metavar="ESI.xml", help="ESI file of the maker.")],
+    *,
+    out: Annotated[Path | None, typer.Option("--out", help="New description, .toml.")] = None,
+    product: Annotated[str, typer.Option("--product", help="Product code, e.g. 0x1234.")] = "",
+    revision: Annotated[str, typer.Option("--revision", help="Revision, e.g. 0x10000.")] = "",
+    role: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--role",
+            help="ROLE=INDEX:SUB,... (x, y, intensity, valid, counter, time, button, heartbeat); "
+            "entries of spots in the order of the slots.",
+        ),
+    ] = None,
+    output: Annotated[
+        list[str] | None, typer.Option("--output", help="INDEX:SUB=VALUE sent in an output.")
+    ] = None,
+    sends: Annotated[_Sends | None, typer.Option("--sends", help="Unit of coordinates.")] = None,
+    step: Annotated[
+        float | None, typer.Option("--step", help="Px or mm of one step of a coordinate.")
+    ] = None,
+    clock: Annotated[_Clock | None, typer.Option("--clock", help="Exposure clock.")] = None,
+    doubt_ns: Annotated[
+        int | None, typer.Option("--doubt-ns", help="Uncertainty of exposure times, ns.")
+    ] = None,
+    cycle_ns: Annotated[int, typer.Option("--cycle-ns", help="Bus cycle, ns.")] = 1_000_000,
+    latency_ns: Annotated[
+        int, typer.Option("--latency-ns", help="End of exposure to new inputs, ns.")
+    ] = 0,
+) -> None:
+    """Convert the ESI file of another maker's camera to a device description.
+
+    The file contains places and types, not their meaning: roles, unit, step and clock are in the
+    manual of the camera. Without --out, the entries and the missing statements are listed.
+    """
+    from ocmm_core.fieldbus.described import (
+        Clock,
+        EsiStatements,
+        Sends,
+        choose_device,
+        describe_esi,
+        missing_statements,
+    )
+
+    device = choose_device(
+        esi,
+        _number("--product", product) if product else None,
+        _number("--revision", revision) if revision else None,
+    )
+    stated = EsiStatements(
+        roles={
+            _role(name): tuple(_key("--role", part) for part in keys.split(","))
+            for name, keys in (_halves("--role", one) for one in role or ())
+        },
+        constants={
+            _key("--output", key): _number("--output", value)
+            for key, value in (_halves("--output", one) for one in output or ())
+        },
+        sends=Sends(sends) if sends else None, step=step,
+        clock=Clock(clock) if clock else None, doubt_ns=doubt_ns, cycle_ns=cycle_ns,
+        latency_ns=latency_ns,
+    )  # fmt: skip
+    console = make_console(soft_wrap=True)
+    table = Table(
+        say_word("Object"), say_word("Entry"), say_word("Bits"), say_word("Type"), say_word("Name"),
+        title=f"{device.name}: {device.product:#010x}, {device.revision:#010x}",
+        box=box.SIMPLE_HEAD,
+    )  # fmt: skip
+    for pdo in (*device.inputs, *device.outputs):
+        for entry in pdo.entries if pdo.assigned else ():
+            key = entry.key if entry.index else say("gap")
+            table.add_row(f"{pdo.index:#06x}", key, str(entry.bits), entry.type, entry.name)
+    console.print(table)
+    for part in device.left_out:
+        console.print(say(f"Left out: {part}."), highlight=False, markup=False)
+    if out is not None:
+        write_bytes(out, describe_esi(device, stated).encode())
+        return
+    for sentence in missing_statements(device, stated):
+        console.print(say(sentence), highlight=False, markup=False)
+
+
+def _halves(option: str, text: str) -> tuple[str, str]:
+    name, equals, value = text.partition("=")
+    if not equals:
+        raise _error(option, text)
+    return name.strip().lower(), value.strip()
+
+
+def _role(name: str) -> Role:
+    from ocmm_core.fieldbus.described import Role
+
+    try:
+        return Role(name)
+    except ValueError:
+        raise _error("--role", name) from None
+
+
+def _key(option: str, text: str) -> str:
+    """Return an entry in the form of the table."""
+    index, colon, sub = text.strip().partition(":")
+    try:
+        return f"{int(index, 16):#06x}:{int(sub if colon else '0', 16):02x}"
+    except ValueError:
+        raise _error(option, text) from None
+
+
+def _number(option: str, text: str) -> int:
+    try:
+        return int(text, 0)
+    except ValueError:
+        raise _error(option, text) from None
+
+
+def _error(option: str, text: str) -> InputError:
+    return InputError(
+        "esi.option",
+        f"{option}: {text[:60]!r} cannot be read.",
+        "Write roles like x=0x6000:01,0x6000:03, outputs like 0x7000:01=5, codes like 0x1234.",
+    )
+
+
 camera_app = typer.Typer(
     no_args_is_help=True,
     help="Maintain one camera: alias, errors, identification, firmware.\n\n'alias' and 'firmware' "
@@ -101,6 +232,7 @@ camera_app = typer.Typer(
 
 
 camera_app.command()(conform)
+camera_app.command()(describe)
 
 
 @camera_app.command()

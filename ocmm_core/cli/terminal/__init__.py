@@ -55,6 +55,7 @@ if TYPE_CHECKING:
         TemperatureOption,
         TemperatureSigmaOption,
         TemperatureUOption,
+        ThermometerOption,
         TipOption,
         UncalibratedOption,
     )
@@ -85,7 +86,7 @@ else:
             "SeedOption "
             "SourceOption SpeedOption StreamCertOption StreamHostOption StreamKeyOption "
             "StreamOption StreamTokenOption TemperatureOption TemperatureSigmaOption "
-            "TemperatureUOption TipOption UncalibratedOption"
+            "TemperatureUOption ThermometerOption TipOption UncalibratedOption"
         ),
         _pictures="encoder_for",
         _shown="shown",
@@ -104,7 +105,8 @@ __all__ = [
     "ProbeOption", "ProbeTemperatureOption", "ProbesOption", "ReferenceOption", "RigOption",
     "RoomOption", "SeedOption", "SkipOption", "SourceOption", "SpeedOption", "StreamCertOption",
     "StreamHostOption", "StreamKeyOption", "StreamOption", "StreamTokenOption", "TableUnitOption",
-    "TemperatureOption", "TemperatureSigmaOption", "TemperatureUOption", "TipOption",
+    "TemperatureOption", "TemperatureSigmaOption", "TemperatureUOption", "ThermometerOption",
+    "TipOption",
     "UncalibratedOption", "bending", "computing", "encoder_for", "heads", "histogram", "label",
     "language", "lead", "make_console", "nice_limit", "page", "points_in_space",
     "print_table_account", "progress_line", "read_typed_numbers", "say", "say_later", "say_word",

@@ -104,7 +104,12 @@ ProbeTemperatureOption = Annotated[
 ]
 
 TemperatureOption = Annotated[
-    float | None, typer.Option("--temperature", help="Ambient temperature, degrees Celsius.")
+    float | None,
+    typer.Option(
+        "--temperature",
+        help="Ambient temperature, degrees Celsius; default: read the thermometer of "
+        "--temperature-u.",
+    ),
 ]
 TemperatureUOption = Annotated[
     str,
@@ -115,6 +120,14 @@ TemperatureUOption = Annotated[
 ]
 RoomOption = Annotated[
     str, typer.Option("--room", help="Temperature of the room, °C: a number or a range.")
+]
+ThermometerOption = Annotated[
+    str,
+    typer.Option(
+        "--thermometer",
+        help="Id of a registered thermometer with a source (several with commas): its readings "
+        "are logged in the job.",
+    ),
 ]
 HumidityOption = Annotated[str, typer.Option("--humidity", help="Of the air, %.")]
 PressureOption = Annotated[str, typer.Option("--pressure", help="Of the air, hPa.")]

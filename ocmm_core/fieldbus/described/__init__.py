@@ -4,8 +4,9 @@ In: a document `ocmm.device/1` and the bytes of such a camera. Out: inputs in th
 cameras, and a list of what the camera cannot prove.
 
 Start with `_device_file` (document), `_device_check` and `_device_places` (its checks), `_proof`
-(missing proofs and their cost), `_process_image` (process data layout), `_lens` (corrected
-millimetres back to pixels), `_translator` (conversion of inputs).
+(missing proofs and their cost), `_esi_reader` and `_esi_conversion` (descriptions from ESI files),
+`_process_image` (process data layout), `_lens` (corrected millimetres back to pixels),
+`_translator` (conversion of inputs).
 It must not import sockets or cycles.
 """
 
@@ -26,6 +27,12 @@ if TYPE_CHECKING:
         Sends,
         StartUp,
     )
+    from ocmm_core.fieldbus.described._esi_conversion import (
+        EsiStatements,
+        describe_esi,
+        missing_statements,
+    )
+    from ocmm_core.fieldbus.described._esi_reader import EsiDevice, choose_device
     from ocmm_core.fieldbus.described._lens import corrected_from_pixels, pixels_from_corrected
     from ocmm_core.fieldbus.described._process_image import ProcessImage
     from ocmm_core.fieldbus.described._proof import (
@@ -47,6 +54,8 @@ else:
         __name__,
         _device_check="load_device",
         _device_file="Clock DeviceDescription Entry ProcessObject Role Sends StartUp",
+        _esi_conversion="EsiStatements describe_esi missing_statements",
+        _esi_reader="EsiDevice choose_device",
         _lens="corrected_from_pixels pixels_from_corrected",
         _process_image="ProcessImage",
         _proof=(
@@ -57,9 +66,9 @@ else:
     )
 
 __all__ = [
-    "UNPROVEN_CAMERAS", "AllowedBy", "Clock", "DeviceDescription", "Doubt", "Entry",
-    "InputTranslator", "ProcessImage", "ProcessObject", "Role", "Sends", "StartUp", "Timing",
-    "age_doubts", "corrected_from_pixels", "doubt_line", "doubt_sentences", "doubts_by_name",
-    "doubts_of", "load_device", "pixels_from_corrected", "refuse_coarse", "refuse_unproven",
-    "resting_doubt_mm",
+    "UNPROVEN_CAMERAS", "AllowedBy", "Clock", "DeviceDescription", "Doubt", "Entry", "EsiDevice",
+    "EsiStatements", "InputTranslator", "ProcessImage", "ProcessObject", "Role", "Sends", "StartUp",
+    "Timing", "age_doubts", "choose_device", "corrected_from_pixels", "describe_esi", "doubt_line",
+    "doubt_sentences", "doubts_by_name", "doubts_of", "load_device", "missing_statements",
+    "pixels_from_corrected", "refuse_coarse", "refuse_unproven", "resting_doubt_mm",
 ]  # fmt: skip

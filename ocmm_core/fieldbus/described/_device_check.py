@@ -5,10 +5,14 @@ from __future__ import annotations
 import math
 from pathlib import Path
 
+import msgspec
+
 from ocmm_core.documents import load_document, resource
 from ocmm_core.errors import InputError
 from ocmm_core.fieldbus.described._device_file import (
     FORMATS,
+    LONGEST_BITS,
+    MOST_BITS,
     SCHEMA,
     Clock,
     DeviceDescription,
@@ -30,9 +34,9 @@ _IN_ROLES = set(Role) - {Role.HEARTBEAT, Role.CONSTANT}
 _OUT_ROLES = {Role.HEARTBEAT, Role.CONSTANT}
 _OF_SPOTS = {Role.X, Role.Y, Role.INTENSITY}
 _WHOLE = {Role.VALID, Role.COUNTER, Role.TIME, Role.BUTTON}
+_SHORTEST_BITS = {Role.TIME: 32, Role.COUNTER: 8}
+"""A bus time or counter with an earlier overflow proves no order."""
 _LONG_NAME = 60
-_TIME_BYTES = 4
-"""A bus time with an earlier overflow proves no order."""
 _SHORTEST_NS = 50_000
 """Between two exposures."""
 
@@ -128,7 +132,7 @@ def _check(path: Path, device: DeviceDescription) -> None:
         check_objects(path, what, device)
         for pdo in objects:
             for entry in pdo.entries:
-                _check_entry(path, what, entry, roles)
+                _check_entry(path, what, entry, roles, device.slots)
     image = ProcessImage(device)
     _check_roles(path, device, image)
     _check_order(path, device, image)
@@ -137,29 +141,51 @@ def _check(path: Path, device: DeviceDescription) -> None:
     check_memory(path, device, image)
 
 
-def _check_entry(path: Path, field: str, entry: Entry, roles: set[Role]) -> None:
+def _check_entry(path: Path, field: str, entry: Entry, roles: set[Role], n_slots: int) -> None:
     where = f"{path}: field '{field}', entry {entry.index:#06x}:{entry.sub:02x}"
-    check_index(path, field, entry.index)
+    if not entry.is_gap:
+        check_index(path, field, entry.index)
+    elif entry.sub or entry.role != (Role.IGNORED,):
+        raise InputError(
+            "device.field",
+            f"{where} has the index 0, which only pads, but a sub-index or a role.",
+            "Give a gap sub = 0 and the role 'ignored', or correct the index.",
+        )
+    _check_width(where, entry)
+    if entry.slot < -1 or entry.slot >= n_slots or (entry.slots and entry.slot >= 0):
+        raise InputError(
+            "device.field",
+            f"{where} has slot = {entry.slot}, but the camera has the slots 0 to {n_slots - 1}, "
+            "and slots = true means all of them.",
+            "Give one slot, or slots = true.",
+        )
     if not entry.role:
         raise InputError("device.field", f"{where} has no role.", "Say what it is, or 'ignored'.")
     for role in entry.role:
-        if role not in roles:
+        if role not in roles and not entry.is_gap:
             raise InputError(
                 "device.field",
                 f"{where} has the role '{role}', which is none of {field}.",
                 f"Give one of {', '.join(sorted(roles))}.",
             )
-        if role in _OF_SPOTS and not entry.slots:
+        if role in _OF_SPOTS and not entry.is_of_slots:
             raise InputError(
                 "device.field",
                 f"{where} is of a spot ('{role}') but not for each slot.",
                 "Set slots = true.",
             )
-        if role not in _OF_SPOTS and role is not Role.IGNORED and entry.slots:
+        per_slot = role in _OF_SPOTS or role in (Role.VALID, Role.IGNORED)
+        if entry.is_of_slots and not per_slot:
             raise InputError(
                 "device.field",
                 f"{where} is for each slot, but '{role}' is of all spots together.",
-                "Set slots = false.",
+                "Set slots = false and slot = -1.",
+            )
+        if role is Role.VALID and not entry.is_of_slots and entry.width < n_slots:
+            raise InputError(
+                "device.field",
+                f"{where} has {entry.width} bit(s) for {n_slots} slots.",
+                "Give a bit for each slot, or one entry 'valid' for each slot.",
             )
         if (role in _WHOLE or role in _OUT_ROLES) and FORMATS[entry.type][1] == "f":
             raise InputError(
@@ -169,9 +195,27 @@ def _check_entry(path: Path, field: str, entry: Entry, roles: set[Role]) -> None
             )
 
 
+def _check_width(where: str, entry: Entry) -> None:
+    """Refuse lengths that do not suit the type."""
+    whole = msgspec.structs.replace(entry, bits=0).width
+    unused = all(role is Role.IGNORED for role in entry.role)
+    raw = entry.type == "BITS"
+    most = LONGEST_BITS if raw and unused else whole
+    if FORMATS[entry.type][1] == "f" or entry.type == "BOOL":
+        most = 0
+    if not (1 if raw else 0) <= entry.bits <= most:
+        raise InputError(
+            "device.field",
+            f"{where} is a {entry.type} with bits = {entry.bits}.",
+            f"Give {'1' if raw else '0'} to {most}; BITS takes any length up to {MOST_BITS}, and "
+            f"up to {LONGEST_BITS} if it is ignored.",
+        )
+
+
 def _check_roles(path: Path, device: DeviceDescription, image: ProcessImage) -> None:
     placed = [entry for _index, entries in image.inputs for entry in entries]
-    for role in (Role.X, Role.Y):
+    per_slot = (Role.X, Role.Y, *((Role.VALID,) if image.is_of_slots(Role.VALID) else ()))
+    for role in per_slot:
         found = sorted((one.exposure, one.slot) for one in placed if one.role is role)
         wanted = [(e, s) for e in range(device.exposures) for s in range(device.slots)]
         if found != wanted:
@@ -179,10 +223,11 @@ def _check_roles(path: Path, device: DeviceDescription, image: ProcessImage) -> 
                 "device.field",
                 f"{path}: field 'inputs' has {len(found)} numbers '{role}', but {device.exposures} "
                 f"exposure(s) of {device.slots} slot(s) need {len(wanted)}, each once.",
-                "Map both coordinates of every slot of every exposure.",
+                "Map both coordinates, and 'valid' if it is of single slots, of every slot of "
+                "every exposure.",
             )
-    for role in _OF_SPOTS:
-        types = {one.type for one in placed if one.role is role}
+    for role in (*_OF_SPOTS, Role.VALID):
+        types = {f"{one.type} of {one.bits} bits" for one in placed if one.role is role}
         if len(types) > 1:
             raise InputError(
                 "device.field",
@@ -202,7 +247,7 @@ def _check_order(path: Path, device: DeviceDescription, image: ProcessImage) -> 
     """Refuse fields that seem to prove age or order but do not."""
     placed = [entry for _index, entries in image.inputs for entry in entries]
     for role in _WHOLE:
-        places = [one.exposure for one in placed if one.role is role]
+        places = [one.exposure for one in placed if one.role is role and one.slot < 0]
         if len(places) != len(set(places)) or (-1 in places and len(places) > 1):
             raise InputError(
                 "device.field",
@@ -217,10 +262,12 @@ def _check_order(path: Path, device: DeviceDescription, image: ProcessImage) -> 
             "exposes at no time of the bus clock.",
             "Give it the role 'ignored', or clock = \"distributed\".",
         )
-    if times and min(one.size for one in times) < _TIME_BYTES:
-        raise InputError(
-            "device.field",
-            f"{path}: field 'inputs' has a number 'time' of {times[0].size} byte(s), but it takes "
-            f"{_TIME_BYTES} at least to tell the cycles apart.",
-            "Give it the role 'ignored'.",
-        )
+    for role, least in _SHORTEST_BITS.items():
+        shortest = min((one.bits for one in placed if one.role is role), default=least)
+        if shortest < least:
+            raise InputError(
+                "device.field",
+                f"{path}: field 'inputs' has a number '{role}' of {shortest} bits, but it takes "
+                f"{least} at least to tell the cycles apart.",
+                "Give it the role 'ignored'.",
+            )

@@ -16,12 +16,17 @@ from ocmm_core.documents import Document
 
 SCHEMA = "ocmm.device/1"
 TypeName = Literal[
-    "SINT", "USINT", "INT", "UINT", "DINT", "UDINT", "LINT", "ULINT", "REAL32", "REAL64"
-]
+    "SINT", "USINT", "INT", "UINT", "DINT", "UDINT", "LINT", "ULINT", "REAL32", "REAL64", "BOOL",
+    "BITS",
+]  # fmt: skip
 FORMATS: dict[TypeName, str] = {
     "SINT": "<i1", "USINT": "<u1", "INT": "<i2", "UINT": "<u2", "DINT": "<i4", "UDINT": "<u4",
-    "LINT": "<i8", "ULINT": "<u8", "REAL32": "<f4", "REAL64": "<f8",
+    "LINT": "<i8", "ULINT": "<u8", "REAL32": "<f4", "REAL64": "<f8", "BOOL": "<u1", "BITS": "<u8",
 }  # fmt: skip
+MOST_BITS = 64
+"""Longest number; entries without a role may have `LONGEST_BITS`."""
+LONGEST_BITS = 255
+"""Longest entry of a mapping object, whose length is one byte."""
 
 
 class Sends(StrEnum):
@@ -52,7 +57,7 @@ class Role(StrEnum):
     INTENSITY = "intensity"
     """Spot brightness; zero means no spot."""
     VALID = "valid"
-    """Bit s: slot s holds a spot."""
+    """Bit s: slot s holds a spot; or one entry per slot, 0 without a spot."""
     COUNTER = "counter"
     """Increments at each renewal of the inputs."""
     TIME = "time"
@@ -69,12 +74,32 @@ class Entry(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tru
     index: int
     sub: int
     type: TypeName
-    """Little-endian on the wire."""
+    """Little-endian on the wire, lowest bit first; "BITS" is an unsigned number of `bits`."""
     role: tuple[Role, ...]
     """Roles; several roles are consecutive entries, such as x and y."""
     slots: bool = False
     """One entry per slot, consecutive."""
+    slot: int = -1
+    """The only slot of this entry, first 0; -1: see `slots`."""
+    bits: int = 0
+    """Length on the wire if shorter than the type; entries need not start on a byte."""
     value: int = 0
+
+    @property
+    def is_gap(self) -> bool:
+        """Return whether it only pads: index 0, as in a mapping object."""
+        return self.index == 0
+
+    @property
+    def width(self) -> int:
+        """Return the length of one entry, bits."""
+        whole = 1 if self.type == "BOOL" else 8 * np.dtype(FORMATS[self.type]).itemsize
+        return self.bits or whole
+
+    @property
+    def is_of_slots(self) -> bool:
+        """Return whether it belongs to single slots."""
+        return self.slots or self.slot >= 0
 
 
 class ProcessObject(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):

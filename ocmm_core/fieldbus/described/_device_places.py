@@ -19,6 +19,7 @@ from ocmm_core.fieldbus.described._process_image import MOST_BYTES, ProcessImage
 _RAM, _RAM_END = 0x1000, 0x3000
 _BUFFERS = 3
 """Controllers keep process data in three consecutive buffers."""
+_FEWEST_BITS = 8
 _SMALLEST_MAILBOX = 16
 """An SDO with headers."""
 _MOST = 0xFE
@@ -65,7 +66,7 @@ def check_places(path: Path, device: DeviceDescription, image: ProcessImage) -> 
     """Refuse duplicate or misplaced objects and entries."""
     seen: set[tuple[int, int]] = set()
     for _index, entries in (*image.inputs, *image.outputs):
-        for one in entries:
+        for one in (each for each in entries if each.index):
             if one.role is not Role.IGNORED and (one.index, one.sub) in seen:
                 raise InputError(
                     "device.field",
@@ -101,11 +102,19 @@ def check_places(path: Path, device: DeviceDescription, image: ProcessImage) -> 
 def check_values(path: Path, device: DeviceDescription) -> None:
     """Refuse values out of range of their type."""
     for each in device.start_up:
-        _check_value(path, "start_up", each.type, each.value)
+        if each.type == "BITS":
+            raise InputError(
+                "device.field",
+                f"{path}: field 'start_up' has a value of the type BITS, but objects are whole "
+                "bytes.",
+                "Give a type with a length of its own.",
+            )
+        whole = 8 * np.dtype(FORMATS[each.type]).itemsize
+        _check_value(path, "start_up", each.type, 1 if each.type == "BOOL" else whole, each.value)
     for pdo in device.outputs:
         for entry in pdo.entries:
             if Role.CONSTANT in entry.role:
-                _check_value(path, "outputs", entry.type, entry.value)
+                _check_value(path, "outputs", entry.type, entry.width, entry.value)
 
 
 def check_memory(path: Path, device: DeviceDescription, image: ProcessImage) -> None:
@@ -116,6 +125,14 @@ def check_memory(path: Path, device: DeviceDescription, image: ProcessImage) -> 
             f"{path}: the process data have {image.input_bytes} bytes in and "
             f"{image.output_bytes} out; at most {MOST_BYTES} each fit.",
             "Map less.",
+        )
+    filled = sum(one.bits for _index, entries in image.outputs for one in entries)
+    if filled < _FEWEST_BITS:
+        raise InputError(
+            "device.size",
+            f"{path}: the outputs have {filled} bits, and the master lets devices with fewer than "
+            f"{_FEWEST_BITS} share a byte.",
+            "Map more outputs, or a gap behind them if the device accepts one.",
         )
     out, out_bytes, into, in_bytes = device.mailbox
     if min(out_bytes, in_bytes) < _SMALLEST_MAILBOX:
@@ -154,15 +171,16 @@ def _farthest(device: DeviceDescription, pdo: ProcessObject) -> int:
     return (device.exposures - 1) * pdo.step if pdo.exposures else 0
 
 
-def _check_value(path: Path, field: str, kind: TypeName, value: float) -> None:
+def _check_value(path: Path, field: str, kind: TypeName, bits: int, value: float) -> None:
     form = np.dtype(FORMATS[kind])
     if form.kind == "f":
         return
-    limits = np.iinfo(form)
-    if value != round(value) or not limits.min <= value <= limits.max:
+    low = -(1 << (bits - 1)) if form.kind == "i" else 0
+    high = low + (1 << bits) - 1
+    if value != round(value) or not low <= value <= high:
         raise InputError(
             "device.field",
-            f"{path}: field '{field}' has the value {value:g}, but a {kind} is a whole number from "
-            f"{limits.min} to {limits.max}.",
+            f"{path}: field '{field}' has the value {value:g}, but a {kind} of {bits} bit(s) is a "
+            f"whole number from {low} to {high}.",
             "Correct value or type.",
         )

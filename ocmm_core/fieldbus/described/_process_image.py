@@ -1,4 +1,4 @@
-"""Process data of a described camera, as numpy structure and as mapping."""
+"""Process data of a described camera, as bits and as mapping."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from ocmm_core.fieldbus.described._device_file import (
     FORMATS,
+    MOST_BITS,
     DeviceDescription,
     Entry,
     ProcessObject,
@@ -22,14 +23,14 @@ MOST_BYTES = 1024
 """Inputs of one camera: four must fit into the process image of a bus."""
 _CODES: dict[TypeName, int] = {
     "SINT": 0x02, "USINT": 0x05, "INT": 0x03, "UINT": 0x06, "DINT": 0x04, "UDINT": 0x07,
-    "LINT": 0x15, "ULINT": 0x1B, "REAL32": 0x08, "REAL64": 0x11,
+    "LINT": 0x15, "ULINT": 0x1B, "REAL32": 0x08, "REAL64": 0x11, "BOOL": 0x01, "BITS": 0x00,
 }  # fmt: skip
 """ETG.1000.6, table 63."""
-_PACKED: dict[TypeName, str] = {
-    "SINT": "b", "USINT": "B", "INT": "h", "UINT": "H", "DINT": "i", "UDINT": "I",
-    "LINT": "q", "ULINT": "Q", "REAL32": "f", "REAL64": "d",
-}  # fmt: skip
+_PACKED: dict[TypeName, str] = {"REAL32": "<f", "REAL64": "<d"}
+_WINDOW = 8
+"""Bytes read at once: a number of 64 bits spans nine."""
 _SPOT = (Role.X, Role.Y, Role.INTENSITY)
+_OF_SLOTS = (*_SPOT, Role.VALID)
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,17 +45,27 @@ class PlacedEntry:
     exposure: int
     """`slot`, `exposure`: -1 if common to all."""
     at: int
-    """Offset, bytes."""
+    bits: int
+    """`at`, `bits`: offset and length, bits."""
     value: int
 
     @property
-    def size(self) -> int:
-        return np.dtype(FORMATS[self.type]).itemsize
+    def is_signed(self) -> bool:
+        return FORMATS[self.type][1] == "i"
+
+    @property
+    def limits(self) -> tuple[int, int]:
+        """Return the smallest and largest integer."""
+        return (
+            (-(1 << (self.bits - 1)), (1 << (self.bits - 1)) - 1)
+            if self.is_signed
+            else (0, (1 << self.bits) - 1)
+        )
 
     @property
     def mapping(self) -> int:
         """Return the word of the entry in a mapping object."""
-        return self.index << 16 | self.sub << 8 | 8 * self.size
+        return self.index << 16 | self.sub << 8 | self.bits
 
     @property
     def code(self) -> int:
@@ -71,54 +82,35 @@ class ProcessImage:
         self.input_bytes = _size(self.inputs)
         self.output_bytes = _size(self.outputs)
         self._all = [entry for _index, entries in self.inputs for entry in entries]
-        # Entries follow each other without gaps.
-        self._struct = struct.Struct("<" + "".join(_PACKED[entry.type] for entry in self._all))
-        self._places = {
-            role: tuple(
-                np.array(part)
-                for part in zip(
-                    *(
-                        (entry.exposure, entry.slot, entry.at)
-                        for entry in self._all
-                        if entry.role is role
-                    ),
-                    strict=True,
-                )
-            )
-            for role in _SPOT
-            if device.has(role)
+        self._of_slots = {
+            role: _Column.of([one for one in self._all if one.role is role and one.slot >= 0])
+            for role in _OF_SLOTS
+            if any(one.role is role and one.slot >= 0 for one in self._all)
         }
-        self._alike = {
-            role: next(entry.type for entry in self._all if entry.role is role)
-            for role in self._places
-        }
-        self._of_spots = np.array(
-            [
-                at
-                for one in self._all
-                if one.role in _SPOT
-                for at in range(one.at, one.at + one.size)
-            ],
-            np.int64,
-        )
+        mask = sum(((1 << one.bits) - 1) << one.at for one in self._all if one.role in _SPOT)
+        self._spot_mask = np.frombuffer(mask.to_bytes(self.input_bytes, "little"), np.uint8)
 
     @property
     def heartbeat(self) -> tuple[int, int]:
-        """Return offset and size of the cycle number in the outputs; (0, 0) if none."""
+        """Return offset and size of the cycle number in the outputs, bytes.
+
+        (0, 0) if none, or if it shares a byte with another entry.
+        """
         for _index, entries in self.outputs:
             for entry in entries:
-                if entry.role is Role.HEARTBEAT:
-                    return entry.at, entry.size
+                if entry.role is Role.HEARTBEAT and not (entry.at % 8 or entry.bits % 8):
+                    return entry.at // 8, entry.bits // 8
         return 0, 0
+
+    def is_of_slots(self, role: Role) -> bool:
+        """Return whether each slot has its own value of a role."""
+        return role in self._of_slots
 
     def numbers(self, content: bytes, role: Role) -> NDArray[np.float64]:
         """Return the numbers of a role of every spot, (exposures, slots)."""
-        exposures, slots, at = self._places[role]
-        form = np.dtype(FORMATS[self._alike[role]])
-        raw = np.frombuffer(content, np.uint8)
-        columns = raw[at[:, None] + np.arange(form.itemsize)]
+        column = self._of_slots[role]
         found = np.empty((self._device.exposures, self._device.slots))
-        found[exposures, slots] = np.ascontiguousarray(columns).view(form)[:, 0]
+        found[column.exposures, column.slots] = column.read(content)
         return found
 
     def number(self, content: bytes, role: Role, exposure: int = -1) -> int | None:
@@ -128,21 +120,22 @@ class ProcessImage:
         """
         for entry in self._all:
             if entry.role is role and entry.exposure in (exposure, -1):
-                raw = content[entry.at : entry.at + entry.size]
-                return int(np.frombuffer(raw, FORMATS[entry.type])[0])
+                whole = content[entry.at // 8 : (entry.at + entry.bits + 7) // 8]
+                value = int.from_bytes(whole, "little") >> entry.at % 8
+                return _wrapped(value, entry)
         return None
 
     def spot_bytes(self, content: bytes) -> bytes:
-        """Return only the bytes with spot positions and intensities."""
-        return np.frombuffer(content, np.uint8)[self._of_spots].tobytes()
+        """Return the inputs with all but spot positions and intensities cleared."""
+        return (np.frombuffer(content, np.uint8) & self._spot_mask).tobytes()
 
     def fits(self, role: Role, numbers: NDArray[np.float64]) -> NDArray[np.bool_]:
         """Return which numbers fit into the type of a role."""
-        form = np.dtype(FORMATS[self._alike[role]])
-        if form.kind == "f":
+        entry = next(one for one in self._all if one.role is role)
+        if entry.type in _PACKED:
             return np.ones(numbers.shape, np.bool_)
-        limits = np.iinfo(form)
-        return np.asarray((numbers >= limits.min) & (numbers <= limits.max))
+        low, high = entry.limits
+        return np.asarray((numbers >= low) & (numbers <= high))
 
     def of_each_exposure(self, role: Role) -> bool:
         """Return whether each exposure has its own value of a role."""
@@ -150,32 +143,62 @@ class ProcessImage:
 
     def bits(self, role: Role) -> int:
         """Return the number of bits of a role's first value."""
-        return next(8 * entry.size for entry in self._all if entry.role is role)
+        return next(entry.bits for entry in self._all if entry.role is role)
 
     def pack_inputs(self, values: dict[tuple[Role, int, int], float]) -> bytes:
         """Return inputs with values by role, exposure and slot; others are zero.
 
         Integers wrap around, as counters do.
         """
-        found = [values.get((entry.role, entry.exposure, entry.slot), 0.0) for entry in self._all]
-        return self._struct.pack(
-            *[
-                value if _PACKED[entry.type] in "fd" else _wrapped(round(value), entry.type)
-                for entry, value in zip(self._all, found, strict=True)
-            ]
-        )
+        image = 0
+        for entry in self._all:
+            value = values.get((entry.role, entry.exposure, entry.slot), 0.0)
+            image |= _pattern(value, entry) << entry.at
+        return image.to_bytes(self.input_bytes, "little")
 
     def pack_outputs(self, token: int) -> bytes:
         """Return the outputs of a bus cycle with this number."""
-        image = bytearray(self.output_bytes)
+        image = 0
         for _index, entries in self.outputs:
             for entry in entries:
                 value = token if entry.role is Role.HEARTBEAT else entry.value
-                bits = 8 * entry.size
-                image[entry.at : entry.at + entry.size] = (value % (1 << bits)).to_bytes(
-                    entry.size, "little"
-                )
-        return bytes(image)
+                image |= _pattern(value, entry) << entry.at
+        return image.to_bytes(self.output_bytes, "little")
+
+
+@dataclass(frozen=True, slots=True)
+class _Column:
+    """Numbers of one type, one of each spot."""
+
+    exposures: NDArray[np.int64]
+    slots: NDArray[np.int64]
+    at: NDArray[np.int64]
+    entry: PlacedEntry
+    """Any of them."""
+
+    @classmethod
+    def of(cls, entries: list[PlacedEntry]) -> _Column:
+        places = np.array([(one.exposure, one.slot, one.at) for one in entries], np.int64)
+        return cls(places[:, 0], places[:, 1], places[:, 2], entries[0])
+
+    def read(self, content: bytes) -> NDArray[np.float64]:
+        """Return the numbers in order."""
+        raw = np.frombuffer(content + bytes(_WINDOW + 1), np.uint8)
+        first, shift = self.at >> 3, (self.at & 7).astype(np.uint64)
+        low = raw[first[:, None] + np.arange(_WINDOW)].view("<u8")[:, 0] >> shift
+        # A shift by 64 is undefined: two shifts.
+        high = raw[first + _WINDOW].astype(np.uint64) << (np.uint64(63) - shift) << np.uint64(1)
+        form, unused = np.dtype(FORMATS[self.entry.type]), np.uint64(MOST_BITS - self.entry.bits)
+        found = (low | high) << unused
+        if form.kind == "f":
+            # A camera may send signalling NaN.
+            with np.errstate(invalid="ignore"):
+                pattern = (found >> unused).astype(f"<u{form.itemsize}")
+                wide: NDArray[np.float64] = pattern.view(form).astype(np.float64)
+            return wide
+        # Arithmetic shifts extend the sign.
+        signed = found.view(np.int64) >> unused.astype(np.int64)
+        return (signed if self.entry.is_signed else found >> unused).astype(np.float64)
 
 
 def _placed(
@@ -190,29 +213,37 @@ def _placed(
             for entry in pdo.entries:
                 for sub, role, slot in _spread(entry, device.slots):
                     one = PlacedEntry(
-                        entry.index + shift, sub, entry.type, role, slot,
-                        0 if exposure < 0 and slot >= 0 else exposure, at, entry.value,
+                        0 if entry.is_gap else entry.index + shift, sub, entry.type, role, slot,
+                        0 if exposure < 0 and slot >= 0 else exposure, at, entry.width,
+                        entry.value,
                     )  # fmt: skip
-                    at += one.size
+                    at += one.bits
                     entries.append(one)
             placed.append((pdo.index + shift, tuple(entries)))
     return tuple(placed)
 
 
-def _wrapped(value: int, kind: TypeName) -> int:
-    limits = np.iinfo(FORMATS[kind])
-    low, high = int(limits.min), int(limits.max)
-    return (value - low) % (high - low + 1) + low
+def _wrapped(value: int, entry: PlacedEntry) -> int:
+    low, _high = entry.limits
+    return (value - low) % (1 << entry.bits) + low
+
+
+def _pattern(value: float, entry: PlacedEntry) -> int:
+    """Return the bits of a value; integers wrap around."""
+    if entry.type in _PACKED:
+        return int.from_bytes(struct.pack(_PACKED[entry.type], value), "little")
+    return round(value) % (1 << entry.bits)
 
 
 def _spread(entry: Entry, slots: int) -> Iterator[tuple[int, Role, int]]:
     """Yield sub-index, role and slot of an entry's expansion."""
     sub = entry.sub
-    for slot in range(slots) if entry.slots else (-1,):
+    for slot in range(slots) if entry.slots else (entry.slot,):
         for role in entry.role:
             yield sub, role, slot
-            sub += 1
+            sub += not entry.is_gap
 
 
 def _size(objects: tuple[tuple[int, tuple[PlacedEntry, ...]], ...]) -> int:
-    return sum(entry.size for _index, entries in objects for entry in entries)
+    """Return the bytes that these objects fill; the last one may be filled in part."""
+    return (sum(entry.bits for _index, entries in objects for entry in entries) + 7) // 8

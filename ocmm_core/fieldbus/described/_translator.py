@@ -194,9 +194,11 @@ class InputTranslator:
         if device.has(Role.INTENSITY):
             seen &= self._image.numbers(content, Role.INTENSITY) > 0.0
         flags = np.zeros(count, np.uint16)
+        if each := self._image.is_of_slots(Role.VALID):
+            seen &= self._image.numbers(content, Role.VALID) != 0.0
         for exposure in range(count):
             mask = self._image.number(content, Role.VALID, exposure)
-            if mask is not None:
+            if mask is not None and not each:
                 # numpy may be unable to shift a 64-bit number.
                 mask &= (1 << slots) - 1
                 seen[exposure] &= (mask >> np.arange(slots) & 1).astype(bool)

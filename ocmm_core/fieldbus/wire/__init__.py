@@ -33,6 +33,7 @@ if TYPE_CHECKING:
     )
     from ocmm_core.fieldbus.wire._mapping import check_mapping
     from ocmm_core.fieldbus.wire._master import OP, PREOP, SAFEOP, STATE_NAMES, Master, al_text
+    from ocmm_core.fieldbus.wire._other_masters import MasterWatch
     from ocmm_core.fieldbus.wire._pcapng import pcapng_end, pcapng_frame, pcapng_head
     from ocmm_core.fieldbus.wire._port import Passage, Port
     from ocmm_core.fieldbus.wire._scan import (
@@ -58,6 +59,7 @@ else:
         _interface="check_interface is_virtual_cable is_virtual_interface",
         _mapping="check_mapping",
         _master="Master OP PREOP SAFEOP STATE_NAMES al_text",
+        _other_masters="MasterWatch",
         _pcapng="pcapng_end pcapng_frame pcapng_head",
         _port="Passage Port",
         _scan=(
@@ -72,9 +74,10 @@ else:
 
 __all__ = [
     "OP", "OWN_TOKEN", "PREOP", "SAFEOP", "STATE_NAMES", "Command", "Datagram", "EepromRead",
-    "Exchange", "HostTime", "Job", "LinkWatch", "Master", "Passage", "Port", "RawLine",
-    "ScannedDevice", "ServiceChannel", "Tap", "TappedFrame", "al_text", "check_interface",
-    "check_mapping", "decode_frame", "decode_scan", "encode_frame", "encode_scan", "frame_index",
+    "Exchange", "HostTime", "Job", "LinkWatch", "Master", "MasterWatch", "Passage", "Port",
+    "RawLine", "ScannedDevice", "ServiceChannel", "Tap", "TappedFrame", "al_text",
+    "check_interface", "check_mapping", "decode_frame", "decode_scan", "encode_frame",
+    "encode_scan", "frame_index",
     "has_passed", "is_virtual_cable", "is_virtual_interface", "pcapng_end", "pcapng_frame",
     "pcapng_head", "read_words", "scan_devices", "write_word",
 ]  # fmt: skip

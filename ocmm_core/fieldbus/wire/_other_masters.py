@@ -3,14 +3,15 @@
 For programs on this computer the kernel lists EtherCAT sockets per interface
 (``/proc/net/packet``); they end with their process, even a killed one. Our own socket is opened
 before the check, so of two simultaneous starts at least one sees the other. Masters elsewhere are
-seen by their frames: incoming frames that have not passed a camera. Masters that bypass the kernel
-are not seen while silent.
+seen by their frames: incoming frames that have not passed a camera, or with an index that is not
+used here. Masters that bypass the kernel are not seen while silent. `MasterWatch` looks for masters
+that start later.
 """
 
 from __future__ import annotations
 
 import os
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from ocmm_core.errors import BusError
@@ -22,6 +23,10 @@ _PROTOCOL, _INTERFACE, _INODE = 3, 4, 8
 """Columns of its lines."""
 LISTEN_S = 0.03
 """A master with a cycle of up to 10 ms sends three frames in it."""
+_WATCH_NS, _QUICK_NS = 200_000_000, 20_000_000
+_REMEDY = (
+    "Close that program (another OCMM window or command, a configuration tool), then try again."
+)
 FEW = 2
 """A single damaged frame may look foreign this many times."""
 
@@ -38,17 +43,55 @@ def refuse_other_programs(interfaces: Sequence[str]) -> None:
 
     ``bus.second_master`` names the program if this user may read it.
     """
-    own = _own_inodes()
-    for interface in interfaces:
-        others = [inode for inode in _sockets_on(interface) if inode not in own]
-        if others:
-            told = _who(others[0])
-            raise BusError(
-                "bus.second_master",
-                f"{told} uses interface '{interface}' as an EtherCAT master.",
-                "Close that program (another OCMM window or command, a configuration tool), "
-                "then try again.",
-            )
+    found = MasterWatch(interfaces).trouble(0, disturbed=True)
+    if found:
+        raise BusError("bus.second_master", found, _REMEDY)
+
+
+class MasterWatch:
+    """Watch of interfaces for programs that open them as EtherCAT master."""
+
+    def __init__(self, interfaces: Sequence[str]) -> None:
+        self._interfaces = tuple(filter(None, interfaces))
+        self._known: set[int] = set()
+        self._suspect = -1
+        self._words = ""
+        self._next_ns: int | None = None
+
+    def trouble(self, now_ns: int, *, disturbed: bool) -> str:
+        """Return who else is master of an interface, in a sentence; empty if no other program.
+
+        The kernel is queried about five times a second, more often on a disturbed bus. On an
+        undisturbed one a socket must be seen twice: checks of an interface open one briefly.
+        """
+        pause_ns = _QUICK_NS if disturbed or self._suspect >= 0 else _WATCH_NS
+        if (
+            self._next_ns is not None
+            and now_ns < self._next_ns
+            and self._next_ns - now_ns <= pause_ns
+        ):
+            return self._words
+        self._next_ns = now_ns + pause_ns
+        found = next(self._others(), None)
+        if found is None:
+            self._suspect, self._words = -1, ""
+            return ""
+        interface, inode = found
+        seen_before = inode == self._suspect
+        # The search through all processes is slow: once per socket.
+        if (seen_before or disturbed) and not (seen_before and self._words):
+            told = _who(inode)
+            self._words = f"{told} uses interface '{interface}' as an EtherCAT master."
+        self._suspect = inode
+        return self._words
+
+    def _others(self) -> Iterator[tuple[str, int]]:
+        for interface in self._interfaces:
+            for inode in _sockets_on(interface):
+                if inode not in self._known:
+                    self._known = _own_inodes()
+                if inode not in self._known:
+                    yield interface, inode
 
 
 def foreign_frames(interface: str, count: int) -> BusError:

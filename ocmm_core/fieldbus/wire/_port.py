@@ -86,6 +86,8 @@ _SERVICE_WAIT_NS = 250_000
 _ASK_NS = 10_000_000
 _ASK_TRIES = 3
 _POLL_S = 0.005
+_FORGOTTEN = 0.01
+"""Frames with strange indices that each cycle forgets."""
 _STALL_NS = 2_000_000_000
 """Software cameras without a frame for this long have stopped."""
 _DL_INFORMATION = 0x0000
@@ -130,6 +132,7 @@ class Port:
         self._service_came = False
         self._copies = 0
         self._came = self.foreign = 0
+        self._strange = 0.0
         self._names = tuple(interfaces)
         try:
             for name in interfaces:
@@ -202,6 +205,7 @@ class Port:
                 self.tally.take_late(frame)
         self._service_came = False
         self._copies = self._came = 0
+        self._strange = max(0.0, self._strange - _FORGOTTEN)
         self._time.mark()
 
     def send_service(self, frame: bytes | None) -> None:
@@ -252,6 +256,10 @@ class Port:
                         self._service_came |= service.take(frame)
                 elif index < N_INDICES:
                     own.append(frame)
+                elif self.ring is None:
+                    # Never sent here; a single one may be damaged.
+                    self._strange += 1.0
+                    self.foreign += self._strange > FEW
         return own
 
     def close(self) -> None:

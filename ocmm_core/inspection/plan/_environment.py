@@ -60,7 +60,9 @@ class NotedRoom(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_de
     pressure: str = ""
     """`room`, `humidity`, `pressure`: Readings (`ocmm_core.surroundings`); empty if not read."""
     who: str = ""
-    """Reader; may be empty."""
+    """Reader, or logged thermometer; may be empty."""
+    doubt: str = ""
+    """Why a logged reading was not used, in a sentence."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -89,10 +91,10 @@ def environment_fault(limits: EnvironmentLimits) -> tuple[str, str] | None:
     return None
 
 
-def noted_text(points: int, next_point: int, typed: TypedRoom, who: str) -> str:
+def noted_text(points: int, next_point: int, typed: TypedRoom, who: str, doubt: str = "") -> str:
     """Return the text of the event; InputError if empty or a value is implausible."""
     typed.check()
-    if typed.empty:
+    if typed.empty and not doubt:
         raise InputError(
             "environment.empty",
             "No temperature, humidity or pressure of the room is given.",
@@ -105,11 +107,12 @@ def noted_text(points: int, next_point: int, typed: TypedRoom, who: str) -> str:
         typed.humidity.strip(),
         typed.pressure.strip(),
         who.strip()[:60],
+        doubt[:300],
     )
     return msgspec.json.encode(noted).decode()
 
 
-def note_room_in(job: JobFile, typed: TypedRoom, who: str = "") -> None:
+def note_room_in(job: JobFile, typed: TypedRoom, who: str = "", doubt: str = "") -> None:
     """Store current ambient readings in an open job.
 
     Raises
@@ -119,7 +122,7 @@ def note_room_in(job: JobFile, typed: TypedRoom, who: str = "") -> None:
     StorageError
         It could not be made durable.
     """
-    text = noted_text(len(job.points()), job.next_number(), typed, who)
+    text = noted_text(len(job.points()), job.next_number(), typed, who, doubt)
     job.append_event(ENVIRONMENT_EVENT, text)
 
 
@@ -203,11 +206,15 @@ def environment_words(noted: Sequence[NotedRoom], last_point: int) -> tuple[tupl
     told
         Pairs of field and sentence: ``Room 20.1 °C at the begin.``
     """
-    return tuple(
-        (one.field, sentence)
-        for one in QUANTITIES
-        for item in _told(one, noted)
-        for sentence in _sentences(one, item, last_point)
+    doubts = dict.fromkeys(one.doubt for one in noted if one.doubt)
+    return (
+        *(
+            (one.field, sentence)
+            for one in QUANTITIES
+            for item in _told(one, noted)
+            for sentence in _sentences(one, item, last_point)
+        ),
+        *((ROOM.field, doubt) for doubt in doubts),
     )
 
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from ocmm_core.acceptance import LoggedTemperature
 from ocmm_core.errors import MeasuringError
 from ocmm_core.inspection.evaluation import (
     FOR_COMPARISON,
@@ -49,6 +50,7 @@ class Conditions:
         events = ledger.job.events()
         self._last = {event.kind: event.text for event in events}
         self._rooms = noted_rooms(events)
+        self._logged: tuple[str, float, bool] | None = None
         self._compared = "thesis" in (*methods_used(events), options.method)
         if begun:
             self._require_same_climate()
@@ -132,6 +134,18 @@ class Conditions:
         with ledger.lock:
             note_room_in(ledger.job, typed, who)
             self._rooms = noted_rooms(ledger.job.events())
+            ledger.view = None
+
+    def note_logged(self, read: LoggedTemperature) -> None:
+        """Store a logged reading or its doubt when a feature has ended or the reading changed."""
+        ledger = self._ledger
+        with ledger.lock:
+            shown = 0.0 if read.sample is None else round(read.sample.celsius, 1)
+            state = (ledger.progress.active, shown, bool(read.doubt))
+            if state == self._logged:
+                return
+            note_room_in(ledger.job, TypedRoom(room=read.words), read.name, read.doubt)
+            self._logged, self._rooms = state, noted_rooms(ledger.job.events())
             ledger.view = None
 
     def _store(self, kind: str, text: str) -> None:

@@ -89,7 +89,7 @@ def described_eeprom(
             flags = _MANDATORY | _FIXED
             content = struct.pack("<HBBBBH", index, len(entries), manager, 0, 0, flags)
             content += b"".join(
-                struct.pack("<HBBBBH", one.index, one.sub, 0, one.code, 8 * one.size, 0)
+                struct.pack("<HBBBBH", one.index, one.sub, 0, one.code, one.bits, 0)
                 for one in entries
             )
             body += _category(category, content)
@@ -259,6 +259,7 @@ class DescribedCamera:
                 values[Role.X, exposure, slot], values[Role.Y, exposure, slot] = (
                     float(number) for number in spots[exposure, slot]
                 )
+                values[Role.VALID, exposure, slot] = float(seen[exposure, slot])
                 if seen[exposure, slot]:
                     values[Role.INTENSITY, exposure, slot] = _BRIGHTNESS
         if device.exposures == 1:

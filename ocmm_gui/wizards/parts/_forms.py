@@ -24,7 +24,10 @@ class Field:
 
 WHO = Field("who", later("Done by"), later("Your name, for the record"))
 TEMPERATURE = Field(
-    "temperature", later("Temperature, °C"), later("Of the room; empty if not measured"), ""
+    "temperature",
+    later("Temperature, °C"),
+    later("Of the room; empty: the thermometer is read"),
+    "",
 )
 THERMOMETER = Field(
     "thermometer", later("Thermometer U, K"), later("U (k = 2), K, or its id in the register")

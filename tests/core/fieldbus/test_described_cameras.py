@@ -278,7 +278,7 @@ def changed(tmp_path: Path, name: str, old: str, new: str) -> Path:
         ("thesis-camera", "doubt_ns = 20", "doubt_ns = 500_000", "from half of that on"),
         ("thesis-camera", 'name = "Camera', 'name = "\\u001b[2JCamera', "cannot be printed"),
         ("thesis-camera", "slots = true }", 'slots = true }, '
-         '{ index = 0x6001, sub = 1, type = "UINT", role = ["time"] }', "takes 4 at least"),
+         '{ index = 0x6001, sub = 1, type = "UINT", role = ["time"] }', "takes 32 at least"),
         ("thesis-camera", "doubt_ns = 20", "doubt_ns = 20\nmailbox = [0x1000, 8, 0x1100, 256]",
          "'mailbox' has 8 bytes"),
     ],

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from datetime import UTC, datetime
 from pathlib import Path
 
 import msgspec
 import pytest
 from typer.testing import CliRunner
 
+from ocmm_core.acceptance import LoggedTemperature, TemperatureSource, ThermometerLog
 from ocmm_core.cli import app
 from ocmm_core.errors import InputError, OcmmError
 from ocmm_core.export.report import paper_facts, report_of_job
@@ -33,6 +35,9 @@ from tests.core.inspection.conftest import Bench
 
 LIMITS = EnvironmentLimits(temperature_c=(18.0, 22.0))
 BEGIN, END = NotedRoom(0, 1, room="20.1"), NotedRoom(5, 6, room="20,4 °C")
+
+
+SOURCE = TemperatureSource(kind="file", address="x", unit="°C", scale=1.0)
 
 
 def demanding(plan: Plan) -> Plan:
@@ -199,3 +204,36 @@ def test_a_job_whose_reading_is_none_is_refused_with_a_sentence(bench: Bench, jo
     job.append_event("environment", '{"points":0,"next_point":1,"room":"warm"}')
     with pytest.raises(InputError, match="'room' is 'warm'"):
         bench.session(job)
+
+
+def test_logged_readings_and_doubts_are_kept_once_per_feature(bench: Bench, job: JobFile) -> None:
+    session = session_of(bench, job)
+    now = datetime(2026, 11, 28, 12, 0, tzinfo=UTC)
+    bad = LoggedTemperature(
+        "T-1", "hall, serial 4711", 0.2, None, "Thermometer hall, serial 4711: no answer."
+    )
+    numbers = iter((20.42, 20.43))
+    log = ThermometerLog(
+        [("T-1", "hall, serial 4711", 0.2, SOURCE)], lambda _source: (next(numbers), now)
+    )
+    (good,), (same,) = log.sample(lambda: now), log.sample(lambda: now)
+    session.conditions.note_logged(good)
+    session.conditions.note_logged(same)
+    assert [one.room for one in session.conditions.rooms] == ["20.42 ± 0.20"]
+    session.conditions.note_logged(bad)
+    # A doubt whose text changes with each reading is kept once.
+    session.conditions.note_logged(bad)
+    session.conditions.note_logged(replace(bad, doubt="Thermometer hall: 31 s old."))
+    assert len(session.conditions.rooms) == 2
+    for touch in bench.touches:
+        session.touches.take(touch)
+        session.conditions.note_logged(good)
+    rooms = session.conditions.rooms
+    assert {one.who for one in rooms} == {"hall, serial 4711"}
+    features = sum(bool(one) for one in session.view.features)
+    assert len(rooms) == 2 + 1 + features
+    told = [sentence for field, sentence in session.view.room if field == "room"]
+    assert told[0] == "Room 20.42 ± 0.20 °C at the begin."
+    assert "Room 20.42 ± 0.20 °C at the end." in told
+    assert told[-1] == bad.doubt
+    assert session.view.unproven == ""

@@ -1,0 +1,225 @@
+"""Temperature source of a thermometer in the register, and checks of its readings.
+
+Everything about the wire is stated in the register: address, place of the number, unit and scale.
+A reading that cannot be trusted is refused with the reason; nothing replaces it.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from datetime import UTC, datetime, timedelta
+from itertools import pairwise
+from typing import Literal, TypeAlias
+
+import msgspec
+
+from ocmm_core.errors import InputError
+from ocmm_core.surroundings import TEMPERATURE
+
+SourceKind: TypeAlias = Literal["serial", "file", "modbus", "mqtt"]
+RegisterForm: TypeAlias = Literal["int16", "uint16", "int32", "uint32", "float32"]
+_TO_CELSIUS: dict[str, Callable[[float], float]] = {
+    "°C": lambda value: value,
+    "K": lambda value: value - 273.15,
+    "°F": lambda value: (value - 32.0) / 1.8,
+}
+_POWER_ON_C, _NO_ANSWER_C = 85.0, -127.0
+_CONFIRM = 3
+"""Readings in a row that end the suspicion after a jump."""
+_KEPT = 4096
+
+
+class TemperatureSource(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """Where and how a thermometer is read; unit and scale are always stated."""
+
+    kind: SourceKind
+    address: str
+    """Device of a serial line, path of a file below /sys, or host[:port]."""
+    unit: Literal["°C", "K", "°F"]
+    scale: float
+    """Units per count: 0.001 for files of 1-wire, hwmon and IIO; 1 if the number is in the unit."""
+    place: str = ""
+    """Serial: which number of the line, from "1". MQTT: keys of a JSON object, "room.air"; empty if
+    the message is the number."""
+    register: int | None = None
+    """Modbus: address of the first register, counted from 0."""
+    table: Literal["input", "holding"] = "input"
+    form: RegisterForm | None = None
+    """Modbus: form of the number; two registers have the high word first."""
+    device_id: int = 1
+    topic: str = ""
+    baud: int = 9600
+    query: str = ""
+    """Serial: text that is sent to request a line; empty if the device sends lines unasked."""
+    oldest_s: float = 60.0
+    """Readings older than this are not used."""
+    stuck_s: float = 14_400.0
+    """Maximum time without any change of the reading."""
+    fastest_k_min: float = 1.0
+    """Maximum rate of change, K/min."""
+
+    def check(self, where: str) -> None:
+        """Raise InputError naming the field that is missing or implausible."""
+        wrong = {
+            "address": not self.address.strip() or not self.address.isprintable(),
+            "scale": not (math.isfinite(self.scale) and 1e-6 <= abs(self.scale) <= 1e3),
+            "place": self.kind == "serial" and not (self.place.isdecimal() and int(self.place) > 0),
+            "register": (self.register is None) == (self.kind == "modbus")
+            or not 0 <= (self.register or 0) <= 0xFFFF,
+            "form": (self.form is None) == (self.kind == "modbus"),
+            "device_id": not 0 <= self.device_id <= 255,
+            "topic": (not self.topic) == (self.kind == "mqtt")
+            or any(sign in self.topic for sign in "+#\0"),
+            "baud": not 50 <= self.baud <= 4_000_000,
+            "oldest_s": not 0.1 <= self.oldest_s <= 3600.0,
+            "stuck_s": not 10.0 <= self.stuck_s <= 1e6,
+            "fastest_k_min": not 0.01 <= self.fastest_k_min <= 100.0,
+        }
+        for field, is_wrong in wrong.items():
+            if is_wrong:
+                raise InputError(
+                    "thermometer.source",
+                    f"{where}: field 'reads.{field}' is {getattr(self, field)!r}, which does not "
+                    f"suit a source of kind '{self.kind}'.",
+                    "See docs/acceptance.md for the fields of each kind.",
+                )
+
+    def celsius(self, number: float) -> float:
+        """Return a read number in degrees Celsius."""
+        return _TO_CELSIUS[self.unit](number * self.scale)
+
+
+@dataclass(frozen=True, slots=True)
+class TemperatureSample:
+    """A number of a source and its time."""
+
+    celsius: float
+    utc: datetime
+
+
+@dataclass(frozen=True, slots=True)
+class LoggedTemperature:
+    """Newest state of a thermometer."""
+
+    id: str
+    name: str
+    expanded: float
+    """U (k = 2), K."""
+    sample: TemperatureSample | None
+    """None if it cannot be read."""
+    doubt: str
+    """Why it must not be used, in a sentence; empty if it may."""
+
+    @property
+    def words(self) -> str:
+        """Return the reading as it is noted; empty if it must not be used."""
+        if self.doubt or self.sample is None:
+            return ""
+        return f"{self.sample.celsius:.2f} ± {self.expanded:.2f}"
+
+
+def value_doubt(celsius: float) -> str:
+    """Return why a single value cannot be a room temperature; empty if plausible."""
+    if not math.isfinite(celsius):
+        return "is not a number"
+    if round(celsius, 3) == _POWER_ON_C:
+        return "is 85 °C, the power-on value of a DS18B20, which did not convert: check its supply"
+    if round(celsius, 3) == _NO_ANSWER_C:
+        return "is -127 °C, the value of a 1-wire sensor that does not answer"
+    if celsius not in TEMPERATURE:
+        return f"is {celsius:.2f} °C, outside {TEMPERATURE.least:g} to {TEMPERATURE.most:g} °C"
+    return ""
+
+
+def history_doubt(
+    source: TemperatureSource, expanded: float, samples: Sequence[TemperatureSample]
+) -> str:
+    """Return why the newest of consecutive samples must not be used; empty if it may."""
+    newest = samples[-1]
+    if found := value_doubt(newest.celsius):
+        return found
+    same = newest
+    for one in reversed(samples):
+        if one.celsius != newest.celsius:
+            break
+        same = one
+    if (newest.utc - same.utc).total_seconds() >= source.stuck_s:
+        return f"has been {newest.celsius:g} °C to the last digit since {same.utc:%H:%M} UTC"
+    recent = samples[-_CONFIRM - 1 :]
+    for before, after in pairwise(recent):
+        minutes = max(0.0, (after.utc - before.utc).total_seconds()) / 60.0
+        moved = after.celsius - before.celsius
+        if abs(moved) > expanded + source.fastest_k_min * minutes:
+            return f"jumped by {moved:+.2f} K within {60.0 * minutes:.0f} s"
+    return ""
+
+
+class ThermometerLog:
+    """Readings of thermometers over time.
+
+    Parameters
+    ----------
+    thermometers
+        Id, name with serial number, U (k = 2) in kelvin, and source of each.
+    read
+        Returns the present number of a source and its time; raises InputError.
+    """
+
+    def __init__(
+        self,
+        thermometers: Sequence[tuple[str, str, float, TemperatureSource]],
+        read: Callable[[TemperatureSource], tuple[float, datetime]],
+    ) -> None:
+        self._thermometers = tuple(thermometers)
+        self._read = read
+        self._samples: dict[str, deque[TemperatureSample]] = {
+            one[0]: deque(maxlen=_KEPT) for one in thermometers
+        }
+
+    def sample(self, clock: Callable[[], datetime] = lambda: datetime.now(UTC)) -> tuple[
+        LoggedTemperature, ...
+    ]:  # fmt: skip
+        """Read all thermometers and compare them."""
+        found = [self._one(*each, clock) for each in self._thermometers]
+        sound = [one for one in found if not one.doubt]
+        apart = disagreement(sound)
+        return tuple(
+            LoggedTemperature(one.id, one.name, one.expanded, one.sample, one.doubt or apart)
+            for one in found
+        )
+
+    def _one(
+        self, key: str, name: str, expanded: float, source: TemperatureSource,
+        clock: Callable[[], datetime],
+    ) -> LoggedTemperature:  # fmt: skip
+        samples = self._samples[key]
+        try:
+            number, utc = self._read(source)
+        except InputError as error:
+            return LoggedTemperature(key, name, expanded, None, f"Thermometer {name}: {error.what}")
+        sample = TemperatureSample(source.celsius(number), utc)
+        samples.append(sample)
+        age = clock() - utc
+        doubt = history_doubt(source, expanded, list(samples))
+        if not doubt and not -timedelta(seconds=5) <= age <= timedelta(seconds=source.oldest_s):
+            doubt = f"is {age.total_seconds():.0f} s old, more than {source.oldest_s:g} s"
+        if doubt:
+            doubt = f"Thermometer {name}: its reading {doubt}."
+        return LoggedTemperature(key, name, expanded, sample, doubt)
+
+
+def disagreement(read: Sequence[LoggedTemperature]) -> str:
+    """Return the sentence for readings that contradict each other; empty if they agree."""
+    known = [(one, one.sample.celsius) for one in read if one.sample is not None]
+    if len(known) < 2:
+        return ""
+    low, high = min(known, key=lambda one: one[1]), max(known, key=lambda one: one[1])
+    if high[1] - low[1] <= math.hypot(low[0].expanded, high[0].expanded):
+        return ""
+    return (
+        f"Thermometers {low[0].name} ({low[1]:.2f} °C) and {high[0].name} ({high[1]:.2f} °C) "
+        "differ by more than their uncertainties: compare them side by side."
+    )
