@@ -1,0 +1,216 @@
+"""Noise of the spots of a job against the stated one, camera by camera.
+
+A pose has six numbers and each seen LED gives two per camera, so the mean spots of a touch have
+residuals that no pose explains. Their covariance follows from what is stated: noise of the spots
+(the sensor's pattern, near spots alike, and white noise), geometry of the probe and calibration of
+the cameras, both common to all touches. The variance of each camera's spots, relative to the stated
+one, is its quadratic unbiased estimate of least norm (C. R. Rao, J. Multivariate Analysis 1 (1971)
+257). A ratio certainly above one widens the pattern of that camera in every U of the job; one that
+may be one changes nothing.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.special import chdtri
+
+from ocmm_core.camera import Rig, project, projection_jacobians
+from ocmm_core.geometry import Float, Int
+from ocmm_core.measuring._factors import root_of
+from ocmm_core.measuring._point import MeasuredPoint
+from ocmm_core.tracking import ProbeBody, solve, spot_sigma_px
+
+MOST_TOUCHES = 24
+"""Touches used, spread over the job: more hardly sharpen the ratio, and cost their cube."""
+
+LEAST_TOUCHES = 4
+
+_INSIDE, _CERTAIN = 0.95, 0.999
+"""Probabilities of the stated interval, and of a ratio above one that widens U."""
+
+_PLAIN = 1.15
+"""A smaller ratio is within what a stated noise of two digits means."""
+
+_POSE = 6
+_CAMERA_NUMBERS = 14
+
+
+@dataclass(frozen=True, slots=True)
+class NoiseRatio:
+    """Noise of the spots of one camera, relative to the stated one."""
+
+    camera: str
+    ratio: float
+    low: float
+    high: float
+    """`ratio`, `low`, `high`: Estimate and 95 % interval, of standard deviations."""
+    exceeds: bool
+    """Certainly above one."""
+
+    @property
+    def words(self) -> str:
+        """Return it in a sentence with its remedy."""
+        return (
+            f"The spots of camera '{self.camera}' scatter {self.ratio:.2f} times as much as "
+            f"stated ({self.low:.2f} to {self.high:.2f}); U is widened accordingly. Clean lenses "
+            "and LEDs, keep other lights away, and verify the cameras."
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class DayCheck:
+    """Comparison of the noise of a job with the stated one."""
+
+    cameras: tuple[NoiseRatio, ...] = ()
+    """Empty with too few touches."""
+    touches: int = 0
+    """Number used."""
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """Return a sentence for every camera that exceeds its stated noise."""
+        return tuple(item.words for item in self.cameras if item.exceeds)
+
+    def widened(self, rig: Rig) -> Rig:
+        """Return the rig with the noise of this job; the same object if it is as stated."""
+        if not any(item.exceeds for item in self.cameras):
+            return rig
+        ratios = tuple(item.ratio if item.exceeds else 1.0 for item in self.cameras)
+        return replace(rig, noise_ratios=ratios)
+
+
+def touches_checked(count: int) -> Int:
+    """Return the indices of the touches that `check_noise` uses, of ``count``.
+
+    They change in steps of a quarter of their number, so that a result is valid for some touches.
+    """
+    if count < LEAST_TOUCHES:
+        return np.zeros(0, dtype=np.int64)
+    step = max(LEAST_TOUCHES, 1 << max(count.bit_length() - 3, 0))
+    known = count // step * step
+    return np.unique(np.linspace(0, known - 1, min(known, MOST_TOUCHES)).astype(np.int64))
+
+
+def check_noise(points: Sequence[MeasuredPoint], rig: Rig, body: ProbeBody) -> DayCheck:
+    """Return the noise of some touches, as `touches_checked` selects, against the stated one."""
+    if len(points) < LEAST_TOUCHES:
+        return DayCheck()
+    touches = [_touch(point, rig, body) for point in points]
+    touches = [one for one in touches if len(one.rest)]
+    if len(touches) < LEAST_TOUCHES:
+        return DayCheck()
+    rest = np.concatenate([one.rest for one in touches])
+    shared = np.concatenate([one.shared for one in touches])
+    stated = _of_cameras(touches, rig)
+    common = shared @ shared.T
+    inverse = np.linalg.inv(common + sum(stated))
+    weighted = [inverse @ one for one in stated]
+    vector = inverse @ rest
+    normal = np.array([[float(np.sum(a * b.T)) for b in weighted] for a in weighted])
+    right = np.array(
+        [
+            float(vector @ one @ vector) - float(np.sum((of @ inverse) * common))
+            for one, of in zip(stated, weighted, strict=True)
+        ]
+    )
+    spread = np.linalg.inv(normal)
+    found = spread @ right
+    return DayCheck(
+        tuple(
+            _ratio(camera.name, max(float(value), 0.0), 2.0 * float(variance))
+            for camera, value, variance in zip(rig.cameras, found, np.diag(spread), strict=True)
+        ),
+        len(touches),
+    )
+
+
+def _ratio(camera: str, square: float, variance: float) -> NoiseRatio:
+    """Return the ratio of a camera; ``variance`` is that of ``square`` if it is one."""
+    degrees = 2.0 / variance
+    low, high = (
+        float(np.sqrt(square * degrees / chdtri(degrees, tail)))
+        for tail in (0.5 * (1.0 - _INSIDE), 0.5 * (1.0 + _INSIDE))
+    )
+    beyond = square * degrees > chdtri(degrees, 1.0 - _CERTAIN)
+    return NoiseRatio(camera, float(np.sqrt(square)), low, high, beyond and square > _PLAIN**2)
+
+
+@dataclass(frozen=True, slots=True)
+class _Touch:
+    """Residuals of a touch outside the pose; s seen spots, r = 2 s - 6 residuals."""
+
+    rest: Float
+    """(r,), px."""
+    shared: Float
+    """(r, q), px: by common quantities, one standard deviation a column."""
+    basis: Float
+    """(2 s, r): directions of the residuals."""
+    camera: Int
+    uv: Float
+    """`camera`, `uv`: (s,) and (s, 2), px: of the spots."""
+    frames: int
+
+
+def _touch(point: MeasuredPoint, rig: Rig, body: ProbeBody) -> _Touch:
+    batch = solve(point.spots[None], rig, body, spot_sigma_px(rig))
+    rotation, origin = batch.rotation_world_from_probe[0], batch.origin_world[0]
+    seen = np.isfinite(point.spots).all(axis=2)
+    camera, led = np.nonzero(seen)
+    if not np.all(np.isfinite(origin)) or 2 * len(camera) <= _POSE:
+        return _Touch(*(np.zeros((0, 0)) for _ in range(3)), camera, point.spots[seen], 1)
+    arms = body.leds_probe @ rotation.T
+    places = arms + origin
+    count, leds = len(camera), len(body.leds_probe)
+    by_pose = np.zeros((count, 2, _POSE))
+    by_leds = np.zeros((count, 2, leds, 3))
+    by_cameras = np.zeros((count, 2, len(rig.cameras), _CAMERA_NUMBERS))
+    residuals = np.zeros((count, 2))
+    for c, model in enumerate(rig.cameras):
+        mine = np.flatnonzero(camera == c)
+        if not len(mine):
+            continue
+        own = led[mine]
+        d_point, d_camera = projection_jacobians(model, places[own])
+        residuals[mine] = point.spots[c, own] - project(model, places[own])
+        by_pose[mine, :, :3] = np.cross(arms[own][:, None], d_point)
+        by_pose[mine, :, 3:] = d_point
+        by_leds[mine, :, own] = d_point @ rotation
+        by_cameras[mine, :, c] = d_camera
+    basis = np.linalg.qr(by_pose.reshape(2 * count, _POSE), mode="complete")[0][:, _POSE:]
+    geometry = root_of(body.geometry_covariance[: 3 * leds, : 3 * leds])
+    shared = np.hstack(
+        [
+            by_leds.reshape(2 * count, -1) @ geometry,
+            by_cameras.reshape(2 * count, -1) @ root_of(rig.parameter_covariance),
+        ]
+    )
+    rest = basis.T @ residuals.ravel()
+    return _Touch(rest, basis.T @ shared, basis, camera, point.spots[seen], point.n_frames)
+
+
+def _of_cameras(touches: Sequence[_Touch], rig: Rig) -> list[Float]:
+    """Return the stated covariance of all residuals due to the spots of each camera."""
+    camera = np.concatenate([one.camera for one in touches])
+    uv = np.concatenate([one.uv for one in touches])
+    white = np.concatenate(
+        [np.full(len(one.camera), rig.noise.white_px**2 / one.frames) for one in touches]
+    )
+    apart = np.sum((uv[:, None] - uv) ** 2, axis=2)
+    alike = rig.noise.pattern_px**2 * np.exp(-0.5 * apart / rig.noise.pattern_length_px**2)
+    alike += np.diag(white)
+    sizes = [one.basis.shape for one in touches]
+    rows = np.cumsum([0, *(shape[0] for shape in sizes)])
+    columns = np.cumsum([0, *(shape[1] for shape in sizes)])
+    basis = np.zeros((rows[-1], columns[-1]))
+    for k, one in enumerate(touches):
+        basis[rows[k] : rows[k + 1], columns[k] : columns[k + 1]] = one.basis
+    along = basis.reshape(-1, 2, columns[-1])
+    found = []
+    for c in range(len(rig.cameras)):
+        mine = np.flatnonzero(camera == c)
+        of = alike[np.ix_(mine, mine)]
+        found.append(sum(along[mine, a].T @ of @ along[mine, a] for a in range(2)))
+    return found
