@@ -54,9 +54,9 @@ class NoiseRatio:
     def words(self) -> str:
         """Return it in a sentence with its remedy."""
         return (
-            f"The spots of camera '{self.camera}' scatter {self.ratio:.2f} times as much as "
-            f"stated ({self.low:.2f} to {self.high:.2f}); U is widened accordingly. Clean lenses "
-            "and LEDs, keep other lights away, and verify the cameras."
+            f"Spots of camera '{self.camera}' scatter {self.ratio:.2f} times as much as stated "
+            f"({self.low:.2f} to {self.high:.2f}): U is widened. Clean lenses and LEDs, shade "
+            "other lights, and verify the cameras."
         )
 
 

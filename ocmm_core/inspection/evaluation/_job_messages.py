@@ -15,7 +15,7 @@ UNPROVEN_CAMERAS = _UNPROVEN
 """Cameras described by a file, which cannot prove all that ours do."""
 
 NOISY = "NOISY"
-"""Spots scatter more than stated."""
+NOISY_LINE = "NOISY: Spots scatter more than stated, so U is widened."
 
 INCOMPLETE = "INCOMPLETE"
 PARTIAL_PLAN = "PARTIAL PLAN"
@@ -44,7 +44,7 @@ def state_lines(view: JobView) -> tuple[str, ...]:
     lines = {
         SIMULATED: SIMULATED_LINE,
         UNPROVEN_CAMERAS: f"{UNPROVEN_CAMERAS}: {' '.join(view.camera_doubts)}",
-        NOISY: f"{NOISY}: {' '.join(view.noise)}",
+        NOISY: " ".join((NOISY_LINE, *view.noise)),
         INCOMPLETE: f"{INCOMPLETE}: Missing: {missing}.",
         PARTIAL_PLAN: f"{PARTIAL_PLAN}: {view.part_verdict.requirement_words}.",
     }
