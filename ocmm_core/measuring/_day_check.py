@@ -1,7 +1,7 @@
 """Noise of the spots of a job against the stated one, camera by camera.
 
 A pose has six numbers and each seen LED gives two per camera, so the mean spots of a touch have
-residuals that no pose explains. Their covariance follows from what is stated: noise of the spots
+residuals that no pose explains. Their covariance follows from the documents: noise of the spots
 (the sensor's pattern, near spots alike, and white noise), geometry of the probe and calibration of
 the cameras, both common to all touches. The variance of each camera's spots, relative to the stated
 one, is its quadratic unbiased estimate of least norm (C. R. Rao, J. Multivariate Analysis 1 (1971)
@@ -15,6 +15,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.linalg import block_diag
 from scipy.special import chdtri
 
 from ocmm_core.camera import Rig, project, projection_jacobians
@@ -32,7 +33,7 @@ _INSIDE, _CERTAIN = 0.95, 0.999
 """Probabilities of the stated interval, and of a ratio above one that widens U."""
 
 _PLAIN = 1.15
-"""A smaller ratio is within what a stated noise of two digits means."""
+"""Smaller ratios are within the digits of a stated noise."""
 
 _POSE = 6
 _CAMERA_NUMBERS = 14
@@ -96,46 +97,39 @@ def touches_checked(count: int) -> Int:
 
 def check_noise(points: Sequence[MeasuredPoint], rig: Rig, body: ProbeBody) -> DayCheck:
     """Return the noise of some touches, as `touches_checked` selects, against the stated one."""
-    if len(points) < LEAST_TOUCHES:
-        return DayCheck()
-    touches = [_touch(point, rig, body) for point in points]
-    touches = [one for one in touches if len(one.rest)]
+    touches = [one for one in (_touch(point, rig, body) for point in points) if len(one.rest)]
     if len(touches) < LEAST_TOUCHES:
         return DayCheck()
     rest = np.concatenate([one.rest for one in touches])
     shared = np.concatenate([one.shared for one in touches])
-    stated = _of_cameras(touches, rig)
-    common = shared @ shared.T
+    stated, common = _of_cameras(touches, rig), shared @ shared.T
+    used = [c for c, one in enumerate(stated) if np.any(one)]
+    if not used:
+        return DayCheck()
     inverse = np.linalg.inv(common + sum(stated))
-    weighted = [inverse @ one for one in stated]
-    vector = inverse @ rest
+    vector, weighted = inverse @ rest, [inverse @ stated[c] for c in used]
     normal = np.array([[float(np.sum(a * b.T)) for b in weighted] for a in weighted])
-    right = np.array(
-        [
-            float(vector @ one @ vector) - float(np.sum((of @ inverse) * common))
-            for one, of in zip(stated, weighted, strict=True)
-        ]
-    )
+    right = np.array([vector @ stated[c] @ vector for c in used])
+    right -= [float(np.sum((one @ inverse) * common)) for one in weighted]
     spread = np.linalg.inv(normal)
-    found = spread @ right
-    return DayCheck(
-        tuple(
-            _ratio(camera.name, max(float(value), 0.0), 2.0 * float(variance))
-            for camera, value, variance in zip(rig.cameras, found, np.diag(spread), strict=True)
-        ),
-        len(touches),
-    )
+    squares = dict(zip(used, np.maximum(spread @ right, 0.0), strict=True))
+    found = [NoiseRatio(camera.name, 1.0, 0.0, np.inf, exceeds=False) for camera in rig.cameras]
+    for k, c in enumerate(used):
+        found[c] = _ratio(rig.cameras[c].name, float(squares[c]), 2.0 * float(spread[k, k]))
+    return DayCheck(tuple(found), len(touches))
 
 
 def _ratio(camera: str, square: float, variance: float) -> NoiseRatio:
-    """Return the ratio of a camera; ``variance`` is that of ``square`` if it is one."""
+    """Return the ratio of a camera; ``variance`` of ``square`` holds for noise as stated."""
     degrees = 2.0 / variance
     low, high = (
         float(np.sqrt(square * degrees / chdtri(degrees, tail)))
         for tail in (0.5 * (1.0 - _INSIDE), 0.5 * (1.0 + _INSIDE))
     )
     beyond = square * degrees > chdtri(degrees, 1.0 - _CERTAIN)
-    return NoiseRatio(camera, float(np.sqrt(square)), low, high, beyond and square > _PLAIN**2)
+    return NoiseRatio(
+        camera, float(np.sqrt(square)), low, high, bool(beyond and square > _PLAIN**2)
+    )
 
 
 @dataclass(frozen=True, slots=True)
@@ -158,37 +152,28 @@ def _touch(point: MeasuredPoint, rig: Rig, body: ProbeBody) -> _Touch:
     batch = solve(point.spots[None], rig, body, spot_sigma_px(rig))
     rotation, origin = batch.rotation_world_from_probe[0], batch.origin_world[0]
     seen = np.isfinite(point.spots).all(axis=2)
-    camera, led = np.nonzero(seen)
+    camera = np.nonzero(seen)[0]
     if not np.all(np.isfinite(origin)) or 2 * len(camera) <= _POSE:
         return _Touch(*(np.zeros((0, 0)) for _ in range(3)), camera, point.spots[seen], 1)
     arms = body.leds_probe @ rotation.T
-    places = arms + origin
-    count, leds = len(camera), len(body.leds_probe)
-    by_pose = np.zeros((count, 2, _POSE))
-    by_leds = np.zeros((count, 2, leds, 3))
-    by_cameras = np.zeros((count, 2, len(rig.cameras), _CAMERA_NUMBERS))
-    residuals = np.zeros((count, 2))
+    cameras, leds = seen.shape
+    residuals, by_pose = np.zeros((cameras, leds, 2)), np.zeros((cameras, leds, 2, _POSE))
+    by_leds = np.zeros((cameras, leds, 2, leds, 3))
+    by_cameras = np.zeros((cameras, leds, 2, cameras, _CAMERA_NUMBERS))
+    every = np.arange(leds)
     for c, model in enumerate(rig.cameras):
-        mine = np.flatnonzero(camera == c)
-        if not len(mine):
-            continue
-        own = led[mine]
-        d_point, d_camera = projection_jacobians(model, places[own])
-        residuals[mine] = point.spots[c, own] - project(model, places[own])
-        by_pose[mine, :, :3] = np.cross(arms[own][:, None], d_point)
-        by_pose[mine, :, 3:] = d_point
-        by_leds[mine, :, own] = d_point @ rotation
-        by_cameras[mine, :, c] = d_camera
-    basis = np.linalg.qr(by_pose.reshape(2 * count, _POSE), mode="complete")[0][:, _POSE:]
+        d_point, by_cameras[c, :, :, c] = projection_jacobians(model, arms + origin)
+        residuals[c] = point.spots[c] - project(model, arms + origin)
+        by_pose[c] = np.concatenate([np.cross(arms[:, None], d_point), d_point], axis=2)
+        by_leds[c, every, :, every] = d_point @ rotation
+    rows = 2 * len(camera)
+    basis = np.linalg.qr(by_pose[seen].reshape(rows, _POSE), mode="complete")[0][:, _POSE:]
     geometry = root_of(body.geometry_covariance[: 3 * leds, : 3 * leds])
-    shared = np.hstack(
-        [
-            by_leds.reshape(2 * count, -1) @ geometry,
-            by_cameras.reshape(2 * count, -1) @ root_of(rig.parameter_covariance),
-        ]
-    )
-    rest = basis.T @ residuals.ravel()
-    return _Touch(rest, basis.T @ shared, basis, camera, point.spots[seen], point.n_frames)
+    of_geometry = by_leds[seen].reshape(rows, -1) @ geometry
+    of_cameras = by_cameras[seen].reshape(rows, -1) @ root_of(rig.parameter_covariance)
+    shared = basis.T @ np.hstack([of_geometry, of_cameras])
+    rest = basis.T @ residuals[seen].ravel()
+    return _Touch(rest, shared, basis, camera, point.spots[seen], point.n_frames)
 
 
 def _of_cameras(touches: Sequence[_Touch], rig: Rig) -> list[Float]:
@@ -201,13 +186,8 @@ def _of_cameras(touches: Sequence[_Touch], rig: Rig) -> list[Float]:
     apart = np.sum((uv[:, None] - uv) ** 2, axis=2)
     alike = rig.noise.pattern_px**2 * np.exp(-0.5 * apart / rig.noise.pattern_length_px**2)
     alike += np.diag(white)
-    sizes = [one.basis.shape for one in touches]
-    rows = np.cumsum([0, *(shape[0] for shape in sizes)])
-    columns = np.cumsum([0, *(shape[1] for shape in sizes)])
-    basis = np.zeros((rows[-1], columns[-1]))
-    for k, one in enumerate(touches):
-        basis[rows[k] : rows[k + 1], columns[k] : columns[k + 1]] = one.basis
-    along = basis.reshape(-1, 2, columns[-1])
+    basis = block_diag(*(one.basis for one in touches))
+    along = basis.reshape(len(uv), 2, -1)
     found = []
     for c in range(len(rig.cameras)):
         mine = np.flatnonzero(camera == c)

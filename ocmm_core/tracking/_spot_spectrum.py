@@ -2,16 +2,17 @@
 
 The scatter between consecutive frames does not show errors that last: flicker and warming of a
 camera, and errors fixed to the sensor, which change as a spot moves over its pixels. Both drift as
-a ball would. They are separated from motion by the residuals of the rigid pose: no motion of the
-probe changes these. Their Allan variance (D. W. Allan, Proc. IEEE 54 (1966) 221), camera by camera,
-is the sum of that of independent frames and of some courses: errors that last for a time, and
-errors that last for a distance on the sensor. The size of each course is the nonnegative solution
-of the normal equations of all touches so far, with a default that weighs as much as one touch.
+a ball would. The residuals of the rigid pose separate them from motion, which does not change these
+residuals. Camera by camera, their Allan variance (D. W. Allan, Proc. IEEE 54 (1966) 221) is the sum
+of that of independent frames and of some courses: errors that last for a time, or for a distance on
+the sensor. The sizes of the courses are the nonnegative solution of the normal equations of all
+touches so far, with a default that weighs as much as one touch.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from scipy.optimize import nnls
@@ -31,98 +32,61 @@ _DEFAULT = np.array([0.0, 0.004, 0.006, 0.004, 0.012])
 _LEVELS = (1, 2, 3, 4, 6, 8, 12)
 """Spans of the Allan variance, in batches."""
 
-_DEFAULT_WEIGHT = 1.0
-"""Touches that the default counts for."""
-
 _POSE = 6
 
 
 @dataclass(frozen=True, slots=True)
-class SpotSpectrum:
-    """Spectrum of the spots' noise; ``learnt`` returns it with one more touch."""
+class SpotCourse:
+    """Spots of C cameras in m batches of a touch; zero for a camera without spots."""
 
-    normal: Float | None = None
-    right: Float | None = None
-    """`normal`, `right`: (C, k, k) and (C, k): sums of the normal equations; None before any."""
+    counts: Int
+    """(m,): number of frames of each batch."""
+    courses: Float
+    """(C, k, m, m): correlation of every course between batches, for the motion of the spots."""
+    observed: Float
+    """(C, m, m): mean product of the residuals, relative to the variance of a frame."""
+    series: Int
+    """(C,): number of coordinates."""
+
+
+@dataclass(frozen=True, slots=True)
+class SpotSpectrum:
+    """Spectrum of the noise of the spots; ``learnt`` returns it with one more touch."""
+
+    normal: Float | float = 0.0
+    right: Float | float = 0.0
+    """`normal`, `right`: (C, k, k) and (C, k): sums of the normal equations."""
     touches: int = 0
 
     def learnt(self, seen: SpotCourse) -> SpotSpectrum:
         """Return the spectrum with the spots of one more touch."""
-        normal = np.zeros((len(seen.cameras), len(_DEFAULT), len(_DEFAULT)))
-        right = np.zeros(normal.shape[:2])
-        for c, camera in enumerate(seen.cameras):
-            if camera is not None:
-                normal[c], right[c] = camera.equations(seen.times_s, seen.counts)
-        if self.normal is not None and self.right is not None:
-            normal, right = normal + self.normal, right + self.right
-        return replace(self, normal=normal, right=right, touches=self.touches + 1)
+        rest = _allan(seen.observed) - np.outer(seen.series > 0, _allan(np.diag(1.0 / seen.counts)))
+        columns = _allan(seen.courses)
+        # The variance of an Allan variance: its square over the number of independent spans.
+        weights = float(np.mean(seen.counts)) ** 2 * np.outer(seen.series, _LEVELS)
+        normal = np.einsum("ckv,cv,clv->ckl", columns, weights, columns)
+        right = np.einsum("ckv,cv,cv->ck", columns, weights, rest)
+        return SpotSpectrum(self.normal + normal, self.right + right, self.touches + 1)
 
     def sizes(self) -> Float:
         """Return the sizes of the courses, (C, k), relative to the variance of a frame."""
-        if self.normal is None or self.right is None:
+        if not self.touches:
             return _DEFAULT[None]
-        found = np.empty(self.right.shape)
-        for c, (normal, right) in enumerate(zip(self.normal, self.right, strict=True)):
-            default = np.diag(np.diagonal(normal)) * (_DEFAULT_WEIGHT / max(self.touches, 1))
+        found = []
+        for normal, right in zip(np.asarray(self.normal), np.asarray(self.right), strict=True):
             # A camera without spots so far keeps the default.
-            default += 1e-12 * np.eye(len(right))
+            default = np.diag(np.diagonal(normal) / self.touches + 1e-12)
             root = np.linalg.cholesky(normal + default)
-            found[c] = nnls(root.T, np.linalg.solve(root, right + default @ _DEFAULT))[0]
-        return found
+            found.append(nnls(root.T, np.linalg.solve(root, right + default @ _DEFAULT))[0])
+        return np.array(found)
 
     def between(self, seen: SpotCourse) -> Float:
         """Return the covariance of slow errors between batches, (m, m), in frame variances.
 
         The mean of the cameras: the share of each in a coordinate is unknown here.
         """
-        sizes = self.sizes()
-        found = [
-            np.tensordot(sizes[c % len(sizes)], camera.courses(seen.times_s), axes=1)
-            for c, camera in enumerate(seen.cameras)
-            if camera is not None
-        ]
-        return np.asarray(np.mean(found, axis=0))
-
-
-@dataclass(frozen=True, slots=True)
-class CameraCourse:
-    """Spots of one camera in m batches of a touch."""
-
-    spots: Float
-    """(m, s, 2), px: batch means."""
-    residuals: Float
-    """(m, s, 2), px: of the pose."""
-    white: Float
-    """Variance of a residual in one frame if frames were independent, px^2."""
-
-    def courses(self, times_s: Float) -> Float:
-        """Return the correlation of every course between batches, (k, m, m)."""
-        apart_s = np.abs(times_s[:, None] - times_s)
-        by_time = [np.exp(-apart_s / last) for last in _LAST_S]
-        apart2 = np.sum((self.spots[:, None] - self.spots[None]) ** 2, axis=3)
-        by_place = [np.exp(-0.5 * apart2 / last**2).mean(axis=2) for last in _LAST_PX]
-        return np.array(by_time + by_place)
-
-    def equations(self, times_s: Float, counts: Int) -> tuple[Float, Float]:
-        """Return the normal equations of the sizes, (k, k) and (k,)."""
-        spots = self.residuals.reshape(len(times_s), -1)
-        observed = spots @ spots.T / spots.shape[1] / self.white
-        rest = _allan(observed) - _allan(np.diag(1.0 / counts))
-        columns = np.array([_allan(course) for course in self.courses(times_s)]).T
-        # The variance of an Allan variance: its square over the number of independent spans.
-        weights = np.array(_LEVELS) * spots.shape[1] * float(np.mean(counts)) ** 2
-        return columns.T @ (weights[:, None] * columns), columns.T @ (weights * rest)
-
-
-@dataclass(frozen=True, slots=True)
-class SpotCourse:
-    """Spots of a touch in batches of time."""
-
-    times_s: Float
-    counts: Int
-    """`times_s`, `counts`: (m,): middle and number of frames of each batch."""
-    cameras: tuple[CameraCourse | None, ...]
-    """None for a camera without spots."""
+        of_cameras = np.einsum("ck,ckij->cij", self.sizes(), seen.courses)
+        return np.asarray(of_cameras[seen.series > 0].mean(axis=0))
 
 
 def spot_course(
@@ -132,8 +96,8 @@ def spot_course(
 
     Parameters
     ----------
-    labels
-        (n,), ascending: batch of each frame.
+    labels, times_s
+        (n,), ascending: batch and time of each frame.
     uv
         (n, C, L, 2), px: the same LEDs in all frames, NaN if unseen.
     rotation, origin
@@ -143,38 +107,44 @@ def spot_course(
     counts = np.diff(np.append(starts, len(labels)))
 
     def means(values: Float) -> Float:
-        shape = (len(starts), *([1] * (values.ndim - 1)))
-        found: Float = np.add.reduceat(values, starts, axis=0) / counts.reshape(shape)
-        return found
+        found: Float = np.add.reduceat(values, starts, axis=0).T / counts
+        return found.T
 
     # A pose turns by less than a milliradian within a batch: the mean is a rotation to 1e-6.
     places = np.einsum("mij,lj->mli", means(rotation), leds) + means(origin)[:, None]
+    batches, apart_s = means(uv), np.abs(np.subtract.outer(means(times_s), means(times_s)))
     seen = np.isfinite(uv[0]).all(axis=2)
     kept = 1.0 - _POSE / (2.0 * np.count_nonzero(seen))
-    cameras: list[CameraCourse | None] = []
-    for camera, spots, mine in zip(rig.cameras, np.moveaxis(uv, 1, 0), seen, strict=True):
+    courses = np.zeros((len(seen), len(_DEFAULT), len(counts), len(counts)))
+    observed = np.zeros((len(seen), len(counts), len(counts)))
+    for c, (camera, mine) in enumerate(zip(rig.cameras, seen, strict=True)):
         if not np.any(mine):
-            cameras.append(None)
             continue
-        batches = means(spots[:, mine])
-        # Second differences: the motion of a spot is no noise.
-        white = float(np.mean(np.diff(spots[:, mine], 2, axis=0) ** 2)) / 6.0
-        residuals = batches - project(camera, places[:, mine])
-        cameras.append(CameraCourse(batches, residuals, max(kept * white, 1e-12)))
-    return SpotCourse(means(times_s), counts, tuple(cameras))
+        spots = batches[:, c, mine]
+        apart2 = np.sum((spots[:, None] - spots) ** 2, axis=3)
+        by_place = [np.exp(-0.5 * apart2 / last**2).mean(axis=2) for last in _LAST_PX]
+        courses[c] = [*(np.exp(-apart_s / last) for last in _LAST_S), *by_place]
+        residuals = (spots - project(camera, places[:, mine])).reshape(len(counts), -1)
+        # Second differences, of six times the variance: the motion of a spot is no noise.
+        white = kept * float(np.mean(np.diff(uv[:, c, mine], 2, axis=0) ** 2)) / 6.0
+        observed[c] = residuals @ residuals.T / (residuals.shape[1] * max(white, 1e-12))
+    return SpotCourse(counts, courses, observed, 2 * np.count_nonzero(seen, axis=1))
 
 
-def _allan(covariance: Float) -> Float:
-    """Return the Allan variance at `_LEVELS` of a course with this covariance (m, m)."""
-    found = []
-    for level in _LEVELS:
-        count = len(covariance) - 2 * level + 1
-        if count < 1:
-            found.append(0.0)
-            continue
-        rows = np.zeros((count, len(covariance)))
-        for row in range(count):
-            rows[row, row : row + level] = -1.0 / level
-            rows[row, row + level : row + 2 * level] = 1.0 / level
-        found.append(0.5 * float(np.einsum("ki,ij,kj->", rows, covariance, rows)) / count)
-    return np.array(found)
+@lru_cache(maxsize=8)
+def _kernels(count: int) -> Float:
+    """Return the matrices (v, m, m) whose product with a covariance is its Allan variance."""
+    found = np.zeros((len(_LEVELS), count, count))
+    for kernel, level in zip(found, _LEVELS, strict=True):
+        spans = range(count - 2 * level + 1)
+        for first in spans:
+            span = np.zeros(count)
+            span[first : first + level], span[first + level : first + 2 * level] = -1.0, 1.0
+            kernel += 0.5 * np.outer(span, span) / (level**2 * len(spans))
+    return found
+
+
+def _allan(covariances: Float) -> Float:
+    """Return the Allan variances (..., v) at `_LEVELS` of series with covariances (..., m, m)."""
+    kernels = _kernels(covariances.shape[-1])
+    return np.asarray(np.einsum("...ij,vij->...v", covariances, kernels))

@@ -49,8 +49,7 @@ _BOUND_SIGMAS = 2.4
 """One-sided, 99 %: a motion exceeds its upper bound in one case of 100."""
 
 _HINT_CHI2 = 8.0
-"""Three degrees of freedom: 5 %. A motion beyond it counts as found, whatever the hand does
-otherwise."""
+"""Three degrees of freedom: 5 %. A motion beyond it counts whole, however still the hand is."""
 
 _HAND_MM2 = 0.004**2
 """Variance of the drift of a hand along each axis before the first touch."""
