@@ -1,12 +1,12 @@
 """Noise of the spots of a job against the stated one, camera by camera.
 
 A pose has six numbers and each seen LED gives two per camera, so the mean spots of a touch have
-residuals that no pose explains. Their covariance follows from the documents: noise of the spots
-(the sensor's pattern, near spots alike, and white noise), geometry of the probe and calibration of
-the cameras, both common to all touches. The variance of each camera's spots, relative to the stated
-one, is its quadratic unbiased estimate of least norm (C. R. Rao, J. Multivariate Analysis 1 (1971)
-257). A ratio certainly above one widens the pattern of that camera in every U of the job; one that
-may be one changes nothing.
+residuals that no pose explains. Their covariance follows from the documents: the pattern of the
+sensors, alike for near spots, and geometry of the probe and calibration of the cameras, common to
+all touches; white noise follows from the scatter of the frames. The variance of the pattern of each
+camera, relative to the stated one, is an unbiased quadratic estimate (C. R. Rao, J. Multivariate
+Analysis 1 (1971) 257). A ratio certainly above one widens the pattern of that camera in every U of
+the job; one that may be one changes nothing.
 """
 
 from __future__ import annotations
@@ -31,6 +31,9 @@ LEAST_TOUCHES = 4
 
 _INSIDE, _CERTAIN = 0.95, 0.999
 """Probabilities of the stated interval, and of a ratio above one that widens U."""
+
+_FINE = 0.1
+"""Variance of the pattern in what neighbouring touches differ by, which has little weight."""
 
 _PLAIN = 1.15
 """Smaller ratios are within the digits of a stated noise."""
@@ -102,20 +105,25 @@ def check_noise(points: Sequence[MeasuredPoint], rig: Rig, body: ProbeBody) -> D
         return DayCheck()
     rest = np.concatenate([one.rest for one in touches])
     shared = np.concatenate([one.shared for one in touches])
-    stated, common = _of_cameras(touches, rig), shared @ shared.T
+    stated = _of_cameras(touches, rig)
     used = [c for c, one in enumerate(stated) if np.any(one)]
     if not used:
         return DayCheck()
-    inverse = np.linalg.inv(common + sum(stated))
-    vector, weighted = inverse @ rest, [inverse @ stated[c] for c in used]
-    normal = np.array([[float(np.sum(a * b.T)) for b in weighted] for a in weighted])
-    right = np.array([vector @ stated[c] @ vector for c in used])
-    right -= [float(np.sum((one @ inverse) * common)) for one in weighted]
-    spread = np.linalg.inv(normal)
-    squares = dict(zip(used, np.maximum(spread @ right, 0.0), strict=True))
+    fixed = shared @ shared.T + np.diag(
+        np.concatenate([np.full(len(o.rest), o.white) for o in touches])
+    )
+    total = fixed + sum(stated)
+    # Spots of neighbouring touches differ by less than the model of the pattern is accurate to.
+    weight = np.linalg.inv(total + _FINE * rig.noise.pattern_px**2 * np.eye(len(rest)))
+    forms = [weight @ stated[c] @ weight for c in used]
+    normal = np.linalg.inv([[float(np.sum(form * stated[c])) for c in used] for form in forms])
+    squares = normal @ [rest @ form @ rest - float(np.sum(form * fixed)) for form in forms]
+    spread = [form @ total for form in forms]
+    variances = 2.0 * np.array([[float(np.sum(a * b.T)) for b in spread] for a in spread])
+    doubt = np.diagonal(normal @ variances @ normal.T)
     found = [NoiseRatio(camera.name, 1.0, 0.0, np.inf, exceeds=False) for camera in rig.cameras]
-    for k, c in enumerate(used):
-        found[c] = _ratio(rig.cameras[c].name, float(squares[c]), 2.0 * float(spread[k, k]))
+    for c, square, variance in zip(used, np.maximum(squares, 0.0), doubt, strict=True):
+        found[c] = _ratio(rig.cameras[c].name, float(square), float(variance))
     return DayCheck(tuple(found), len(touches))
 
 
@@ -145,7 +153,8 @@ class _Touch:
     camera: Int
     uv: Float
     """`camera`, `uv`: (s,) and (s, 2), px: of the spots."""
-    frames: int
+    white: float
+    """Variance of a mean spot by the scatter of the frames, px^2."""
 
 
 def _touch(point: MeasuredPoint, rig: Rig, body: ProbeBody) -> _Touch:
@@ -154,7 +163,7 @@ def _touch(point: MeasuredPoint, rig: Rig, body: ProbeBody) -> _Touch:
     seen = np.isfinite(point.spots).all(axis=2)
     camera = np.nonzero(seen)[0]
     if not np.all(np.isfinite(origin)) or 2 * len(camera) <= _POSE:
-        return _Touch(*(np.zeros((0, 0)) for _ in range(3)), camera, point.spots[seen], 1)
+        return _Touch(*(np.zeros((0, 0)) for _ in range(3)), camera, point.spots[seen], 0.0)
     arms = body.leds_probe @ rotation.T
     cameras, leds = seen.shape
     residuals, by_pose = np.zeros((cameras, leds, 2)), np.zeros((cameras, leds, 2, _POSE))
@@ -173,19 +182,17 @@ def _touch(point: MeasuredPoint, rig: Rig, body: ProbeBody) -> _Touch:
     of_cameras = by_cameras[seen].reshape(rows, -1) @ root_of(rig.parameter_covariance)
     shared = basis.T @ np.hstack([of_geometry, of_cameras])
     rest = basis.T @ residuals[seen].ravel()
-    return _Touch(rest, shared, basis, camera, point.spots[seen], point.n_frames)
+    scatter = point.chi2_per_dof * spot_sigma_px(rig) ** 2 - rig.noise.pattern_px**2
+    white = max(scatter, 0.0) / point.n_frames
+    return _Touch(rest, shared, basis, camera, point.spots[seen], white)
 
 
 def _of_cameras(touches: Sequence[_Touch], rig: Rig) -> list[Float]:
     """Return the stated covariance of all residuals due to the spots of each camera."""
     camera = np.concatenate([one.camera for one in touches])
     uv = np.concatenate([one.uv for one in touches])
-    white = np.concatenate(
-        [np.full(len(one.camera), rig.noise.white_px**2 / one.frames) for one in touches]
-    )
     apart = np.sum((uv[:, None] - uv) ** 2, axis=2)
     alike = rig.noise.pattern_px**2 * np.exp(-0.5 * apart / rig.noise.pattern_length_px**2)
-    alike += np.diag(white)
     basis = block_diag(*(one.basis for one in touches))
     along = basis.reshape(len(uv), 2, -1)
     found = []

@@ -1,6 +1,6 @@
 """Spots of a job against their stated noise: reported if twice as great, else silent.
 
-One frame of a resting probe a touch, through the virtual rig. Cameras, LEDs and the
+One frame without white noise a touch, through the virtual rig. Cameras, LEDs and the
 patterns of the sensors are drawn from the documents, so the common errors are in the residuals.
 """
 
@@ -16,7 +16,7 @@ from ocmm_core.camera import Rig
 from ocmm_core.composition import DEMO_PART
 from ocmm_core.geometry import rotation_xyz
 from ocmm_core.measuring import MeasuredPoint, check_noise, touches_checked
-from ocmm_core.simulation.scene import Motion, VirtualRig, load_part
+from ocmm_core.simulation.scene import Motion, VirtualRig, WorldOptions, load_part
 from ocmm_core.tracking import ProbeBody
 
 pytestmark = pytest.mark.numerics
@@ -36,18 +36,18 @@ def job(seed: int, noises: tuple[float, ...], rig: Rig, body: ProbeBody) -> list
         np.ones(40, dtype=np.bool_),
     )
     for factor in noises:
-        stated = rig.noise
-        noise = msgspec.structs.replace(
-            stated, white_px=factor * stated.white_px, pattern_px=factor * stated.pattern_px
-        )
-        world = VirtualRig(replace(rig, noise=noise), body, part, [("BED", 1)], seed)
+        noise = msgspec.structs.replace(rig.noise, pattern_px=factor * rig.noise.pattern_px)
+        world = VirtualRig(
+            replace(rig, noise=noise), body, part, [("BED", 1)], seed,
+            WorldOptions(white_noise=False),
+        )  # fmt: skip
         frames, slots = world.frames_of(motion, 0), world.truth.slots
         spots.append(np.stack([frames.uv[:, c][:, own] for c, own in enumerate(slots)], axis=1))
     uv = np.stack([spots[c][:, c] for c in range(len(noises))], axis=1)
     seen = np.flatnonzero(np.isfinite(uv).all(axis=3).sum(axis=2).min(axis=1) >= 4)
     return [
         MeasuredPoint(
-            number=n + 1, feature="A", time_s=0.0, first_frame=0, last_frame=0, n_frames=1,
+            number=n + 1, feature="A", time_s=0.0, first_frame=0, last_frame=0, n_frames=2000,
             tip_world=motion.tip_world[k], random_covariance=1e-6 * np.eye(3),
             direction=np.array([0.0, 0.0, 1.0]), tip_radius=3.0,
             rotation_world_from_probe=np.eye(3), spots=uv[k], chi2_per_dof=1.0, approach="trail",
