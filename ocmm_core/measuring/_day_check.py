@@ -35,8 +35,8 @@ _INSIDE, _CERTAIN = 0.95, 0.999
 _FINE = 0.1
 """Variance of the pattern in what neighbouring touches differ by, which has little weight."""
 
-_PLAIN = 1.15
-"""Smaller ratios are within the digits of a stated noise."""
+_PLAIN = 1.3
+"""Smaller ratios are within the digits of a stated noise, and pixels respond unequally."""
 
 _POSE = 6
 _CAMERA_NUMBERS = 14
