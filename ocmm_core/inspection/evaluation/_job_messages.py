@@ -15,7 +15,7 @@ UNPROVEN_CAMERAS = _UNPROVEN
 """Cameras described by a file, which cannot prove all that ours do."""
 
 NOISY = "NOISY"
-NOISY_LINE = "NOISY: Spots scatter more than stated, so U is widened."
+NOISY_LINE = "NOISY: Spots scatter more than stated."
 
 INCOMPLETE = "INCOMPLETE"
 PARTIAL_PLAN = "PARTIAL PLAN"
