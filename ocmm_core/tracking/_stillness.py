@@ -120,7 +120,7 @@ class HandDrift:
     @property
     def variance(self) -> float:
         """Return the variance of the drift along each axis, mm^2, with one standard error."""
-        return max(self.squares, 0.0) / self.weight + np.sqrt(self.doubt) / self.weight
+        return (max(self.squares, 0.0) + float(np.sqrt(self.doubt))) / self.weight
 
     def learnt(self, still: Stillness) -> HandDrift:
         """Return the drift with one more accepted touch."""
