@@ -291,7 +291,7 @@ SETTINGS: tuple[SettingSpec, ...] = (
     ),
     _spec(
         "archive.address", Kind.TEXT, "local", _S, _LATER, later("Archive"),
-        later("local, off, a file, or postgresql://USER@SERVER/DATABASE, without password"),
+        later("Place: local, off, a file, or a PostgreSQL database; without password"),
         choices=("local", "off"), option="--archive",
     ),
     _spec(

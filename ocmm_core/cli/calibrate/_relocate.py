@@ -109,7 +109,7 @@ def relocate(
         int, typer.Option("--placements", min=1, help="Least number of bar placements.")
     ] = BARS_WANTED,
     limit: Annotated[
-        float, typer.Option("--limit", help="Target: standard uncertainty of a length, mm.")
+        float, typer.Option("--limit", help="Target: standard uncertainty (U / 2) of a length, mm.")
     ] = LENGTH_LIMIT_MM,
     seats: Annotated[
         bool,
