@@ -145,6 +145,9 @@ class Rig:
     """Permits calibration of cameras that cannot prove the age of their data."""
     thermal: ThermalShare | None = None
     """Of the thermometer of the calibration; None if unknown."""
+    noise_ratios: tuple[float, ...] = ()
+    """Spot noise of each camera in a job, relative to ``noise`` (`measuring.check_noise`); empty if
+    as stated."""
     # Every kernel call needs it, and computing it takes longer than a single tip.
     _packed: Float = dataclasses.field(init=False, repr=False, compare=False)
 

@@ -29,6 +29,7 @@ if TYPE_CHECKING:
         contributions,
         rigid_movement,
     )
+    from ocmm_core.measuring._day_check import DayCheck, NoiseRatio, check_noise, touches_checked
     from ocmm_core.measuring._factors import (
         PointFactors,
         factors_of,
@@ -43,7 +44,7 @@ if TYPE_CHECKING:
     from ocmm_core.measuring._probe_messages import label_verdict, label_words, mechanics_words
     from ocmm_core.measuring._probe_report import Examination, Mechanics, ProbeReport, examine
     from ocmm_core.measuring._rows import Rows
-    from ocmm_core.measuring._stable_point import PointOptions, StablePoint, average
+    from ocmm_core.measuring._stable_point import PointOptions, StablePoint, TouchNoise, average
     from ocmm_core.measuring._temperature import (
         CLIMATE_EVENT,
         Climate,
@@ -68,6 +69,7 @@ else:
             "CAMERAS Contribution FRAME FrameDoubt IMAGE_NOISE ProbeState TIP_RADIUS "
             "contributions rigid_movement"
         ),
+        _day_check="DayCheck NoiseRatio check_noise touches_checked",
         _factors="PointFactors factors_of factors_of_matrix joined_factors root_of",
         _missing_tip="explain explain_reference",
         _point="MeasuredPoint Refusal RefusalCode",
@@ -76,7 +78,7 @@ else:
         _probe_report="Examination Mechanics ProbeReport examine",
         _probe_messages="label_verdict label_words mechanics_words",
         _rows="Rows",
-        _stable_point="PointOptions StablePoint average",
+        _stable_point="PointOptions StablePoint TouchNoise average",
         _temperature=(
             "CLIMATE_EVENT Climate PartTemperature check_part climate_of_text record_text "
             "reported_points"
@@ -87,12 +89,13 @@ else:
 
 __all__ = [
     "CAMERAS", "CLIMATE_EVENT", "COVERAGE_FACTOR", "FRAME", "IMAGE_NOISE", "METHODS", "TIP_RADIUS",
-    "BudgetTerm", "Climate", "Contribution", "Examination", "FrameDoubt", "MeasuredPoint",
-    "Mechanics", "PartTemperature", "PointFactors", "PointOptions", "ProbeReport", "ProbeState",
-    "Refusal", "RefusalCode", "Rows", "Side", "StablePoint", "Touch", "TouchCollector",
-    "approach_direction", "average", "check_part", "climate_of_text", "colour_at", "contributions",
-    "examine", "explain", "explain_reference", "factors_of", "factors_of_matrix", "joined_factors",
-    "joint_factors", "label_verdict", "label_words", "map_range", "mechanics_words",
-    "point_uncertainty", "record_text", "reported_points", "rigid_movement", "root_of", "side_of",
-    "systematic_covariance",
+    "BudgetTerm", "Climate", "Contribution", "DayCheck", "Examination", "FrameDoubt",
+    "MeasuredPoint", "Mechanics", "NoiseRatio", "PartTemperature", "PointFactors", "PointOptions",
+    "ProbeReport", "ProbeState", "Refusal", "RefusalCode", "Rows", "Side", "StablePoint", "Touch",
+    "TouchCollector", "TouchNoise", "approach_direction", "average", "check_noise", "check_part",
+    "climate_of_text", "colour_at", "contributions", "examine", "explain", "explain_reference",
+    "factors_of", "factors_of_matrix", "joined_factors", "joint_factors", "label_verdict",
+    "label_words", "map_range", "mechanics_words", "point_uncertainty", "record_text",
+    "reported_points", "rigid_movement", "root_of", "side_of", "systematic_covariance",
+    "touches_checked",
 ]  # fmt: skip

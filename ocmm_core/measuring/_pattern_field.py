@@ -143,4 +143,6 @@ def pattern_field(sensitivities: Sequence[TipSensitivity], rig: Rig) -> PatternF
         # A missing spot takes the place of another, so it adds no bumps.
         place[index, seen:], camera[index, seen:] = item.uv[0], item.camera[0]
         gain[index, :seen] = item.by_spots.transpose(1, 2, 0)
+    if rig.noise_ratios:
+        gain *= np.array(rig.noise_ratios)[camera][:, :, None, None]
     return PatternField(camera, place / (_PITCH * noise.pattern_length_px), noise.pattern_px * gain)

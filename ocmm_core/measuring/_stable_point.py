@@ -14,12 +14,17 @@ from ocmm_core.measuring._point import Refusal, RefusalCode
 from ocmm_core.tracking import (
     BallMotion,
     FrameStatus,
+    HandDrift,
+    ProbeBody,
+    SpotSpectrum,
     Stillness,
     TrackBlock,
+    batch_labels,
     in_rig,
     judge_stillness,
     motion_to_world,
     simultaneous,
+    spot_course,
     wildness,
 )
 
@@ -77,14 +82,48 @@ class StablePoint:
     """(C, R, 2), px, mean spots of the reference body in the same frames; None without one."""
 
 
+class TouchNoise:
+    """Noise of spots and hand, learnt from the touches of a session; for one probe.
+
+    A new object starts with conservative defaults. Touches that were refused teach the noise of
+    the spots, because no motion of the probe changes it, but not that of the hand.
+    """
+
+    def __init__(self, rig: Rig, body: ProbeBody) -> None:
+        self._rig, self._leds = rig, body.leds_probe
+        self._spectrum, self._hand = SpotSpectrum(), HandDrift()
+
+    def judge(self, window: TrackBlock, frames: Int, limit_mm: float) -> Stillness:
+        """Judge whether the ball rested in some frames that see the same LEDs, and learn."""
+        seconds, seen = _seconds(window)[frames], in_rig(window)
+        course = spot_course(
+            batch_labels(seconds), seconds, seen.uv[frames],
+            seen.rotation_world_from_probe[frames], seen.origin_world[frames],
+            self._rig, self._leds,
+        )  # fmt: skip
+        self._spectrum = self._spectrum.learnt(course)
+        still = judge_stillness(
+            seconds, window.tip_world[frames], window.tip_covariance[frames], limit_mm,
+            self._spectrum.between(course), self._hand,
+        )  # fmt: skip
+        if still.motion is None:
+            self._hand = self._hand.learnt(still)
+        return still
+
+
 def average(
-    window: TrackBlock, expected: int, rig: Rig, options: PointOptions
+    window: TrackBlock,
+    expected: int,
+    rig: Rig,
+    options: PointOptions,
+    noise: TouchNoise | None = None,
 ) -> StablePoint | Refusal:
     """Average a window of frames if the probe was visible and still.
 
     The random covariance comes from ten batch means, to include slow tremor, and is at least the
     prediction from independent spot noise. Ball motion indistinguishable from noise is added.
-    ``expected`` is the intended number of frames.
+    ``expected`` is the intended number of frames. Without ``noise``, frames are independent and
+    the hand is unknown.
     """
     # Poses of the averaged frames themselves: no lag, whatever moved.
     window = simultaneous(window)
@@ -109,7 +148,10 @@ def average(
     keep = np.flatnonzero(used)[apart < _OUTLIER_SIGMAS]
     enough = len(keep) >= 0.5 * options.min_share * expected
     judged = keep if enough else np.flatnonzero(used)
-    still = _judge(window, judged, options.still_mm)
+    if noise is not None:
+        still = noise.judge(window, judged, options.still_mm)
+    else:
+        still = _judge(window, judged, options.still_mm)
     if still.motion is not None:
         return _moving(still.motion, time_s)
     if not enough:

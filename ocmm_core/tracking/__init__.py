@@ -6,9 +6,9 @@ labels, pose, tip in mm with covariance and chi-square, or a status why not.
 Read `_body` (LEDs and ball of a probe) with `_led_document`, `_identify` (assignment of slots to
 LEDs), `_body_tracker` (one body through blocks of frames), `_pipeline` (probe and reference body),
 `_result` (result of each frame), `_pose` (reference in plain numpy). Then `_sensitivity`,
-`_stillness`, `_ambiguity`, `_strobe`, and the reference body: `_reference_body`, `_reference`,
-`_reference_filter`, `_reference_home`. `kernels` is the compiled hot path. The package is
-independent of calibration records, touches and points.
+`_stillness` with `_spot_spectrum`, `_ambiguity`, `_strobe`, and the reference body:
+`_reference_body`, `_reference`, `_reference_filter`, `_reference_home`. `kernels` is the compiled
+hot path. The package is independent of calibration records, touches and points.
 """
 
 from __future__ import annotations
@@ -63,7 +63,15 @@ if TYPE_CHECKING:
         pick,
     )
     from ocmm_core.tracking._sensitivity import TipSensitivity, tip_sensitivities, tip_sensitivity
-    from ocmm_core.tracking._stillness import BallMotion, Stillness, judge_stillness, wildness
+    from ocmm_core.tracking._spot_spectrum import SpotSpectrum, spot_course
+    from ocmm_core.tracking._stillness import (
+        BallMotion,
+        HandDrift,
+        Stillness,
+        batch_labels,
+        judge_stillness,
+        wildness,
+    )
     from ocmm_core.tracking._strobe import StrobeEntry, dark_bits
 else:
     __getattr__ = door(
@@ -86,19 +94,20 @@ else:
             "join pick"
         ),
         _sensitivity="TipSensitivity tip_sensitivities tip_sensitivity",
-        _stillness="BallMotion Stillness judge_stillness wildness",
+        _spot_spectrum="SpotSpectrum spot_course",
+        _stillness="BallMotion HandDrift Stillness batch_labels judge_stillness wildness",
         _strobe="StrobeEntry dark_bits",
     )
 
 __all__ = [
-    "AMBIGUITY_LIMIT_MM", "ARRAYS", "SCHEMA", "Ambiguity", "BallMotion", "FrameStatus",
+    "AMBIGUITY_LIMIT_MM", "ARRAYS", "SCHEMA", "Ambiguity", "BallMotion", "FrameStatus", "HandDrift",
     "IdentifyOptions", "LedBody", "LedEntry", "Method", "OrientationRule", "PoseBatch", "ProbeBody",
-    "ProbeDocument", "ReferenceBody", "ReferenceHome", "ReferenceTrack", "Stillness", "StrobeEntry",
-    "TipSensitivity", "TrackBlock", "TrackingOptions", "TrackingPipeline", "body_of",
-    "check_labels", "check_together", "cut", "dark_bits", "home_of", "identify", "identify_many",
-    "in_rig", "interruptions", "join", "judge_stillness", "load_probe", "load_reference",
-    "motion_to_world", "nearest_ambiguity", "ordered_spots", "pick", "relative_sensitivities",
-    "relative_sensitivity", "reprojection", "satisfies_rules", "simultaneous", "solve",
-    "solve_leds", "spot_sigma_px", "tip_sensitivities", "tip_sensitivity", "triangulate",
-    "wildness",
+    "ProbeDocument", "ReferenceBody", "ReferenceHome", "ReferenceTrack", "SpotSpectrum",
+    "Stillness", "StrobeEntry", "TipSensitivity", "TrackBlock", "TrackingOptions",
+    "TrackingPipeline", "batch_labels", "body_of", "check_labels", "check_together", "cut",
+    "dark_bits", "home_of", "identify", "identify_many", "in_rig", "interruptions", "join",
+    "judge_stillness", "load_probe", "load_reference", "motion_to_world", "nearest_ambiguity",
+    "ordered_spots", "pick", "relative_sensitivities", "relative_sensitivity", "reprojection",
+    "satisfies_rules", "simultaneous", "solve", "solve_leds", "spot_course", "spot_sigma_px",
+    "tip_sensitivities", "tip_sensitivity", "triangulate", "wildness",
 ]  # fmt: skip

@@ -48,6 +48,12 @@ _TREMOR_SIGMAS = 4.0
 _BOUND_SIGMAS = 2.4
 """One-sided, 99 %: a motion exceeds its upper bound in one case of 100."""
 
+_HINT_CHI2 = 8.0
+"""Three degrees of freedom: 5 %. A motion beyond it counts whole, however still the hand is."""
+
+_HAND_MM2 = 0.004**2
+"""Variance of the drift of a hand along each axis before the first touch."""
+
 
 class MotionKind(Enum):
     """Kind of motion, as in messages."""
@@ -89,6 +95,41 @@ class Stillness:
     """(3, 3), mm^2: possible distance of the mean from the ball's place due to an undetected
     motion. The place is that at the start for a drift, and the one occupied longer for a slip.
     """
+    drift: Float
+    variance: Float
+    """`drift`, `variance`: (3,), mm and mm^2: uniform drift along the principal axes of the noise.
+    """
+
+
+@dataclass(frozen=True, slots=True)
+class HandDrift:
+    """How far the ball drifts in the accepted touches of a session (empirical Bayes).
+
+    A drift that noise hides is as probable as the other touches of the session make it: most hands
+    hold a ball stiller than noise permits to see in one touch (H. Robbins, Proc. 3rd Berkeley
+    Symp. 1 (1956) 157).
+    """
+
+    squares: float = 3.0 / _HAND_MM2
+    weight: float = 3.0 / _HAND_MM2**2
+    doubt: float = 0.0
+    """`squares`, `weight`, `doubt`: sums over axes and touches of the weighted squares of drifts
+    less noise, of weights, and of the variances of the former; the default counts as one touch.
+    """
+
+    @property
+    def variance(self) -> float:
+        """Return the variance of the drift along each axis, mm^2, with one standard error."""
+        return (max(self.squares, 0.0) + float(np.sqrt(self.doubt))) / self.weight
+
+    def learnt(self, still: Stillness) -> HandDrift:
+        """Return the drift with one more accepted touch."""
+        weights = 1.0 / (still.variance + _HAND_MM2) ** 2
+        return HandDrift(
+            self.squares + float(weights @ (still.drift**2 - still.variance)),
+            self.weight + float(np.sum(weights)),
+            self.doubt + 2.0 * float(np.sum((weights * still.variance) ** 2)),
+        )
 
 
 @dataclass(frozen=True, slots=True)
@@ -100,8 +141,10 @@ class _Batches:
     span_s: float
     places: Float
     """(m, 3), mm."""
+    noise: Float
+    """(3, m, m), mm^2: covariance of spot noise along each axis."""
     variances: Float
-    """(m, 3), mm^2: of spot noise."""
+    """(m, 3), mm^2: of spot noise about its mean."""
     axes: Float
     """(3, 3): the columns."""
 
@@ -141,7 +184,7 @@ def wildness(times_s: Float, places: Float, covariances: Float) -> Float:
     The centre is the median of a batch, interpolated linearly, so that motion is no outlier.
     Parameters as `judge_stillness`.
     """
-    labels = _labels(times_s)
+    labels = batch_labels(times_s)
     numbers = np.unique(labels)
     at = np.array([times_s[labels == number].mean() for number in numbers])
     medians = np.array([np.median(places[labels == number], axis=0) for number in numbers])
@@ -155,7 +198,12 @@ def wildness(times_s: Float, places: Float, covariances: Float) -> Float:
 
 
 def judge_stillness(
-    times_s: Float, places: Float, covariances: Float, limit_mm: float
+    times_s: Float,
+    places: Float,
+    covariances: Float,
+    limit_mm: float,
+    slow: Float | None = None,
+    hand: HandDrift | None = None,
 ) -> Stillness:
     """Judge whether a ball rested.
 
@@ -170,8 +218,13 @@ def judge_stillness(
         never decreased.
     limit_mm
         Shortest length that counts as motion.
+    slow
+        (m, m): covariance of slow noise between the batches of `batch_labels`, relative to the
+        variance of a frame (`SpotSpectrum.between`); None if frames are independent.
+    hand
+        Drift of the hand in other touches; None if unknown: the observed motion then counts whole.
     """
-    batches = _batch(times_s, places, covariances)
+    batches = _batch(times_s, places, covariances, slow)
     shapes = _shapes(batches.times)
     tremor = np.full(3, _TREMOR_MM**2)
     fits = _fit(batches, shapes, tremor)
@@ -180,13 +233,20 @@ def judge_stillness(
     tremor = np.maximum(tremor, trembling)
     fits = _fit(batches, shapes, tremor)
     motion = _found(shapes, fits, limit_mm) or _trembled(batches, trembling, limit_mm)
-    best = int(np.argmax(fits.score()))
-    bias = shapes.shares[best] * fits.sizes[best]
-    own = np.outer(bias, bias) + np.diag(shapes.shares[0] ** 2 * fits.variances[0])
-    return Stillness(motion, batches.axes @ own @ batches.axes.T)
+    score = fits.score()
+    best = int(np.argmax(score))
+    bias, variance = shapes.shares[best] * fits.sizes[best], fits.variances[0]
+    if hand is not None and score[best] < _HINT_CHI2:
+        # The posterior of a normal drift: its mean and its variance shrink by the same share.
+        bias = bias * hand.variance / (hand.variance + fits.variances[best])
+        variance = variance * hand.variance / (hand.variance + variance)
+    own = np.outer(bias, bias) + np.diag(shapes.shares[0] ** 2 * variance)
+    covariance = batches.axes @ own @ batches.axes.T
+    return Stillness(motion, covariance, fits.sizes[0], fits.variances[0])
 
 
-def _labels(times_s: Float) -> Int:
+def batch_labels(times_s: Float) -> Int:
+    """Return the batch of each frame, (n,), by its time (n,), s, ascending."""
     count = int(np.clip(len(times_s) // _LEAST_FRAMES, _LEAST_BATCHES, _BATCHES))
     span = times_s[-1] - times_s[0]
     part = (times_s - times_s[0]) / span * count
@@ -194,20 +254,26 @@ def _labels(times_s: Float) -> Int:
     return labels
 
 
-def _batch(times_s: Float, places: Float, covariances: Float) -> _Batches:
+def _batch(times_s: Float, places: Float, covariances: Float, slow: Float | None) -> _Batches:
     values, axes = np.linalg.eigh(covariances.mean(axis=0))
     along = (places - places.mean(axis=0)) @ axes
     # Between consecutive frames hand motion is negligible: the differences are noise.
     seen = 0.5 * np.mean(np.diff(along, axis=0) ** 2, axis=0)
     values = np.maximum(values, seen)
-    labels = _labels(times_s)
+    labels = batch_labels(times_s)
     numbers, counts = np.unique(labels, return_counts=True)
     span = float(times_s[-1] - times_s[0])
+    relative = np.diag(1.0 / counts)
+    about_mean = relative
+    if slow is not None:
+        relative = relative + slow
+        about_mean = relative - slow.mean(axis=0) - slow.mean(axis=1)[:, None] + slow.mean()
     return _Batches(
         times=np.array([(times_s[labels == k].mean() - times_s[0]) / span for k in numbers]),
         span_s=span,
         places=np.array([along[labels == k].mean(axis=0) for k in numbers]),
-        variances=values / counts[:, None],
+        noise=values[:, None, None] * relative,
+        variances=np.outer(np.diagonal(about_mean), values),
         axes=axes,
     )
 
@@ -229,7 +295,7 @@ def _fit(batches: _Batches, shapes: _Shapes, tremor: Float) -> _Fits:
     shared = np.cos(2.0 * np.pi * _TREMOR_HZ[:, None, None] * apart_s).mean(axis=0)
     sizes, variances = np.empty((2, len(shapes.courses), 3))
     for axis in range(3):
-        covariance = np.diag(batches.variances[:, axis]) + tremor[axis] * shared
+        covariance = batches.noise[axis] + tremor[axis] * shared
         factor = np.linalg.cholesky(covariance)
         columns = np.column_stack(
             [np.ones(len(batches.times)), batches.places[:, axis], shapes.courses.T]

@@ -215,7 +215,7 @@ class DeskView(CoachedView):
         self._heading.setToolTip(literal(header_words(job)))
         self._header.setText(header_words(job))
         self.picture.show_step(self._nominals.get(job.active), self._folder)
-        self._climate.setText(said(job.temperature))
+        self._climate.setText(" ".join(map(said, (job.temperature, *job.noise))).strip())
         self.strip.show_job(job)
         self.plan.show_job(job)
         self.part.show_job(job)

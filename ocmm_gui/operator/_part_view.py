@@ -5,7 +5,7 @@ from __future__ import annotations
 from PySide6.QtCore import QRectF, Qt
 from PySide6.QtGui import QColor, QFontMetricsF, QPaintEvent
 
-from ocmm_core.inspection.evaluation import SIMULATED_LINE, JobView
+from ocmm_core.inspection.evaluation import NOISY_LINE, SIMULATED_LINE, JobView
 from ocmm_gui.kit import (
     Mark,
     Painted,
@@ -61,7 +61,8 @@ class PartVerdictView(Painted):
         part = self._job.part_verdict
         simulated = (SIMULATED_LINE,) if self._job.simulated else ()
         counted = (part.requirement_words,) if part.is_partial else ()
-        lines = (*simulated, *counted, *(part.reasons or (part.summary.counted,)))
+        noisy = (NOISY_LINE,) if self._job.noise else ()
+        lines = (*simulated, *noisy, *counted, *(part.reasons or (part.summary.counted,)))
         return tuple(said(line) for line in lines)
 
     def type_pixels(self) -> tuple[int, int]:

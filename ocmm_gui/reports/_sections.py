@@ -143,7 +143,7 @@ def title(canvas: Canvas, data: ReportData) -> None:
         canvas.text(told, Style(34.0, bold=True, colour=INK.bad if fails else plain))
     if part.reasons:
         canvas.text(speech.say(part.summary.counted), SMALL)
-    for note in (data.view.unproven, *data.view.camera_doubts, *data.notes):
+    for note in (data.view.unproven, *data.view.camera_doubts, *data.view.noise, *data.notes):
         if note:
             canvas.skip(6.0)
             canvas.text(f"! {canvas.speech.say(note)}", Style(32.0, bold=True, colour=INK.bad))

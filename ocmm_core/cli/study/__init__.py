@@ -19,6 +19,7 @@ if TYPE_CHECKING:
         CoverageOutcome,
         CoverageSetup,
         coverage_table,
+        more_characteristics,
         run_coverage,
         touch_all,
     )
@@ -32,7 +33,10 @@ else:
     __getattr__ = door(
         __name__,
         _bench="BenchRow measure_speed run_bench",
-        _coverage="CoverageOutcome CoverageSetup coverage_table run_coverage touch_all",
+        _coverage=(
+            "CoverageOutcome CoverageSetup coverage_table more_characteristics run_coverage "
+            "touch_all"
+        ),
         _endurance="print_run run_for",
         _fit="fit_command",
         _probe="probe_app",
@@ -43,6 +47,7 @@ else:
 
 __all__ = [
     "BenchRow", "CoverageOutcome", "CoverageSetup", "coverage_table", "fit_command",
-    "measure_speed", "print_run", "probe_app", "probe_calibration", "run_bench", "run_coverage",
-    "run_for", "study_app", "touch_all", "uncertainty_command", "verify_fits_command",
+    "measure_speed", "more_characteristics", "print_run", "probe_app", "probe_calibration",
+    "run_bench", "run_coverage", "run_for", "study_app", "touch_all", "uncertainty_command",
+    "verify_fits_command",
 ]  # fmt: skip

@@ -57,6 +57,7 @@ def head_table(data: ReportData) -> Table:
         ("Measured with", f"OCMM {head.software_version}"),
         ("Reported with", f"OCMM {data.written_by}"),
         *_numbered("Cameras", view.camera_doubts),
+        *_numbered("Noise", view.noise),
         *_numbered("Doubt", data.notes),
     ]
     return Table("Job", ("Item", "Value"), tuple(pairs))

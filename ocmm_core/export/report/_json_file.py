@@ -141,6 +141,7 @@ def _file(data: ReportData) -> ReportFile:
             points_taken_back=tuple(data.annulled),
             doubts=data.notes,
             camera_doubts=view.camera_doubts,
+            noise=view.noise,
         ),
         decision_rule=data.plan.rule,
         temperature=view.temperature,

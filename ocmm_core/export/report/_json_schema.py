@@ -60,6 +60,7 @@ class JobPart(_Part, frozen=True, kw_only=True):
     points_taken_back: tuple[int, ...]
     doubts: tuple[str, ...]
     camera_doubts: tuple[str, ...] = ()
+    noise: tuple[str, ...] = ()
 
 
 class SealPart(_Part, frozen=True, kw_only=True):

@@ -162,7 +162,7 @@ def plan_deviations(data: ReportData) -> tuple[str, ...]:
     told = [*data.paper.given.deviations]
     if data.view.simulated:
         told.append(SIMULATED_LINE)
-    told += data.view.camera_doubts
+    told += (*data.view.camera_doubts, *data.view.noise)
     skipped = [item.name for item in data.features if item.seen.skipped]
     for names, words in (
         (skipped, "Skipped"),

@@ -148,8 +148,12 @@ def brought_home(job: EvaluatedJob, common: Common, name: str) -> Float:
 def scatter_of(job: EvaluatedJob, leave_out: Collection[str]) -> float | None:
     """Return the scatter of nearly all features relative to their noise.
 
-    None if it is normal, or shown by too few features: the form of one surface is its own.
+    None if it is normal, or shown by too few features: the form of one surface is its own. Spots
+    that scatter more than stated need no further witness.
     """
+    excess = [item.ratio for item in job.noise.cameras if item.exceeds]
+    if excess:
+        return max(excess)
     samples = [item for item in job.samples if item.feature not in leave_out]
     ratios = [scatter_ratio(item) for item in samples]
     weights = [item.degrees for item in samples]

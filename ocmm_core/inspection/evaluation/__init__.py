@@ -41,6 +41,7 @@ if TYPE_CHECKING:
     from ocmm_core.inspection.evaluation._job_messages import (
         INCOMPLETE,
         NO_REAL_PART,
+        NOISY_LINE,
         PARTIAL_PLAN,
         SIMULATED,
         SIMULATED_LINE,
@@ -111,8 +112,8 @@ else:
             "FAR_MM Whereabouts aligned_nominals cue place_of_nominals targets_of whereabouts"
         ),
         _job_messages=(
-            "INCOMPLETE NO_REAL_PART PARTIAL_PLAN SIMULATED SIMULATED_LINE UNPROVEN_CAMERAS "
-            "job_states part_line state_lines"
+            "INCOMPLETE NOISY_LINE NO_REAL_PART PARTIAL_PLAN SIMULATED SIMULATED_LINE "
+            "UNPROVEN_CAMERAS job_states part_line state_lines"
         ),
         _options=(
             "FOR_COMPARISON LIMITS_EVENT SessionOptions limits_text methods_used with_stored_limits"
@@ -132,8 +133,8 @@ else:
     )
 
 __all__ = [
-    "FAR_MM", "FOR_COMPARISON", "INCOMPLETE", "LIMITS_EVENT", "NO_REAL_PART", "PARTIAL_PLAN",
-    "PAUSED", "REMOVE", "RESUMED", "SIMULATED", "SIMULATED_LINE", "STANDING_EVENT",
+    "FAR_MM", "FOR_COMPARISON", "INCOMPLETE", "LIMITS_EVENT", "NOISY_LINE", "NO_REAL_PART",
+    "PARTIAL_PLAN", "PAUSED", "REMOVE", "RESUMED", "SIMULATED", "SIMULATED_LINE", "STANDING_EVENT",
     "UNPROVEN_CAMERAS", "Coverage", "DeletedPoint", "EvaluatedJob", "EvaluationCache",
     "FeatureState", "FeatureView", "HoldReason", "JobHeader", "JobResults", "JobStatus",
     "JobUncertainty", "JobView", "LiveView", "PlannedFeature", "Probing", "Progress",

@@ -13,11 +13,12 @@ from ocmm_core.camera import Rig
 from ocmm_core.errors import FitError, OcmmError
 from ocmm_core.features.measured import ActualFeature
 from ocmm_core.geometry import Float
-from ocmm_core.inspection.evaluation._evaluation import alignment_of, checked_features
+from ocmm_core.inspection.evaluation._evaluation import alignment_of, checked_features, noise_of_job
 from ocmm_core.inspection.evaluation._options import SessionOptions
 from ocmm_core.inspection.plan import Plan
 from ocmm_core.measuring import (
     Contribution,
+    DayCheck,
     MeasuredPoint,
     PointFactors,
     ProbeState,
@@ -52,6 +53,8 @@ class EvaluatedJob:
     missing: Mapping[str, str]
     """`evaluations`, `missing`: Values with gradients by name of the characteristic, and why others
     have none."""
+    noise: DayCheck
+    """Noise of the spots against the stated one; ``parts`` are widened by it."""
 
     @property
     def actual(self) -> dict[str, ActualFeature]:
@@ -114,6 +117,7 @@ def evaluated_job(
     probe
         Separates temperature and weight of the probe from its calibration; None joins them.
     """
+    noise, rig = noise_of_job(points, rig, body)
     reported = tuple(reported_points(points, options.climate.part))
     found = checked_features(plan, reported, options)
     actual = {k: v for k, v in found.items() if isinstance(v, ActualFeature)}
@@ -135,7 +139,7 @@ def evaluated_job(
             missing[item.name] = error.what
     return EvaluatedJob(
         plan, options, reported, found, alignment, parts, factors,
-        form_samples(found, factors), evaluations, missing,
+        form_samples(found, factors), evaluations, missing, noise,
     )  # fmt: skip
 
 

@@ -18,7 +18,7 @@ from ocmm_core.inspection.evaluation._options import SessionOptions
 from ocmm_core.inspection.evaluation._outliers import REMOVE
 from ocmm_core.inspection.evaluation._quarantine import notes_on, with_doubt
 from ocmm_core.inspection.plan import Plan
-from ocmm_core.measuring import MeasuredPoint
+from ocmm_core.measuring import DayCheck, MeasuredPoint, check_noise, touches_checked
 from ocmm_core.tolerances.decisions import (
     CharacteristicResult,
     not_measured,
@@ -51,6 +51,8 @@ class JobResults:
     """The probed features of each characteristic, by its name."""
     commanding: Mapping[str, CommandingPoints] = field(default_factory=dict)
     """Points that command the fit of a probed feature, by its name."""
+    noise: DayCheck = field(default_factory=DayCheck)
+    """Noise of the spots against the stated one; U is widened by it."""
 
     def judged(self, status: JobStatus) -> tuple[CharacteristicResult, ...]:
         """Return the results, suspect ones as not proven."""
@@ -84,7 +86,9 @@ def evaluate_job(
     cache
         Of earlier evaluations of the same job; None computes everything.
     """
-    graph = FeatureGraph(plan, options, cache or EvaluationCache())
+    cache = cache or EvaluationCache()
+    graph = FeatureGraph(plan, options, cache)
+    noise, rig = noise_of_job(points, rig, body, cache)
     touched = graph.touched(points)
     actual = graph.features(touched)
     commanding = graph.commanding(touched, actual)
@@ -100,7 +104,20 @@ def evaluate_job(
         progress.as_far(item, result)
         for item, result in zip(plan.characteristics, results, strict=True)
     )
-    return JobResults(touched.points, actual, judged, graph.below.rests_on, commanding)
+    return JobResults(touched.points, actual, judged, graph.below.rests_on, commanding, noise)
+
+
+def noise_of_job(
+    points: Sequence[MeasuredPoint], rig: Rig, body: ProbeBody, cache: EvaluationCache | None = None
+) -> tuple[DayCheck, Rig]:
+    """Return the noise of a job against the stated one, and the rig with the greater of both."""
+    chosen = [points[index] for index in touches_checked(len(points))]
+
+    def made() -> tuple[DayCheck, Rig]:
+        check = check_noise(chosen, rig, body)
+        return check, check.widened(rig)
+
+    return (cache or EvaluationCache()).known("noise", (rig, body, *chosen), made)
 
 
 @dataclass(frozen=True, slots=True)

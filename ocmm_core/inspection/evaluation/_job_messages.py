@@ -14,6 +14,9 @@ SIMULATED = "SIMULATED"
 UNPROVEN_CAMERAS = _UNPROVEN
 """Cameras described by a file, which cannot prove all that ours do."""
 
+NOISY = "NOISY"
+NOISY_LINE = "NOISY: Spots scatter more than stated."
+
 INCOMPLETE = "INCOMPLETE"
 PARTIAL_PLAN = "PARTIAL PLAN"
 """The source of the plan has more requirements than the plan."""
@@ -28,6 +31,7 @@ def job_states(view: JobView) -> tuple[str, ...]:
     states = (
         (SIMULATED, view.simulated),
         (UNPROVEN_CAMERAS, bool(view.camera_doubts)),
+        (NOISY, bool(view.noise)),
         (INCOMPLETE, not view.part_verdict.complete),
         (PARTIAL_PLAN, view.part_verdict.is_partial),
     )
@@ -40,6 +44,7 @@ def state_lines(view: JobView) -> tuple[str, ...]:
     lines = {
         SIMULATED: SIMULATED_LINE,
         UNPROVEN_CAMERAS: f"{UNPROVEN_CAMERAS}: {' '.join(view.camera_doubts)}",
+        NOISY: " ".join((NOISY_LINE, *view.noise)),
         INCOMPLETE: f"{INCOMPLETE}: Missing: {missing}.",
         PARTIAL_PLAN: f"{PARTIAL_PLAN}: {view.part_verdict.requirement_words}.",
     }

@@ -14,7 +14,7 @@ from ocmm_core.errors import MeasuringError
 from ocmm_core.features.measured import ActualFeature, nominal_geometries
 from ocmm_core.geometry import Float
 from ocmm_core.inspection.evaluation._evaluated import EvaluatedJob, evaluated_job
-from ocmm_core.inspection.evaluation._evaluation import alignment_of, checked_features
+from ocmm_core.inspection.evaluation._evaluation import alignment_of, checked_features, noise_of_job
 from ocmm_core.inspection.evaluation._options import SessionOptions
 from ocmm_core.inspection.plan import Plan
 from ocmm_core.leftovers import scratch_folder
@@ -117,6 +117,7 @@ def frame_covariance(
         return np.array(plan.alignment.covariance) if plan.alignment.covariance else None
     if saved_frame_in(alignment) is not None or isinstance(plan.alignment, Relocation):
         return None
+    _, rig = noise_of_job(points, rig, body)
     factors = joint_factors(reported, sensitivities, rig, body, options.contact, climate.part)
     actual = {k: v for k, v in found.items() if isinstance(v, ActualFeature)}
     jacobian = Frames(actual, alignment).of_part(plan.name).by_coordinates

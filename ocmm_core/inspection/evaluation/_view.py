@@ -273,6 +273,8 @@ class JobView:
     """Partly from a virtual rig: every screen, page and file states it."""
     camera_doubts: tuple[str, ...] = ()
     """Unproven properties of its cameras, in sentences; every page and file states them."""
+    noise: tuple[str, ...] = ()
+    """Cameras whose spots scatter more than stated, in sentences; U is widened accordingly."""
     placed_part: PlacedPart | None = None
     """The nominal part by the CAD model of the plan; None without one."""
     planned: PlannedFeature | None = None

@@ -11,9 +11,11 @@ from ocmm_core.measuring import (
     Refusal,
     RefusalCode,
     Touch,
+    TouchNoise,
     approach_direction,
     average,
 )
+from ocmm_core.tracking import ProbeBody
 
 
 class TouchIntake:
@@ -24,9 +26,15 @@ class TouchIntake:
     """
 
     def __init__(
-        self, ledger: JobLedger, rig: Rig, options: PointOptions, assignment: TouchAssigner
+        self,
+        ledger: JobLedger,
+        rig: Rig,
+        body: ProbeBody,
+        options: PointOptions,
+        assignment: TouchAssigner,
     ) -> None:
         self._ledger, self._rig, self._options = ledger, rig, options
+        self._noise = TouchNoise(rig, body)
         self._assignment = assignment
 
     def take(self, touch: Touch, feature: str | None = None) -> MeasuredPoint | Refusal:
@@ -60,7 +68,7 @@ class TouchIntake:
                 "Touch again when the machine is ready.",
                 0.0,
             )
-        stable = average(touch.window, touch.expected, self._rig, self._options)
+        stable = average(touch.window, touch.expected, self._rig, self._options, self._noise)
         if isinstance(stable, Refusal):
             return stable
         near_mm = self._options.approach_mm

@@ -133,6 +133,7 @@ def view_of(
         redo=state.redo,
         simulated=state.simulated,
         camera_doubts=state.camera_doubts,
+        noise=found.noise.notes,
         placed_part=placed_part,
         planned=planned,
     )

@@ -158,7 +158,7 @@ class InspectionSession:
         self._reference = ReferenceUse(rig, body, options.reference, job, begun=begun)
         acceptance = Acceptance(ledger, rig, body, options, self._reference)
         assignment = TouchAssigner(ledger, body.tip_radius, options, acceptance)
-        self.touches = TouchIntake(ledger, rig, options.point, assignment)
+        self.touches = TouchIntake(ledger, rig, body, options.point, assignment)
         self.frame = MeasuredFrame(ledger, options)
         self.conditions = Conditions(ledger, options, begun=begun)
         self._header = header_of(job.head, job.events())

@@ -1,0 +1,102 @@
+"""Spots of a job against their stated noise: reported if twice as great, else silent.
+
+One frame without white noise a touch, through the virtual rig. Cameras, LEDs and the
+patterns of the sensors are drawn from the documents, so the common errors are in the residuals.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import msgspec
+import numpy as np
+import pytest
+
+from ocmm_core.camera import Rig
+from ocmm_core.composition import DEMO_PART
+from ocmm_core.geometry import rotation_xyz
+from ocmm_core.measuring import MeasuredPoint, check_noise, touches_checked
+from ocmm_core.simulation.scene import Motion, VirtualRig, WorldOptions, load_part
+from ocmm_core.tracking import ProbeBody
+
+pytestmark = pytest.mark.numerics
+
+JOBS = 16
+
+
+def job(seed: int, noises: tuple[float, ...], rig: Rig, body: ProbeBody) -> list[MeasuredPoint]:
+    """Return 24 touches; the spots of camera c have ``noises[c]`` times the stated noise."""
+    rng = np.random.default_rng(seed)
+    part, spots = load_part(DEMO_PART), []
+    low, high = 0.8 * rig.volume_world
+    motion = Motion(
+        np.stack([rotation_xyz(*rng.uniform(-0.3, 0.3, 3)) for _ in range(40)]),
+        rng.uniform(low, high, (40, 3)),
+        np.zeros(40, dtype=np.bool_),
+        np.ones(40, dtype=np.bool_),
+    )
+    for factor in noises:
+        noise = msgspec.structs.replace(rig.noise, pattern_px=factor * rig.noise.pattern_px)
+        world = VirtualRig(
+            replace(rig, noise=noise), body, part, [("BED", 1)], seed,
+            WorldOptions(white_noise=False),
+        )  # fmt: skip
+        frames, slots = world.frames_of(motion, 0), world.truth.slots
+        spots.append(np.stack([frames.uv[:, c][:, own] for c, own in enumerate(slots)], axis=1))
+    uv = np.stack([spots[c][:, c] for c in range(len(noises))], axis=1)
+    seen = np.flatnonzero(np.isfinite(uv).all(axis=3).sum(axis=2).min(axis=1) >= 4)
+    return [
+        MeasuredPoint(
+            number=n + 1, feature="A", time_s=0.0, first_frame=0, last_frame=0, n_frames=2000,
+            tip_world=motion.tip_world[k], random_covariance=1e-6 * np.eye(3),
+            direction=np.array([0.0, 0.0, 1.0]), tip_radius=3.0,
+            rotation_world_from_probe=np.eye(3), spots=uv[k], chi2_per_dof=1.0, approach="trail",
+        )
+        for n, k in enumerate(seen[:24])
+    ]  # fmt: skip
+
+
+def test_noise_as_stated_is_silent(recommended: Rig, standard_probe: ProbeBody) -> None:
+    checks = [
+        check_noise(job(seed, (1.0, 1.0), recommended, standard_probe), recommended, standard_probe)
+        for seed in range(JOBS)
+    ]
+    ratios = np.array([[item.ratio for item in one.cameras] for one in checks])
+    # 32 ratios, each with a standard deviation of 0.06; few errors are common.
+    assert abs(np.sqrt(np.mean(ratios**2)) - 1.0) < 0.04
+    inside = np.mean([item.low <= 1.0 <= item.high for one in checks for item in one.cameras])
+    assert inside > 0.84  # 95 % stated; 26 of 32 has a chance of 1 in 200.
+    assert not any(one.notes for one in checks)
+    assert checks[0].widened(recommended) is recommended
+
+
+@pytest.mark.parametrize("noises", [(2.0, 2.0), (1.0, 2.0)])
+def test_noise_twice_as_stated_is_told_by_camera(
+    noises: tuple[float, float], recommended: Rig, standard_probe: ProbeBody
+) -> None:
+    for seed in range(JOBS // 2):
+        found = check_noise(
+            job(seed, noises, recommended, standard_probe), recommended, standard_probe
+        )
+        assert [item.exceeds for item in found.cameras] == [factor > 1.0 for factor in noises]
+        widened = found.widened(recommended).noise_ratios
+        assert widened == pytest.approx(noises, rel=0.3)
+        assert all(camera.name in " ".join(found.notes) for camera in recommended.cameras[1:])
+
+
+def test_few_touches_say_nothing(recommended: Rig, standard_probe: ProbeBody) -> None:
+    points = job(1, (3.0, 3.0), recommended, standard_probe)
+    assert not check_noise(points[:3], recommended, standard_probe).cameras
+    assert len(touches_checked(3)) == 0
+
+
+@pytest.mark.parametrize("count", [4, 7, 24, 91, 1000])
+def test_the_touches_of_the_check_stay_while_points_are_added(count: int) -> None:
+    chosen = touches_checked(count)
+    assert chosen[-1] < count
+    assert 4 <= len(chosen) <= 24
+    changes = sum(
+        not np.array_equal(touches_checked(k), touches_checked(k + 1))
+        for k in range(count, 2 * count)
+    )
+    assert changes <= 9
