@@ -20,6 +20,7 @@ from ocmm_core.acceptance._temperature_source import TemperatureSource, Thermome
 from ocmm_core.calibration.probe_design import Temperature, stated_temperature
 from ocmm_core.documents import read_text
 from ocmm_core.errors import InputError, StorageError
+from ocmm_core.tables import typed_number
 
 _AGAIN_S = 0.25
 _WAIT_S = 3.0

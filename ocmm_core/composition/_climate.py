@@ -124,6 +124,7 @@ def _with_thermometer(request: ClimateRequest) -> ClimateRequest:
     read = [
         read_temperature(celsius, request.stated_u, datetime.now(UTC))
         for celsius in (request.probe_c, request.part_c)
+        if celsius is not None
     ]
     found = next((one for one in read if one is not None), None)
     if found is None:
