@@ -87,6 +87,10 @@ class NamedFile:
         """Return why the name no longer means the file; None while it does."""
         return None if self.state() is not None else self._loss()
 
+    def remove(self) -> bool:
+        """Remove the name if it still means the file; return whether it did. OSError if denied."""
+        return HOST.remove_same(self.path, self._state.st_dev, self._state.st_ino)
+
     def close(self) -> None:
         """Give up the descriptor; may be called twice."""
         if self._descriptor >= 0:
@@ -124,6 +128,16 @@ class FileIdentity:
     path: Path
     device: int
     inode: int
+
+    @classmethod
+    def of_written(cls, path: Path) -> FileIdentity:
+        """Return the identity of a file that was just written; OSError if it is gone."""
+        state = path.lstat()
+        return cls(path, state.st_dev, state.st_ino)
+
+    def remove(self) -> None:
+        """Remove the file; another one under its name stays. OSError as `os.unlink`."""
+        HOST.remove_same(self.path, self.device, self.inode)
 
     def require_name(self) -> None:
         """Raise StorageError if the path no longer means this file."""

@@ -52,9 +52,9 @@ _ATTEMPTS = 5
 REGISTER = "artefacts.chain"
 _NEWEST = "newest-artefact-register"
 """Name of the register of this station in its memory."""
-NOT_SIGNED_REMEDY = (
-    "Compare it with its certificate, then enter it again: ocmm artefact add --replace --who NAME."
-)
+_ADD = "ocmm artefact add --replace --who NAME."
+NOT_SIGNED_REMEDY = f"Compare it with its certificate, then enter it again: {_ADD}"
+_ENTER_AGAIN = f"If there is none, enter each artefact again from its certificate: {_ADD}"
 
 
 class ArtefactEntry(Document, frozen=True, kw_only=True):
@@ -125,11 +125,15 @@ class _Change(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=T
 
 
 class ArtefactRegister:
-    """Register of a folder, empty without a file; StorageError if altered."""
+    """Register of a folder, empty without a file; StorageError if altered or lost.
 
-    def __init__(self, folder: Path | None = None) -> None:
+    `restarts`: Accept that the former register of this station is lost.
+    """
+
+    def __init__(self, folder: Path | None = None, *, restarts: bool = False) -> None:
         self.path = (folder or default_artefact_folder()) / REGISTER
-        self._own = folder is None
+        self._own, self._restarts = folder is None, restarts
+        self._lost = ""
         self._read()
 
     def _read(self) -> None:
@@ -140,10 +144,23 @@ class ArtefactRegister:
 
     def _require_newest(self) -> None:
         """Raise StorageError if this station used another register with later changes."""
-        if not (self._own and self._chain.items):
+        if not self._own:
+            return
+        seen = recall(_NEWEST)
+        self._lost = ""
+        if not self._chain.items:
+            if seen is not None:
+                # Kept in the first line of the next register.
+                self._lost = f"the lost register of {seen.moment[:10]}"
+            if seen is not None and not self._restarts:
+                raise StorageError(
+                    "artefact.lost",
+                    f"{self.path}: the artefact register of this station, last changed on "
+                    f"{seen.moment[:10]}, is missing.",
+                    f"Restore it from a backup. {_ENTER_AGAIN}",
+                )
             return
         first, utc = self._chain.links[0], self._chain.items[-1].utc
-        seen = recall(_NEWEST)
         if (
             seen is not None
             and seen.link != first
@@ -153,8 +170,7 @@ class ArtefactRegister:
                 "artefact.older",
                 f"{self.path}: this register is older than the one that this station used last "
                 f"({seen.moment[:10]}).",
-                "Restore the newest copy. If there is none, move this file away and add the "
-                "artefacts again.",
+                f"Restore the newest copy, or move this file away. {_ENTER_AGAIN}",
             )
         remember(KnownEnd(name=_NEWEST, count=1, link=first, moment=utc), sync=False)
 
@@ -237,7 +253,7 @@ class ArtefactRegister:
                     f"There is an artefact '{entry.id}' already.",
                     "Give --replace with its new certificate, or another id.",
                 )
-            return _Change(utc=utc_text(now), who=who, added=entry)
+            return _Change(utc=utc_text(now), who=who, removed=self._lost, added=entry)
 
         self._write(change)
 
@@ -268,7 +284,8 @@ class ArtefactRegister:
 def _change_words(change: _Change) -> str:
     if change.added is None:
         return f"removed {change.removed}"
-    return f"added {change.added.id}, certificate {change.added.certificate}"
+    lost = f" in place of {change.removed}" if change.removed else ""
+    return f"added {change.added.id}, certificate {change.added.certificate}{lost}"
 
 
 def default_artefact_folder() -> Path:

@@ -8,8 +8,9 @@ from collections.abc import Callable, Mapping
 from ocmm_core.errors import OcmmError
 from ocmm_core.station._faults import StationFaults
 
-_EVERY_S = 0.25
-"""Well below the second after which a loss must be shown."""
+_EVERY_S = 0.1
+"""Rescue and window need most of the second after which a loss must be shown, on a busy computer.
+"""
 
 JOB = "The job file"
 HISTORY = "The history of the calibration"

@@ -10,12 +10,13 @@ from __future__ import annotations
 
 import contextlib
 import sqlite3
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 from types import MappingProxyType, TracebackType
 
 from ocmm_core.documents import write_atomic
 from ocmm_core.errors import StorageError
+from ocmm_core.host import HOST
 from ocmm_core.measuring import MeasuredPoint
 from ocmm_core.named_file import FileIdentity, NameLoss
 from ocmm_core.part_model import PartModel
@@ -90,11 +91,12 @@ class JobFile(JobReader):
         """Return the file with all acknowledged steps; None if they are only in memory."""
         return self.path if self._keeper is None else self._keeper.saved_in
 
-    def check_name(self) -> StorageError | None:
+    def check_name(self, halt: Callable[[], object] = lambda: None) -> StorageError | None:
         """Return why the job is not on the disk under its name; None if it is.
 
         If it is not, all acknowledged steps are written to a new file and nothing is stored
-        afterwards. Cheap: for a timer, and before each report.
+        afterwards. Cheap: for a timer, and before each report. `halt`: called before that, to
+        leave the processor to it.
         """
         keeper = self._keeper
         if keeper is None or self._closing:
@@ -103,8 +105,13 @@ class JobFile(JobReader):
             if keeper.saved_in is None:
                 keeper.lose(NameLoss(""))
             return keeper.error
-        if keeper.name_loss() is None and keeper.is_as_noted and not keeper.is_write_protected():
-            return None
+        loss = keeper.name_loss()
+        if loss is not None and not self._closing:
+            # Without the lock: a step that is being written is rescued also, or refused.
+            halt()
+            keeper.lose(loss)
+        if loss is not None or (keeper.is_as_noted and not keeper.is_write_protected()):
+            return keeper.error
         # The program itself may be writing or closing now; a disk may hang.
         if self._lock.acquire(timeout=_LOCK_S):
             try:
@@ -113,10 +120,6 @@ class JobFile(JobReader):
                     keeper.lose_if_write_protected()
             finally:
                 self._lock.release()
-        elif not self._closing:
-            loss = keeper.name_loss()
-            if loss is not None:
-                keeper.lose(loss)
         return keeper.error
 
     def require_name(self) -> None:
@@ -295,8 +298,11 @@ class JobFile(JobReader):
         except OSError as error:
             raise not_writable(path, error.strerror or str(error)) from error
 
-    def close(self) -> None:
-        """Close the file; may be called twice. Afterwards `given_up` is set if it was lost."""
+    def close(self, *, remove: bool = False) -> None:
+        """Close the file; may be called twice. Afterwards `given_up` is set if it was lost.
+
+        `remove`: Also remove it, while no other program can open it for writing.
+        """
         self.check_name()
         with contextlib.suppress(StorageError):
             # The name remains available after closing.
@@ -306,6 +312,9 @@ class JobFile(JobReader):
         with self._lock:
             if self._db is None:
                 return
+            # Elsewhere an open file cannot be removed.
+            removed = remove and not HOST.closes_before_rename
+            removed = removed and keeper is not None and keeper.remove()
             if keeper is not None and keeper.error is not None:
                 # A moved file gets its last steps from the log, which stays behind.
                 keeper.complete_moved(self._db)
@@ -313,8 +322,10 @@ class JobFile(JobReader):
             self._writer.close(self._db)
             self._db = None
             if keeper is not None:
-                keeper.require_closed()
-                keeper.remove_stray_log()
+                if not removed:
+                    keeper.require_closed()
+                    removed = remove and HOST.closes_before_rename and keeper.remove()
+                keeper.remove_stray_log(removed=removed)
                 keeper.close()
 
     def __enter__(self) -> JobFile:
