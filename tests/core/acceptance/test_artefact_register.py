@@ -108,10 +108,12 @@ def test_the_register_from_the_command_line(ocmm_here: Ocmm, tmp_path: Path) -> 
 
 
 @pytest.mark.parametrize("empty", [False, True])
-def test_a_lost_register_is_reported_until_it_is_entered_again(
-    empty: bool, ocmm_here: Ocmm
+def test_reports_a_lost_register_until_it_is_entered_again(
+    empty: bool, ocmm_here: Ocmm, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """The command line is the only door; the next register keeps the loss in its first line."""
+    """The next register keeps the loss in its first line."""
+    for name in ("DATA", "STATE"):
+        monkeypatch.setenv(f"XDG_{name}_HOME", str(tmp_path / name))
     path = ArtefactRegister().path
     ArtefactRegister().add(_entry(), "me", _NOW)
     path.unlink()
