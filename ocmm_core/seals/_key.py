@@ -127,6 +127,10 @@ class KeyFolder:
             The ring cannot be read or written.
         """
         check_names(name, who)
+        if " ".join(name.casefold().split()) == THIS_STATION:
+            raise InputError(
+                "key.name", f"{name!r} means the computer itself.", "Give the name of the other one."
+            )
         if public == self.own_public():
             raise InputError(
                 "key.own", "This is the key of this station.", "Nothing needs to be done."
