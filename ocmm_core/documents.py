@@ -247,12 +247,8 @@ def write_atomic(path: Path, content: bytes) -> None:
 def write_new(path: Path, content: bytes) -> os.stat_result:
     """Write a new file, complete from the first moment or not at all; return its state.
 
-    Raises
-    ------
-    FileExistsError
-        There is such a file already, which stays as it is.
-    OSError
-        The folder cannot be written; there is no such file then.
+    Raises FileExistsError if there is such a file, which stays; OSError if the folder cannot be
+    written; there is no such file then.
     """
     with written_beside(path, content) as temporary:
         state = temporary.lstat()

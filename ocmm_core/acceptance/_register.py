@@ -231,12 +231,7 @@ class ArtefactRegister:
     def add(self, entry: ArtefactEntry, who: str, now: datetime, *, replace: bool = False) -> None:
         """Add an artefact, or replace its certificate by a newer one.
 
-        Raises
-        ------
-        InputError
-            A field is implausible, the certificate expired, or the id is in use.
-        StorageError
-            It cannot be written.
+        Raises InputError if a field is implausible, the certificate expired, or the id is in use.
         """
         check_entry(entry, "artefact")
         if _moment(entry.due_utc) <= now:
@@ -344,16 +339,9 @@ def read_temperature(
 ) -> Temperature | None:
     """Return a typed temperature with the uncertainty of its thermometer.
 
-    Parameters
-    ----------
-    stated
-        U (k = 2) in kelvin, or the id of a thermometer in the register.
-
-    Raises
-    ------
-    InputError
-        The uncertainty is missing, a number is implausible, or the thermometer is unknown, expired,
-        or not certified for that temperature.
+    `stated`: U (k = 2) in kelvin, or the id of a thermometer in the register. Raises InputError if
+    it is missing, a number is implausible, or the thermometer is unknown, expired, or not certified
+    for that temperature.
     """
     stated = stated.strip()
     if celsius is None or not stated:

@@ -67,10 +67,8 @@ class KeyFolder:
     def station_key(self) -> StationKey:
         """Return the key of this station; made at the first call.
 
-        Raises
-        ------
-        StorageError
-            The key cannot be read or made, is damaged or missing, or others can read it.
+        Raises StorageError if it cannot be read or made, is damaged or missing, or others can read
+        it.
         """
         found = self._stored_key()
         if found is None and self._used_before() is not None:
@@ -119,17 +117,15 @@ class KeyFolder:
     def trust(self, public: bytes, name: str, who: str, reason: str, now: datetime) -> KnownKey:
         """Trust the key of another station from now on.
 
-        Raises
-        ------
-        InputError
-            Name, person or reason is missing, or it is the key of this station.
-        StorageError
-            The ring cannot be read or written.
+        Raises InputError if name, person or reason is missing, or it is the key of this station;
+        StorageError if the ring cannot be read or written.
         """
         check_names(name, who)
         if " ".join(name.casefold().split()) == THIS_STATION:
             raise InputError(
-                "key.name", f"{name!r} means the computer itself.", "Give the name of the other one."
+                "key.name",
+                f"{name!r} means the computer itself.",
+                "Give the name of the other one.",
             )
         if public == self.own_public():
             raise InputError(
@@ -149,18 +145,8 @@ class KeyFolder:
         """Make a new key for this station; signatures of the old one still verify.
 
         The old key goes to the ring first, so that at no moment a key is in force whose predecessor
-        is
-        unknown.
-
-        Parameters
-        ----------
-        token
-            Token that makes the new key; None makes it in a file.
-
-        Raises
-        ------
-        StorageError
-            The key or the ring cannot be read or written, or the token makes none.
+        is unknown. `token`: makes the new key; None makes it in a file. Raises StorageError if the
+        key or the ring cannot be read or written, or the token makes none.
         """
         lost = self._used_before() if self._stored_key() is None else None
         if lost is None:

@@ -14,7 +14,7 @@ from ocmm_core.errors import OcmmError
 from ocmm_core.export import write_together
 from ocmm_core.host import HOST
 from ocmm_core.seals import KeyFolder
-from ocmm_core.settings._file import SettingsFile
+from ocmm_core.settings import SettingsFile
 from ocmm_core.storage import JobFile
 from tests.core.storage.conftest import HEAD
 
