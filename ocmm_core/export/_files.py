@@ -47,7 +47,7 @@ def write_together(
             for folder in {path.parent for path in contents}:
                 HOST.sync_folder(folder)
     except OSError as error:
-        mixed = [done.name for done, *former in replaced if not _put_back(done, *former)]
+        mixed = [one[0].name for one in replaced if not _put_back(*one)]
         full = error.errno in (errno.ENOSPC, errno.EDQUOT)
         raise StorageError(
             "export.not_writable",
