@@ -32,8 +32,9 @@ from ocmm_core.camera import load_rig
 from ocmm_core.composition import RECOMMENDED_RIG, STANDARD_PROBE
 from ocmm_core.documents import resource
 from ocmm_core.geometry import Float
-from ocmm_core.simulation.calibration_scenes import FRAMES, Holds, VirtualRests
+from ocmm_core.simulation.calibration_scenes import Holds, VirtualRests
 from ocmm_core.tracking import load_probe, solve
+from tests.core.calibration.verifying_at_once import FRAMES
 
 ROOM = Temperature(20.0, 0.3, "")
 SHARES = (0.0, 0.5, 0.7, 0.8, 0.9, 1.0, 1.1, 1.2, 1.5)

@@ -24,11 +24,10 @@ from ocmm_core.simulation.bus import (
     FaultKind,
     FaultRig,
     FrameKind,
-    FrameWatch,
     LineRule,
     Trick,
-    Watched,
 )
+from tests.system.frame_watch import FrameWatch, Watched
 
 _SHARE = 0.3
 """Of the cycles: enough good ones in between that the bus goes on."""

@@ -32,7 +32,8 @@ from ocmm_core.acquisition.frames import (
 )
 from ocmm_core.documents import write_atomic
 from ocmm_core.fieldbus.report import Alarm, BusPhase
-from ocmm_core.simulation.bus import FaultRig, FrameKind, FrameWatch, LineRule, Trick, Watched
+from ocmm_core.simulation.bus import FaultRig, FrameKind, LineRule, Trick
+from tests.system.frame_watch import FrameWatch, Watched
 
 FLAG_CYCLES = 3
 """From then on no exposure may be accepted that a fault makes doubtful."""

@@ -114,7 +114,8 @@ def main() -> int:
                 counts["crashed"] += 1
                 print(f"{label:28} CRASHED: {error!r}", flush=True)
                 continue
-            account = faces_account(model, chosen(offers_of(model), Choice(everything=True)))
+            everything = Choice(everything=True, profiles=True)
+            account = faces_account(model, chosen(offers_of(model), everything))
             lost = account.faces - account.taken - sum(count for _, count in account.left_out)
             places = [one for item in model.features for one in item.targets]
             places += [one for form in model.free_forms for one in form.targets]

@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import argparse
+from collections.abc import Callable
 from pathlib import Path
 
 from ocmm_core.documents import resource
+from ocmm_core.errors import InputError
 from ocmm_core.settings import Value
+from ocmm_core.typed_numbers import option_field
 from ocmm_gui.kit import THEMES
 
 _GIVEN = {
@@ -27,6 +30,7 @@ _GIVEN = {
     "probe_design": "temperature.probe_design",
     "compensate_probe": "temperature.compensate_probe",
     "temperature_sigma": "temperature.sigma_k",
+    "temperature_u": "temperature.thermometer",
     "stream": "stream.port",
     "stream_host": "stream.host",
     "stream_token": "stream.token",
@@ -62,8 +66,13 @@ def parser() -> argparse.ArgumentParser:
         "--part", type=Path, default=resource("parts", "demo.toml"),
         help="the true part, for virtual rigs",
     )  # fmt: skip
-    add("--seed", type=int, default=3, help="seed of the virtual rig")
-    add("--speed", type=float, default=1.0, help="virtual rig: times real time; 0 is unlimited")
+    add("--seed", type=_number("--seed"), default=3, help="seed of the virtual rig")
+    add(
+        "--speed",
+        type=_number("--speed"),
+        default=1.0,
+        help="virtual rig: times real time; 0 is unlimited",
+    )
     add("--operator", default="", help="who measures")
     add("--serial", help="serial number of the part; asked in the window for real cameras")
     add(
@@ -78,7 +87,13 @@ def parser() -> argparse.ArgumentParser:
     )
     _add_settings(made.add_argument_group("instead of the settings"))
     add("--size", type=_size, help="of the window, e.g. 1280x720; default: maximised")
-    add("--quit-after", type=float, default=0.0, metavar="SECONDS", help="close automatically")
+    add(
+        "--quit-after",
+        type=_number("--quit-after"),
+        default=0.0,
+        metavar="SECONDS",
+        help="close automatically",
+    )
     add(
         "--screenshot", type=_picture, nargs="+", default=[], metavar="FILE",
         help="save a picture of the window when it closes automatically",
@@ -100,24 +115,42 @@ def _add_settings(group: argparse._ArgumentGroup) -> None:
     add("--probes", "probe record folder", type=_path)
     add(
         "--check-after", "hours without a point or check after which the tip must be checked",
-        type=float, metavar="HOURS",
+        type=_number("--check-after"), metavar="HOURS",
     )  # fmt: skip
     add(
-        "--bus-processor", "processor that the camera bus stays on, 0 first", type=int,
-        metavar="N",
+        "--bus-processor", "processor that the camera bus stays on, 0 first",
+        type=_number("--bus-processor"), metavar="N",
     )  # fmt: skip
     add("--out", "folder of jobs and reports", type=_path)
     add("--probe-design", "design document of the probe: growth and bending", type=_path)
-    add("--probe-temperature", "of the probe now", type=float, metavar="°C")
+    add(
+        "--probe-temperature", "of the probe now", type=_number("--probe-temperature"), metavar="°C"
+    )
     add(
         "--compensate-probe", "compensate the probe geometry for its temperature",
         action="store_true",
     )  # fmt: skip
-    add("--part-temperature", "of the part now", type=float, metavar="°C")
-    add("--part-expansion", "1e-6/K; default: from the plan", type=float, metavar="PPM")
+    add("--part-temperature", "of the part now", type=_number("--part-temperature"), metavar="°C")
+    add(
+        "--part-expansion",
+        "1e-6/K; default: from the plan",
+        type=_number("--part-expansion"),
+        metavar="PPM",
+    )
     add("--compensate-part", "report coordinates at 20 °C", action="store_true")
-    add("--temperature-sigma", "of each temperature", type=float, metavar="K")
-    add("--stream", "stream points and poses to other programs", type=int, metavar="PORT")
+    add(
+        "--temperature-sigma",
+        "of each temperature",
+        type=_number("--temperature-sigma"),
+        metavar="K",
+    )
+    add("--temperature-u", "instead: U (k = 2) of the thermometer, K, or its id in the register")
+    add(
+        "--stream",
+        "stream points and poses to other programs",
+        type=_number("--stream"),
+        metavar="PORT",
+    )
     add("--stream-host", "address of the stream; non-local ones need a token")
     add("--stream-token", "file with the token of the stream, readable by you alone", type=_path)
     add("--stream-cert", "certificate (PEM): the stream speaks TLS", type=_path)
@@ -125,6 +158,21 @@ def _add_settings(group: argparse._ArgumentGroup) -> None:
     add("--theme", "colour theme; T changes it", choices=tuple(THEMES))
     add("--far", "start in the far view; F11 changes it", action="store_true")
     add("--silent", "no sounds", action="store_false", dest="sound")
+
+
+def _number(option: str) -> Callable[[str], float]:
+    """Return the reader of a numeric option, by the table of typed numbers."""
+    field = option_field("window", option)
+    if field is None:
+        raise KeyError(option)
+
+    def read(text: str) -> float:
+        try:
+            return int(field.read(text)) if field.whole else field.read(text)
+        except InputError as error:
+            raise argparse.ArgumentTypeError(f"{error.what} {error.remedy}") from error
+
+    return read
 
 
 def _path(text: str) -> Path:

@@ -64,7 +64,6 @@ if TYPE_CHECKING:
         PartUncertainty,
         dissimilar,
         part_uncertainty,
-        share_within,
     )
     from ocmm_core.acceptance._procedure import (
         ClimateRule,
@@ -148,7 +147,7 @@ else:
             "ArtefactOffer FinishedTest OpenTest ProcedureOffer RECORDS SESSIONS finished_tests "
             "offered_artefacts offered_procedures open_tests typed_entry"
         ),
-        _part_u="LEAST_RESULTS PartTask PartUncertainty dissimilar part_uncertainty share_within",
+        _part_u="LEAST_RESULTS PartTask PartUncertainty dissimilar part_uncertainty",
         _procedure=(
             "ClimateRule InterimTest Mpe PartTest Procedure find_procedure load_procedure "
             "procedure_files"
@@ -191,7 +190,7 @@ __all__ = [
     "load_record", "load_signed_record", "load_used", "location_value", "nest_lengths",
     "note_check", "offered_artefacts", "offered_procedures", "open_tests", "part_uncertainty",
     "plan_of", "procedure_files", "read_temperature", "recompute", "recompute_tips",
-    "repeat_ranges", "reserved_spots", "save_record", "share_within", "smallest_ball",
+    "repeat_ranges", "reserved_spots", "save_record", "smallest_ball",
     "spat_values", "sphere_values", "spots_hash", "thickness", "typed_entry", "used_bar",
     "used_sphere", "values_of", "volumetric_values", "worst_value",
 ]  # fmt: skip

@@ -30,6 +30,15 @@ from ocmm_core.calibration.records import ArtefactUse
 from ocmm_core.documents import files_of_folder
 from ocmm_core.errors import InputError, OcmmError
 from ocmm_core.seals import SealState
+from ocmm_core.typed_numbers import (
+    EXPANDED,
+    EXPANSION,
+    EXPANSION_SIGMA,
+    FORM,
+    PER_LENGTH,
+    SIZE,
+    NumberField,
+)
 
 SESSIONS, RECORDS = "sessions", "records"
 """Folders within the test folder."""
@@ -200,7 +209,7 @@ def finished_tests(
     return tuple(found), tuple(unread)
 
 
-def typed_entry(fields: Mapping[str, str]) -> ArtefactEntry:
+def typed_entry(fields: Mapping[str, str], *, comma: bool = False) -> ArtefactEntry:
     """Return a register entry from typed fields or those of a certificate.
 
     Parameters
@@ -208,33 +217,23 @@ def typed_entry(fields: Mapping[str, str]) -> ArtefactEntry:
     fields
         Texts by name: those of `ArtefactEntry`; ``sizes`` separated by blanks or semicolons, mm;
         ``due_utc`` as a date. Empty fields with a default use it.
+    comma
+        The form shows numbers with a decimal comma.
 
     Raises
     ------
     InputError
-        A field is not a number, or implausible.
+        A field is not a number within its range, or implausible.
     """
 
-    def number(name: str) -> float:
-        text = fields.get(name, "").strip().replace(",", ".")
+    def read(name: str, text: str, field: NumberField) -> float:
+        return replace(field, words=f"'{name}'").read(text, comma=comma)
+
+    def number(name: str, field: NumberField) -> float:
+        text = fields.get(name, "").strip()
         if not text and name in ("expanded_per_length", "form"):
             return 0.0
-        try:
-            return float(text)
-        except ValueError as error:
-            raise InputError(
-                "artefact.field", f"Field '{name}' is {text!r}, which is not a number.",
-                "Type a number; lengths in mm.",
-            ) from error  # fmt: skip
-
-    def size(text: str) -> float:
-        try:
-            return float(text.replace(",", "."))
-        except ValueError as error:
-            raise InputError(
-                "artefact.field", f"Field 'sizes' has {text!r}, which is not a number.",
-                "Type numbers in mm, parted by blanks.",
-            ) from error  # fmt: skip
+        return read(name, text, field)
 
     given = {name: fields.get(name, "").strip() for name in _TEXTS}
     kinds = ARTEFACT_KINDS
@@ -242,12 +241,15 @@ def typed_entry(fields: Mapping[str, str]) -> ArtefactEntry:
         raise InputError(
             "artefact.kind", f"The kind is {fields.get('kind')!r}.", f"Give {', '.join(kinds)}."
         )
-    sizes = tuple(size(one) for one in fields.get("sizes", "").replace(";", " ").split())
+    sizes = tuple(
+        read("sizes", one, SIZE) for one in fields.get("sizes", "").replace(";", " ").split()
+    )
     entry = ArtefactEntry(
         schema=ARTEFACT_SCHEMA, unit="mm", kind=cast("ArtefactKind", fields["kind"]),
-        sizes=sizes, expanded=number("expanded"), form=number("form"),
-        expanded_per_length=number("expanded_per_length"), expansion=number("expansion"),
-        expansion_sigma=number("expansion_sigma"),
+        sizes=sizes, expanded=number("expanded", EXPANDED), form=number("form", FORM),
+        expanded_per_length=number("expanded_per_length", PER_LENGTH),
+        expansion=number("expansion", EXPANSION),
+        expansion_sigma=number("expansion_sigma", EXPANSION_SIGMA),
         id=given["id"], name=given["name"], maker=given["maker"], serial=given["serial"],
         laboratory=given["laboratory"], certificate=given["certificate"],
         certificate_sha256=given["certificate_sha256"], due_utc=given["due_utc"],

@@ -132,12 +132,3 @@ def dissimilar(studied: PartTask, wanted: PartTask, numbers: PartTest = _USUAL) 
         if one.strip().casefold() != other.strip().casefold():
             return f"The {field} is '{other}', and the study's '{one}'."
     return ""
-
-
-def share_within(normalized: Sequence[float | None]) -> float | None:
-    """Return the share of characteristics with E_n <= 1; None if none was computed.
-
-    Below 0.95, the uncertainty stated by OCMM is too small.
-    """
-    known = [one for one in normalized if one is not None]
-    return sum(one <= 1.0 for one in known) / len(known) if known else None

@@ -31,6 +31,7 @@ from ocmm_core.chain_file import ChainFile
 from ocmm_core.documents import Document, digest, load_document
 from ocmm_core.errors import InputError, StorageError
 from ocmm_core.seals import KnownEnd, SealState, Signed, recall, remember
+from ocmm_core.tables import typed_number
 
 ARTEFACT_SCHEMA = "ocmm.artefact/1"
 
@@ -346,12 +347,10 @@ def read_temperature(
     stated = stated.strip()
     if celsius is None or not stated:
         return stated_temperature(celsius, None)
-    try:
-        expanded = float(stated.replace(",", "."))
-    except ValueError:
-        entry = ArtefactRegister(folder).entry(stated)
-    else:
+    expanded = typed_number(stated, comma=False)
+    if expanded is not None:
         return stated_temperature(celsius, expanded)
+    entry = ArtefactRegister(folder).entry(stated)
     used, (low, high) = ArtefactRegister(folder).used(stated), entry.temperatures
     name = f"'{entry.name}' (serial {entry.serial})"
     why = ""

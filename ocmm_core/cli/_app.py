@@ -59,6 +59,7 @@ from ocmm_core.cli.terminal import (
     SourceOption,
     SpeedOption,
     make_console,
+    read_typed_numbers,
     say,
 )
 from ocmm_core.composition import (
@@ -84,15 +85,13 @@ def record(
     speed: SpeedOption = 0.0,
     seconds: Annotated[
         float | None,
-        typer.Option(
-            "--seconds", min=0.1, help="Stop after this much bus time; default: at the end."
-        ),
+        typer.Option("--seconds", help="Stop after this much bus time; default: at the end."),
     ] = None,
     force: ForceOption = False,
 ) -> None:
     """Record the raw frames of a source, to be measured later with --source replay:FILE.
 
-    The recording is safe against a crash at any moment: what is whole up to then can be replayed.
+    The recording survives a crash at any moment: all complete frames can be replayed.
     Stop a live source with --seconds or Ctrl-C.
     """
     from ocmm_core.cli.measure import record_source
@@ -108,12 +107,12 @@ def record(
 def bench(
     *,
     seconds: Annotated[
-        float, typer.Option("--seconds", min=0.2, help="Duration of each measurement.")
+        float, typer.Option("--seconds", help="Duration of each measurement.")
     ] = 2.0,
     memory: Annotated[
         float,
         typer.Option(
-            "--memory", min=0.0, help="Also run the whole chain for this many minutes of bus time."
+            "--memory", help="Also run the whole chain for this many minutes of bus time."
         ),
     ] = 0.0,
 ) -> None:
@@ -132,12 +131,12 @@ def bench(
 
 def compile_command(
     processes: Annotated[
-        int | None, typer.Option("--processes", min=1, help="Default: one a core.")
+        int | None, typer.Option("--processes", help="Default: one per core.")
     ] = None,
 ) -> None:
-    """Compile what is computed most, so that nobody waits for it later; the set-up does it.
+    """Compile the most used functions in advance, as the set-up does.
 
-    What is there already is not compiled again. Another processor needs it anew.
+    Functions in the compiled cache are not compiled again. Each type of processor needs its own.
     """
     from ocmm_core.composition import compile_all
 
@@ -148,9 +147,9 @@ def compile_command(
 
 
 def window(context: typer.Context) -> None:
-    """Open the window and measure at once, with the options that `ocmm window --help` lists.
+    """Open the window and measure at once; `ocmm window --help` lists the options.
 
-    What no option says is taken from the settings (`ocmm settings show`); an option wins.
+    Settings (`ocmm settings show`) apply unless an option is given.
     """
     open_window(*context.args)
 
@@ -224,7 +223,9 @@ def _build(name: str) -> Any:
     else:
         parent.command(name=name, **_SETTINGS.get(name, {}))(found)
     built = typer.main.get_command(parent)
-    return getattr(built, "commands", {}).get(name, built)
+    command = getattr(built, "commands", {}).get(name, built)
+    read_typed_numbers(command, name)
+    return command
 
 
 _BUILT = _Commands(dict.fromkeys(_COMMANDS))
@@ -252,7 +253,7 @@ app = typer.Typer(
     help="Measure parts with an optical coordinate measuring machine.\n\nCameras track the LEDs "
     "of a hand-held probe; OCMM computes the position of its ball, fits features to the "
     "probed points and evaluates their tolerances.\n\nWithout a command, the window opens with its "
-    "Start page; where there is no display, this help is printed.\n\nExit codes: 0 every "
+    "Start page; without a display, this help is printed.\n\nExit codes: 0 every "
     "characteristic conforms, 1 one does not or is not proven to, 2 not or not completely "
     "measured, 3 program failure: the message names the cause and a log file.",
     epilog="To try it: ocmm demo. The rig, probe, part and plan documents in the resources "
@@ -276,7 +277,7 @@ def _options(
         Language | None,
         typer.Option(
             "--language",
-            help="In which language it speaks; default: that of the window, or the system's.",
+            help="Language of all texts; default: that of the window, or of the system.",
         ),
     ] = None,
 ) -> None:

@@ -41,6 +41,7 @@ from ocmm_core.cli.terminal import (
     StreamOption,
     StreamTokenOption,
     TemperatureSigmaOption,
+    TemperatureUOption,
     TipOption,
     UncalibratedOption,
     make_console,
@@ -163,9 +164,7 @@ def demo(
     seed: SeedOption = DEFAULT_SEED,
     speed: Annotated[
         float | None,
-        typer.Option(
-            "--speed", min=0.0, help="Default: 1 (real time) in the window, 0 (full) else."
-        ),
+        typer.Option("--speed", help="Default: 1 (real time) in the window, 0 (full) else."),
     ] = None,
     theme: Annotated[
         ThemeName | None,
@@ -218,7 +217,6 @@ def measure(
         int,
         typer.Option(
             "--parts",
-            min=1,
             help="Measure this many parts in sequence, one job file each; the serial number is "
             "incremented. Waits for Enter between parts so that the part can be changed; "
             "virtual rigs change it themselves.",
@@ -255,6 +253,7 @@ def measure(
     part_expansion: PartExpansionOption = None,
     compensate_part: CompensatePartOption = False,
     temperature_sigma: TemperatureSigmaOption = None,
+    temperature_u: TemperatureUOption = "",
     room: RoomOption = "",
     humidity: HumidityOption = "",
     pressure: PressureOption = "",
@@ -312,7 +311,7 @@ def measure(
         check_after_h=check_after,
         climate=ClimateRequest(
             probe_design, probe_temperature, part_temperature, temperature_sigma, part_expansion,
-            compensate_probe, compensate_part,
+            compensate_probe, compensate_part, stated_u=temperature_u,
         ),
         room=read,
         method="thesis" if thesis else "gauss-newton",

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from datetime import UTC, datetime
 from pathlib import Path
 
+from ocmm_core.acceptance import read_temperature
 from ocmm_core.calibration.probe_design import (
     UNMEASURED_K,
     ContactForce,
@@ -45,6 +47,8 @@ class ClimateRequest:
     compensate_part: bool = False
     thermometer: str = _GIVEN
     """That both temperatures were read by."""
+    stated_u: str = ""
+    """Instead of ``sigma_k``: U (k = 2) of the thermometer in kelvin, or its id in the register."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -73,6 +77,7 @@ def climate_in_use(
     InputError
         A document or number is invalid, or a value needed for compensation is missing.
     """
+    request = _with_thermometer(request)
     part = PartTemperature(
         _temperature(request, "part", request.part_c),
         _expansion(request.part_expansion_ppm, plan),
@@ -103,6 +108,27 @@ def climate_in_use(
         body_in_use(body, design, temperature_state),
         contact_force(design, body),
     )
+
+
+def _with_thermometer(request: ClimateRequest) -> ClimateRequest:
+    """Return a request with the uncertainty and the name of its thermometer."""
+    if not request.stated_u.strip():
+        return request
+    if request.sigma_k is not None:
+        raise InputError(
+            "temperature.u_twice",
+            "The uncertainty of the thermometer is given twice.",
+            "Give U (k = 2) or the id of the thermometer, or the standard uncertainty (Settings, "
+            "Temperature).",
+        )
+    read = [
+        read_temperature(celsius, request.stated_u, datetime.now(UTC))
+        for celsius in (request.probe_c, request.part_c)
+    ]
+    found = next((one for one in read if one is not None), None)
+    if found is None:
+        return request
+    return replace(request, sigma_k=found.sigma_k, thermometer=found.origin or _GIVEN)
 
 
 def _temperature(request: ClimateRequest, what: str, celsius: float | None) -> Temperature | None:

@@ -61,6 +61,7 @@ def request_of_settings(settings: Settings, errand: Errand) -> StationRequest:
             part_expansion_ppm=settings.temperature_part_expansion_ppm,
             compensate_probe=settings.temperature_compensate_probe,
             compensate_part=settings.temperature_compensate_part,
+            stated_u=settings.temperature_thermometer,
         ),
         probes=settings.instrument_probes,
         tip=settings.instrument_tip,

@@ -53,6 +53,7 @@ class Settings:
     temperature_probe_design: Path | None
     temperature_compensate_probe: bool
     temperature_sigma_k: float | None
+    temperature_thermometer: str
     temperature_valid_h: float
     report_laboratory: str
     report_address: tuple[str, ...]

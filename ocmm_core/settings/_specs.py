@@ -8,6 +8,7 @@ from pathlib import Path
 
 from ocmm_core.documents import resource
 from ocmm_core.errors import InputError
+from ocmm_core.surroundings import TEMPERATURE
 
 Value = str | float | bool | int | Path | tuple[str, ...] | dict[str, tuple[str, ...]] | None
 """Value of a setting; None if unset."""
@@ -88,6 +89,7 @@ SECTIONS = {
 }
 """Sections in the order shown, with their titles."""
 
+_TEMPERATURES = (TEMPERATURE.least, TEMPERATURE.most)
 _S, _U, _NOW, _LATER = Scope.STATION, Scope.USER, Applies.NOW, Applies.REOPEN
 
 
@@ -170,12 +172,12 @@ SETTINGS: tuple[SettingSpec, ...] = (
     ),
     _spec(
         "temperature.part_c", Kind.NUMBER, None, _S, _LATER, later("Part temperature"),
-        later("Measured today; empty: unknown"), limits=(-20.0, 60.0), unit="°C",
+        later("Measured today; empty: unknown"), limits=_TEMPERATURES, unit="°C",
         option="--part-temperature",
     ),
     _spec(
         "temperature.part_expansion_ppm", Kind.NUMBER, None, _S, _LATER, later("Part expansion"),
-        later("Empty: by the material of the plan"), limits=(-5.0, 200.0), unit="1e-6/K",
+        later("Empty: by the material of the plan"), limits=(-200.0, 200.0), unit="1e-6/K",
         option="--part-expansion",
     ),
     _spec(
@@ -184,7 +186,7 @@ SETTINGS: tuple[SettingSpec, ...] = (
     ),
     _spec(
         "temperature.probe_c", Kind.NUMBER, None, _S, _LATER, later("Probe temperature"),
-        later("Measured today; empty: unknown"), limits=(-20.0, 60.0), unit="°C",
+        later("Measured today; empty: unknown"), limits=_TEMPERATURES, unit="°C",
         option="--probe-temperature",
     ),
     _spec(
@@ -200,6 +202,10 @@ SETTINGS: tuple[SettingSpec, ...] = (
     _spec(
         "temperature.sigma_k", Kind.NUMBER, None, _S, _LATER, later("Standard uncertainty"),
         later("Of each temperature"), limits=(0.01, 10.0), unit="K", option="--temperature-sigma",
+    ),
+    _spec(
+        "temperature.thermometer", Kind.TEXT, "", _S, _LATER, later("Thermometer"),
+        later("Instead: its U (k = 2) in K, or its id in the register"), option="--temperature-u",
     ),
     _spec(
         "temperature.valid_h", Kind.NUMBER, 8.0, _S, _LATER, later("Temperatures hold for"),
@@ -291,7 +297,7 @@ SETTINGS: tuple[SettingSpec, ...] = (
     ),
     _spec(
         "archive.address", Kind.TEXT, "local", _S, _LATER, later("Archive"),
-        later("local, off, a file, or postgresql://USER@SERVER/DATABASE, without password"),
+        later("Place: local, off, a file, or a PostgreSQL database; without password"),
         choices=("local", "off"), option="--archive",
     ),
     _spec(

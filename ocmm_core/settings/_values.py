@@ -12,6 +12,7 @@ from ocmm_core.documents import LARGEST_DOCUMENT, read_text, shortened
 from ocmm_core.errors import InputError
 from ocmm_core.settings._specs import Kind, SettingSpec, Value
 from ocmm_core.side_files import open_guarded
+from ocmm_core.tables import typed_number
 
 _LONGEST = 1000
 _MOST_LINES = 50
@@ -89,10 +90,10 @@ def value_of_text(spec: SettingSpec, text: str, *, look: bool = True) -> Value:
             return text.lower() in _YES
         raise _wrong(spec, text, "must be yes or no")
     if spec.kind in (Kind.NUMBER, Kind.WHOLE):
-        try:
-            return checked(spec, float(text.replace(",", ".")))
-        except ValueError:
-            raise _wrong(spec, text, "is not a number") from None
+        number = typed_number(text, comma=False)
+        if number is None:
+            raise _wrong(spec, text, "is not a number")
+        return checked(spec, number)
     if spec.kind is Kind.LINES:
         return checked(spec, [line.strip() for line in text.split(_SEPARATOR) if line.strip()])
     if spec.kind is Kind.KEYS:

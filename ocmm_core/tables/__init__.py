@@ -16,7 +16,13 @@ from typing import TYPE_CHECKING
 from ocmm_core.door import door
 
 if TYPE_CHECKING:
-    from ocmm_core.tables._account import SKIPPED_BY_USER, TableAccount, TableColumn, TableOptions
+    from ocmm_core.tables._account import (
+        COUNT_OF_POINTS,
+        SKIPPED_BY_USER,
+        TableAccount,
+        TableColumn,
+        TableOptions,
+    )
     from ocmm_core.tables._grid import require_like_names
     from ocmm_core.tables._named import NamedColumns, TextRow, TextTable, read_table
     from ocmm_core.tables._numbers import NUMBER, NumberGrammar, typed_number
@@ -32,7 +38,7 @@ if TYPE_CHECKING:
 else:
     __getattr__ = door(
         __name__,
-        _account="SKIPPED_BY_USER TableAccount TableColumn TableOptions",
+        _account="COUNT_OF_POINTS SKIPPED_BY_USER TableAccount TableColumn TableOptions",
         _grid="require_like_names",
         _named="NamedColumns TextRow TextTable read_table",
         _numbers="NUMBER NumberGrammar typed_number",
@@ -42,7 +48,8 @@ else:
     )
 
 __all__ = [
-    "NUMBER", "SKIPPED_BY_USER", "AccountedTable", "NamedColumns", "NumberGrammar", "PixelTable",
+    "COUNT_OF_POINTS", "NUMBER", "SKIPPED_BY_USER", "AccountedTable", "NamedColumns",
+    "NumberGrammar", "PixelTable",
     "PointsFile", "PreviewRow", "TableAccount", "TableColumn", "TableOptions", "TablePreview",
     "TableReader", "TextRow", "TextTable", "decoded", "preview_table", "read_pixels",
     "read_points_file", "read_table", "require_like_names", "typed_number",

@@ -11,6 +11,7 @@ from ocmm_core.documents import shortened
 from ocmm_core.errors import InputError
 
 SKIPPED_BY_USER = "skipped as stated"
+COUNT_OF_POINTS = "number of points"
 _LISTED = 12
 _SEPARATED = {
     "\t": "Cells are separated by tabs.", ";": "Cells are separated by semicolons.",

@@ -10,7 +10,7 @@ from pathlib import Path
 
 from ocmm_core.documents import shortened
 from ocmm_core.errors import InputError
-from ocmm_core.tables._grid import TextGrid, heading_cells
+from ocmm_core.tables._grid import TextGrid, fault, heading_cells, require_like_names
 from ocmm_core.tables._headings import is_summary, role_of
 from ocmm_core.tables._numbers import NUMBER, is_number, plain_signs
 from ocmm_core.units import find_unit, heading_unit
@@ -24,6 +24,11 @@ _COORDINATE = re.compile(
     r"(?:[a-zα-ω]|phi|theta|rho|lat|lon|long|latitude|longitude|radius|azimuth|angle|range|dist|"
     r"distance)(?![a-zα-ω])"
 )
+_MARK = re.compile(
+    r"(?:is[ _]?)?(?:valid|status|state|ok|used?|active|enabled|flag|quality|excluded?|rejected|"
+    r"outlier|include[ds]?|gültig|benutzt|verwendet|aktiv|ausreißer|zustand|result|ergebnis)"
+)
+"""Headings of columns that mark rows to be left out."""
 _ASK = "State the columns, such as name,x,y,z or x,y,z,-."
 
 
@@ -170,6 +175,40 @@ def _refuse_unknown_heading(
             "y and z.",
             _ASK,
         )
+
+
+def require_one_set(
+    grid: TextGrid, plan: ColumnPlan, rows: Sequence[tuple[int, list[str]]]
+) -> None:
+    """Raise InputError if some rows may not be points, or belong to another feature.
+
+    Signs are names unlike the others, marks such as "rejected", names of axes, and lines such as
+    "-----" between some rows.
+    """
+    path = grid.path
+    if "name" in plan.roles:
+        names = [(line, cells[plan.index("name")]) for line, cells in rows]
+        require_like_names(path, names)
+        if not plan.line and len({role_of(name) for _, name in names} & {*AXES}) > 1:
+            raise fault(
+                path, *names[0][:1], "row", names[0][1], "names an axis, not a point",
+                "Give one row with x, y and z for every point.",
+            )  # fmt: skip
+    for place, heading in enumerate(plan.headings):
+        marks = {cells[place].casefold(): line for line, cells in reversed(rows)}
+        if _MARK.fullmatch(heading.casefold()) and len(marks) > 1:
+            line = max(marks.values())
+            raise fault(
+                path, line, "row", heading, f"has {len(marks)} different marks; some rows may not "
+                "be points",
+                "Skip the rows that are not points, or state the columns.",
+            )  # fmt: skip
+    inner = [line for line in grid.rules if rows[0][0] < line < rows[-1][0]]
+    if 0 < len(inner) < len(rows) - 1:
+        raise fault(
+            path, inner[0], "row", "---", "separates rows; those below may be no points",
+            "Skip the rows that are not points, or the line.",
+        )  # fmt: skip
 
 
 def _joined(cells: Sequence[str]) -> list[str]:

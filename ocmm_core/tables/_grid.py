@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import re
+from collections import Counter
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -52,14 +53,25 @@ def _decimals(text: str) -> int:
 def require_like_names(path: Path, names: Sequence[tuple[int, str]]) -> None:
     """Raise InputError if first or last rows lack the number that all other names have.
 
-    Such rows are often means, limits or nominal values in any language.
+    Such rows are often means, limits or nominal values in any language. Names that repeat belong to
+    several features.
     """
+    count = Counter(name for _, name in names)
+    if 1 < len(count) <= len(names) / _LEAST:
+        line, name = next((line, name) for line, name in names if name != names[0][1])
+        raise fault(
+            path, line, "row", name, f"is another name than {shortened(names[0][1])} above; the "
+            "points may belong to several features",
+            "Give the points of one feature, or state the columns.",
+        )  # fmt: skip
     kinds = [found[1] if (found := _NUMBERED.fullmatch(name)) else None for _, name in names]
-    odd = [place for place, kind in enumerate(kinds) if kind is None]
-    usual = {kind for kind in kinds if kind is not None}
+    usual = {kind for kind in kinds if kind}
+    # "3s" below P1 to P9 is as odd as "Mean".
+    odd = [place for place, kind in enumerate(kinds) if kind is None or (usual and not kind)]
+    usual = usual or {kind for kind in kinds if kind is not None}
     if len(usual) != 1 or not 0 < len(odd) <= _MOST_ODD or len(kinds) - len(odd) < _LEAST:
         return
-    inner = [place for place, kind in enumerate(kinds) if kind is not None]
+    inner = [place for place, kind in enumerate(kinds) if kind is not None and place not in odd]
     if any(inner[0] < place < inner[-1] for place in odd):
         return
     line, name = names[odd[0]]
@@ -75,6 +87,7 @@ _SEP = re.compile(r'"?sep=(.)"?[;,]*', re.IGNORECASE)
 _COMMENT = re.compile(r"\s*(#|%|!|//|\$\$|'|;|\*)")
 _TRAILING = re.compile(r"(?:(?<=[\s;,])|(?<=\d))(?:#|%|!|//|\$\$)[^;,\d].*$")
 _RULE = re.compile(r"[\s\-=_+|:*~.;,]*")
+_LINE = re.compile(r"([-=_*~])\1\1")
 _TEXT_NUMBER = re.compile(r"""(?:=\s*"?|')([^"'=]*)["']?""")
 _ODD_BLANK = re.compile(f"[{BLANKS}]")
 
@@ -91,6 +104,8 @@ class TextGrid:
     comments: list[tuple[int, str]] = field(default_factory=list)
     behind: list[tuple[int, str]] = field(default_factory=list)
     log: SkippedLog = field(default_factory=SkippedLog)
+    rules: list[int] = field(default_factory=list)
+    """Lines such as "-----" below the first line."""
     is_declared: bool = False
     """The file names its separator itself."""
 
@@ -151,6 +166,8 @@ def read_grid(
             grid.comments.append((number, text))
         elif _RULE.fullmatch(text):
             grid.log.add(number, text, "has no values")
+            if grid.body and _LINE.search(text):
+                grid.rules.append(number)
         else:
             if not has_texts and (found := _TRAILING.search(text)) is not None:
                 grid.behind.append((number, found[0]))

@@ -12,7 +12,7 @@ import numpy as np
 from ocmm_core.documents import shortened
 from ocmm_core.errors import InputError
 from ocmm_core.geometry import Float, Points3
-from ocmm_core.tables._account import TableAccount, TableColumn, TableOptions
+from ocmm_core.tables._account import COUNT_OF_POINTS, TableAccount, TableColumn, TableOptions
 from ocmm_core.tables._columns import (
     AXES,
     ColumnPlan,
@@ -22,16 +22,10 @@ from ocmm_core.tables._columns import (
     counted_roles,
     find_heading,
     heading_roles,
+    require_one_set,
     stated_columns,
 )
-from ocmm_core.tables._grid import (
-    TextGrid,
-    fault,
-    heading_cells,
-    read_grid,
-    require_like_names,
-    require_no_codes,
-)
+from ocmm_core.tables._grid import TextGrid, fault, heading_cells, read_grid, require_no_codes
 from ocmm_core.tables._headings import is_summary
 from ocmm_core.tables._meshes import Mesh, read_mesh
 from ocmm_core.tables._named import NamedColumns, TextRow, TextTable, read_table
@@ -181,9 +175,8 @@ def _of_text(file: Path, grid: TextGrid, options: TableOptions) -> PointsFile:
     units = choose_unit(file, statements, plan.units(file, AXES), options, unit_cells or suffixes)
     lines = [line for line, _ in rows]
     require_no_codes(file, list(zip(lines, bare, strict=True)))
-    if "name" in plan.roles and not options.columns:
-        names = [cells[plan.index("name")] for _, cells in rows]
-        require_like_names(file, list(zip(lines, names, strict=True)))
+    if not options.columns:
+        require_one_set(grid, plan, rows)
     values, grammar = _values(file, plan, rows, bare, options)
     points = units.in_mm(values)
     far = ~(np.abs(points) < FARTHEST_MM).all(axis=1)
@@ -266,7 +259,7 @@ def _rows(
             grid.log.add(line, text, "not a point by its first word")
         elif not rows and announced is None and _COUNT.fullmatch(text):
             announced = int(text.split()[0])
-            grid.log.add(line, text, "number of points")
+            grid.log.add(line, text, COUNT_OF_POINTS)
         elif not rows and not has_heading and _is_title(cells, words, count):
             titles.append((line, text))
             grid.log.add(line, text, "is a title")

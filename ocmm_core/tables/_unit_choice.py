@@ -19,6 +19,7 @@ from ocmm_core.units import (
     named_unit,
     scaled,
     unit_statement,
+    units_of_name,
 )
 
 _REMEDY = "State the unit of all lengths, such as mm."
@@ -73,11 +74,41 @@ def choose_unit(
     `rows`: Line and text of the unit of each row; empty if rows have none.
     `roles`: Columns that are lengths.
 
-    Raises InputError if a unit is unknown, or two statements contradict each other.
+    Raises InputError if a unit is unknown, or two statements contradict each other; also the name
+    of the file is one.
     """
     if options.unit:
         unit = named_unit(options.unit, "length")
         return UnitChoice(unit.symbol, unit.factor, "your statement", np.array([unit.factor]))
+    found = _stated_unit(path, statements, columns, rows, roles)
+    _check_name(path, found)
+    return found
+
+
+def _check_name(path: Path, found: UnitChoice) -> None:
+    """Raise InputError if the name of the file has another unit: ``bore_inch.csv`` with mm."""
+    named = [one for one in units_of_name(path.name) if not (one.is_mention and found.evidence)]
+    factors = np.array([one.unit.factor for one in named if one.unit is not None])
+    agree = np.isclose(found.factors.ravel(), factors[:, np.newaxis], rtol=_SAME).any(axis=1)
+    if agree.all() or (found.evidence and agree.any()):
+        return
+    stated = f"the unit is {found.symbol}" if found.evidence else "the file states no unit"
+    text = named[int(agree.argmin())].text
+    raise InputError(
+        "table.unit",
+        f"{path}: {stated}, but the name of the file contains {shortened(text)}.",
+        "State the unit of all lengths, such as mm, or rename the file.",
+    )
+
+
+def _stated_unit(
+    path: Path,
+    statements: Sequence[tuple[int, UnitStatement]],
+    columns: Mapping[str, tuple[int, str]],
+    rows: Sequence[tuple[int, str]],
+    roles: Sequence[str],
+) -> UnitChoice:
+    """Return the unit that the content of a file states; mm if none."""
     stated: tuple[int, MeasureUnit] | None = None
     has_unit = bool(columns or rows) or any(one.unit for _, one in statements)
     for line, statement in statements:

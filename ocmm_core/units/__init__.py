@@ -5,7 +5,8 @@ In: a unit as another program writes it, or a line of text. Out: its size in mm,
 `find_unit` returns a `MeasureUnit` or None; `named_unit` refuses an unknown unit, `agreed_unit`
 also a name that contradicts its factor. `unit_statement` finds "unit: mm" in a comment or title:
 prose is never a unit, and a statement without a `MeasureUnit` is to be refused. `heading_unit`
-splits "X [mm]". `scaled` converts: decimal numbers are multiplied, and rounded once.
+splits "X [mm]", `units_of_name` reads "bore_inch.csv". `scaled` converts: decimal numbers are
+multiplied, and rounded once.
 
 Read `_unit` (table and grammar of names), `_statements` (places in text). It knows no files.
 A table of our own and not pint: pint reads "points" and "M" as units and "mil" as an angle, does
@@ -19,7 +20,12 @@ from typing import TYPE_CHECKING
 from ocmm_core.door import door
 
 if TYPE_CHECKING:
-    from ocmm_core.units._statements import UnitStatement, heading_unit, unit_statement
+    from ocmm_core.units._statements import (
+        UnitStatement,
+        heading_unit,
+        unit_statement,
+        units_of_name,
+    )
     from ocmm_core.units._unit import (
         Dimension,
         MeasureUnit,
@@ -31,11 +37,11 @@ if TYPE_CHECKING:
 else:
     __getattr__ = door(
         __name__,
-        _statements="UnitStatement heading_unit unit_statement",
+        _statements="UnitStatement heading_unit unit_statement units_of_name",
         _unit="Dimension MeasureUnit agreed_unit find_unit named_unit scaled",
     )
 
 __all__ = [
     "Dimension", "MeasureUnit", "UnitStatement", "agreed_unit", "find_unit", "heading_unit",
-    "named_unit", "scaled", "unit_statement",
+    "named_unit", "scaled", "unit_statement", "units_of_name",
 ]  # fmt: skip

@@ -80,6 +80,13 @@ _QUALIFIERS = frozenset(
         "cad target design theo theoretical reference ref wcs global local machine world part",
     )
 )
+_NAME_PARTS = re.compile(r"(?P<count>\d[\s_-]*)?(?P<word>[^\W\d_]+|\")")
+_HUMPS = re.compile(r"(?<=[a-z\d])(?=[A-Z])|(?<=[A-Z]{2})(?=[A-Z][a-z])")
+_FUSED = re.compile(r"(?:inch(?:es)?|zoll|imperial)$")
+_OTHER_WORDS = frozenset(("pinch", "winch", "finch", "clinch", "cinch"))
+_VERSIONS = frozenset(("v", "r", "rev", "final", "copy", "new", "kopie", "neu", "version"))
+_SHORT = frozenset(re.findall(r"\S+", "in m ft mi yd dm nm km hm dam tum å µ pie pies pied pieds"))
+"""Names of units that are also words or initials: a unit only at the end of a file's name."""
 _AMBIGUOUS_BEHIND = frozenset(re.findall(r"\S+", "m M a A n"))
 """Letters behind a name that may mean "measured", "mean", "actual" or "nominal"."""
 
@@ -101,6 +108,9 @@ def _statement(text: str) -> UnitStatement | None:
     code = _CODES.get(text.lower())
     bare = find_unit(code or _without_brackets(text))
     if bare is not None:
+        if text[0].isdigit() and bare.dimension == "length" and bare.factor != 1.0:
+            # "25 mm" alone may be the size of the part.
+            return UnitStatement(text, None, is_mention=True)
         return UnitStatement(code or text, bare) if bare.dimension == "length" else None
     label = _LABEL.search(text)
     if label is not None:
@@ -130,6 +140,26 @@ def _statement(text: str) -> UnitStatement | None:
     if scale is not None and not re.fullmatch(r"1([.,]0*)?|1:1", scale[2]):
         return UnitStatement(scale[0], None)
     return None
+
+
+def units_of_name(name: str) -> list[UnitStatement]:
+    """Return the units of length in the name of a file: ``bore_inch.csv``, ``scan-in.xyz``.
+
+    A number with its unit, such as ``ball_1inch.csv``, may be a size: it is a mention.
+    """
+    stem, dot, suffix = name.rpartition(".")
+    parts = list(_NAME_PARTS.finditer(_HUMPS.sub(" ", stem if dot else name)))
+    words = [(one["word"].casefold(), one["count"] is not None) for one in parts]
+    while len(words) > 1 and words[-1][0] in _VERSIONS:
+        words.pop()
+    found = []
+    for place, (word, is_size) in enumerate([*words, (suffix.casefold(), False)]):
+        inch = None if word in _OTHER_WORDS else _FUSED.search(word)
+        is_open = word in _SHORT and (is_size or not 0 < place == len(words) - 1)
+        unit = None if is_open else find_unit("inch" if inch else word, "length")
+        if unit is not None:
+            found.append(UnitStatement(word, unit, is_mention=is_size))
+    return found
 
 
 def heading_unit(cell: str) -> tuple[str, str]:

@@ -129,13 +129,14 @@ class Translation:
 
     def word(self, text: str) -> str:
         """Return a word of an enumeration or a registry in this language."""
-        return (
+        found = (
             self._words.get(text)
             or self._plain.get(text)
             # "cylinder" in a sentence is the shape "Cylinder".
             or self._words.get(text[:1].upper() + text[1:])
-            or text
         )
+        # "face diagonal XY 1, 140 mm" is two words.
+        return found or ", ".join(map(self.word, text.split(", ")) if ", " in text else [text])
 
     def _of(self, text: str, code: str, depth: int) -> str | None:
         """Return a text in this language; None where it is not known."""

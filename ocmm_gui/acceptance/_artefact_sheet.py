@@ -36,6 +36,7 @@ from ocmm_gui.kit import (
     form_field,
     later,
     localised,
+    numbers_in_use,
     sentence_label,
     text_font,
     tr,
@@ -61,6 +62,7 @@ _FIELDS = (
     ("quantity", later("Quantity"), later("Of a DCC with several lengths: part of its name")),
 )  # fmt: skip
 _CERTIFIED = ("serial", "laboratory", "certificate", "sizes", "expanded")
+_NUMBERS = ("sizes", "expanded", "expanded_per_length", "form", "expansion", "expansion_sigma")
 _IN_COLUMN = 8
 
 
@@ -92,7 +94,9 @@ class ArtefactForm(QWidget):
         """Return the field texts; changed certificate data counts as typed."""
         found = {key: field.text().strip() for key, field in self.fields.items()}
         found["kind"] = ARTEFACT_KINDS[self.kind.currentIndex()]
-        same = bool(self._read) and all(found[key] == self._read.get(key) for key in _CERTIFIED)
+        read = {key: localised(text) if key in _NUMBERS else text
+                for key, text in self._read.items()}  # fmt: skip
+        same = bool(read) and all(found[key] == read.get(key) for key in _CERTIFIED)
         found["source"] = self._read["source"] if same else "typed"
         found["certificate_sha256"] = self._read["certificate_sha256"] if same else ""
         return found
@@ -102,7 +106,7 @@ class ArtefactForm(QWidget):
         self._read = dict(fields)
         for key, field in self.fields.items():
             if key in fields:
-                field.setText(fields[key])
+                field.setText(localised(fields[key]) if key in _NUMBERS else fields[key])
         if "kind" in fields:
             self.kind.setCurrentIndex(ARTEFACT_KINDS.index(fields["kind"]))
         self.fields["id" if not self.fields["id"].text() else "due_utc"].setFocus()
@@ -116,7 +120,8 @@ class ArtefactForm(QWidget):
                 value = " ".join(repr(one) for one in entry.sizes)
             elif key == "due_utc":
                 value = entry.due_utc[:10]
-            field.setText(value if isinstance(value, str) else repr(value))
+            text = value if isinstance(value, str) else repr(value)
+            field.setText(localised(text) if key in _NUMBERS else text)
         self.kind.setCurrentIndex(ARTEFACT_KINDS.index(entry.kind))
 
     def clear(self) -> None:
@@ -245,7 +250,7 @@ class ArtefactSheet(WorkSheet):
 
     def store(self) -> None:
         """Add the entry; an existing id gets the newer certificate."""
-        entry = self.attempt(lambda: typed_entry(self.form.texts()))
+        entry = self.attempt(lambda: typed_entry(self.form.texts(), comma=numbers_in_use().comma))
         if entry is None:
             return
         who, now = self._who(), self._clock()

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from ocmm_gui.access._hands_and_eyes import HandsAndEyes
     from ocmm_gui.access._ruler import RulerLine
     from ocmm_gui.access._screen import RULER_PX, ScreenSize, screen_size
-    from ocmm_gui.access._touch import TARGET_MM, TouchTargets, small_targets
+    from ocmm_gui.access._touch import TARGET_MM, TouchTargets
     from ocmm_gui.access._zoom import Zoom, fitting_factor, screen_factor, zoom_before_start
     from ocmm_gui.access._zoom_area import PageStack, ZoomArea
 else:
@@ -28,13 +28,13 @@ else:
         _hands_and_eyes="HandsAndEyes",
         _ruler="RulerLine",
         _screen="RULER_PX ScreenSize screen_size",
-        _touch="TARGET_MM TouchTargets small_targets",
+        _touch="TARGET_MM TouchTargets",
         _zoom="Zoom fitting_factor screen_factor zoom_before_start",
         _zoom_area="PageStack ZoomArea",
     )
 
 __all__ = [
     "RULER_PX", "TARGET_MM", "HandsAndEyes", "PageStack", "RulerLine", "ScreenSize", "TouchTargets",
-    "Zoom", "ZoomArea", "fitting_factor", "screen_factor", "screen_size", "small_targets",
+    "Zoom", "ZoomArea", "fitting_factor", "screen_factor", "screen_size",
     "zoom_before_start",
 ]  # fmt: skip

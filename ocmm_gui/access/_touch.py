@@ -66,27 +66,6 @@ class TouchTargets(QObject):
                 _enlarge(widget, self._px)
 
 
-def small_targets(window: QWidget, px: int) -> Iterator[str]:
-    """Yield controls smaller than ``px``; for tests."""
-    for widget in _controls(window):
-        if not widget.isVisible() or widget.visibleRegion().isEmpty():
-            continue
-        if isinstance(widget, QListWidget | QTableWidget):
-            if not _is_pressed(widget):
-                continue
-            for high in _row_heights(widget):
-                if high < px:
-                    yield f"row of {widget.accessibleName()!r}: {high} px"
-        elif isinstance(widget, QTabBar):
-            for index in range(widget.count()):
-                size = widget.tabRect(index).size()
-                if min(size.width(), size.height()) < px:
-                    yield f"tab {widget.tabText(index)!r}: {size.width()} x {size.height()} px"
-        elif min(widget.width(), widget.height()) < px:
-            name = widget.accessibleName() or widget.objectName()
-            yield f"{type(widget).__name__} {name!r}: {widget.width()} x {widget.height()} px"
-
-
 def _controls(window: QWidget) -> Iterator[QWidget]:
     for kind in (QAbstractButton, QLineEdit, QComboBox, QListWidget, QTableWidget, QTabBar):
         for widget in window.findChildren(kind):

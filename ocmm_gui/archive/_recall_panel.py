@@ -17,7 +17,7 @@ from ocmm_core.recalls import ArchiveFinding, ShopPlaces, decide_archived, recal
 from ocmm_gui.archive._labelled import labelled
 from ocmm_gui.archive._recall_result import RecallResult, WritingRecall
 from ocmm_gui.archive._sheet_texts import read_day
-from ocmm_gui.kit import ChoiceBox, FormField, Theme, form_field, later, tr
+from ocmm_gui.kit import ChoiceBox, FormField, Theme, form_field, language_in_use, later, tr
 from ocmm_gui.work import Teller
 
 
@@ -123,7 +123,7 @@ class RecallPanel(QWidget):
         """Return the work that writes the displayed recall; InputError without one."""
         if self.result.record is None:
             raise _nothing()
-        return WritingRecall(self.result.record, path)
+        return WritingRecall(self.result.record, path, language_in_use())
 
     def show_record(self, record: RecallRecord) -> str:
         """Show a recall, and return the sentence about the checked jobs."""

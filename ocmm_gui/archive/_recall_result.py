@@ -21,6 +21,7 @@ from ocmm_core.inspection.recall import (
     totals,
     worst_first,
 )
+from ocmm_core.wording import Speech
 from ocmm_gui.kit import (
     DEFAULT_THEME,
     THEMES,
@@ -29,8 +30,10 @@ from ocmm_gui.kit import (
     FitText,
     Mark,
     Theme,
+    language_in_use,
     later,
     mark_colour,
+    said,
     said_word,
     sentence_label,
     tr,
@@ -75,10 +78,11 @@ class RecallTable(DataTable):
     def show_record(self, record: RecallRecord) -> None:
         self._record = record
         rows = [(job, one) for job in worst_first(record.jobs) for one in job.characteristics]
-        self._lines = [f"{job_line(job)} {rests_on(job)}" for job, _ in rows]
+        speech = Speech(language_in_use())
+        self._lines = [f"{job_line(job, speech)} {said(rests_on(job))}" for job, _ in rows]
         self.setRowCount(len(rows))
         for at, (job, one) in enumerate(rows):
-            for column, text in enumerate((job.label, *row(one))):
+            for column, text in enumerate((job.label, *row(one, speech))):
                 colour = mark_colour(self._colours, _MARKS[one.outcome]) if column == 4 else None
                 self._write(at, column, text, colour)
         self.resizeColumnsToContents()
@@ -127,7 +131,7 @@ class RecallResult(QWidget):
         self._show_words(record)
         self.table.show_record(record)
         self._show_job()
-        return checked(record)
+        return said(checked(record))
 
     def headline(self) -> str:
         """Return the totals in large words; for tests."""
@@ -141,9 +145,12 @@ class RecallResult(QWidget):
 
     def _show_words(self, record: RecallRecord) -> None:
         mark = mark_of(record)
-        self._headline.show_text(headline(record), mark_colour(self._theme, mark), mark)
-        said = (*totals(record), decided(record)) if record.jobs else ()
-        self.totals.setText("\n".join((*said, *not_judged(record, _MOST_LINES))))
+        self._headline.show_text(
+            headline(record, Speech(language_in_use())), mark_colour(self._theme, mark), mark
+        )
+        found = (*totals(record), decided(record)) if record.jobs else ()
+        lines = (*found, *not_judged(record, _MOST_LINES))
+        self.totals.setText("\n".join(map(said, lines)))
 
     def _show_job(self) -> None:
         self.about_job.setText(self.table.line())
@@ -155,11 +162,13 @@ class WritingRecall:
 
     record: RecallRecord
     path: Path
+    language: str
+    """Of the pages."""
 
     def __call__(self, tell: Teller) -> Path:
         tell(later("Creating the pages"), 0.3)
         with drawing():
-            content = pdf_bytes(self.record)
+            content = pdf_bytes(self.record, self.language)
         tell.commit()
         write_together({self.path: content})
         return self.path

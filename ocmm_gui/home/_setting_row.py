@@ -157,7 +157,7 @@ class SettingRow(QObject):
             told.append(tr("Set for this station."))
         elif origin is Origin.USER and spec.scope is Scope.STATION:
             told.append(tr("Set for this user only."))
-        told.append(f"{tr(spec.tip)}.")
+        told.append(f"{said(spec.tip)}.")
         if in_job and spec.applies is Applies.REOPEN:
             told.append(tr("Used when the job is opened."))
         self._about = " ".join(told)

@@ -146,13 +146,14 @@ def length_of_field(text: str) -> float:
 
 
 def day_words(when: date | str) -> str:
-    """Return a day; of ISO 8601 text the first ten characters."""
+    """Return a day; of an ISO 8601 time the local one, of other text the text."""
     if isinstance(when, str):
-        first = when[:10]
         try:
-            return day_words(date.fromisoformat(first))
+            if len(when) > len("2026-01-31"):
+                return day_words(datetime.fromisoformat(when).astimezone())
+            return day_words(date.fromisoformat(when))
         except ValueError:
-            return first
+            return when
     return f"{when:{_InUse.style.day}}"
 
 

@@ -21,7 +21,7 @@ def session_of(record: VerificationRecord) -> tuple[tuple[str, str], ...]:
         facts.append((tr("Corners"), corners))
     if record.repeats:
         shifts = (
-            f"{one.place} {1e3 * float(np.linalg.norm(one.shift_mm)):.0f} µm"
+            f"{_seat(one.place)} {1e3 * float(np.linalg.norm(one.shift_mm)):.0f} µm"
             f"{'' if one.square <= one.limit else ' ▲'}"
             for one in record.repeats
         )
@@ -38,3 +38,7 @@ def session_of(record: VerificationRecord) -> tuple[tuple[str, str], ...]:
             )
         )
     return tuple(facts)
+
+
+def _seat(place: str) -> str:
+    return tr("seat {number}").format(number=place.removeprefix("seat "))

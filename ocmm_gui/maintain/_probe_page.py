@@ -34,7 +34,7 @@ from ocmm_gui.maintain._status_page import StatusPage, in_a_row
 _TIPS = (
     (later("Tip"), later("Name; an arrow marks the mounted tip")),
     (later("Standing"), later("Status of the tip")),
-    (later("Ball, mm"), later("Effective diameter and its standard uncertainty (k = 1)")),
+    (later("Ball, mm"), later("Effective diameter and its U (k = 2)")),
     (later("Form, µm"), later("Largest minus smallest radius")),
     (later("Cone, µm"), later("Two standard deviations of the tip over all attitudes")),
     (later("Qualified"), later("Date and temperature")),
@@ -133,7 +133,7 @@ def _tip_words(one: TipState) -> tuple[str, ...]:
     return (
         name,
         said_word(one.status.state.value),
-        localised(f"{found.diameter_mm:.4f} ± {found.diameter_sigma_mm:.4f}"),
+        localised(f"{found.diameter_mm:.4f} ± {2.0 * found.diameter_sigma_mm:.4f}"),
         localised(f"{1e3 * found.form_mm:.1f}"),
         localised(f"{1e3 * found.articulation_2s_mm:.1f}"),
         f"{local_time(found.made_utc)[:10]}{temperature_state}",

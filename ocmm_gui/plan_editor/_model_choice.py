@@ -5,6 +5,7 @@ from __future__ import annotations
 from PySide6.QtCore import Signal
 
 from ocmm_core.inspection.step import Offer
+from ocmm_core.typed_numbers import ZONE
 from ocmm_gui.kit import (
     ChoiceBox,
     caption,
@@ -81,7 +82,7 @@ class ModelChoice(PartChoice):
         found = typed_value(typed)
         value = None if found is None else to_mm(found, unit)
         has_free = any(offer.free_form is not None for offer in self.chosen())
-        return value if has_free and value is not None and value > 0.0 else None
+        return value if has_free and value is not None and value in ZONE.quantity else None
 
     def can_be_taken(self) -> bool:
         """Return whether something is selected, with its zone if needed."""

@@ -8,8 +8,9 @@ from PySide6.QtWidgets import QHBoxLayout, QVBoxLayout, QWidget
 
 from ocmm_core.alignment import Alignment
 from ocmm_core.features.measured import Construction
-from ocmm_core.features.shapes import NominalFeature
+from ocmm_core.features.shapes import NominalFeature, Shape
 from ocmm_core.inspection.plan import HEAD_FIELDS, Plan
+from ocmm_core.tolerances.kinds import spec_of
 from ocmm_core.tolerances.zones import Characteristic
 from ocmm_gui.kit import PathPanel, panel, tr
 from ocmm_gui.plan_editor._plan_items import ALIGNMENT, HEAD
@@ -21,9 +22,13 @@ def item_forms() -> dict[str, ItemForm]:
     return {
         HEAD.group: ItemForm(tr("Plan settings"), Plan, left_out),
         ALIGNMENT.group: ItemForm(tr("Alignment"), Alignment | None),
-        "features": ItemForm(tr("Feature"), NominalFeature),
+        "features": ItemForm(
+            tr("Feature"), NominalFeature, (), "shape", lambda word: Shape(word).spec.unused
+        ),
         "constructions": ItemForm(tr("Construction"), Construction),
-        "characteristics": ItemForm(tr("Characteristic"), Characteristic),
+        "characteristics": ItemForm(
+            tr("Characteristic"), Characteristic, (), "kind", lambda kind: spec_of(kind).unused
+        ),
     }
 
 

@@ -1,4 +1,7 @@
-"""The pages of a recall as PDF: ``python -m ocmm_gui.reports._recall RECALL.json FILE.pdf``."""
+"""The pages of a recall as PDF.
+
+``python -m ocmm_gui.reports._recall RECALL.json FILE.pdf --language de``.
+"""
 
 from __future__ import annotations
 
@@ -22,6 +25,7 @@ from ocmm_core.inspection.recall import (
     totals,
     worst_first,
 )
+from ocmm_core.wording import ENGLISH, LANGUAGES, Speech
 from ocmm_gui.reports._canvas import (
     BODY,
     HEADING,
@@ -41,33 +45,32 @@ _WIDTHS = (340.0, 390.0, 390.0, 230.0, 450.0)
 _COLOURS = {Outcome.HOLDS: INK.good, Outcome.CHANGES: INK.bad, Outcome.UNKNOWN: INK.warn}
 
 
-def lay_out(record: RecallRecord) -> Canvas:
+def lay_out(record: RecallRecord, language: str = ENGLISH) -> Canvas:
     """Return the pages: totals first, then jobs in order of urgency."""
-    canvas = Canvas()
-    canvas.text("Recall", TITLE)
-    canvas.text(headline(record), HEADING)
+    canvas = Canvas(Speech(language))
+    say = canvas.speech.say
+    canvas.text(canvas.speech.word("Recall"), TITLE)
+    canvas.text(headline(record, canvas.speech), HEADING)
     for sentence in (*totals(record), decided(record)) if record.jobs else ():
-        canvas.text(sentence)
-    canvas.text(
-        f"{checked(record)} {record.made_utc[:16].replace('T', ' ')} UTC, OCMM {record.software}.",
-        SMALL,
-    )
+        canvas.text(say(sentence))
+    made = f"{record.made_utc[:16].replace('T', ' ')} UTC, OCMM {record.software}."
+    canvas.text(f"{say(checked(record))} {made}", SMALL)
     for sentence in not_judged(record):
-        canvas.text(sentence, Style(colour=INK.warn))
+        canvas.text(say(sentence), Style(colour=INK.warn))
     columns = [Column(name, w) for name, w in zip(COLUMNS[1:], _WIDTHS, strict=True)]
     for job in worst_first(record.jobs):
         canvas.skip(24.0)
         canvas.room(260.0)
-        canvas.text(job_line(job), STRONG)
-        canvas.text(rests_on(job), SMALL)
+        canvas.text(job_line(job, canvas.speech), STRONG)
+        canvas.text(say(rests_on(job)), SMALL)
         canvas.table(
             columns,
             [
                 [
                     PageField(text, Style(24.0, bold=True, colour=_COLOURS[one.outcome]))
-                    if text == one.outcome.value
+                    if text == canvas.speech.word(one.outcome.value)
                     else PageField(text, Style(24.0, colour=BODY.colour))
-                    for text in row(one)
+                    for text in row(one, canvas.speech)
                 ]
                 for one in job.characteristics
             ],
@@ -75,18 +78,18 @@ def lay_out(record: RecallRecord) -> Canvas:
     return canvas
 
 
-def pdf_bytes(record: RecallRecord) -> bytes:
+def pdf_bytes(record: RecallRecord, language: str = ENGLISH) -> bytes:
     """Return the recall as a PDF file with the sealed record inside.
 
     Raises StorageError if the file read back differs from the input.
     """
-    canvas = lay_out(record)
-    last = foot(record)
+    canvas = lay_out(record, language)
+    last = canvas.speech.say(foot(record))
     return written_pdf(
         canvas,
         lambda painter, index: paint_with_foot(painter, canvas, index, last),
         {"recall.json": seal(record)},
-        title=f"Recall {record.made_utc[:10]}",
+        title=canvas.speech.say(f"Recall {record.made_utc[:10]}"),
         software=record.software,
         utc=record.made_utc,
     )
@@ -108,10 +111,12 @@ def main(arguments: list[str] | None = None) -> int:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("recall", type=Path)
     parser.add_argument("pdf", type=Path)
+    parser.add_argument("--language", choices=LANGUAGES, default=ENGLISH)
     options = parser.parse_args(arguments)
 
     def write() -> None:
-        write_together({options.pdf: pdf_bytes(load(options.recall, RecallRecord))})
+        record = load(options.recall, RecallRecord)
+        write_together({options.pdf: pdf_bytes(record, options.language)})
 
     return draw(write, "The pages of the recall", "The decision is stored.")
 

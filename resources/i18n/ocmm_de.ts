@@ -3766,6 +3766,10 @@ Startet: {source}</translation>
         <translation>Eingemessen</translation>
     </message>
     <message>
+        <source>Effective diameter and its U (k = 2)</source>
+        <translation>Wirksamer Durchmesser und sein U (k = 2)</translation>
+    </message>
+    <message>
         <source>ambient, at probe calibration and tip qualification</source>
         <translation>Raum, beim Kalibrieren und Einmessen</translation>
     </message>
@@ -3816,10 +3820,6 @@ Startet: {source}</translation>
     <message>
         <source>Ball, mm</source>
         <translation>Tastkugel, mm</translation>
-    </message>
-    <message>
-        <source>Effective diameter and its standard uncertainty (k = 1)</source>
-        <translation>Wirksamer Durchmesser und seine Standardunsicherheit (k = 1)</translation>
     </message>
     <message>
         <source>Largest minus smallest radius</source>
@@ -7400,10 +7400,6 @@ Startet: {source}</translation>
         <translation>diese Kalibrierung</translation>
     </message>
     <message>
-        <source>standard uncertainty (k = 1)</source>
-        <translation>Standardunsicherheit (k = 1)</translation>
-    </message>
-    <message>
         <source>2nd, µm</source>
         <translation>2., µm</translation>
     </message>
@@ -7412,8 +7408,8 @@ Startet: {source}</translation>
         <translation>zweiter minus erster Schwenk</translation>
     </message>
     <message>
-        <source>standard uncertainty of that difference (k = 1)</source>
-        <translation>Standardunsicherheit dieses Unterschieds (k = 1)</translation>
+        <source>expanded uncertainty of that difference (k = 2)</source>
+        <translation>erweiterte Unsicherheit dieser Differenz (k = 2)</translation>
     </message>
     <message>
         <source>Spheres, µm</source>
@@ -7583,6 +7579,10 @@ Startet: {source}</translation>
         <source>Points of the world frame</source>
         <translation>Punkte des Weltsystems</translation>
     </message>
+    <message>
+        <source>of {length_mm:.0f} mm (k = 2); {limit:.1f} µm is enough</source>
+        <translation>für {length_mm:.0f} mm (k = 2); {limit:.1f} µm genügen</translation>
+    </message>
     <message numerus="yes">
         <source>%n poses of {wanted}</source>
         <comment>1 pose of {wanted}</comment>
@@ -7626,10 +7626,6 @@ Startet: {source}</translation>
     <message>
         <source>of {length_mm:.0f} mm; too early to tell</source>
         <translation>von {length_mm:.0f} mm; noch zu früh</translation>
-    </message>
-    <message>
-        <source>of {length_mm:.0f} mm (k = 1); {limit:.1f} µm is enough</source>
-        <translation>von {length_mm:.0f} mm (k = 1); {limit:.1f} µm genügen</translation>
     </message>
     <message>
         <source>placement {number}</source>
@@ -7676,8 +7672,8 @@ Startet: {source}</translation>
         <translation>Erste Kalibrierung dieser Kameras: nichts zum Vergleichen.</translation>
     </message>
     <message>
-        <source>All cameras together moved by {moved_mm:.3f} mm and rotated by {turned_rad:.3f} mrad; the remaining change of each camera is below. Standard uncertainty of a length: {before} before, {after} after.</source>
-        <translation>Alle Kameras zusammen haben sich um {moved_mm:.3f} mm verschoben und um {turned_rad:.3f} mrad gedreht; was je Kamera bleibt, steht unten. Standardunsicherheit einer Länge: vorher {before}, nachher {after}.</translation>
+        <source>All cameras together moved by {moved_mm:.3f} mm and rotated by {turned_rad:.3f} mrad; the remaining change of each camera is below. U of a length (k = 2): {before} before, {after} after.</source>
+        <translation>Alle Kameras zusammen haben sich um {moved_mm:.3f} mm verschoben und um {turned_rad:.3f} mrad gedreht; die übrige Änderung jeder Kamera steht unten. U einer Länge (k = 2): {before} vorher, {after} nachher.</translation>
     </message>
     <message>
         <source>Sensors</source>
@@ -7784,8 +7780,8 @@ Startet: {source}</translation>
         <translation>Drehung des Tasters</translation>
     </message>
     <message>
-        <source>(k = 1); {wanted:.0f} µm is enough</source>
-        <translation>(k = 1); {wanted:.0f} µm genügen</translation>
+        <source>(k = 2); {wanted:.0f} µm is enough</source>
+        <translation>(k = 2); {wanted:.0f} µm genügen</translation>
     </message>
     <message>
         <source>too early to tell</source>
@@ -7916,10 +7912,6 @@ Startet: {source}</translation>
         </translation>
     </message>
     <message>
-        <source>The tip is still as qualified. Store the verdict and continue. The date of its qualification stays; Maintain, page Probe, shows it.</source>
-        <translation>Die Tastspitze ist noch wie qualifiziert. Ergebnis speichern und weitermessen. Das Datum ihrer Qualifizierung bleibt; Wartung, Seite Taster, zeigt es.</translation>
-    </message>
-    <message>
         <source>angle from the pole</source>
         <translation>Winkel vom Pol</translation>
     </message>
@@ -7950,6 +7942,10 @@ Startet: {source}</translation>
     <message>
         <source>Largest</source>
         <translation>Größte</translation>
+    </message>
+    <message>
+        <source>The tip is still as qualified. Store the verdict and continue. A check does not extend the term of the qualification, whose certificate is at Ctrl+P in Maintain, page Probe.</source>
+        <translation>Die Tastspitze ist noch wie eingemessen. Ergebnis speichern und weiterarbeiten. Eine Prüfung verlängert die Frist des Einmessens nicht; dessen Zertifikat: Strg+P unter Wartung, Seite Taster.</translation>
     </message>
     <message>
         <source>The tip is no longer as qualified. Store the verdict: no points are taken until the tip is qualified or the probe calibrated.</source>
@@ -8004,8 +8000,8 @@ Startet: {source}</translation>
         <translation>Stellen</translation>
     </message>
     <message>
-        <source>Uncertainty of the diameter</source>
-        <translation>Unsicherheit des Durchmessers</translation>
+        <source>U of the diameter (k = 2)</source>
+        <translation>U des Durchmessers (k = 2)</translation>
     </message>
     <message>
         <source>… with all places</source>
@@ -8668,10 +8664,6 @@ Startet: {source}</translation>
         <translation>PEM, zu diesem Zertifikat</translation>
     </message>
     <message>
-        <source>local, off, a file, or postgresql://USER@SERVER/DATABASE, without password</source>
-        <translation>local, off, eine Datei oder postgresql://USER@SERVER/DATABASE, ohne Passwort</translation>
-    </message>
-    <message>
         <source>Name of this station</source>
         <translation>Name dieser Station</translation>
     </message>
@@ -8798,6 +8790,10 @@ Startet: {source}</translation>
     <message>
         <source>inch</source>
         <translation>Zoll</translation>
+    </message>
+    <message>
+        <source>Place: local, off, a file, or a PostgreSQL database; without password</source>
+        <translation type="unfinished"></translation>
     </message>
     <message>
         <source>On screen; files for programs are in mm</source>

@@ -9,13 +9,21 @@ from typing import TYPE_CHECKING
 import pytest
 from PySide6.QtCore import QSize, QSizeF, Qt
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QApplication, QListWidget, QPushButton, QVBoxLayout, QWidget
+from PySide6.QtWidgets import (
+    QApplication,
+    QListWidget,
+    QPushButton,
+    QTabBar,
+    QTableWidget,
+    QVBoxLayout,
+    QWidget,
+)
 from pytestqt.qtbot import QtBot
 
 from ocmm_core.settings import SettingsStore
 from ocmm_gui.access import RULER_PX, TARGET_MM, TouchTargets, Zoom, screen_factor, screen_size
-from ocmm_gui.access import small_targets as small
 from ocmm_gui.access._screen import believed_pitch
+from ocmm_gui.access._touch import _controls, _is_pressed, _row_heights
 from ocmm_gui.kit import CAP_HEIGHT, NarrowButton
 from ocmm_gui.kit._theme import FAR_SHARE
 from tests.gui.window_pages import faults, walk
@@ -36,6 +44,27 @@ def usual_size(qapp: QApplication) -> Iterator[None]:
         file.path.unlink(missing_ok=True)
     for zoom in qapp.findChildren(Zoom):
         zoom.use(100)
+
+
+def small(window: QWidget, px: int) -> Iterator[str]:
+    """Yield controls smaller than ``px``."""
+    for widget in _controls(window):
+        if not widget.isVisible() or widget.visibleRegion().isEmpty():
+            continue
+        if isinstance(widget, QListWidget | QTableWidget):
+            if not _is_pressed(widget):
+                continue
+            for high in _row_heights(widget):
+                if high < px:
+                    yield f"row of {widget.accessibleName()!r}: {high} px"
+        elif isinstance(widget, QTabBar):
+            for index in range(widget.count()):
+                size = widget.tabRect(index).size()
+                if min(size.width(), size.height()) < px:
+                    yield f"tab {widget.tabText(index)!r}: {size.width()} x {size.height()} px"
+        elif min(widget.width(), widget.height()) < px:
+            name = widget.accessibleName() or widget.objectName()
+            yield f"{type(widget).__name__} {name!r}: {widget.width()} x {widget.height()} px"
 
 
 def _dot_mm(columns: int, lines: int, inches: float) -> float:

@@ -15,8 +15,9 @@ from pytestqt.qtbot import QtBot
 
 from ocmm_core.documents import resource
 from ocmm_core.errors import OcmmError
+from ocmm_core.features.shapes import NominalFeature, Shape
 from ocmm_core.inspection.plan import EnvironmentLimits, Plan, feature_table, load_plan
-from ocmm_core.tolerances.kinds import KINDS
+from ocmm_core.tolerances.kinds import KINDS, spec_of
 from ocmm_core.tolerances.zones import Characteristic
 from ocmm_gui.kit import use_language
 from ocmm_gui.plan_editor import PlanSheet
@@ -77,7 +78,7 @@ def test_every_item_of_a_plan_comes_back_from_its_form(sheet: PlanSheet) -> None
         ("point", "1,5 -17 15.25", (1.5, -17.0, 15.25)),
         ("diameter", "20.5", 20.5),
         ("side", "outer", "outer"),
-        ("across", "0 1 0", (0.0, 1.0, 0.0)),
+        ("projection", "", ""),
         ("compensation", "nominal", "nominal"),
         ("text", "Half way down.", "Half way down."),
     ],
@@ -93,6 +94,31 @@ def test_a_field_that_is_filled_in_is_in_the_plan(
     # Another place or diameter of the bore contradicts its characteristics.
     contradicts = key in ("point", "diameter")
     assert sheet.checks.text().startswith("✖  The plan is not valid" if contradicts else "✔")
+
+
+@pytest.mark.parametrize("shape", list(Shape))
+def test_the_form_has_the_fields_of_the_shape(sheet: PlanSheet, shape: Shape) -> None:
+    _choose(sheet, BORE)
+    _fill(sheet, "shape", shape.value)
+    assert set(NominalFeature.__struct_fields__) - set(sheet.form().fields) == shape.spec.unused
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_the_form_has_the_fields_of_the_kind(sheet: PlanSheet, kind: str) -> None:
+    _choose(sheet, sheet.draft.plan.characteristics[0].name, "characteristics")
+    _fill(sheet, "kind", kind)
+    shown = {name.partition(".")[0] for name in sheet.form().fields}
+    assert set(Characteristic.__struct_fields__) - shown == spec_of(kind).unused
+
+
+def test_a_value_without_a_meaning_stays_visible(sheet: PlanSheet) -> None:
+    """A document may contain one: it is shown, and the plan check names it."""
+    _choose(sheet, BORE)
+    bore = next(item for item in sheet.draft.plan.features if item.name == BORE)
+    sheet.form().show_item(msgspec.structs.replace(bore, angle_deg=30.0))
+    assert "angle_deg" in sheet.form().fields
+    _fill(sheet, "shape", "Cylinder")
+    assert sheet.form().item().angle_deg == 0.0
 
 
 @pytest.mark.parametrize(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -18,10 +18,11 @@ from ocmm_core.composition import StationRequest, build_station
 from ocmm_core.composition.practice import Practice
 from ocmm_core.documents import resource
 from ocmm_gui.bridge import StationBridge
-from ocmm_gui.kit import DEBOUNCE_S, Mode, NoticeCentre
+from ocmm_gui.kit import DEBOUNCE_S, Mode, NoticeCentre, use_language
 from ocmm_gui.window import MainWindow
 from ocmm_gui.wizards import Runner
-from tests.host import HANG_MS
+from tests.gui.shown_english import english_in
+from tests.host import HANG_MS, long_form
 from tests.slow_rig import CALM_HZ, slow_rig_in
 from tests.waiting import let_pass
 
@@ -35,13 +36,23 @@ class _Bench:
     notices: NoticeCentre
 
 
+_LANGUAGES = ("en", "de")
+_CASES = [
+    (kind, language)
+    for number, kind in enumerate(ProcedureKind)
+    for language in (_LANGUAGES if long_form() else _LANGUAGES[number % 2 :][:1])
+]
+"""Every wizard, in the short form in one language."""
+
+
 @pytest.fixture
-def bench(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> Iterator[_Bench]:
+def bench(qtbot: QtBot, qapp: QApplication, tmp_path: Path, language: str) -> Iterator[_Bench]:
     """Return a window of a virtual rig, as the program opens it.
 
     Its cameras are slow: the virtual hand must rest for all the frames that a step wants, and there
     was a time when it left before.
     """
+    use_language(qapp, language)
     request = StationRequest(
         plan=resource("plans", "quick.toml"), rig=slow_rig_in(tmp_path, CALM_HZ),
         out=tmp_path / "job", speed=0.1, stay=True, frame_rate_hz=800,
@@ -63,6 +74,7 @@ def bench(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> Iterator[_Bench]:
     window.deleteLater()
     bridge.deleteLater()
     notices.deleteLater()
+    use_language(qapp, "en")
 
 
 def _press(key: Qt.Key) -> None:
@@ -71,8 +83,10 @@ def _press(key: Qt.Key) -> None:
     QTest.keyClick(widget, key)
 
 
-def _complete(qtbot: QtBot, bench: _Bench, kind: ProcedureKind) -> Runner:
-    """Do what the wizard says, with its keys, until it has ended."""
+def _complete(
+    qtbot: QtBot, bench: _Bench, kind: ProcedureKind, read: Callable[[_Bench], None]
+) -> Runner:
+    """Follow the wizard with its keys to the end; ``read`` sees every page."""
     window = bench.window
     window.show_mode(Mode.MAINTAIN)
     window.maintenance.open_wizard(kind)
@@ -92,6 +106,7 @@ def _complete(qtbot: QtBot, bench: _Bench, kind: ProcedureKind) -> Runner:
 
     while True:
         assert window.hand.strip.isVisible()
+        read(bench)
         base = runner.driver.now.view.base
         if "accept" in runner.page().keys:
             break
@@ -127,8 +142,10 @@ def _complete(qtbot: QtBot, bench: _Bench, kind: ProcedureKind) -> Runner:
     )
     assert runner.driver.now.view.base.error is None
     qtbot.waitUntil(lambda: runner.actions_by_key["accept"].isEnabled(), timeout=PATIENCE_MS)
+    read(bench)
     QTest.keyClick(runner, Qt.Key.Key_A)
     qtbot.waitUntil(runner.decision.isVisible, timeout=PATIENCE_MS)
+    read(bench)
     _press(Qt.Key.Key_Return)
     qtbot.waitUntil(
         lambda: (
@@ -141,11 +158,18 @@ def _complete(qtbot: QtBot, bench: _Bench, kind: ProcedureKind) -> Runner:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("kind", ProcedureKind)
+@pytest.mark.parametrize(("kind", "language"), _CASES)
 def test_every_wizard_is_completed_and_signed_practice(
-    qtbot: QtBot, bench: _Bench, kind: ProcedureKind
+    qtbot: QtBot, bench: _Bench, kind: ProcedureKind, language: str
 ) -> None:
-    runner = _complete(qtbot, bench, kind)
+    english = set[str]()
+
+    def read(bench: _Bench) -> None:
+        if language == "de":
+            english.update(english_in(bench.window))
+
+    runner = _complete(qtbot, bench, kind, read)
+    assert not english, "\n".join(sorted(english))
     assert is_practice(runner.driver.now.view.base.who)
     cameras, probe = CalibrationStore(bench.practice.cameras), ProbeStore(bench.practice.probe)
     made = [one.made_by for one in cameras.records()]

@@ -1,50 +1,87 @@
-"""Wizards start with numbers in range only, and a refusal ends with its cause."""
+"""Each number that a person types into a form is finite and within its range, or refused."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from pathlib import Path
+import math
+from argparse import ArgumentTypeError
+from collections.abc import Callable, Iterator
+from typing import Any
 
 import pytest
-from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QApplication
-from pytestqt.qtbot import QtBot
 
-from ocmm_core.calibration.guided import ProcedureKind
-from tests.core.calibration.test_procedure_tip import TIP, Tips
-from tests.gui.wizard_bench import WizardBench
-
-BALLS = ("nan", "inf", "-6", "0", "6000", "1e9", "1,234", "six", "6 °C", "300 in")
-ROOMS = ("nan", "inf", "-6", "451", "68 °F", "20 in", "1,234")
-
-
-@pytest.fixture
-def bench(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> Iterator[WizardBench]:
-    Tips.at(tmp_path, qualified=True)
-    made = WizardBench(qtbot, tmp_path, TIP)
-    yield made
-    made.close()
-
-
-@pytest.mark.parametrize(
-    ("kind", "key", "texts", "unit"),
-    [
-        (ProcedureKind.QUALIFICATION, "nominal", BALLS, "0.1 to 100 mm"),
-        (ProcedureKind.QUALIFICATION, "temperature", ROOMS, "0 to 50 °C"),
-        (ProcedureKind.TIP_CHECK, "temperature", ROOMS, "0 to 50 °C"),
-        (ProcedureKind.PIVOT, "temperature", ROOMS, "0 to 50 °C"),
-        (ProcedureKind.VERIFICATION, "temperature", ROOMS, "0 to 50 °C"),
-        (ProcedureKind.RELOCATION, "temperature", ROOMS, "0 to 50 °C"),
-    ],
+from ocmm_core.acceptance import typed_entry
+from ocmm_core.errors import InputError
+from ocmm_core.settings import SETTINGS, Kind, value_of_text
+from ocmm_core.typed_numbers import (
+    COORDINATE,
+    EXPANDED,
+    EXPANSION,
+    EXPANSION_SIGMA,
+    FORM,
+    PER_LENGTH,
+    SIZE,
+    option_field,
 )
-def test_a_number_out_of_range_starts_nothing_and_its_refusal_ends_with_it(
-    bench: WizardBench, kind: ProcedureKind, key: str, texts: tuple[str, ...], unit: str
+from ocmm_gui.arguments import parser
+from ocmm_gui.plan_editor.form._field_labels import Measure
+from ocmm_gui.plan_editor.form._field_text import value_of
+from ocmm_gui.plan_editor.form._form_lines import FieldKind, FormLine
+from tests.core.test_typed_numbers import HOSTILE
+
+TEXTS = (*HOSTILE, "-1", "1e300", "1,5", "1e-400", "text", "1 in", "9" * 400)
+ARTEFACT = {
+    "id": "S-1", "kind": "sphere", "name": "Ball", "maker": "M", "serial": "1",
+    "laboratory": "L", "certificate": "C1", "due_utc": "2030-01-01", "sizes": "25.0003",
+    "expanded": "0.0003", "expansion": "5.4e-6", "expansion_sigma": "5e-7",
+}  # fmt: skip
+OF_ARTEFACT = {
+    "sizes": SIZE, "expanded": EXPANDED, "expanded_per_length": PER_LENGTH, "form": FORM,
+    "expansion": EXPANSION, "expansion_sigma": EXPANSION_SIGMA,
+}  # fmt: skip
+
+
+def entry_with(field: str, text: str) -> float:
+    found = getattr(typed_entry({**ARTEFACT, field: text}), field)
+    return float(found[0] if isinstance(found, tuple) else found)
+
+
+def fields() -> Iterator[tuple[str, Callable[[str], Any], float, float]]:
+    for spec in SETTINGS:
+        if spec.kind in (Kind.NUMBER, Kind.WHOLE):
+            yield spec.key, lambda text, spec=spec: value_of_text(spec, text), spec.least, spec.most
+    for name, field in OF_ARTEFACT.items():
+        one = field.quantity
+        yield name, lambda text, name=name: entry_with(name, text), one.least, one.most
+    for kind in (FieldKind.NUMBER, FieldKind.COUNT, FieldKind.NUMBERS):
+        for measure in Measure:
+            line = FormLine(key="x", label="Size", tip="mm", kind=kind, measure=measure)
+            one = COORDINATE.quantity
+            name = f"plan {kind.name} {measure.name}"
+            yield name, lambda text, line=line: value_of(line, text), one.least, one.most
+    for action in parser()._actions:  # noqa: SLF001 - there is no public list
+        number = option_field("window", (action.option_strings or [""])[0])
+        if number is not None and "_number" in getattr(action.type, "__qualname__", ""):
+            one = number.quantity
+            yield action.option_strings[0], action.type, one.least, one.most
+
+
+FIELDS = list(fields())
+
+
+@pytest.mark.parametrize(("name", "read", "least", "most"), FIELDS, ids=[one[0] for one in FIELDS])
+def test_a_typed_text_is_refused_or_within_the_range(
+    name: str, read: Callable[[str], Any], least: float, most: float
 ) -> None:
-    start = bench.wizard.start
-    for text in texts:
-        bench.begin(kind, **{key: text})
-        assert bench.wizard.runner is None, text
-        assert unit in start.trouble.text(), text
-        QTest.keyClicks(start.fields[key], "1")
-        assert not start.trouble.isVisible(), text
-    assert not bench.errors
+    refused = 0
+    for text in TEXTS:
+        try:
+            found = read(text)
+        except (InputError, ArgumentTypeError):
+            refused += 1
+            continue
+        for value in found if isinstance(found, list) else [found]:
+            if value is not None and text.strip():
+                assert math.isfinite(value)
+                assert least <= value <= most, text
+    assert refused > len(TEXTS) // 4
+    assert len(FIELDS) > 30

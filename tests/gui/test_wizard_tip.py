@@ -106,7 +106,7 @@ def test_the_sphere_is_touched_without_a_key_and_goes_on_after_a_crash(bench: Ti
     # Now the points determine the ball, and what the rest will bring can be told.
     view = wizard.seen.view
     assert isinstance(view, TipView)
-    expected = f"{1e3 * view.sphere.diameter_sigma_end_mm:.1f} µm"
+    expected = f"{2e3 * view.sphere.diameter_sigma_end_mm:.1f} µm"
     wizard.until(lambda: again.bars.words()[-1] == f"… with all places {expected}")
     wizard.until(lambda: again.ball.number() == f"{view.sphere.diameter_mm:.4f} mm")
 

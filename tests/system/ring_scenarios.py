@@ -22,15 +22,8 @@ from ocmm_core.acquisition.frames import AcquisitionWorker, FrameRing
 from ocmm_core.fieldbus.cycle import BusSettings
 from ocmm_core.fieldbus.device import CameraIdentity
 from ocmm_core.fieldbus.report import BusPhase, decode_report
-from ocmm_core.simulation.bus import (
-    CameraDeed,
-    FaultKind,
-    FrameWatch,
-    SegmentConfig,
-    Watched,
-    make_link,
-    set_link,
-)
+from ocmm_core.simulation.bus import CameraDeed, FaultKind, SegmentConfig, make_link, set_link
+from tests.system.frame_watch import FrameWatch, Watched
 
 LEFT, RIGHT = CameraIdentity("left", 1001, 1), CameraIdentity("right", 1002, 2)
 FIRST, SECOND, NEAR, FAR = "ring0", "ring2", "ring1", "ring3"

@@ -91,3 +91,5 @@ class VerificationOutcome:
     """Indices of the nonconforming checks."""
     warnings: tuple[Finding, ...]
     """Findings that weaken the verdict."""
+    due_utc: str
+    """Expiry of the verified calibration, ISO 8601; empty without one."""

@@ -4,10 +4,10 @@ Every resting position leaves residuals: spots minus those predicted by the pose
 turned leaves a pattern of them from one moment on, and a seat visited first and again at the end
 appears displaced. Each suspect is linear in a few amounts, so one weighted least squares fit gives
 its likelihood ratio (M. Basseville, I. V. Nikiforov, Detection of Abrupt Changes, 1993, section
-2.4): a camera that jumped at some moment, drifted linearly in time, or was off from the first
-observation, and an LED or a size that was. They compete with a charge per free amount (G. Schwarz,
-Ann. Statist. 6, 1978). Effects shared by the whole session (uncertainty of calibration and probe)
-are in the covariance, so that a calibration error is not mistaken for a change.
+2.4): a camera or an LED that jumped at some moment, drifted linearly in time, or was off from the
+first observation, and a size of the probe that drifted or was wrong. They compete with a charge per
+free amount (G. Schwarz, Ann. Statist. 6, 1978). Effects shared by the whole session (uncertainty of
+calibration and probe) are in the covariance.
 """
 
 from __future__ import annotations
@@ -145,7 +145,7 @@ def session_changes(
     found: list[tuple[SessionChange, ...]] = []
     if len(rests) < 2:
         return found
-    normal, drifting = _Normal.of(rests, repeats, rig, body), set[int]()
+    normal, drifting = _Normal.of(rests, repeats, rig, body), set[tuple[str, int]]()
     for _ in range(_MOST):
         suspects = normal.suspects(rests, len(rig.cameras), body.n_leds, chance)
         # A drift is hardly ever exactly even: the rest of it is no jump.
@@ -153,14 +153,14 @@ def session_changes(
             one
             for one in suspects
             if one.gain > one.limit
-            and not (one.course is not TimeCourse.BEFORE and one.index in drifting)
+            and not (one.course is not TimeCourse.BEFORE and (one.element, one.index) in drifting)
         ]
         if not real or not (failed or any(one.course is not TimeCourse.BEFORE for one in real)):
             break
         best = max(real, key=lambda one: one.worth)
         near = [one for one in real if one.worth > best.worth - _DECISIVE]
         found.append(_one_of_each(near))
-        drifting |= {one.index for one in near if one.course is TimeCourse.DRIFT}
+        drifting |= {(one.element, one.index) for one in near if one.course is TimeCourse.DRIFT}
         normal = normal.granting(best)
     return found
 
@@ -245,9 +245,12 @@ class _Normal:
         first = 9 * cameras
         for led in range(leds):
             place = slice(first + 3 * led, first + 3 * led + 3)
-            trials.append((TimeCourse.BEFORE, "LED", led, place, always, 0))
+            trials += [(TimeCourse.JUMP, "LED", led, place, one, i) for i, one in enumerate(jumps)]
+            trials += [(TimeCourse.DRIFT, "LED", led, place, even, 0),
+                       (TimeCourse.BEFORE, "LED", led, place, always, 0)]  # fmt: skip
         place = slice(first + 3 * leds, first + 3 * leds + 1)
-        trials.append((TimeCourse.BEFORE, "size", -1, place, always, 0))
+        trials += [(TimeCourse.DRIFT, "size", -1, place, even, 0),
+                   (TimeCourse.BEFORE, "size", -1, place, always, 0)]  # fmt: skip
         found = []
         for course, element, index, columns, profile, last in trials:
             rows = np.concatenate(self.felt(columns, profile))
@@ -272,7 +275,7 @@ class _Normal:
 
 
 def _one_of_each(near: Sequence[SessionChange]) -> tuple[SessionChange, ...]:
-    """Return the best of each suspect, a jump with all its likely moments, the likeliest first."""
+    """Return the best of each suspect, likeliest first, a jump with its likely moments."""
     alike: dict[tuple[TimeCourse, str, int], list[SessionChange]] = {}
     for one in sorted(near, key=lambda one: -one.worth):
         alike.setdefault((one.course, one.element, one.index), []).append(one)
@@ -305,20 +308,13 @@ def _finding(change: SessionChange, rests: Sequence[Rest], rig: Rig, remedy: str
     amount, number = change.amount, change.index + 1
     begin, end = (shown_moment(rests[i].utc) for i in (change.last, change.first))
     if change.element in ("LED", "size"):
-        what = (
-            f"LED {number} of the probe was {1e3 * _norm(amount):.0f} um from its recorded "
-            "position during the whole session: it moved before the first observation."
-        )
-        if change.element == "size":
-            what = (
-                f"The probe was {1e6 * amount[0]:+.0f} um/m larger than recorded during the "
-                "whole session."
-            )
+        before = change.course is TimeCourse.BEFORE
         return Finding(
-            "session.probe_before", what,
+            "session.probe_before" if before else "session.probe_moved",
+            _probe_change(change, number, begin, end),
             "Check LEDs and temperature of the probe, calibrate it again, and verify again.",
             refuses=True,
-        )  # fmt: skip
+        )
     name = rig.cameras[change.index].name
     size = 1e6 * _norm(amount[:3])
     if change.course is TimeCourse.BEFORE:
@@ -348,12 +344,33 @@ def _finding(change: SessionChange, rests: Sequence[Rest], rig: Rig, remedy: str
             "mount of the camera, and verify again.",
             refuses=True,
         )
-    return Finding(
-        "session.camera_moved",
-        f"Camera '{name}' moved by about {size:.0f} urad between {begin} and {end} UTC.",
-        remedy,
-        refuses=True,
-    )
+    what = f"Camera '{name}' moved by about {size:.0f} urad between {begin} and {end} UTC."
+    return Finding("session.camera_moved", what, remedy, refuses=True)
+
+
+def _probe_change(change: SessionChange, number: int, begin: str, end: str) -> str:
+    course, size = change.course, 1e3 * _norm(change.amount)
+    if change.element == "size":
+        if course is TimeCourse.BEFORE:
+            return (
+                f"The probe was {1e6 * change.amount[0]:+.0f} um/m larger than recorded during the "
+                "whole session."
+            )
+        return (
+            f"The probe grew evenly by {1e6 * change.amount[0]:+.0f} um/m from {begin} to {end} "
+            "UTC; it may have started earlier."
+        )
+    if course is TimeCourse.BEFORE:
+        return (
+            f"LED {number} of the probe was {size:.0f} um from its recorded position during the "
+            "whole session: it moved before the first observation."
+        )
+    if course is TimeCourse.DRIFT:
+        return (
+            f"LED {number} of the probe drifted evenly by about {size:.0f} um from {begin} to "
+            f"{end} UTC; it may have started earlier."
+        )
+    return f"LED {number} of the probe moved by about {size:.0f} um between {begin} and {end} UTC."
 
 
 def _norm(vector: Float) -> float:

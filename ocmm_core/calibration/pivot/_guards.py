@@ -299,8 +299,8 @@ def judge_uncertainty(
         found.append(
             Finding(
                 "pivot.tip_sigma",
-                f"The tip is known only to {1e3 * tip_sigma:.0f} um; the limit is "
-                f"{1e3 * limits.tip_sigma_mm:.0f} um.",
+                f"U of the tip (k = 2) is {2e3 * tip_sigma:.0f} um; the limit is "
+                f"{2e3 * limits.tip_sigma_mm:.0f} um.",
                 f"{WIDER} If that does not help, calibrate the cameras in a deeper volume.",
                 refuses=True,
                 forcible=True,

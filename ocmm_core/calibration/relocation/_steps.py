@@ -127,8 +127,8 @@ def _bar_gate(state: RelocationState, sigma: float | None) -> Gate:
     if sigma is not None and sigma > limit:
         return Gate(
             False,
-            f"A length of {state.begun.length_mm:.0f} mm would be known only to "
-            f"{1e3 * sigma:.1f} um; the target is {1e3 * limit:.1f} um.",
+            f"U of a length of {state.begun.length_mm:.0f} mm (k = 2) would be "
+            f"{2e3 * sigma:.1f} um; the target is {2e3 * limit:.1f} um.",
             "Go back and wave the probe longer, or show the bar in more places.",
         )
     return OPEN

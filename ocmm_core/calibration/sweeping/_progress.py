@@ -178,8 +178,8 @@ def _missing(
         return "Keep sweeping: the tip is not determined yet."
     if progress.tip_sigma > sigma_wanted and progress.poses < ENOUGH_TIMES * poses_wanted:
         return (
-            f"Keep sweeping: tip uncertainty {1e3 * progress.tip_sigma:.1f} um, target "
-            f"{1e3 * sigma_wanted:.1f} um."
+            f"Keep sweeping: U of the tip (k = 2) {2e3 * progress.tip_sigma:.1f} um, target "
+            f"{2e3 * sigma_wanted:.1f} um."
         )
     return ""
 

@@ -268,8 +268,8 @@ def never_conclusive(qualification: TipRecord) -> bool:
 def _more(unknown: Judged, qualification: TipRecord) -> str:
     sigma, quantity = 0.5 * unknown.check.expanded_mm, unknown.check.name
     said = (
-        f"The {quantity} is known only to {1e3 * sigma:.1f} um; "
-        f"{1e3 * unknown.sigma_wanted_mm:.1f} um are needed:"
+        f"U of the {quantity} (k = 2) is {2e3 * sigma:.1f} um; "
+        f"{2e3 * unknown.sigma_wanted_mm:.1f} um are needed:"
     )
     if unknown.finding.code != "tip_check.diameter":
         return f"{said} hold the probe in more attitudes, leaning farther."

@@ -136,8 +136,8 @@ class TipQualificationProcedure(TouchProcedure[TipOutcome, TipBegun]):
         next_words = self._state.next_words()
         return Gate(
             False,
-            f"The diameter is known only to {1e3 * sigma_mm:.1f} um; {1e3 * limit_mm:.1f} um "
-            "are required.",
+            f"U of the diameter (k = 2) is {2e3 * sigma_mm:.1f} um; {2e3 * limit_mm:.1f} um are "
+            "required.",
             f"Go closer to the equator: touch the sphere {next_words}.",
         )
 

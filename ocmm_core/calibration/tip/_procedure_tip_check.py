@@ -149,8 +149,8 @@ class TipCheckProcedure(TouchProcedure[TipCheckOutcome, TipCheckBegun]):
         next_words = self._state.next_words()
         return Gate(
             False,
-            f"Inconclusive: the diameter can be compared only to {1e3 * sigma_mm:.1f} um; "
-            f"{1e3 * limit_mm:.1f} um are needed.",
+            f"Inconclusive: U of the compared diameter (k = 2) is {2e3 * sigma_mm:.1f} um; "
+            f"{2e3 * limit_mm:.1f} um are needed.",
             f"More points: touch the sphere {next_words}.",
         )
 
@@ -185,6 +185,7 @@ class TipCheckProcedure(TouchProcedure[TipCheckOutcome, TipCheckBegun]):
             largest=nearest_to_limit(checks),
             findings=findings,
             warnings=(*(() if findings else doubtful_warning(decision.ball)), *self._warned()),
+            due_utc=self._records.due_utc,
         )
 
     def _check(self, outcome: TipCheckOutcome) -> None:

@@ -195,6 +195,8 @@ class TipCheckOutcome:
     """Failed checks with remedies; empty if passed."""
     warnings: tuple[Finding, ...]
     """Findings that weaken it."""
+    due_utc: str
+    """Expiry of the tip: the earlier one of its calibration and qualification, ISO 8601."""
 
 
 @dataclass(frozen=True, slots=True)

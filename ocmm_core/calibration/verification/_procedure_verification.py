@@ -439,11 +439,11 @@ class VerificationProcedure(CameraProcedure[VerificationEvent, VerificationOutco
         # Fast enough to run within the state's lock.
         store, active = self._store, self._store.active()
         reused = judge_independence(uses_of(self._state), active)
-        made = "" if active is None else active.made_utc
+        made, due = ("", "") if active is None else (active.made_utc, active.valid_until_utc)
         record = verdict(self._state, reused, store.last_good_utc, made)
         passes = self._state.begun.limits.passes
         failed = tuple(i for i, check in enumerate(record.checks) if not passes(check))
-        return lambda: VerificationOutcome(record, worst(record.checks), failed, ())
+        return lambda: VerificationOutcome(record, worst(record.checks), failed, (), due)
 
     def _put(self, outcome: VerificationOutcome, decided: Decided) -> None:
         now = datetime.fromisoformat(decided.utc)

@@ -209,7 +209,7 @@ def run(
     retest: Annotated[
         bool, typer.Option("--retest/--no-retest", help="Repeat what may be repeated.")
     ] = True,
-    new: Annotated[bool, typer.Option("--new", help="Begin anew.")] = False,
+    new: Annotated[bool, typer.Option("--new", help="Start again.")] = False,
     seed: SeedOption = DEFAULT_SEED,
     speed: SpeedOption = 0.0,
     record: Annotated[

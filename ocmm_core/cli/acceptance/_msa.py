@@ -66,10 +66,10 @@ def run(
     seed: SeedOption = DEFAULT_SEED,
     most: Annotated[int, typer.Option("--most", help="Stop after so many.")] = 10_000,
 ) -> None:
-    """Measure what is still missing, in the drawn order; says who measures which part.
+    """Measure what is still missing, in the drawn order; prints the operator of each part.
 
-    Values are not shown: nobody sees what was measured before. On the virtual rig every measurement
-    is of a rig and a part of its own, so that its study tests the program and not a gauge.
+    Values are hidden, so that earlier results do not influence the operator. On the virtual rig
+    each measurement has its own rig and part, so that its study tests the program, not a gauge.
     """
     from ocmm_core.cli.measure import await_part, run_job
     from ocmm_core.composition import Origin, StationRequest, build_station, origin_of
@@ -119,8 +119,7 @@ def report(
     study: StudyArgument,
     jobs: JobsArgument,
     level: Annotated[
-        float,
-        typer.Option("--level", min=0.0, max=1.0, help="Interaction pooled above this p-value."),
+        float, typer.Option("--level", help="Interaction pooled above this p-value.")
     ] = 0.25,
     calibrations: CalibrationsOption = None,
     probes: ProbesOption = None,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -10,6 +11,8 @@ import typer
 from ocmm_core.cli.terminal import (
     CalibrationsOption,
     ProbesOption,
+    TemperatureOption,
+    TemperatureUOption,
     lead,
     make_console,
     say,
@@ -114,7 +117,8 @@ def part(
     u_workpiece: Annotated[
         float, typer.Option("--u-workpiece", help="Standard uncertainty of the parts, mm.")
     ] = 0.0,
-    temperature: Annotated[float, typer.Option("--temperature", help="Of use.")] = 20.0,
+    temperature: TemperatureOption = None,
+    temperature_u: TemperatureUOption = "",
     temperatures: Annotated[
         tuple[float, float] | None,
         typer.Option("--temperatures", help="Lowest and highest; default: within 1 K."),
@@ -157,8 +161,9 @@ def part(
     own = [one.uncertainty for one in trend.parts if one.uncertainty is not None]
     stated = float(np.median(own)) if own else None
     results = trend.values.tolist()
+    celsius, farthest = _of_use(temperature, temperature_u)
     found = part_uncertainty(
-        results, certified, u_cal, u_workpiece=u_workpiece, temperature_c=temperature,
+        results, certified, u_cal, u_workpiece=u_workpiece, temperature_c=farthest,
         u_expansion=u_expansion, expanded_model=stated,
     )  # fmt: skip
     _say_simulated(console, simulated)
@@ -189,7 +194,7 @@ def part(
         study = make_part_study(
             results, wanted, procedure=procedure, characteristic=name, certificate=certificate,
             certified=certified, expanded_cal=u_cal, u_workpiece=u_workpiece,
-            temperature_c=temperature, temperatures=temperatures, u_expansion=u_expansion,
+            temperature_c=celsius, temperatures=temperatures, u_expansion=u_expansion,
             expanded_model=stated, made_by=who, now=datetime.now(UTC), simulated=simulated,
         )  # fmt: skip
         path = save_part_study(out, study)
@@ -202,7 +207,8 @@ def part_use(
     *,
     study: Annotated[Path, typer.Argument(help="Kept study (ocmm msa part --out).")],
     task: Annotated[Path, typer.Option("--task", help="What is measured now, and how.")],
-    temperature: Annotated[float, typer.Option("--temperature", help="Of use.")] = 20.0,
+    temperature: TemperatureOption = None,
+    temperature_u: TemperatureUOption = "",
 ) -> None:
     """Print the U of a study for a similar task; another task is refused with the reason."""
     from ocmm_core.studies import load_part_study, load_task, uncertainty_for
@@ -215,7 +221,11 @@ def part_use(
             f"{study}: the U of this study may not be used. {loaded.signer.fault}",
             "Make the study again from its jobs (ocmm msa part), or trust its key: ocmm key trust.",
         )
-    found = uncertainty_for(kept, load_task(task), temperature)
+    celsius, farthest = _of_use(temperature, temperature_u)
+    wanted = load_task(task)
+    # The study has to hold at both ends of the interval.
+    _ = uncertainty_for(kept, wanted, 2.0 * celsius - farthest)
+    found = uncertainty_for(kept, wanted, farthest)
     console = make_console()
     _say_simulated(console, kept.simulated)
     console.print(
@@ -230,6 +240,21 @@ def part_use(
         f"{say(kept.procedure.wording)}, N {found.results}, {kept.made_utc[:10]}, {kept.made_by}",
         highlight=False, markup=False,
     )  # fmt: skip
+
+
+def _of_use(celsius: float | None, stated: str) -> tuple[float, float]:
+    """Return the temperature of use, and the end of its interval farthest from 20 °C.
+
+    20 °C without uncertainty if none is given. Raises InputError if it lacks its uncertainty.
+    """
+    from datetime import UTC, datetime
+
+    from ocmm_core.acceptance import read_temperature
+
+    read = read_temperature(celsius, stated, datetime.now(UTC))
+    if read is None:
+        return 20.0, 20.0
+    return read.celsius, read.celsius + math.copysign(2.0 * read.sigma_k, read.celsius - 20.0)
 
 
 def _references(texts: list[str]) -> dict[str, float]:

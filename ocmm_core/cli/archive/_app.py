@@ -42,8 +42,8 @@ CharacteristicOption = Annotated[
 ]
 FirstOption = Annotated[str, typer.Option("--from", help="First day, e.g. 2026-11-26.")]
 LastOption = Annotated[str, typer.Option("--to", help="Last day.")]
-MostOption = Annotated[int, typer.Option("--most", min=1, help="Rows at most.")]
-WhoOption = Annotated[str, typer.Option("--by", help="Who says so.")]
+MostOption = Annotated[int, typer.Option("--most", help="Rows at most.")]
+WhoOption = Annotated[str, typer.Option("--by", help="Name for the record.")]
 
 
 def place_of(archive: str | None, outbox: Path | None) -> ArchivePlace:

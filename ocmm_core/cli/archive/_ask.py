@@ -138,7 +138,7 @@ def export_command(
     file: Annotated[Path, typer.Argument(help="Ends in .csv or .parquet.")],
     *,
     archive: ArchiveOption = None,
-    most: Annotated[int, typer.Option("--most", min=1, help="Rows at most.")] = 10_000_000,
+    most: Annotated[int, typer.Option("--most", help="Rows at most.")] = 10_000_000,
 ) -> None:
     """Write a whole view of the archive to a file."""
     from ocmm_core.archive.questions import ArchiveAnswer, export_answer

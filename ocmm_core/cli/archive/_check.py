@@ -30,7 +30,7 @@ def rebuild(
         typer.Option("--name", help="KEY=STATION: name of the station that signs with this key."),
     ] = None,
 ) -> None:
-    """Make an archive anew from job files alone: those in folders, or those in another archive."""
+    """Rebuild an archive from job files alone: those in folders, or those in another archive."""
     from ocmm_core.archive.checks import files_in, files_of, key_and_name, stations_of
     from ocmm_core.archive.checks import rebuild as rebuild_archive
     from ocmm_core.archive.stores import open_archive

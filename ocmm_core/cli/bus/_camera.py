@@ -86,9 +86,7 @@ def measure(
     camera: CameraArgument,
     *,
     source: BusOption,
-    frames: Annotated[
-        int, typer.Option("--frames", min=1, max=4096, help="Exposures to average.")
-    ] = 256,
+    frames: Annotated[int, typer.Option("--frames", help="Exposures to average.")] = 256,
     store: Annotated[bool, typer.Option("--store", help="Store it permanently.")] = False,
     rig: RigOption = RECOMMENDED_RIG,
     force: ForceOption = False,

@@ -28,7 +28,7 @@ def conform(
     ],
     *,
     serial: Annotated[
-        int, typer.Option("--serial", min=0, help="Its serial number, where there are several.")
+        int, typer.Option("--serial", help="Its serial number, if there are several cameras.")
     ] = 0,
     firmware: Annotated[
         Path | None,
@@ -43,8 +43,8 @@ def conform(
 ) -> None:
     """Test a camera against every rule of its description (docs/camera_objects.md).
 
-    Takes a minute or two on a bus that nobody uses. Drops the camera's black image, clears its
-    errors and, with --firmware, updates it for good. Exit code 0: GREEN; 1: RED; 3: INCOMPLETE.
+    Takes one to two minutes on an idle bus. Deletes the camera's black image, clears its errors
+    and, with --firmware, updates it permanently. Exit code 0: GREEN; 1: RED; 3: INCOMPLETE.
     """
     from ocmm_core.acquisition.bus_process import ConformNews
     from ocmm_core.cli.bus._session import conformance_of
@@ -96,7 +96,7 @@ def conform(
 camera_app = typer.Typer(
     no_args_is_help=True,
     help="Maintain one camera: alias, errors, identification, firmware.\n\n'alias' and 'firmware' "
-    "need a bus that nobody uses and leave it in INIT.",
+    "need an idle bus and leave it in INIT.",
 )
 
 
@@ -106,7 +106,7 @@ camera_app.command()(conform)
 @camera_app.command()
 def alias(
     camera: CameraArgument,
-    value: Annotated[int, typer.Argument(min=1, max=65535, help="New station alias.")],
+    value: Annotated[int, typer.Argument(help="New station alias.")],
     *,
     source: BusOption,
     rig: RigOption = RECOMMENDED_RIG,
@@ -114,7 +114,7 @@ def alias(
 ) -> None:
     """Store a station alias in the EEPROM of a camera; it is in force after power-on.
 
-    Distinct aliases and the serial numbers together tell cameras that were swapped.
+    Distinct aliases and serial numbers reveal swapped cameras.
     """
     _maintain(source, rig, camera, alias_value=value, force=force)
 
@@ -130,8 +130,8 @@ def firmware(
 ) -> None:
     """Send firmware to a camera and start it.
 
-    The camera takes only what its maker signed, writes it beside the one that runs, and goes back
-    to that where the new one does not start. An interrupted update changes nothing.
+    The camera accepts only firmware signed by its maker, stores it next to the running one, and
+    returns to that if the new one does not start. An interrupted update changes nothing.
     """
     from ocmm_core.documents import read_bytes
     from ocmm_core.fieldbus.device import Firmware
@@ -152,7 +152,7 @@ def clear(
     rig: RigOption = RECOMMENDED_RIG,
     force: ForceOption = False,
 ) -> None:
-    """Let a camera forget its errors, and say how many there were."""
+    """Clear the errors of a camera, and print their number."""
     from ocmm_core.cli.bus._session import open_bus
     from ocmm_core.fieldbus.objects import clear_error_history, read_error_history
 
@@ -172,13 +172,11 @@ def identify(
     camera: CameraArgument,
     *,
     source: BusOption,
-    seconds: Annotated[
-        int, typer.Option("--seconds", min=1, max=600, help="How long it blinks.")
-    ] = 20,
+    seconds: Annotated[int, typer.Option("--seconds", help="Duration of blinking, s.")] = 20,
     rig: RigOption = RECOMMENDED_RIG,
     force: ForceOption = False,
 ) -> None:
-    """Let a camera blink, to find it in the machine."""
+    """Make a camera blink, to find it in the machine."""
     from ocmm_core.cli.bus._session import open_bus
     from ocmm_core.fieldbus.objects import blink
 

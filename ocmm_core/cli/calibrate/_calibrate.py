@@ -70,7 +70,7 @@ def cameras(
     spot_skip: SpotSkipOption = "",
     evaluation: Annotated[
         int | None,
-        typer.Option("--evaluation", min=0, help="Points kept for evaluation; default: a quarter."),
+        typer.Option("--evaluation", help="Points kept for evaluation; default: a quarter."),
     ] = None,
     unit: TableUnitOption = "",
     columns: ColumnsOption = "",
@@ -161,7 +161,7 @@ calibrate_app.command()(verify)
 def sensors(
     *,
     seconds: Annotated[
-        float, typer.Option("--seconds", min=10.0, help="Duration of waving the probe.")
+        float, typer.Option("--seconds", help="Duration of waving the probe.")
     ] = WAVE_S,
     source: SourceOption = DEFAULT_SOURCE,
     rig: RigOption = RECOMMENDED_RIG,

@@ -99,21 +99,18 @@ def probe_command(
     spot_decimal: SpotDecimalOption = "",
     spot_skip: SpotSkipOption = "",
     poses: Annotated[
-        int, typer.Option("--poses", min=100, help="Least number of poses per sweep.")
+        int, typer.Option("--poses", help="Least number of poses per sweep.")
     ] = POSES_WANTED,
     slack: Annotated[
-        float, typer.Option("--slack", min=0.0, help="Play of the ball in the cone (sigma), mm.")
+        float, typer.Option("--slack", help="Play of the ball in the cone (sigma), mm.")
     ] = 0.0,
     limit: Annotated[
-        float,
-        typer.Option("--limit", min=0.0, help="Tip change above which a reason is required, mm."),
+        float, typer.Option("--limit", help="Tip change above which a reason is required, mm.")
     ] = CHANGE_LIMIT_MM,
     because: Annotated[
         str, typer.Option("--because", help="Why the tip changed by more than the limit.")
     ] = "",
-    valid_days: Annotated[
-        int, typer.Option("--valid-days", min=1, help="Validity period.")
-    ] = VALID_DAYS,
+    valid_days: Annotated[int, typer.Option("--valid-days", help="Validity period.")] = VALID_DAYS,
     again: Annotated[
         bool,
         typer.Option(

@@ -115,9 +115,9 @@ def _print_tip(console: Console, state: TipState) -> None:
         _say(
             console,
             say(
-                f"Ball     {qualified.diameter_mm:.4f} mm, standard uncertainty "
-                f"{1e3 * qualified.diameter_sigma_mm:.1f} um, form {1e3 * qualified.form_mm:.1f} "
-                f"um\n"
+                f"Ball     {qualified.diameter_mm:.4f} mm, U = "
+                f"{2e3 * qualified.diameter_sigma_mm:.1f} um (k = 2), form "
+                f"{1e3 * qualified.form_mm:.1f} um\n"
                 f"         qualified {qualified.made_utc[:19]} UTC by {qualified.made_by}"
                 f"{_warmth(qualified.temperature_c)}, valid until {qualified.valid_until_utc[:10]}"
             ),

@@ -104,12 +104,12 @@ def relocate(
     geometry: Annotated[
         GeometryChoice, typer.Option("--geometry", help="Source of the LED positions.")
     ] = GeometryChoice.UNCERTAIN,
-    poses: Annotated[int, typer.Option("--poses", min=20, help="At least.")] = POSES_WANTED,
+    poses: Annotated[int, typer.Option("--poses", help="At least.")] = POSES_WANTED,
     placements: Annotated[
-        int, typer.Option("--placements", min=1, help="Least number of bar placements.")
+        int, typer.Option("--placements", help="Least number of bar placements.")
     ] = BARS_WANTED,
     limit: Annotated[
-        float, typer.Option("--limit", help="Target: standard uncertainty of a length, mm.")
+        float, typer.Option("--limit", help="Target: standard uncertainty (U / 2) of a length, mm.")
     ] = LENGTH_LIMIT_MM,
     seats: Annotated[
         bool,

@@ -27,7 +27,7 @@ from ocmm_core.calibration.records import (
     store_folder,
 )
 from ocmm_core.camera import load_rig
-from ocmm_core.cli.calibrate._tip_report import print_passed
+from ocmm_core.cli.calibrate._tip_report import print_passed, print_term
 from ocmm_core.cli.terminal import heads, lead, say, say_word, told
 
 
@@ -112,6 +112,8 @@ def print_verification(console: Console, outcome: VerificationOutcome) -> None:
     _print_session(console, record)
     for warning in outcome.warnings:
         console.print(told(warning), style="yellow", highlight=False)
+    if record.passed and outcome.due_utc:
+        print_term(console, outcome.due_utc)
     print_passed(console, passed=record.passed)
 
 
@@ -219,9 +221,8 @@ def _print_comparison(console: Console, found: CalibrationComparison) -> None:
         console,
         say(
             f"  With the old one, points in the volume would be up to {largest:.0f} um off; "
-            f"standard uncertainty of a length: {1e3 * found.length_sigma_after_mm:.1f} um "
-            f"(before: "
-            f"{1e3 * found.length_sigma_before_mm:.1f} um)."
+            f"U of a length (k = 2): {2e3 * found.length_sigma_after_mm:.1f} um "
+            f"(before: {2e3 * found.length_sigma_before_mm:.1f} um)."
         ),
     )
 

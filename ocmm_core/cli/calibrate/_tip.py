@@ -84,11 +84,9 @@ def tip_command(
     cone: ConeOption = "",
     diameter: Annotated[
         float | None,
-        typer.Option("--diameter", min=0.1, help="Nominal ball diameter, mm; default: as listed."),
+        typer.Option("--diameter", help="Nominal ball diameter, mm; default: as listed."),
     ] = None,
-    valid_days: Annotated[
-        int, typer.Option("--valid-days", min=1, help="Validity period.")
-    ] = VALID_DAYS,
+    valid_days: Annotated[int, typer.Option("--valid-days", help="Validity period.")] = VALID_DAYS,
     shots: ShotsOption = None,
     spot_columns: SpotColumnsOption = "",
     spot_decimal: SpotDecimalOption = "",
@@ -112,8 +110,8 @@ def tip_command(
 ) -> None:
     """Qualify a tip: its ball on a calibrated sphere (25 points), and in a cone (five attitudes).
 
-    What is stored says how large the ball is, how sure that is, and for how long it holds. Nothing
-    that was touched is left out; a point that does not fit is named.
+    The record contains the ball diameter, its uncertainty and its validity. No touched point is
+    left out; points that do not fit are named.
     """
     from ocmm_core.acceptance import read_temperature
     from ocmm_core.calibration.records import load_sphere
@@ -173,8 +171,8 @@ def check_tip_command(
 ) -> None:
     """Check in a minute that the tip is still the qualified one: 13 points, five attitudes.
 
-    A wrong diameter of 50 um and a wrong length of 0.2 mm are found. Where the points cannot tell,
-    the check asks for more; it never passes because it is not sure.
+    Detects a diameter off by 50 um and a length off by 0.2 mm. If the points do not decide, the
+    check asks for more of them; an uncertain check never passes.
     """
     from ocmm_core.acceptance import read_temperature
     from ocmm_core.calibration.records import load_sphere

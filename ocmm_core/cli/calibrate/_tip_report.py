@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from datetime import datetime
 
 import numpy as np
 from rich import box
@@ -32,7 +33,7 @@ def print_sphere(console: Console, view: TouchView) -> None:
         console,
         say(
             f"Points   {len(sphere.tips_world)}, at {touched} of {len(sphere.places)} places; ball "
-            f"diameter {known} to {1e3 * sphere.diameter_sigma_mm:.1f} um (standard uncertainty)"
+            f"diameter {known}, U = {2e3 * sphere.diameter_sigma_mm:.1f} um (k = 2)"
         ),
     )
     for index in sphere.missing:
@@ -95,7 +96,7 @@ def print_qualification(console: Console, outcome: TipOutcome) -> None:
                 f"{outcome.previous.made_by}"
             ),
         )
-    _say(console, say(f"Valid    until {record.valid_until_utc[:10]}"))
+    print_term(console, record.valid_until_utc)
     for warning in outcome.warnings:
         console.print(told(warning), style="yellow", highlight=False)
     print_passed(console, passed=record.passed)
@@ -108,7 +109,15 @@ def print_check(console: Console, outcome: TipCheckOutcome) -> None:
         console.print(told(finding), style="red", highlight=False)
     for warning in outcome.warnings:
         console.print(told(warning), style="yellow", highlight=False)
+    if outcome.record.passed:
+        print_term(console, outcome.due_utc)
     print_passed(console, passed=outcome.record.passed)
+
+
+def print_term(console: Console, until_utc: str) -> None:
+    """Print the last day of validity, in local time."""
+    day = datetime.fromisoformat(until_utc).astimezone().date()
+    _say(console, say(f"Valid    until {day}"))
 
 
 def _print_checks(console: Console, title: str, checks: Sequence[Check]) -> None:

@@ -59,15 +59,15 @@ def reliability(
         ),
     ] = None,
     runs: Annotated[
-        int | None, typer.Option("--runs", min=1, help="Trials of each lane; default: 100.")
+        int | None, typer.Option("--runs", help="Trials of each lane; default: 100.")
     ] = None,
     hours: Annotated[
         float | None,
         typer.Option(
-            "--hours", min=0.0, help="Time in all, shared among the lanes; no limit of trials then."
+            "--hours", help="Time in all, shared among the lanes; no limit of trials then."
         ),
     ] = None,
-    seed: Annotated[int, typer.Option("--seed", min=0, help="Seed of all moments.")] = 1,
+    seed: Annotated[int, typer.Option("--seed", help="Seed of all moments.")] = 1,
     state: Annotated[
         Path | None,
         typer.Option(

@@ -66,7 +66,7 @@ def recall_archived(
 ) -> None:
     """Recall the archived jobs that a finding touches, wherever they were measured.
 
-    Jobs of calibrations in doubt by the histories given are computed anew; jobs that used a wrong
+    Jobs of calibrations in doubt by the histories given are recomputed; jobs that used a wrong
     artefact, tip or calibration whose history is not here CANNOT BE KNOWN. Ends with 0 where all
     verdicts hold, else with 1.
     """

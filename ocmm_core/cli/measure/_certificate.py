@@ -138,10 +138,19 @@ def artefact(
         float | None, typer.Option("--expansion-sigma", help="Its standard uncertainty, 1/K.")
     ] = None,
 ) -> None:
-    """Make the document of a bar or a sphere from its certificate: nobody types a number."""
+    """Write the document of a bar or a sphere from its certificate.
+
+    Prints each quantity of the certificate: read or left out.
+    """
     from ocmm_core.calibration.records import load_bar, load_sphere
     from ocmm_core.documents import read_bytes, write_new
-    from ocmm_core.export.certificate import Expansion, artefact_text, read_dcc, trusted_signers
+    from ocmm_core.export.certificate import (
+        Expansion,
+        artefact_text,
+        quantities_read,
+        read_dcc,
+        trusted_signers,
+    )
     from ocmm_core.seals import KeyFolder
 
     grows = (
@@ -160,7 +169,15 @@ def artefact(
         raise
     console = make_console(soft_wrap=True)
     console.print(f"{lead('Artefact  ')}{out}", highlight=False, markup=False)
-    console.print(dcc.signature.words, highlight=False, markup=False)
+    console.print(say(dcc.signature.words), highlight=False, markup=False)
+    read = quantities_read(dcc, kind, quantity=quantity)
+    for one in dcc.quantities:
+        is_read = any(one is other for other in read)
+        sentence = (
+            say(f"Read: {one.name}, {one.value!r} {one.unit}.") if is_read
+            else say(f"Left out: {one.name}, {one.value!r} {one.unit}.")
+        )  # fmt: skip
+        console.print(sentence, highlight=False, markup=False)
 
 
 @certificate_app.command()

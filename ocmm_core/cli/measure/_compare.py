@@ -61,7 +61,7 @@ def compare_command(
     Run rules: Western Electric 1 (beyond a limit), 2 (two of three beyond two sigma), 3 (four of
     five beyond one sigma), 4 (eight on one side), and Nelson 3 (six rising or falling).
 
-    Every job is opened read-only and computed anew from its points. Values in doubt are named and
+    Every job is opened read-only and recomputed from its points. Values in doubt are named and
     not counted; so are those of simulated jobs beside real ones. Jobs that cannot be read or are of
     another plan than the latest one are named and left out. Ends with 1 where one cannot be read.
     """

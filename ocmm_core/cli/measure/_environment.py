@@ -16,14 +16,14 @@ def environment_command(
     room: RoomOption = "",
     humidity: HumidityOption = "",
     pressure: PressureOption = "",
-    who: Annotated[str, typer.Option("--who", help="That reads it off.")] = "",
+    who: Annotated[str, typer.Option("--who", help="Name of the reader.")] = "",
 ) -> None:
-    """Keep in a job what was read off in the room now, and print what it keeps.
+    """Record ambient readings in a job, and print those it contains.
 
-    Before the first point it is the begin, after the last one the end; nobody says which. The
-    report says what the job keeps, and a plan may demand it ([environment] of the plan). Typed
-    again with no point between, the last one counts, and the report says both. Without a reading
-    what the job keeps is printed.
+    Readings before the first point apply to the start, those after the last point to the end. The
+    report prints them, and a plan may require them ([environment] of the plan). Of several readings
+    without a point in between the last one applies; the report lists all. Without a reading, the
+    command prints those of the job.
     """
     from ocmm_core.inspection.plan import environment_words, note_room_in, noted_rooms
     from ocmm_core.storage import JobFile

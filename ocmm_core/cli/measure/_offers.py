@@ -19,9 +19,7 @@ if TYPE_CHECKING:
 
 BallOption = Annotated[
     float | None,
-    typer.Option(
-        min=0.1, max=100.0, help="Diameter of the ball, mm; of a model only. Without: the probe's."
-    ),
+    typer.Option(help="Diameter of the ball, mm; of a model only. Without: the probe's."),
 ]
 ProbeOption = Annotated[
     Path | None, typer.Option("--probe", help="Probe that touches a model; without: the standard.")
@@ -53,16 +51,15 @@ KindOption = Annotated[
     typer.Option("--kind", help="Of a model: Plane, Cylinder, Cone, 'free form' and so on."),
 ]
 LeastOption = Annotated[
-    float,
-    typer.Option("--least", min=0.0, help="Smallest diameter, or longer side of a plane, mm."),
+    float, typer.Option("--least", help="Smallest diameter, or longer side of a plane, mm.")
 ]
 MostOption = Annotated[
-    float, typer.Option("--most", min=0.0, help="Largest diameter, or longer side of a plane, mm.")
+    float, typer.Option("--most", help="Largest diameter, or longer side of a plane, mm.")
 ]
 ProfileOption = Annotated[
     float | None,
     typer.Option(
-        "--profile", min=0.001, help="Of a model: its free-form faces too, each with a profile of "
+        "--profile", help="Of a model: its free-form faces too, each with a profile of "
         "a surface against the model; width of the zone, mm."
     ),
 ]  # fmt: skip

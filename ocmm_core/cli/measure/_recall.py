@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -12,11 +13,20 @@ from rich.console import Console
 from rich.table import Table
 
 from ocmm_core.cli.measure._pages import print_pages
-from ocmm_core.cli.terminal import computing, heads, lead, make_console, progress_line, say
+from ocmm_core.cli.terminal import (
+    computing,
+    heads,
+    language,
+    lead,
+    make_console,
+    progress_line,
+    say,
+)
 from ocmm_core.cluster import Site
 from ocmm_core.documents import write_atomic
 from ocmm_core.errors import InputError, StorageError
 from ocmm_core.leftovers import scratch_folder
+from ocmm_core.wording import Speech
 
 if TYPE_CHECKING:
     from ocmm_core.inspection.archive import RecallRecord
@@ -79,7 +89,7 @@ def recall_command(
 ) -> None:
     """Recalculate the jobs that are in doubt because their calibration failed later.
 
-    Every job is computed anew from its raw spots with the calibration in force now; what the spots
+    Every job is recomputed from its raw spots with the calibration in force now; what the spots
     exclude decides which of both counts. Verdicts CHANGE, HOLD, or CANNOT BE KNOWN. Job files are
     not written to. Ends with 0 where all verdicts hold, else with 1.
     """
@@ -158,7 +168,8 @@ def show_recall(console: Console, record: RecallRecord) -> None:
         worst_first,
     )
 
-    console.print(say(headline(record)), style="bold", highlight=False)
+    speech = Speech(language(os.environ))
+    console.print(headline(record, speech), style="bold", highlight=False)
     for sentence in not_judged(record):
         console.print(say(sentence), style="yellow", highlight=False, markup=False)
     if not record.jobs:
@@ -173,11 +184,13 @@ def show_recall(console: Console, record: RecallRecord) -> None:
     for job in worst_first(record.jobs):
         name = job.label
         for one in job.characteristics:
-            table.add_row(name, *row(one), style=_STYLES[one.outcome.name])
+            table.add_row(name, *row(one, speech), style=_STYLES[one.outcome.name])
             name = ""
     console.print(table)
     for job in worst_first(record.jobs):
-        console.print(f"{job_line(job)} {rests_on(job)}", highlight=False, markup=False)
+        console.print(
+            f"{job_line(job, speech)} {say(rests_on(job))}", highlight=False, markup=False
+        )
 
 
 def _print_pages(record: RecallRecord, path: Path) -> None:
@@ -188,7 +201,7 @@ def _print_pages(record: RecallRecord, path: Path) -> None:
         sealed.write_bytes(seal(record))
         print_pages(
             "ocmm_gui.reports._recall",
-            [[str(sealed), str(path)]],
+            [[str(sealed), str(path), "--language", language(os.environ)]],
             "recall.pdf",
             "The recall report was not written",
             "The decision is stored; write the pages again.",

@@ -125,7 +125,7 @@ def report_command(
 ) -> None:
     """Report jobs from their own files, read-only.
 
-    Everything is computed anew from the raw observations in the job file, and what comes out
+    Everything is recomputed from the raw observations in the job file, and what comes out
     otherwise than it is stored is told. Each report is read back and compared before it replaces an
     older one. Several jobs of one plan become several values in a Q-DAS file. A job that cannot be
     read is named and left out; the command ends with 2 then. What the job does not know (customer,

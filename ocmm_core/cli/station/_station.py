@@ -38,8 +38,6 @@ def doctor(
         float,
         typer.Option(
             "--seconds",
-            min=0.0,
-            max=86400.0,
             help="How long wake-up jitter is measured, and a bus on a virtual cable (10 s at "
             "most); 0 leaves both out.",
         ),

@@ -48,13 +48,13 @@ def design(
         typer.Option("--tilt", help="Tilts about X, Y and Z: uniform between - and + these, °."),
     ] = (45.0, 45.0, 10.0),
     spot_sigma: Annotated[
-        float, typer.Option("--spot-sigma", min=1e-6, help="Noise of an averaged spot, px.")
+        float, typer.Option("--spot-sigma", help="Noise of an averaged spot, px.")
     ] = 0.0105,
-    poses: Annotated[int, typer.Option("--poses", min=100, help="Number of poses.")] = 4000,
+    poses: Annotated[int, typer.Option("--poses", help="Number of poses.")] = 4000,
     all_seen: Annotated[
         bool, typer.Option("--all-seen", help="Treat LEDs facing away from a camera as visible.")
     ] = False,
-    seed: Annotated[int, typer.Option("--seed", min=0, help="Seed of the poses.")] = 1,
+    seed: Annotated[int, typer.Option("--seed", help="Seed of the poses.")] = 1,
     out: Annotated[Path, typer.Option("--out", help="Folder for the figures.")] = Path("ocmm-out"),
 ) -> None:
     """Say how certain the tip of a probe is with a rig, and whether its LEDs can be confused.

@@ -55,8 +55,8 @@ def _study() -> None:
 @computing
 def probe_calibration(
     *,
-    runs: Annotated[int, typer.Option("--runs", min=1, help="Simulated calibrations.")] = 3000,
-    poses: Annotated[int, typer.Option("--poses", min=20, help="Poses per calibration.")] = 10_000,
+    runs: Annotated[int, typer.Option("--runs", help="Simulated calibrations.")] = 3000,
+    poses: Annotated[int, typer.Option("--poses", help="Poses per calibration.")] = 10_000,
     estimator: Annotated[
         EstimatorName,
         typer.Option(
@@ -78,14 +78,14 @@ def probe_calibration(
     ] = THESIS_PROBE,
     rig: RigOption = THESIS_RIG,
     spot_sigma: Annotated[
-        float, typer.Option("--spot-sigma", min=0.0, help="Noise of a spot, px; for 'bundle'.")
+        float, typer.Option("--spot-sigma", help="Noise of a spot, px; for 'bundle'.")
     ] = 0.0105,
     leds: Annotated[
         bool, typer.Option("--leds/--tip-only", help="Whether to average the LEDs too (figure 15).")
     ] = True,
-    seed: Annotated[int, typer.Option("--seed", min=0, help="Seed of angles and noise.")] = 1,
+    seed: Annotated[int, typer.Option("--seed", help="Seed of angles and noise.")] = 1,
     processes: Annotated[
-        int | None, typer.Option("--processes", min=1, help="Default: one per processor.")
+        int | None, typer.Option("--processes", help="Default: one per processor.")
     ] = None,
     site: Site,
     out: Annotated[Path, typer.Option("--out", help="Folder for figures and numbers.")] = Path(
@@ -167,8 +167,8 @@ def probe_calibration(
 @computing
 def coverage(
     *,
-    runs: Annotated[int, typer.Option("--runs", min=2, help="Simulated measurements.")] = 200,
-    seed: Annotated[int, typer.Option("--seed", min=0, help="Seed of the first run.")] = 0,
+    runs: Annotated[int, typer.Option("--runs", help="Simulated measurements.")] = 200,
+    seed: Annotated[int, typer.Option("--seed", help="Seed of the first run.")] = 0,
     plan: PlanOption = DEMO_PLAN,
     rig: RigOption = RECOMMENDED_RIG,
     probe: ProbeOption = STANDARD_PROBE,

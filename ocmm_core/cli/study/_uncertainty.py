@@ -35,18 +35,14 @@ def uncertainty_command(
     monte_carlo: Annotated[
         bool, typer.Option("--monte-carlo", help="Also run Monte Carlo and compare.")
     ] = False,
-    trials: Annotated[
-        int, typer.Option("--trials", min=10_000, max=100_000_000, help="Maximum number of trials.")
-    ] = 1_000_000,
-    digits: Annotated[
-        int, typer.Option("--digits", min=1, max=2, help="Significant digits required for u.")
-    ] = 2,
-    seed: Annotated[int, typer.Option("--seed", min=0, help="Of the simulation.")] = 1,
+    trials: Annotated[int, typer.Option("--trials", help="Maximum number of trials.")] = 1_000_000,
+    digits: Annotated[int, typer.Option("--digits", help="Significant digits required for u.")] = 2,
+    seed: Annotated[int, typer.Option("--seed", help="Of the simulation.")] = 1,
     site: Site,
 ) -> None:
     """Show the uncertainty budget of every result of a job.
 
-    The job is opened read-only and computed anew from its points. Ctrl+C gives a simulation up.
+    The job is opened read-only and recomputed from its points. Ctrl+C cancels a simulation.
     """
     from ocmm_core.cli.measure import print_states
     from ocmm_core.inspection.archive import reopen_job

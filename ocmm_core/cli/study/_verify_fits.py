@@ -12,7 +12,9 @@ from rich.table import Table
 from rich.text import Text
 
 from ocmm_core.cli.study._fit import CriterionWord
-from ocmm_core.cli.terminal import make_console, say, say_word
+from ocmm_core.cli.terminal import make_console, print_table_account, say, say_word
+from ocmm_core.documents import shortened
+from ocmm_core.tables import COUNT_OF_POINTS
 
 if TYPE_CHECKING:
     from ocmm_core.features.measured import PairResult, SetReport
@@ -44,8 +46,8 @@ def verify_fits_command(
 ) -> None:
     """Fit reference points and print the worst difference from the certified results.
 
-    Every fit starts cold. Behind the certified numbers of a pair its form may stand.
-    Exit code 1 where one is beyond a limit or there is no fit.
+    Every fit starts cold. The form may follow the certified numbers of a pair. The account of the
+    reader goes to stderr. Exit code 1: one difference is beyond its limit, or a fit failed.
     """
     from ocmm_core.features.measured import Convention, verify_folder
     from ocmm_core.features.shapes import Criterion
@@ -55,6 +57,8 @@ def verify_fits_command(
         item for item in _fields()
         if item[0] != "form" or any(report.worst("form") is not None for report in reports)
     ]  # fmt: skip
+    for report in reports:
+        _print_accounts(report)
     console = make_console()
     table = Table(
         title=say_word("Worst error of each set"), title_justify="left", box=box.SIMPLE_HEAD
@@ -81,6 +85,31 @@ def verify_fits_command(
     total = sum(len(report.results) for report in reports)
     console.print(say(f"{total - failed} of {total} pairs within the limits."), highlight=False)
     raise typer.Exit(int(failed > 0))
+
+
+def _print_accounts(report: SetReport) -> None:
+    """Print what the reader took and left out; files that differ from the usual form in full."""
+    console = make_console(stderr=True)
+    usual = counts = 0
+    for result in report.results:
+        account, name = result.account, f"{report.name}/{result.name}"
+        if account is not None:
+            reasons = {one.why for one in account.skipped}
+            if reasons - {COUNT_OF_POINTS} or account.unit_from or len(account.columns) > 3:
+                console.print(f"{name}:", style="dim", highlight=False, markup=False)
+                print_table_account(account)
+            else:
+                usual, counts = usual + 1, counts + len(reasons)
+        if result.left_out:
+            texts = ", ".join(map(shortened, result.left_out))
+            sentence = say(f"{name}: not read of the certified result: {texts}.")
+            console.print(sentence, style="dim", highlight=False, markup=False)
+    if usual:
+        sentence = say(
+            f"{report.name}: all rows of {usual} point files read as x, y, z; unit mm, assumed. "
+            f"Left out: the number of points in {counts} of them."
+        )
+        console.print(sentence, style="yellow", highlight=False, markup=False)
 
 
 def _fields() -> tuple[tuple[str, str], ...]:

@@ -70,6 +70,7 @@ if TYPE_CHECKING:
         TableUnitOption,
         print_table_account,
     )
+    from ocmm_core.cli.terminal._typed_options import read_typed_numbers
 else:
     __getattr__ = door(
         __name__,
@@ -92,6 +93,7 @@ else:
         _svg="histogram label nice_limit page points_in_space",
         _svg_maps="bending tip_map",
         _table_options="ColumnsOption DecimalOption SkipOption TableUnitOption print_table_account",
+        _typed_options="read_typed_numbers",
     )
 
 __all__ = [
@@ -105,6 +107,6 @@ __all__ = [
     "TemperatureOption", "TemperatureSigmaOption", "TemperatureUOption", "TipOption",
     "UncalibratedOption", "bending", "computing", "encoder_for", "heads", "histogram", "label",
     "language", "lead", "make_console", "nice_limit", "page", "points_in_space",
-    "print_table_account", "progress_line", "say", "say_later", "say_word", "shown", "tip_map",
-    "told", "wide_enough",
+    "print_table_account", "progress_line", "read_typed_numbers", "say", "say_later", "say_word",
+    "shown", "tip_map", "told", "wide_enough",
 ]  # fmt: skip

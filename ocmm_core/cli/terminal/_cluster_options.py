@@ -26,7 +26,7 @@ def _options(
     ] = "",
     workers: Annotated[
         int | None,
-        typer.Option("--workers", min=1, help="Processes of this computer. Default: as it pays."),
+        typer.Option("--workers", help="Processes of this computer. Default: as it pays."),
     ] = None,
     scheduler_ca: Annotated[
         Path | None,

@@ -28,13 +28,11 @@ ReferenceOption = Annotated[
     ),
 ]
 SeedOption = Annotated[
-    int, typer.Option("--seed", min=0, help="Seed of the virtual rig: its noise, its errors.")
+    int, typer.Option("--seed", help="Seed of the virtual rig: its noise, its errors.")
 ]
 SpeedOption = Annotated[
     float,
-    typer.Option(
-        "--speed", min=0.0, help="Speed of virtual rig and replay: 1 is real time, 0 full speed."
-    ),
+    typer.Option("--speed", help="Speed of virtual rig and replay: 1 is real time, 0 full speed."),
 ]
 ForceOption = Annotated[
     bool,
@@ -44,7 +42,6 @@ BusProcessorOption = Annotated[
     int | None,
     typer.Option(
         "--bus-processor",
-        min=0,
         help="Processor that the camera bus stays on, 0 first. Default: the last of four or more.",
     ),
 ]
@@ -83,9 +80,7 @@ TipOption = Annotated[
 CheckAfterOption = Annotated[
     float,
     typer.Option(
-        "--check-after",
-        min=0.0,
-        help="Hours without a point or check after which the tip must be checked.",
+        "--check-after", help="Hours without a point or check after which the tip must be checked."
     ),
 ]
 IncompleteOption = Annotated[
@@ -152,8 +147,6 @@ StreamOption = Annotated[
     int | None,
     typer.Option(
         "--stream",
-        min=0,
-        max=65535,
         metavar="PORT",
         help="Stream points, button and poses to other programs, as JSON lines on this TCP port "
         "(0: any free port). Default: off.",

@@ -18,7 +18,12 @@ from typing import TYPE_CHECKING
 from ocmm_core.door import door
 
 if TYPE_CHECKING:
-    from ocmm_core.export.certificate._artefact import Expansion, artefact_fields, artefact_text
+    from ocmm_core.export.certificate._artefact import (
+        Expansion,
+        artefact_fields,
+        artefact_text,
+        quantities_read,
+    )
     from ocmm_core.export.certificate._content import (
         SIMULATED_WORDS,
         Certificate,
@@ -61,7 +66,7 @@ if TYPE_CHECKING:
 else:
     __getattr__ = door(
         __name__,
-        _artefact="Expansion artefact_fields artefact_text",
+        _artefact="Expansion artefact_fields artefact_text quantities_read",
         _content=(
             "Certificate CertificateLine CertificateRun CertificateValue Conformity SIMULATED_WORDS"
         ),
@@ -86,7 +91,7 @@ __all__ = [
     "TrustedSigners", "XmlSignature", "XmlSignatureWord", "air_said", "artefact_fields",
     "artefact_text", "certificate_facts", "certificate_of_acceptance", "certificate_of_calibration",
     "certificate_of_cameras", "certificate_of_folder", "certificate_of_tip", "certificate_title",
-    "check_dcc_seal", "dcc_bytes", "open_certificate_clauses", "read_dcc", "rule_said",
-    "signed_certificates", "trust_laboratory", "trusted_signers", "write_certificate",
+    "check_dcc_seal", "dcc_bytes", "open_certificate_clauses", "quantities_read", "read_dcc",
+    "rule_said", "signed_certificates", "trust_laboratory", "trusted_signers", "write_certificate",
     "write_certificates",
 ]  # fmt: skip

@@ -141,6 +141,16 @@ def artefact_fields(
     return fields
 
 
+def quantities_read(
+    dcc: Dcc, kind: Literal["bar", "sphere"], *, quantity: str = ""
+) -> tuple[DccQuantity, ...]:
+    """Return the quantities of a certificate that its artefact document is made from.
+
+    Parameters and errors as in `artefact_text`.
+    """
+    return _the_length(dcc, kind, quantity)[0], *(one for _, one in _expansions(dcc))
+
+
 def _the_length(dcc: Dcc, kind: Literal["bar", "sphere"], asked: str) -> tuple[DccQuantity, float]:
     """Return the size of the artefact, and 2 for a radius."""
     if dcc.signature.word is XmlSignatureWord.INVALID:
@@ -223,15 +233,20 @@ def _at_k2(quantity: DccQuantity) -> float:
     return expanded * K / k
 
 
-def _expansion(dcc: Dcc) -> Expansion | None:
-    """Return the only thermal expansion stated with its uncertainty."""
-    found = [
+def _expansions(dcc: Dcc) -> list[tuple[float, DccQuantity]]:
+    """Return the thermal expansions stated with their uncertainty, each with its unit in 1/K."""
+    return [
         (scale, one)
         for one in dcc.quantities
         if (scale := _PER_KELVIN.get(one.unit)) is not None
         and one.k and one.expanded is not None
         and re.search(_GROWS, " ".join(one.words), re.IGNORECASE)
     ]  # fmt: skip
+
+
+def _expansion(dcc: Dcc) -> Expansion | None:
+    """Return the only thermal expansion stated with its uncertainty."""
+    found = _expansions(dcc)
     if len(found) > 1:
         raise InputError(
             "dcc.expansion",

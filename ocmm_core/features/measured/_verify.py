@@ -16,14 +16,23 @@ import numpy as np
 from ocmm_core.errors import FitError
 from ocmm_core.features.measured._fit import fit_shape
 from ocmm_core.features.measured._verify_files import (
+    CertifiedNumbers,
     certified_of,
     lengths_of,
     pairs_below,
     result_beside,
     shape_of,
 )
-from ocmm_core.features.shapes import MINIMUM_POINTS, Criterion, Fit, Shape, read_points_file
+from ocmm_core.features.shapes import (
+    MINIMUM_POINTS,
+    Criterion,
+    Fit,
+    PointsFile,
+    Shape,
+    read_points_file,
+)
 from ocmm_core.geometry import Float, Points3
+from ocmm_core.tables import TableAccount
 
 POSITION_LIMIT, SIZE_LIMIT = 1e-6, 1e-6
 DIRECTION_LIMIT, APEX_LIMIT = 1e-8, 1e-6
@@ -67,6 +76,10 @@ class PairResult:
     """mm: difference of the zone width, if certified."""
     reading: str = ""
     """Reading of the certified numbers if not the convention of NIST, or empty."""
+    account: TableAccount | None = None
+    """Of the reader of the points."""
+    left_out: tuple[str, ...] = ()
+    """Texts of the file with the certified result that are not read."""
 
     @property
     def passed(self) -> bool:
@@ -140,10 +153,21 @@ def verify_pair(
     InputError
         A file cannot be read, or its shape is unknown.
     """
-    shape = shape_of(file)
     held = read_points_file(file)
-    points = held.points
-    certified, form = certified_of(result_beside(file), shape)
+    numbers = certified_of(result_beside(file), shape_of(file), held.factor)
+    found = _verified(file, held, numbers, convention, criterion)
+    return replace(found, account=held.account, left_out=numbers.left_out)
+
+
+def _verified(
+    file: Path,
+    held: PointsFile,
+    numbers: CertifiedNumbers,
+    convention: Convention,
+    criterion: Criterion,
+) -> PairResult:
+    shape, points, form = shape_of(file), held.points, numbers.form
+    certified = numbers.values.copy()
     certified[lengths_of(shape)] *= held.factor
     results = []
     for reading in _readings(shape, convention, criterion):

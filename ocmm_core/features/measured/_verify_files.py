@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -14,6 +15,7 @@ from ocmm_core.features.shapes import Shape
 from ocmm_core.geometry import Float
 from ocmm_core.side_files import read_guarded
 from ocmm_core.tables import NUMBER, NumberGrammar, decoded
+from ocmm_core.units import unit_statement
 
 _FIELDS = re.compile(r"[\s;,]+")
 _COMMENT = re.compile(r"(#|%|!|//|\*).*")
@@ -109,15 +111,27 @@ def lengths_of(shape: Shape) -> list[int]:
     return [0, 1, 2, *size]
 
 
-def certified_of(file: Path, shape: Shape) -> tuple[Float, float | None]:
+@dataclass(frozen=True, slots=True)
+class CertifiedNumbers:
+    """Content of a file with a certified result."""
+
+    values: Float
+    """In the unit of the points, and degrees or radians."""
+    form: float | None
+    left_out: tuple[str, ...]
+    """Comments, and words such as "radius:"."""
+
+
+def certified_of(file: Path, shape: Shape, factor: float) -> CertifiedNumbers:
     """Return the certified numbers in ``file``, and the form if it follows them.
 
-    One or several numbers a line; comments, and words such as "radius:", are skipped.
+    One or several numbers a line, with comments and words. They are in the unit of the points, of
+    ``factor`` mm.
 
     Raises
     ------
     InputError
-        It cannot be read, or has the wrong count of numbers.
+        It cannot be read, states another unit, or has the wrong count of numbers.
     """
     try:
         lines = decoded(read_guarded(file, LARGEST_DOCUMENT)).splitlines()
@@ -127,6 +141,16 @@ def certified_of(file: Path, shape: Shape) -> tuple[Float, float | None]:
             f"{file}: the certified result cannot be read.",
             "Put it beside the file with the points.",
         ) from error
+    for number, line in enumerate(lines, 1):
+        stated = unit_statement(NUMBER.sub("", line))
+        if stated is not None and (stated.unit is None or stated.unit.factor != factor):
+            raise InputError(
+                "verify.unit",
+                f"{file}, line {number}: the line states the unit {stated.text}, but the points "
+                f"have one of {factor:g} mm.",
+                "Give the certified result in the unit of its points.",
+            )
+    comments = [found[0].strip() for line in lines if (found := _COMMENT.search(line))]
     words = [word for line in lines for word in _FIELDS.split(_COMMENT.sub("", line))]
     words = [word.strip("=:()[]{}<>") for word in words]
     odd = [word for word in words if word[:1].isdigit() and not NUMBER.fullmatch(word)]
@@ -143,4 +167,6 @@ def certified_of(file: Path, shape: Shape) -> tuple[Float, float | None]:
             f"{needed} finite ones.",
             "Check that the file is complete.",
         )
-    return numbers[:needed], float(numbers[needed]) if len(numbers) > needed else None
+    other = (word for word in words if word and not NUMBER.fullmatch(word))
+    form = float(numbers[needed]) if len(numbers) > needed else None
+    return CertifiedNumbers(numbers[:needed], form, (*comments, *other))

@@ -169,6 +169,25 @@ class ShapeSpec:
         """Return whether its only size is a diameter, which grows as points move out."""
         return self.ball == "sizes" and [size.field for size in self.sizes] == ["diameter"]
 
+    @property
+    def unused(self) -> frozenset[str]:
+        """Return the fields of `NominalFeature` without a meaning for this shape."""
+        is_plane = self.spread == "plane"
+        is_surface = self.has_normals and not self.is_flat
+        used = {
+            "diameter": self.has_size("diameter"),
+            "side": self.is_curved,
+            "projection": self.is_flat,
+            "length": self.has_size("length") or self.is_long or is_plane,
+            "width": self.has_size("width") or is_plane,
+            "angle_deg": self.has_size("angle_deg"),
+            "across": self.has_across or is_plane,
+            "criterion": len(self.criteria) > 1,
+            "free": self.may_be_free,
+            "targets": is_surface,
+        }
+        return frozenset(field for field, is_used in used.items() if not is_used)
+
     def has_size(self, field: str) -> bool:
         """Return whether a plan has a size in a field of `NominalFeature`."""
         return any(size.field == field for size in self.sizes)

@@ -12,6 +12,9 @@ from ocmm_core.inspection.archive import (
     RecallRecord,
 )
 from ocmm_core.inspection.evaluation import SIMULATED
+from ocmm_core.wording import Speech
+
+_ENGLISH = Speech()
 
 COLUMNS = ("Job", "Characteristic", "Before", "After", "Result", "Why")
 
@@ -22,27 +25,33 @@ _MEANS = {
 }
 
 
-def headline(record: RecallRecord) -> str:
+def headline(record: RecallRecord, speech: Speech = _ENGLISH) -> str:
     if not record.jobs:
         if record.unread:
-            return f"{len(record.unread)} NOT JUDGED of {record.looked_at} checked"
-        return f"NO SUSPECT JOBS ({record.looked_at} checked)"
-    words = "   ".join(f"{record.count(one)} {one.value}" for one in reversed(Outcome))
-    return f"{SIMULATED}   {words}" if all(job.simulated for job in record.jobs) else words
+            return speech.say(f"{len(record.unread)} NOT JUDGED of {record.looked_at} checked")
+        return speech.say(f"NO SUSPECT JOBS ({record.looked_at} checked)")
+    words = [f"{record.count(one)} {speech.word(one.value)}" for one in reversed(Outcome)]
+    simulated = all(job.simulated for job in record.jobs)
+    return "   ".join(([speech.word(SIMULATED)] if simulated else []) + words)
 
 
 def checked(record: RecallRecord) -> str:
     """Return the number of checked jobs, and their folders."""
-    return f"{_counted(record.looked_at, 'job')} checked in {', '.join(record.folders)}."
+    count = record.looked_at
+    return f"{count:d} job{'' if count == 1 else 's'} checked in {', '.join(record.folders)}."
 
 
 def totals(record: RecallRecord) -> tuple[str, ...]:
     """Return the counts of jobs and verdicts by outcome, with its meaning, a sentence each."""
-    return tuple(
-        f"{one.value}: {_counted(record.count(one), 'job')}, "
-        f"{_counted(record.count_verdicts(one), 'verdict')}. {_MEANS[one]}"
-        for one in reversed(Outcome)
-    )
+    lines = []
+    for one in reversed(Outcome):
+        jobs, verdicts = record.count(one), record.count_verdicts(one)
+        counted = (
+            f"{jobs:d} job{'' if jobs == 1 else 's'}, "
+            f"{verdicts:d} verdict{'' if verdicts == 1 else 's'}."
+        )
+        lines.append(f"{one.value}: {counted} {_MEANS[one]}")
+    return tuple(lines)
 
 
 def not_judged(record: RecallRecord, most: int | None = None) -> tuple[str, ...]:
@@ -58,15 +67,17 @@ def decided(record: RecallRecord) -> str:
     released = sum(bool(job.released) for job in record.jobs)
     return (
         f"Decided by {record.made_by}, {record.made_utc[:16].replace('T', ' ')} UTC: points of "
-        f"{_counted(released, 'job')} released, all others stay held back."
+        f"{released:d} job{'' if released == 1 else 's'} released, all others stay held back."
     )
 
 
-def job_line(job: RecalledJob) -> str:
-    serial = f", serial {job.serial}" if job.serial not in ("", "-") else ""
-    origin = f"{SIMULATED}, " if job.simulated else ""
-    about = f"{origin}{job.label}, part {job.part}{serial}"
-    return f"{about}: {job.outcome.value}. {job.judgement}"
+def job_line(job: RecalledJob, speech: Speech = _ENGLISH) -> str:
+    origin = f"{speech.word(SIMULATED)}, " if job.simulated else ""
+    about = f"{job.label}, part {job.part}"
+    if job.serial not in ("", "-"):
+        about = f"{job.label}, part {job.part}, serial {job.serial}"
+    result = f"{speech.word(job.outcome.value)}. {speech.say(job.judgement)}"
+    return f"{origin}{speech.say(about)}: {result}"
 
 
 def rests_on(job: RecalledJob) -> str:
@@ -78,10 +89,11 @@ def rests_on(job: RecalledJob) -> str:
     )
 
 
-def row(one: RecalledCharacteristic) -> tuple[str, str, str, str, str]:
+def row(one: RecalledCharacteristic, speech: Speech = _ENGLISH) -> tuple[str, str, str, str, str]:
     """Return the cells of a characteristic, after that of its job."""
-    after = "–" if one.after is None else _value(one.after)
-    return one.name, _value(one.before), after, one.outcome.value, one.reason
+    after = "–" if one.after is None else _value(one.after, speech)
+    outcome = speech.word(one.outcome.value)
+    return one.name, _value(one.before, speech), after, outcome, speech.say(one.reason)
 
 
 def worst_first(jobs: Sequence[RecalledJob]) -> list[RecalledJob]:
@@ -90,12 +102,8 @@ def worst_first(jobs: Sequence[RecalledJob]) -> list[RecalledJob]:
     return sorted(jobs, key=lambda job: (order[job.outcome], job.created_utc))
 
 
-def _value(found: RecalledValue) -> str:
+def _value(found: RecalledValue, speech: Speech) -> str:
     if found.value is None:
-        return found.verdict
+        return speech.word(found.verdict)
     spread = "" if found.expanded is None else f" ± {found.expanded:.4f}"
-    return f"{found.value:.4f}{spread} {found.verdict}"
-
-
-def _counted(count: int, noun: str) -> str:
-    return f"{count} {noun}" if count == 1 else f"{count} {noun}s"
+    return f"{speech.number(f'{found.value:.4f}{spread}')} {speech.word(found.verdict)}"

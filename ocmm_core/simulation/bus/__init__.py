@@ -1,12 +1,12 @@
 """Software cameras on a wire: processes, links, and fault injection.
 
 In: a rig of software cameras, names of interfaces, faults to inject.
-Out: a wire for a master, without hardware; logs of the proxy and the frame watch.
+Out: a wire for a master, without hardware; logs of the proxy.
 
 Start with `_virtual_bus` (whole wire without root), `_network` (links), `_wire` and
 `_camera_process` (cameras on an interface), `_chain` (cable order), `_named_rig` (for other
 programs). Faults: `_faults` (kinds), `_fault_commands`, `_proxy` and `_line_rules` (faulty cable),
-`_fault_rig`, `_frame_watch` (integrity of frames).
+`_fault_rig`.
 It must not import tracking, jobs or screens.
 """
 
@@ -32,7 +32,6 @@ if TYPE_CHECKING:
         FaultKind,
         Faults,
     )
-    from ocmm_core.simulation.bus._frame_watch import FrameWatch, Watched
     from ocmm_core.simulation.bus._line_rules import (
         FrameKind,
         LineLog,
@@ -62,7 +61,6 @@ else:
         _fault_commands="FaultCommands",
         _fault_rig="CAMERAS FAR FaultRig HOST NEAR",
         _faults="COPIED CORRUPT_WITH_SUM CameraDeed EXCHANGED SHARED FaultKind DeedAnswer Faults",
-        _frame_watch="FrameWatch Watched",
         _line_rules="FrameKind LineLog LineOrder LineRule Trick Way",
         _named_rig="RigStatus named_rig rig_down rig_status rig_up",
         _network="make_link set_link",
@@ -77,9 +75,9 @@ else:
 __all__ = [
     "CAMERAS", "CAMERA_INTERFACE", "COPIED", "CORRUPT_WITH_SUM", "EXCHANGED", "FAR", "HOST",
     "HOST_INTERFACE", "NEAR", "READY", "SHARED", "CameraDeed", "Chain", "DeedAnswer",
-    "FaultCommands", "FaultKind", "FaultRig", "Faults", "FrameKind", "FrameWatch", "LineLog",
+    "FaultCommands", "FaultKind", "FaultRig", "Faults", "FrameKind", "LineLog",
     "LineOrder", "LineRule", "LineTricks", "ProxyConfig", "RigStatus", "SegmentConfig", "Trick",
-    "Unit", "VirtualBus", "Watched", "Way", "Wire", "conform_virtual", "kind_of",
+    "Unit", "VirtualBus", "Way", "Wire", "conform_virtual", "kind_of",
     "maintain_virtual", "make_link", "named_rig", "namespace_command", "rig_down", "rig_status",
     "rig_up", "scan_virtual", "set_link",
 ]  # fmt: skip

@@ -24,7 +24,6 @@ if TYPE_CHECKING:
     from ocmm_core.simulation.calibration_scenes._calibrating_source import CalibratingSource
     from ocmm_core.simulation.calibration_scenes._made_probe_records import (
         made_probe_record,
-        made_tip_check,
         made_tip_record,
     )
     from ocmm_core.simulation.calibration_scenes._made_records import (
@@ -49,32 +48,26 @@ if TYPE_CHECKING:
         TouchSphere,
     )
     from ocmm_core.simulation.calibration_scenes._tip_scenes import TipFault, TouchWithTip
-    from ocmm_core.simulation.calibration_scenes._verifying import (
-        FRAMES,
-        SEATS,
-        nudge,
-        stand_of,
-        verify_at_once,
-    )
+    from ocmm_core.simulation.calibration_scenes._verifying import SEATS, stand_of
 else:
     __getattr__ = door(
         __name__,
         _calibrating="CalibratingScript CalibrationScenesRig",
         _calibrating_source="CalibratingSource",
-        _made_probe_records="made_probe_record made_tip_check made_tip_record",
+        _made_probe_records="made_probe_record made_tip_record",
         _made_records="RECORDS_MADE made_camera_record made_verification",
         _motions="WAY_S",
         _pivot_scenes="ScriptedJump SweepProbe",
         _resting_spots="Holds VirtualRests places_of_bar",
         _scenes="FrameMove FreeMotionScene Scene ShowBar TargetScene TouchSeats TouchSphere",
         _tip_scenes="TipFault TouchWithTip",
-        _verifying="FRAMES SEATS nudge stand_of verify_at_once",
+        _verifying="SEATS stand_of",
     )
 
 __all__ = [
-    "FRAMES", "RECORDS_MADE", "SEATS", "WAY_S", "CalibratingScript", "CalibratingSource",
+    "RECORDS_MADE", "SEATS", "WAY_S", "CalibratingScript", "CalibratingSource",
     "CalibrationScenesRig", "FrameMove", "FreeMotionScene", "Holds", "Scene", "ScriptedJump",
     "ShowBar", "SweepProbe", "TargetScene", "TipFault", "TouchSeats", "TouchSphere", "TouchWithTip",
-    "VirtualRests", "made_camera_record", "made_probe_record", "made_tip_check", "made_tip_record",
-    "made_verification", "nudge", "places_of_bar", "stand_of", "verify_at_once",
+    "VirtualRests", "made_camera_record", "made_probe_record", "made_tip_record",
+    "made_verification", "places_of_bar", "stand_of",
 ]  # fmt: skip

@@ -7,13 +7,11 @@ from datetime import datetime, timedelta
 import msgspec
 
 from ocmm_core.calibration.records import (
-    CHECK_SCHEMA,
     PROBE_SCHEMA,
     TIP_SCHEMA,
     Check,
     PivotCheck,
     ProbeRecord,
-    TipCheckRecord,
     TipRecord,
     record_hash,
 )
@@ -102,29 +100,6 @@ def made_tip_record(
         passed=passed,
     )
     return msgspec.structs.replace(record, **changes)
-
-
-def made_tip_check(
-    calibration: ProbeRecord, qualification: TipRecord, *, passed: bool = True
-) -> TipCheckRecord:
-    """Return a quick check of a tip."""
-    return TipCheckRecord(
-        schema=CHECK_SCHEMA,
-        probe=calibration.probe,
-        tip=calibration.tip,
-        made_utc=(RECORDS_MADE + timedelta(days=1)).isoformat(),
-        made_by="inspector",
-        software="1",
-        temperature_c=None,
-        rig=calibration.rig,
-        rig_identity=calibration.rig_identity,
-        data_sha256="d" * 64,
-        calibration=record_hash(calibration),
-        qualification=record_hash(qualification),
-        checks=(_check("diameter", 5.999 if passed else 6.05, 5.998, 0.02),),
-        artefacts=(),
-        passed=passed,
-    )
 
 
 def _check(name: str, measured: float, certified: float, limit: float) -> Check:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, field
 from enum import Enum
-from typing import Literal
+from typing import Literal, get_args
 
 from ocmm_core.alignment import AnyAlignment
 from ocmm_core.features.measured import ActualFeature
@@ -107,6 +107,9 @@ def needs_no_sense(item: Characteristic, alignment: AnyAlignment | None) -> bool
     return False
 
 
+_Taken = Literal["axis", "at", "faces", "length", "modifier", "offset"]
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class KindSpec:
     """One kind of characteristic."""
@@ -132,7 +135,7 @@ class KindSpec:
     """`features`, `datums`: Minimum and maximum number."""
     datum_shapes: tuple[Shape, ...] = ALL
     """Permitted for its first datum."""
-    takes: frozenset[Literal["axis", "at", "faces", "length", "modifier", "offset"]] = frozenset()
+    takes: frozenset[_Taken] = frozenset()
     """Permitted fields in addition to the common ones."""
     zones: tuple[Zone, ...] = ()
     """Permitted zones; empty without a choice."""
@@ -168,3 +171,17 @@ class KindSpec:
     """Size of one feature, which has limits of material."""
     is_place: bool = False
     """Coordinate of a place along ``axis``."""
+
+    @property
+    def unused(self) -> frozenset[str]:
+        """Return the fields of `Characteristic` without a meaning for this kind."""
+        used = {
+            "nominal": not self.one_sided,
+            "lower": not self.one_sided,
+            "datums": self.datums[1] > 0,
+            "association": self.association_fault is not no_association,
+            "zone": bool(self.zones),
+            "material_size": "modifier" in self.takes,
+            **{field: field in self.takes for field in get_args(_Taken)},
+        }
+        return frozenset(field for field, is_used in used.items() if not is_used)

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Mapping
+from dataclasses import replace
 from typing import Any
 
 from ocmm_core.errors import InputError
 from ocmm_core.names import normal_name
+from ocmm_core.typed_numbers import COORDINATE
 from ocmm_gui.kit import (
     field_length,
     is_ambiguous,
@@ -143,7 +145,7 @@ def _numbers(line: FormLine, text: str, words: list[str], unit: str | None) -> l
     found = [value for value in values if value is not None]
     if len(found) < len(values):
         raise _fault(line, text)
-    return found
+    return [replace(COORDINATE, words=line.label).check(value) for value in found]
 
 
 def _fault(line: FormLine, text: str) -> InputError:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import copy
-from collections.abc import Mapping
+from collections.abc import Callable, Collection, Mapping
 from typing import Any
 
 import msgspec
@@ -62,15 +62,29 @@ class ItemForm(QScrollArea):
     `name`: Accessible name.
     `make`: Type of the item, as for `form_lines`.
     `without`: Fields without a line; they stay unchanged.
+    `decider`: Field whose choice leaves others without a meaning; these lose line and value.
+    `unused`: Returns these fields for a choice.
     """
 
     edited = Signal()
     """Focus left a field, or a choice was changed."""
     left = Signal()
 
-    def __init__(self, name: str, make: Any, without: tuple[str, ...] = ()) -> None:
+    def __init__(
+        self,
+        name: str,
+        make: Any,
+        without: tuple[str, ...] = (),
+        decider: str = "",
+        unused: Callable[[str], Collection[str]] = lambda _choice: (),
+    ) -> None:
         super().__init__()
         self._make, self._without = make, without
+        self._decider, self._unused = decider, unused
+        self._defaults: dict[str, Any] = {}
+        if decider:
+            fields = msgspec.structs.fields(make)
+            self._defaults = {one.name: msgspec.to_builtins(_start(one)) for one in fields}
         self._theme = THEMES[DEFAULT_THEME]
         self._faulty = ""
         self._data: dict[str, Any] = opened(make, None)
@@ -131,7 +145,7 @@ class ItemForm(QScrollArea):
 
     def _show(self, data: dict[str, Any]) -> None:
         self._data = data
-        if form_lines(self._make, data, self._without) != self._lines:
+        if self._lines_of(data) != self._lines:
             self._lay_out()
         for line in self._lines:
             field = self.fields[line.key]
@@ -189,12 +203,21 @@ class ItemForm(QScrollArea):
         if outer:
             # Equal names in another kind have another meaning.
             data[outer] = {name: _at(data, key, "")}
+        elif key == self._decider:
+            data |= {name: self._defaults[name] for name in self._unused(data[key])}
         self._show(data)
         self.fields[key].setFocus()
         self.edited.emit()
 
+    def _lines_of(self, data: Mapping[str, Any]) -> tuple[FormLine, ...]:
+        """Return the lines; an unused field has one if the document has a value for it."""
+        lines = form_lines(self._make, data, self._without)
+        unused = self._unused(data[self._decider]) if data.get(self._decider) else ()
+        without = {name for name in unused if data.get(name) in (None, self._defaults[name])}
+        return tuple(line for line in lines if line.key not in without)
+
     def _lay_out(self) -> None:
-        self._lines = form_lines(self._make, self._data, self._without)
+        self._lines = self._lines_of(self._data)
         inside = QWidget()
         # The panel behind shows through.
         inside.setAutoFillBackground(False)
@@ -225,7 +248,7 @@ class ItemForm(QScrollArea):
             choice = ChoiceBox(line.label, line.tip, line.choices or FLAGS, choice_word)
             choice.setFont(text_font(_FONT))
             choice.set_theme(self._theme)
-            if line.decides:
+            if line.decides or line.key == self._decider:
                 choice.currentTextChanged.connect(lambda _text, key=line.key: self._decided(key))
             else:
                 choice.currentTextChanged.connect(lambda _text: self.edited.emit())
@@ -243,6 +266,11 @@ class ItemForm(QScrollArea):
         field.editingFinished.connect(self.edited)
         field.left.connect(self.left)
         return field
+
+
+def _start(field: msgspec.structs.FieldInfo) -> Any:
+    made = field.default_factory
+    return made() if callable(made) else None if field.required else field.default
 
 
 def _is_angle(data: Mapping[str, Any], key: str) -> bool:

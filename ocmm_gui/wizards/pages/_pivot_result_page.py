@@ -29,9 +29,9 @@ from ocmm_gui.wizards.parts import ResultFrame, Said
 _TIP = (
     ("", later("coordinate in the frame of the probe document")),
     (later("This, mm"), later("this calibration")),
-    ("± µm", later("standard uncertainty (k = 1)")),
+    ("U, µm", later("expanded uncertainty (k = 2)")),
     (later("2nd, µm"), later("second minus first sweep")),
-    ("± µm", later("standard uncertainty of that difference (k = 1)")),
+    ("U, µm", later("expanded uncertainty of that difference (k = 2)")),
     (later("Spheres, µm"), later("mean of the sphere centres (thesis 3.2), minus this")),
     (later("Change, µm"), later("this minus the active calibration")),
 )
@@ -79,7 +79,7 @@ class PivotResultPage(ResultFrame):
 
     def __init__(self, rig: Rig) -> None:
         views = (TrailPlot(rig), TipCourse(), SpotResiduals(rig), PivotCompare())
-        super().__init__(tuple(zip(self.plots, views, strict=True)))
+        super().__init__(tuple(zip(tr_all(self.plots), views, strict=True)))
         self.trails, self.tips, self.spots, self.compare = views
         self._outcome: PivotOutcome | None = None
 
@@ -162,9 +162,9 @@ def _tip_rows(outcome: PivotOutcome) -> list[tuple[str, ...]]:
         (
             tr("tip {axis}").format(axis="XYZ"[axis]),
             localised(f"{first.tip_probe[axis]:.4f}"),
-            localised(f"{1e3 * sigma[axis]:.1f}"),
+            localised(f"{2e3 * sigma[axis]:.1f}"),
             localised(f"{1e3 * validation.tip_difference[axis]:+.1f}"),
-            localised(f"{1e3 * validation.tip_difference_sigma[axis]:.1f}"),
+            localised(f"{2e3 * validation.tip_difference_sigma[axis]:.1f}"),
             localised(f"{1e3 * thesis[axis]:+.1f}"),
             "–" if change is None else localised(f"{1e3 * change.tip_difference[axis]:+.1f}"),
         )

@@ -22,6 +22,7 @@ from ocmm_gui.kit import (
     later,
     localised,
     paint_mark,
+    said_word,
     text_font,
     tr,
 )
@@ -58,7 +59,7 @@ class TiltRow(Painted):
             self._tilts = tuple(tilts)
             words = (
                 tr("{name} {poses} of {wanted}").format(
-                    name=one.name, poses=one.poses, wanted=one.wanted
+                    name=said_word(one.name), poses=one.poses, wanted=one.wanted
                 )
                 for one in tilts
             )
@@ -85,7 +86,7 @@ class TiltRow(Painted):
             if roomy:
                 tip = QPointF(box.left() + 34.0, box.bottom() - 17.0)
                 self._paint_probe(painter, tip, tilt.name)
-            word = tilt.name.removeprefix("leaning ")
+            word = said_word(tilt.name).removeprefix("leaning ").removesuffix(" geneigt")
             name = QRectF(box.left() + 8.0, box.top() + 4.0, box.width() - 16.0, 22.0)
             painter.setFont(fitted(text_font(14, bold=True), word, name.width(), 22.0, 15))
             painter.setPen(QColor(colour))
@@ -156,7 +157,7 @@ class WavePage(CollectPage):
             self._shown = view.poses
             missing = view.coverage.missing
             words = (
-                tr("Missing: {cells}").format(cells=", ".join(missing[:3]))
+                tr("Missing: {cells}").format(cells=", ".join(map(said_word, missing[:3])))
                 if missing
                 else tr("Nothing is missing")
             )
@@ -269,10 +270,10 @@ def show_prediction(score: Score, view: RelocationView) -> None:
         )
         return
     share = min(limit / sigma, 1.0) if sigma > 0.0 else 1.0
-    note = tr("of {length_mm:.0f} mm (k = 1); {limit:.1f} µm is enough").format(
-        length_mm=view.length_mm, limit=1e3 * limit
+    note = tr("of {length_mm:.0f} mm (k = 2); {limit:.1f} µm is enough").format(
+        length_mm=view.length_mm, limit=2e3 * limit
     )
-    score.show_score(localised(f"{1e3 * sigma:.1f} µm"), note, share)
+    score.show_score(localised(f"{2e3 * sigma:.1f} µm"), note, share)
 
 
 def example_places(volume_world: Float, wanted: int, taken: int) -> tuple[BarPlace, ...]:

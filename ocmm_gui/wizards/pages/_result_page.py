@@ -52,12 +52,12 @@ class CompareView(QWidget):
             tr(
                 "All cameras together moved by {moved_mm:.3f} mm and rotated by "
                 "{turned_rad:.3f} mrad; the remaining change of each camera is below. "
-                "Standard uncertainty of a length: {before} before, {after} after."
+                "U of a length (k = 2): {before} before, {after} after."
             ).format(
                 moved_mm=comparison.moved_mm,
                 turned_rad=1e3 * comparison.turned_rad,
-                before=_um(before),
-                after=_um(after),
+                before=_um(2.0 * before),
+                after=_um(2.0 * after),
             )
         )
         self.cameras.show_rows([_change_words(one) for one in comparison.cameras])

@@ -62,8 +62,8 @@ class SweepPage(HandsPage):
         wanted, sigma = sweep.tip_sigma_wanted_mm, sweep.tip_sigma_mm
         known = bool(np.isfinite(sigma)) and sigma > 0.0
         self.sigma.show_score(
-            localised(f"{1e3 * sigma:.1f} µm") if known else "–",
-            tr("(k = 1); {wanted:.0f} µm is enough").format(wanted=1e3 * wanted)
+            localised(f"{2e3 * sigma:.1f} µm") if known else "–",
+            tr("(k = 2); {wanted:.0f} µm is enough").format(wanted=2e3 * wanted)
             if known
             else tr("too early to tell"),
             min(wanted / sigma, 1.0) if known else 0.0,

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from datetime import datetime
 
 import numpy as np
 from PySide6.QtCore import QPointF, QRectF, Qt
@@ -186,7 +185,7 @@ class TipResultPage(ResultFrame):
             ),
             (tr("In the cone"), localised(f"2s {1e3 * record.articulation_2s_mm:.1f} µm")),
             (tr("Largest"), localised(f"{1e3 * record.articulation_max_mm:.1f} µm")),
-            (tr("Valid until"), _day(record.valid_until_utc)),
+            (tr("Valid until"), day_words(record.valid_until_utc)),
             (tr("Artefacts"), _artefacts(record)),
         ]
         return facts, outcome.warnings
@@ -210,8 +209,9 @@ class TipCheckResultPage(ResultFrame):
                 tr("PASSED"),
                 Mark.GOOD,
                 tr(
-                    "The tip is still as qualified. Store the verdict and continue. The date of "
-                    "its qualification stays; Maintain, page Probe, shows it."
+                    "The tip is still as qualified. Store the verdict and continue. A check does "
+                    "not extend the term of the qualification, whose certificate is at Ctrl+P in "
+                    "Maintain, page Probe."
                 ),
             )
         return Said(
@@ -230,11 +230,13 @@ class TipCheckResultPage(ResultFrame):
         record = outcome.record
         self.chart.show_checks(record.checks, outcome.largest)
         worst = record.checks[outcome.largest]
-        facts = (
+        facts = [
             (tr("Largest error"), f"{check_words(worst)} ({said_word(worst.name)})"),
             (tr("Tip"), record.tip),
             (tr("Artefacts"), _artefacts(record)),
-        )
+        ]
+        if record.passed:
+            facts.insert(1, (tr("Valid until"), day_words(outcome.due_utc)))
         return facts, (*outcome.findings, *outcome.warnings)
 
 
@@ -255,14 +257,15 @@ def _compared(now: TipRecord, before: TipRecord | None) -> list[tuple[str, ...]]
         change = format(factor * (new - old), f"+{form}") if both else "–"
         rows.append((name, *words, change))
     rows.append(
-        (tr("Made"), _day(now.made_utc), "–" if before is None else _day(before.made_utc), "")
+        (
+            tr("Made"),
+            day_words(now.made_utc),
+            "–" if before is None else day_words(before.made_utc),
+            "",
+        )
     )
     return rows
 
 
 def _artefacts(record: TipRecord | TipCheckRecord) -> str:
     return ", ".join(f"{one.name} {one.serial}".strip() for one in record.artefacts) or tr("none")
-
-
-def _day(utc: str) -> str:
-    return day_words(datetime.fromisoformat(utc).astimezone())

@@ -10,7 +10,7 @@ from ocmm_core.calibration.tip import ConeProgress, Phase, SphereProgress, Touch
 from ocmm_core.camera import Rig
 from ocmm_core.geometry import Float, Points3, unit
 from ocmm_gui.charts import Bars, Mapped, Plot, Row
-from ocmm_gui.kit import Mark, digit_font, localised, said, text_font, tr
+from ocmm_gui.kit import Mark, digit_font, localised, said, said_word, text_font, tr
 from ocmm_gui.views import upright
 from ocmm_gui.wizards.parts import HandsPage, Score, Seen, Told
 
@@ -50,15 +50,15 @@ class SpherePage(HandsPage):
         rows = [
             Row(tr("Places"), f"{touched} / {places}", touched / max(places, 1)),
             Row(
-                tr("Uncertainty of the diameter"),
-                localised(f"{1e3 * sigma:.1f} / {1e3 * limit:.1f} µm") if known else "–",
+                tr("U of the diameter (k = 2)"),
+                localised(f"{2e3 * sigma:.1f} / {2e3 * limit:.1f} µm") if known else "–",
                 min(limit / sigma, 1.0) if known else 0.0,
             ),
         ]
         if np.isfinite(end) and sphere.missing and end > 0.0:
             rows.append(
                 Row(
-                    tr("… with all places"), localised(f"{1e3 * end:.1f} µm"), min(limit / end, 1.0)
+                    tr("… with all places"), localised(f"{2e3 * end:.1f} µm"), min(limit / end, 1.0)
                 )
             )
         self.bars.show_rows(rows)
@@ -191,12 +191,14 @@ def _sentence(where: str) -> str:
 
 def _next_place(sphere: SphereProgress) -> str:
     if sphere.next_place is not None:
-        return sphere.places[sphere.next_place].name
+        return said_word(sphere.places[sphere.next_place].name)
     return tr("one more point, as shown on the map") if sphere.also_world is not None else ""
 
 
 def _next_attitude(cone: ConeProgress) -> str:
-    return "" if cone.next_attitude is None else cone.attitudes[cone.next_attitude].name
+    if cone.next_attitude is None:
+        return ""
+    return said_word(cone.attitudes[cone.next_attitude].name)
 
 
 def _sphere_map(sphere: SphereProgress) -> Mapped:

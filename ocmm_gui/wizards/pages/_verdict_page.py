@@ -9,7 +9,7 @@ from typing import Protocol
 from ocmm_core.calibration.guided import VerificationOutcome, VerificationView
 from ocmm_core.calibration.records import Check, Finding
 from ocmm_gui.charts import ErrorChart, check_words, group_of
-from ocmm_gui.kit import Mark, said, said_word, session_of, tr
+from ocmm_gui.kit import Mark, day_words, said, said_word, session_of, tr
 from ocmm_gui.wizards.parts import ResultFrame, Said
 
 _BACK_TO_LINES = 3
@@ -86,6 +86,8 @@ class VerdictPage(ResultFrame):
             (tr("Artefacts"), artefacts),
             (tr("Rule"), said(record.rule)),
         ]
+        if record.passed and outcome.due_utc:
+            facts.insert(3, (tr("Valid until"), day_words(outcome.due_utc)))
         if record.arose is not None:
             facts.insert(1, (tr("Since"), said(record.arose.sentence)))
         if record.superseded:

@@ -12,7 +12,7 @@ from PySide6.QtWidgets import QHBoxLayout, QListWidget, QListWidgetItem, QVBoxLa
 from ocmm_core.calibration.guided import KnownPoint, KnownPointsView, VerificationView
 from ocmm_core.camera import Rig
 from ocmm_core.geometry import Float
-from ocmm_gui.kit import panel, text_font, tr
+from ocmm_gui.kit import panel, said_word, text_font, tr
 from ocmm_gui.wizards.parts._live_panel import LivePanel, Score
 from ocmm_gui.wizards.parts._picture import ScenePicture, bar_places, bars, reference_points, seats
 from ocmm_gui.wizards.parts._shown import Seen
@@ -158,7 +158,9 @@ class LinesPage(CollectPage):
         if state != self._shown:
             self._shown = state
             current = view.current_line
-            where = tr("all lines taken") if current is None else view.lines[current].name
+            where = (
+                tr("all lines taken") if current is None else said_word(view.lines[current].name)
+            )
             self.picture.show_contents(bars(bar_places(view.lines), current), where)
 
 

@@ -10,7 +10,7 @@ from PySide6.QtWidgets import QVBoxLayout
 
 from ocmm_core.calibration.guided import KnownPointsView, ProcedureView, VerificationView
 from ocmm_core.camera import Rig
-from ocmm_gui.kit import panel, said_word, sentence_label, time_words, tr
+from ocmm_gui.kit import panel, said, said_word, sentence_label, time_words, tr
 from ocmm_gui.wizards.parts._facts import Facts
 from ocmm_gui.wizards.parts._pages import SIDE_PX, StepPage, beside
 from ocmm_gui.wizards.parts._picture import (
@@ -70,7 +70,7 @@ class PreparePage(StepPage):
         if self._planned is not None:
             planned = self._planned(seen)
             self.picture.show_contents(planned.contents, planned.description)
-            self.notes.setText("\n".join(f"▲ {note}" for note in planned.notes))
+            self.notes.setText("\n".join(f"▲ {said(note)}" for note in planned.notes))
 
 
 def session_facts(base: ProcedureView) -> list[tuple[str, str]]:

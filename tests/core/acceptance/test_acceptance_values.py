@@ -14,7 +14,6 @@ from ocmm_core.acceptance import (
     nest_lengths,
     part_uncertainty,
     repeat_ranges,
-    share_within,
     smallest_ball,
     spat_values,
     sphere_values,
@@ -64,7 +63,6 @@ def test_the_calibrated_part_comes_out_to_the_printed_digits() -> None:
 def test_e_n_compares_the_bias_with_both_uncertainties() -> None:
     found = part_uncertainty([10.003, 10.005], 10.0, 0.003, expanded_model=0.004)
     assert found.normalized == pytest.approx(0.004 / 0.005)
-    assert share_within([0.5, 1.5, None, 0.9]) == pytest.approx(2 / 3)
 
 
 @pytest.mark.parametrize(

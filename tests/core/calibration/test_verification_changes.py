@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from datetime import datetime, timedelta
 from pathlib import Path
 from typing import Literal
@@ -67,6 +68,34 @@ def test_course_of_change_is_named(tmp_path: Path, course: Course) -> None:
             assert seen == first
         elif course == "jump":
             assert seen >= first + timedelta(seconds=15 * moment)
+
+
+def loosened(session: Session, course: Course, seed: int) -> tuple[VerificationRecord, int]:
+    """Return the record of a session in which an LED moves by 60 to 120 um, and the LED."""
+    rng = np.random.default_rng([seed, 29])
+    led, moment = int(rng.integers(session.bench.body.n_leds)), int(rng.integers(10, 40))
+    way = rng.standard_normal(3)
+    way *= rng.uniform(0.06, 0.12) / float(np.linalg.norm(way))
+    world = session.spots.world
+
+    def before(rest: int) -> None:
+        leds = world.leds_probe.copy()
+        leds[led] += way * (rest / _RESTS if course == "drift" else float(rest >= moment))
+        session.spots.world = replace(world, leds_probe=leds)
+
+    return session.take(before), led
+
+
+@pytest.mark.parametrize("course", ["drift", "jump"])
+def test_a_loose_led_is_named(tmp_path: Path, course: Course) -> None:
+    """No camera is blamed; N = 5 seeds each."""
+    for seed in range(5):
+        record, led = loosened(Session(tmp_path / str(seed)), course, seed)
+        assert not record.passed
+        named = [one for one in record.objections if one.code.startswith("session.")]
+        assert [one.code for one in named] == ["session.probe_moved"], [one.what for one in named]
+        assert f"LED {led + 1} of the probe" in named[0].what
+        assert ("drifted evenly" if course == "drift" else "moved by about") in named[0].what
 
 
 def test_interval_and_recall_start_at_last_observation_of_good_check(tmp_path: Path) -> None:

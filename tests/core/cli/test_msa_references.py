@@ -58,7 +58,8 @@ def test_part_use_prints_u_of_a_kept_study_and_refuses_another_task(tmp_path: Pa
     path = save_part_study(tmp_path, study(simulated=True))
     task = tmp_path / "task.toml"
     task.write_text(DOCUMENT, encoding="utf-8")
-    given = ["msa", "part-use", str(path), "--task", str(task), "--temperature", "22.5"]
+    given = ["msa", "part-use", str(path), "--task", str(task), "--temperature", "22.5",
+             "--temperature-u", "0.0001"]  # fmt: skip
     said = CliRunner().invoke(app, given)
     told = " ".join(said.output.split())
     assert said.exit_code == 0, said.output
@@ -68,3 +69,20 @@ def test_part_use_prints_u_of_a_kept_study_and_refuses_another_task(tmp_path: Pa
     said = CliRunner().invoke(app, given)
     assert isinstance(said.exception, InputError)
     assert "does not hold here" in said.exception.what
+
+
+def test_part_use_needs_the_thermometer_and_holds_at_both_ends(tmp_path: Path) -> None:
+    kept = study(simulated=True)
+    path = save_part_study(tmp_path, kept)
+    task = tmp_path / "task.toml"
+    task.write_text(DOCUMENT, encoding="utf-8")
+    low, high = kept.temperatures
+    given = ["msa", "part-use", str(path), "--task", str(task), "--temperature"]
+    for celsius, u, words in (
+        ("22.5", "", "without the uncertainty of its thermometer"),
+        (f"{high - 0.05:g}", "0.2", "the study holds for"),
+        (f"{low + 0.05:g}", "0.2", "the study holds for"),
+    ):
+        said = CliRunner().invoke(app, [*given, celsius, *(["--temperature-u", u] if u else [])])
+        assert isinstance(said.exception, InputError)
+        assert words in said.exception.what

@@ -4,11 +4,14 @@ from __future__ import annotations
 
 import csv
 import re
+from datetime import UTC, datetime
 from pathlib import Path
 from xml.etree import ElementTree
 
 import pytest
 
+from ocmm_core.acceptance import ArtefactRegister
+from ocmm_core.calibration.probe_design import Temperature
 from ocmm_core.composition import ClimateRequest, climate_in_use
 from ocmm_core.documents import resource
 from ocmm_core.errors import InputError
@@ -17,6 +20,7 @@ from ocmm_core.measuring import CLIMATE_EVENT, climate_of_text
 from ocmm_core.storage import JobFile
 from ocmm_core.tracking import load_probe
 from tests.core.calibration.made_probe_records import make_probe_record
+from tests.core.calibration.test_thermometer_u import thermometer
 from tests.core.conftest import Ocmm
 
 QUICK = resource("plans", "quick.toml")
@@ -104,6 +108,9 @@ def test_what_is_not_known_is_not_compensated(ocmm_here: Ocmm, tmp_path: Path) -
         (ClimateRequest(DESIGN, probe_c=-30.0), "temperature.range"),
         (ClimateRequest(probe_c=-30.0), "temperature.range"),
         (ClimateRequest(sigma_k=0.5, part_c=22.0, part_expansion_ppm=1e4), "temperature.expansion"),
+        (ClimateRequest(sigma_k=0.5, part_c=22.0, stated_u="0.2"), "temperature.u_twice"),
+        (ClimateRequest(part_c=22.0, stated_u="50"), "temperature.sigma"),
+        (ClimateRequest(part_c=22.0, stated_u="T-77"), "artefact.unknown"),
     ],
 )
 def test_every_doubt_has_its_own_refusal(request_: ClimateRequest, code: str) -> None:
@@ -125,6 +132,18 @@ def test_the_temperature_of_the_calibration_comes_from_its_record() -> None:
     silent = make_probe_record(temperature_c=None)
     with pytest.raises(InputError, match="temperature at calibration, which is unknown"):
         climate_in_use(request, plan, body, silent)
+
+
+def test_a_job_names_its_thermometer_or_the_u_of_its_certificate() -> None:
+    register = ArtefactRegister()
+    register.add(thermometer(id="T-5"), "Ann", datetime(2026, 11, 28, tzinfo=UTC))
+    for stated, sigma, origin in (
+        ("0,3", 0.15, "given by the operator"), ("T-5", 0.1, "room thermometer, serial 4711"),
+    ):  # fmt: skip
+        request = ClimateRequest(part_c=22.0, probe_c=21.0, stated_u=stated)
+        used = climate_in_use(request, load_plan(QUICK), load_probe(PROBE), None).climate
+        assert used.part.now == Temperature(22.0, sigma, origin)
+        assert used.probe.now == Temperature(21.0, sigma, origin)
 
 
 def test_the_material_of_the_plan_is_taken(tmp_path: Path) -> None:

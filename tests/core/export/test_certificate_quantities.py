@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import re
 import tomllib
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Literal
 from xml.sax.saxutils import escape
 
@@ -11,8 +13,9 @@ import numpy as np
 import pytest
 
 from ocmm_core.errors import InputError
-from ocmm_core.export.certificate import artefact_text, read_dcc
+from ocmm_core.export.certificate import artefact_text, quantities_read, read_dcc
 from ocmm_core.export.certificate._artefact import Expansion
+from tests.core.conftest import Ocmm
 from tests.host import amount
 
 SIZES = {
@@ -147,3 +150,25 @@ def test_refuses_a_certificate_of_several_items() -> None:
         artefact_text(
             read_dcc(certificate([one], rng, items=2)), "sphere", "2027-11-25", expansion=STEEL
         )
+
+
+def test_each_quantity_of_a_certificate_is_printed(tmp_path: Path, ocmm_here: Ocmm) -> None:
+    rng = np.random.default_rng(4)
+    stated = [
+        Stated("radius", "Radius", 12.5, 0.001, "\\milli\\metre", 2.0),
+        Stated("other", "Roundness", 0.00012, 0.001, "\\milli\\metre", 2.0),
+        Stated("other", "Immersion depth", 150.0, 0.001, "\\milli\\metre", 2.0),
+    ]
+    dcc = read_dcc(certificate(stated, rng))
+    (read,) = quantities_read(dcc, "sphere")
+    assert (read.name.endswith("Radius"), read.value) == (True, 12.5)
+    assert len(dcc.quantities) == 3
+    source, out = tmp_path / "ball.xml", tmp_path / "ball.toml"
+    source.write_bytes(certificate(stated, rng))
+    done = ocmm_here("certificate", "artefact", source, "sphere", out, "--due", "2027-11-25",
+                     "--expansion", "1e-5", "--expansion-sigma", "1e-6")  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    told = " ".join(done.stdout.split())
+    assert told.count("Read: ") == 1
+    for name in ("Roundness, 0.00012", "Immersion depth, 150.0"):
+        assert re.search(rf"Left out: [^.]*{name}", told)

@@ -149,3 +149,17 @@ def test_points_may_be_written_in_several_ways(tmp_path: Path) -> None:
     file.write_bytes(b"\xff\xfe\x00")
     with pytest.raises(InputError, match="not text in UTF-8"):
         read_points_file(file)
+
+
+def test_the_readers_of_a_pair_account_for_all_they_leave_out(tmp_path: Path) -> None:
+    (tmp_path / "plane1.ds").write_text("x[inch] y[inch] z[inch]\n0 0 0\n1 0 0\n1 1 0\n0 1 0\n")
+    result = tmp_path / "plane1.fit"
+    result.write_text("# unit: mm\n0.5 0.5 0 0 0 1\n")
+    with pytest.raises(InputError, match=r"plane1\.fit, line 1: the line states the unit mm"):
+        verify_pair(tmp_path / "plane1.ds")
+    result.write_text("# laboratory\npoint: 0.5 0.5 0\ndir 0 0 1\n")
+    found = verify_pair(tmp_path / "plane1.ds")
+    assert found.passed
+    assert found.account is not None
+    assert (found.account.taken, found.account.unit) == (4, "inch")
+    assert found.left_out == ("# laboratory", "point", "dir")

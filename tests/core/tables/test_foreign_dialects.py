@@ -15,7 +15,7 @@ from ocmm_core.calibration.cameras import read_reference_points
 from ocmm_core.errors import InputError
 from ocmm_core.geometry import Float
 from ocmm_core.inspection.plan import feature_table
-from ocmm_core.tables import read_points_file
+from ocmm_core.tables import TableOptions, read_points_file
 
 POINTS = np.vstack(
     [[12.3456, 1234.5, -0.75], np.random.default_rng(7).uniform(-300, 3000, (7, 3)).round(4)]
@@ -130,6 +130,17 @@ OTHERS: dict[str, str | bytes] = {
     "µm in bytes of DOS": table("X;Y;Z\nµm;µm;µm").encode("cp850"),
     "two tables": table(end="\n" + table("Y;X;Z", points=SWAPPED)),
     "two units": table(top="# unit: mm\n", end="\n# unit: inch\n1,5;2,5;3,5"),
+    "sigmas below": table("Name;X;Y;Z", end="\n3s;1,5;2,5;3,5"),
+    "mean below a line": table(end="\n-----\n1,5;2,5;3,5"),
+    "size of a ball": table(top="# 25 mm\n"), "size in inch": table(top="# 0.5 inch\n"),
+    "a row for each axis": "x 1.5 2.5 3.5\ny 4.5 5.5 6.5\nz 7.5 8.5 9.5\n",
+    "rows marked": "x;y;z;valid\n" + "1,5;2,5;3,5;1\n" * 5 + "9,5;9,5;9,5;0\n",
+    "two features": "Name;X;Y;Z\n" + "A;1,5;2,5;3,5\n" * 4 + "B;1,5;2,5;3,5\n" * 4,
+    "grades and minutes": table("X;Y;Z\nmm;deg;mm"), "tolerances in cells": table(
+        number=lambda x: f"{de(x)}±0,002"),
+    "fractions": 'x;y;z\n1/2";1 1/4";2"\n1 1/2";1/4";3"\n2 1/2";3/4";1"\n',
+    "lakhs": "x;y;z\n1,23,456.5;2.5;3.5\n1,23,457.5;2.5;3.75\n1,23,456.5;9.5;3.25\n",
+    "minus behind": table(number=lambda x: de(abs(x)) + "-"),
     **{f"code {code}": table().replace(de(POINTS[3, 1]), code) for code in CODES},
 }  # fmt: skip
 """Tables without one clear meaning."""
@@ -159,6 +170,32 @@ def test_dialects_with_several_meanings_are_refused(tmp_path: Path, name: str) -
     with pytest.raises(InputError) as caught:
         points_of(tmp_path, OTHERS[name])
     assert caught.value.remedy
+
+
+@pytest.mark.parametrize(
+    ("name", "top", "is_read"),
+    [
+        ("bore_inch.csv", "", False), ("scan_in.xyz", "", False), ("Teil-Zoll_v2.txt", "", False),
+        ("boreInch.csv", "", False), ("scan_cm.csv", "", False), ("part(ft).asc", "", False),
+        ("BOREINCH.csv", "", False), ("ball_1inch.csv", "", False),
+        ("bore_inch.csv", "# unit: mm\n", False), ("points-mm.txt", "# unit: inch\n", False),
+        ("points-mm.txt", "", True), ("bore_inch.csv", "# unit: inch\n", True),
+        ("ball_1inch.csv", "# unit: mm\n", True), ("ball_25mm.csv", "# unit: inch\n", True),
+        ("mm_to_inch.csv", "# unit: inch\n", True), ("in.csv", "", True),
+        ("fit in part.csv", "", True), ("winch.csv", "", True), ("m.csv", "", True),
+    ],
+)  # fmt: skip
+def test_the_name_of_a_file_may_not_contradict_its_unit(
+    tmp_path: Path, name: str, top: str, is_read: bool
+) -> None:
+    path = tmp_path / name
+    path.write_text(top + table())
+    assert len(read_points_file(path, TableOptions(unit="mm")).points) == len(POINTS)
+    if is_read:
+        assert len(read_points_file(path).points) == len(POINTS)
+        return
+    with pytest.raises(InputError, match="the name of the file contains"):
+        read_points_file(path)
 
 
 def test_a_long_table_is_read_whole(tmp_path: Path) -> None:

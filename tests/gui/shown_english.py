@@ -1,0 +1,64 @@
+"""Find English in a German window: words of English sentences that German ones never use."""
+
+from __future__ import annotations
+
+import re
+import xml.etree.ElementTree as ElementTree
+from collections.abc import Iterator
+from functools import cache
+
+import msgspec
+from PySide6.QtWidgets import QWidget
+
+from ocmm_core.documents import resource
+
+_WORD = re.compile(r"[^\W\d_]{3,}")
+_READ = ("text", "title", "toolTip", "accessibleName", "accessibleDescription", "placeholderText")
+
+_NAMES = frozenset(
+    (
+        "ball", "bed", "demo", "inspector", "quick", "recommended", "right", "sphere", "step",
+        "study", "versions", "zoom",
+    )
+)  # fmt: skip
+"""In the names of shipped documents and their parts, of programs, and equal in both languages."""
+
+_SETTINGS = frozenset({"window", "locale"})
+"""Values of settings, as in the settings file."""
+
+_PATH = re.compile(r"\S*/\S+|\bocmm [a-z]+( [a-z]+)?")
+"""Paths and commands."""
+
+
+@cache
+def english_words() -> frozenset[str]:
+    """Return the words of all English sentences that no German one has, in lower case."""
+    english, german = set[str](), set[str]()
+    core = msgspec.json.decode(resource("i18n", "core_de.json").read_bytes())
+    pairs = {key: text for part in core.values() for key, text in part.items()}
+    window = ElementTree.parse(resource("i18n", "ocmm_de.ts"))  # noqa: S314 - a file of ours
+    for message in window.iter("message"):
+        found = message.find("translation")
+        assert found is not None
+        pairs[message.findtext("source") or ""] = "".join(found.itertext())
+    for source, translation in pairs.items():
+        english.update(_words(source))
+        german.update(_words(translation))
+    return frozenset(english - german - _NAMES - _SETTINGS)
+
+
+def english_in(widget: QWidget) -> Iterator[str]:
+    """Yield every text of visible widgets with a word that is English only."""
+    for one in (widget, *widget.findChildren(QWidget)):
+        if not one.isVisibleTo(widget):
+            continue
+        for attribute in _READ:
+            read = getattr(one, attribute, None)
+            text = read() if callable(read) else read
+            if isinstance(text, str) and english_words().intersection(_words(text)):
+                yield f"{type(one).__name__}.{attribute}: {text}"
+
+
+def _words(text: str) -> set[str]:
+    bare = re.sub(r"\{[^}]*\}|<[^>]*>", " ", _PATH.sub(" ", text))
+    return {word.lower() for word in _WORD.findall(bare)}
