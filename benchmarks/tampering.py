@@ -65,7 +65,7 @@ def make_site(folder: Path) -> Site:
             if number % 4 == 0:
                 job.annul_point(number - 1, "a burr")
                 job.append_event("note", f"after point {number}")
-                job.backup(folder / f"{number}.bak")
+                (folder / f"{number}.bak").write_bytes(job.content())
                 older.append((folder / f"{number}.bak").read_bytes())
     other = folder / "other.ocmm"
     with _begun(other) as job:

@@ -244,17 +244,14 @@ def write_atomic(path: Path, content: bytes) -> None:
     HOST.sync_folder(path.parent)
 
 
-def write_new(path: Path, content: bytes) -> None:
-    """Write ``content`` to a file that is there whole from the first moment, or not at all.
+def write_new(path: Path, content: bytes) -> os.stat_result:
+    """Write a new file, complete from the first moment or not at all; return its state.
 
-    Raises
-    ------
-    FileExistsError
-        There is such a file already, which stays as it is.
-    OSError
-        The folder cannot be written; there is no such file then.
+    Raises FileExistsError if there is such a file, which stays; OSError if the folder cannot be
+    written; there is no such file then.
     """
     with written_beside(path, content) as temporary:
+        state = temporary.lstat()
         try:
             os.link(temporary, path)
         except FileExistsError:
@@ -265,8 +262,9 @@ def write_new(path: Path, content: bytes) -> None:
     try:
         HOST.sync_folder(path.parent)
     except OSError:
-        path.unlink(missing_ok=True)
+        HOST.remove_same(path, state.st_dev, state.st_ino)
         raise
+    return state
 
 
 @contextlib.contextmanager

@@ -199,7 +199,7 @@ def _remove(path: Path) -> bool:
         if is_folder:
             shutil.rmtree(path)
         else:
-            path.unlink()
+            return HOST.remove_same(path, state.st_dev, state.st_ino)
     except OSError:
         # In use, or already gone.
         return False

@@ -33,17 +33,9 @@ class NameLoss:
 
 
 class NamedFile:
-    """The identity of a file that is written, compared with its name.
+    """The identity of a file that is written, compared with its name; OSError if missing.
 
-    Parameters
-    ----------
-    state
-        Of the file that is written, e.g. by its descriptor; None for the one at `path`.
-
-    Raises
-    ------
-    OSError
-        There is no such file.
+    `state`: of the file that is written, e.g. by its descriptor; None for the one at `path`.
     """
 
     def __init__(self, path: Path, state: os.stat_result | None = None) -> None:
@@ -87,6 +79,10 @@ class NamedFile:
         """Return why the name no longer means the file; None while it does."""
         return None if self.state() is not None else self._loss()
 
+    def remove(self) -> bool:
+        """Remove the name if it still means the file; return whether it did. OSError if denied."""
+        return HOST.remove_same(self.path, self._state.st_dev, self._state.st_ino)
+
     def close(self) -> None:
         """Give up the descriptor; may be called twice."""
         if self._descriptor >= 0:
@@ -125,6 +121,16 @@ class FileIdentity:
     device: int
     inode: int
 
+    @classmethod
+    def of_written(cls, path: Path) -> FileIdentity:
+        """Return the identity of a file that was just written; OSError if it is gone."""
+        state = path.lstat()
+        return cls(path, state.st_dev, state.st_ino)
+
+    def remove(self) -> None:
+        """Remove the file; another one under its name stays. OSError as `os.unlink`."""
+        HOST.remove_same(self.path, self.device, self.inode)
+
     def require_name(self) -> None:
         """Raise StorageError if the path no longer means this file."""
         try:
@@ -155,19 +161,10 @@ def rescue_folders() -> tuple[Path, ...]:
 
 
 def write_rescued(name: str, content: bytes | Callable[[Path], bytes]) -> Path | None:
-    """Write data to a new file in the first folder that takes them, and return its path.
+    """Write data to a new file in the first folder that takes them; return its path or None.
 
-    Parameters
-    ----------
-    name
-        Of the file whose data they are; the new one has a number in addition.
-    content
-        The data, or a function that makes them for the path of the new file.
-
-    Returns
-    -------
-    path
-        None if no folder takes them.
+    `name`: of the file whose data they are; the new one has a number in addition. `content`: the
+    data, or a function that makes them for the path of the new file.
     """
     stem, suffix = os.path.splitext(name)  # noqa: PTH122 - a name may begin with a full stop
     for folder in rescue_folders():

@@ -47,9 +47,9 @@ _ATTEMPTS = 5
 REGISTER = "artefacts.chain"
 _NEWEST = "newest-artefact-register"
 """Name of the register of this station in its memory."""
-NOT_SIGNED_REMEDY = (
-    "Compare it with its certificate, then enter it again: ocmm artefact add --replace --who NAME."
-)
+_ADD = "ocmm artefact add --replace --who NAME."
+NOT_SIGNED_REMEDY = f"Compare it with its certificate, then enter it again: {_ADD}"
+_ENTER_AGAIN = f"If there is none, enter each artefact again from its certificate: {_ADD}"
 
 
 class ArtefactEntry(Document, frozen=True, kw_only=True):
@@ -122,11 +122,15 @@ class _Change(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=T
 
 
 class ArtefactRegister:
-    """Register of a folder, empty without a file; StorageError if altered."""
+    """Register of a folder, empty without a file; StorageError if altered or lost.
 
-    def __init__(self, folder: Path | None = None) -> None:
+    `restarts`: Accept that the former register of this station is lost.
+    """
+
+    def __init__(self, folder: Path | None = None, *, restarts: bool = False) -> None:
         self.path = (folder or default_artefact_folder()) / REGISTER
-        self._own = folder is None
+        self._own, self._restarts = folder is None, restarts
+        self._lost = ""
         self._read()
 
     def _read(self) -> None:
@@ -137,10 +141,23 @@ class ArtefactRegister:
 
     def _require_newest(self) -> None:
         """Raise StorageError if this station used another register with later changes."""
-        if not (self._own and self._chain.items):
+        if not self._own:
+            return
+        seen = recall(_NEWEST)
+        self._lost = ""
+        if not self._chain.items:
+            if seen is not None:
+                # Kept in the first line of the next register.
+                self._lost = f"the lost register of {seen.moment[:10]}"
+            if seen is not None and not self._restarts:
+                raise StorageError(
+                    "artefact.lost",
+                    f"{self.path}: the artefact register of this station, last changed on "
+                    f"{seen.moment[:10]}, is missing.",
+                    f"Restore it from a backup. {_ENTER_AGAIN}",
+                )
             return
         first, utc = self._chain.links[0], self._chain.items[-1].utc
-        seen = recall(_NEWEST)
         if (
             seen is not None
             and seen.link != first
@@ -150,8 +167,7 @@ class ArtefactRegister:
                 "artefact.older",
                 f"{self.path}: this register is older than the one that this station used last "
                 f"({seen.moment[:10]}).",
-                "Restore the newest copy. If there is none, move this file away and add the "
-                "artefacts again.",
+                f"Restore the newest copy, or move this file away. {_ENTER_AGAIN}",
             )
         remember(KnownEnd(name=_NEWEST, count=1, link=first, moment=utc), sync=False)
 
@@ -212,12 +228,7 @@ class ArtefactRegister:
     def add(self, entry: ArtefactEntry, who: str, now: datetime, *, replace: bool = False) -> None:
         """Add an artefact, or replace its certificate by a newer one.
 
-        Raises
-        ------
-        InputError
-            A field is implausible, the certificate expired, or the id is in use.
-        StorageError
-            It cannot be written.
+        Raises InputError if a field is implausible, the certificate expired, or the id is in use.
         """
         check_entry(entry, "artefact")
         if _moment(entry.due_utc) <= now:
@@ -235,11 +246,11 @@ class ArtefactRegister:
                     "Give --replace with its new certificate, or another id.",
                 )
             before = self.entries.get(entry.id)
+            added = entry
             if before is not None and entry.kind == before.kind and entry.reads is None:
                 # A new certificate does not change where the thermometer is read.
-                kept = msgspec.structs.replace(entry, reads=before.reads)
-                return _Change(utc=utc_text(now), who=who, added=kept)
-            return _Change(utc=utc_text(now), who=who, added=entry)
+                added = msgspec.structs.replace(entry, reads=before.reads)
+            return _Change(utc=utc_text(now), who=who, removed=self._lost, added=added)
 
         self._write(change)
 
@@ -270,7 +281,8 @@ class ArtefactRegister:
 def _change_words(change: _Change) -> str:
     if change.added is None:
         return f"removed {change.removed}"
-    return f"added {change.added.id}, certificate {change.added.certificate}"
+    lost = f" in place of {change.removed}" if change.removed else ""
+    return f"added {change.added.id}, certificate {change.added.certificate}{lost}"
 
 
 def default_artefact_folder() -> Path:

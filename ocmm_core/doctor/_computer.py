@@ -23,7 +23,6 @@ from ocmm_core.doctor._host_calls import HostCalls
 from ocmm_core.errors import InputError, OcmmError
 
 _MOST_BYTES = 1 << 16
-_MOST_NAMES = 4096
 _MOST_OUTPUT = 1 << 20
 _TOOL_S = 10.0
 _TOOL_FOLDERS = ("/usr/sbin", "/sbin", "/usr/bin", "/bin")
@@ -123,7 +122,7 @@ class Computer:
             found = sorted(os.listdir(self.place(folder)))  # noqa: PTH208 - names, not paths
         except (OSError, ValueError) as error:
             raise NotAskedError(f"{folder} cannot be listed ({_reason(error)}).") from error
-        return tuple(found[:_MOST_NAMES])
+        return tuple(found)
 
     def link(self, path: Path | str) -> str:
         """Return the target of a link, or an empty text."""

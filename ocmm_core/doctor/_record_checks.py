@@ -24,7 +24,6 @@ from ocmm_core.errors import InputError
 
 DUE_BEFORE = timedelta(days=14)
 """As in the records: DUE within this time before the end."""
-_MOST_FILES = 2000
 _HASH_DIGITS = 64
 _LARGEST = 8 << 20
 _WORDS = {
@@ -192,7 +191,7 @@ def _records(computer: Computer) -> Iterator[tuple[str, _Dates]]:
                 one for one in computer.names(folder)
                 if one.endswith(".json") and len(one) == _HASH_DIGITS + len(".json")
             ]  # fmt: skip
-            for file in files[:_MOST_FILES]:
+            for file in files:
                 yield name, _read(computer, folder / file)
 
 

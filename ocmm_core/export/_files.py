@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import errno
+import os
 from collections.abc import Callable, Mapping
 from pathlib import Path
 
@@ -23,19 +24,12 @@ def write_together(
     succeeded, the replaced files are restored. Temporary files of a killed program are removed here
     and at the next start (`leftovers`).
 
-    Parameters
-    ----------
-    check
-        Receives the read-back content before any file is replaced; may raise.
-
-    Raises
-    ------
-    StorageError
-        Something cannot be written; the folder then holds its former files, or the error names
-        those that could not be restored.
+    `check`: receives the read-back content before any file is replaced; may raise. Raises
+    StorageError if something cannot be written; the folder then holds its former files, or the
+    error names those that could not be restored.
     """
     staged: dict[Path, Path] = {}
-    replaced: list[tuple[Path, bytes | None]] = []
+    replaced: list[tuple[Path, os.stat_result, bytes | None]] = []
     path = next(iter(contents))
     try:
         with contextlib.ExitStack() as held:
@@ -47,12 +41,13 @@ def write_together(
                 check({path: staged[path].read_bytes() for path in contents})
             for path in contents:
                 before = read_guarded(path, LARGEST_JOB) if path.exists() else None
+                state = staged[path].lstat()
                 staged[path].replace(path)
-                replaced.append((path, before))
+                replaced.append((path, state, before))
             for folder in {path.parent for path in contents}:
                 HOST.sync_folder(folder)
     except OSError as error:
-        mixed = [done.name for done, before in replaced if not _put_back(done, before)]
+        mixed = [one[0].name for one in replaced if not _put_back(*one)]
         full = error.errno in (errno.ENOSPC, errno.EDQUOT)
         raise StorageError(
             "export.not_writable",
@@ -64,12 +59,13 @@ def write_together(
         ) from error
 
 
-def _put_back(path: Path, before: bytes | None) -> bool:
-    """Restore or remove a file; return whether that succeeded."""
+def _put_back(path: Path, state: os.stat_result, before: bytes | None) -> bool:
+    """Restore or remove a file that still is the one written; return whether that succeeded."""
     try:
         if before is None:
-            path.unlink()
-            return True
+            return HOST.remove_same(path, state.st_dev, state.st_ino)
+        if not os.path.samestat(path.lstat(), state):
+            return False
         write_atomic(path, before)
     except OSError:
         # A disk that fails to rename may still write.

@@ -134,6 +134,13 @@ class Host(ABC):
         """Rename without replacing a file; FileExistsError where there is one."""
 
     @abstractmethod
+    def remove_same(self, path: Path, device: int, inode: int) -> bool:
+        """Remove a name if it still means a file; return whether it did. OSError as `os.unlink`.
+
+        A file that another program put there meanwhile stays.
+        """
+
+    @abstractmethod
     def is_own(self, state: os.stat_result) -> bool:
         """Return whether a file belongs to the user of this process; without owners it does."""
 

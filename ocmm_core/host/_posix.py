@@ -173,6 +173,19 @@ class PosixHost(Host):
             raise FileExistsError(errno.EEXIST, os.strerror(errno.EEXIST), str(path))
         temporary.rename(path)
 
+    def remove_same(self, path: Path, device: int, inode: int) -> bool:
+        with contextlib.suppress(FileNotFoundError):
+            # By descriptor: the folder may be renamed between the check and the removal.
+            folder = os.open(path.parent, os.O_RDONLY | os.O_DIRECTORY)
+            try:
+                found = os.stat(path.name, dir_fd=folder, follow_symlinks=False)
+                if (found.st_dev, found.st_ino) == (device, inode):
+                    os.unlink(path.name, dir_fd=folder)
+                    return True
+            finally:
+                os.close(folder)
+        return False
+
     def is_own(self, state: os.stat_result) -> bool:
         return state.st_uid == os.getuid()
 

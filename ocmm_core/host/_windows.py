@@ -126,6 +126,14 @@ class WindowsHost(Host):
         # Windows refuses to rename to a name that there is.
         temporary.rename(path)
 
+    def remove_same(self, path: Path, device: int, inode: int) -> bool:
+        with contextlib.suppress(FileNotFoundError):
+            found = path.lstat()
+            if (found.st_dev, found.st_ino) == (device, inode):
+                path.unlink()
+                return True
+        return False
+
     def is_own(self, state: os.stat_result) -> bool:
         del state
         return True

@@ -22,7 +22,6 @@ if TYPE_CHECKING:
     from ocmm_core.seals._memory import (
         KnownEnd,
         expect,
-        memory_folder,
         memory_loss,
         memory_start,
         recall,
@@ -31,6 +30,7 @@ if TYPE_CHECKING:
         start_memory,
         station_clock,
     )
+    from ocmm_core.seals._places import memory_file, memory_folder
     from ocmm_core.seals._public import public_from_text, public_text, shown_key
     from ocmm_core.seals._release import (
         NO_RELEASE,
@@ -66,9 +66,10 @@ else:
         _anchor="learn_heads signed_heads signed_job_heads",
         _key="KeptKeys KeyFolder StationKey THIS_STATION",
         _memory=(
-            "KnownEnd expect memory_folder memory_loss memory_start recall remember "
-            "set_station_clock start_memory station_clock"
+            "KnownEnd expect memory_loss memory_start recall remember set_station_clock "
+            "start_memory station_clock"
         ),
+        _places="memory_file memory_folder",
         _public="public_from_text public_text shown_key",
         _release=(
             "NO_RELEASE RELEASE_ENDING Release ReleaseState judge_release "
@@ -84,7 +85,7 @@ __all__ = [
     "NOT_SIGNED", "NO_RELEASE", "RELEASE_ENDING", "THIS_STATION", "DocumentKey", "KeptKeys",
     "KeyFolder", "KnownEnd", "KnownKey", "Release", "ReleaseState", "SealState", "SealWord",
     "Signature", "Signed", "StationKey", "TokenPlace", "document_key", "expect", "judge_release",
-    "judge_signature", "learn_heads", "memory_folder", "memory_loss", "memory_start",
+    "judge_signature", "learn_heads", "memory_file", "memory_folder", "memory_loss", "memory_start",
     "public_from_text", "public_text", "recall", "release_file", "release_path", "release_state",
     "remember", "set_station_clock", "shown_key", "sign", "signed_heads", "signed_job_heads",
     "start_memory", "station_certificate", "station_clock", "station_of",

@@ -23,7 +23,7 @@ from cryptography.hazmat.primitives.asymmetric.ed25519 import Ed25519PrivateKey
 from ocmm_core.documents import decode_json
 from ocmm_core.errors import InputError, StorageError
 from ocmm_core.seals._private_file import guarded_content, private_temporary, unwritable
-from ocmm_core.seals._public import fingerprint_of, public_text
+from ocmm_core.seals._public import fingerprint_of, public_from_text, public_text
 from ocmm_core.seals._ring import KnownKey, add_to_ring, changing, check_names, in_utc, read_ring
 from ocmm_core.seals._tokens import TokenKey, TokenPlace, make_token_key
 
@@ -31,6 +31,8 @@ THIS_STATION = "this station"
 _KEY = "key of this station"
 _PRIVATE = "station.key"
 _TOKEN = "token.json"  # noqa: S105 - the name of a file
+_IN_FORCE = "key in force"
+"""Name of the key of this station in its memory."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,17 +62,38 @@ class KeyFolder:
 
     def __init__(self, folder: Path | None = None) -> None:
         self.folder = platformdirs.user_data_path("ocmm") / "keys" if folder is None else folder
+        self._own = folder is None
 
     def station_key(self) -> StationKey:
         """Return the key of this station; made at the first call.
 
-        Raises
-        ------
-        StorageError
-            The key cannot be read or made, is damaged, or others can read it.
+        Raises StorageError if it cannot be read or made, is damaged or missing, or others can read
+        it.
         """
         found = self._stored_key()
-        return self._make() if found is None else found
+        if found is None and self._used_before() is not None:
+            raise StorageError(
+                "key.lost",
+                f"{self.folder}: the key of this station is missing. What it signed would be of an "
+                "unknown station.",
+                "Restore the folder from a backup. If there is none, make a new key by name: "
+                "ocmm key replace --who NAME --reason TEXT.",
+            )
+        return self._noted(self._make() if found is None else found)
+
+    def _used_before(self) -> bytes | None:
+        """Return the public key that this station used last, from its memory."""
+        from ocmm_core.seals._memory import recall
+
+        seen = recall(_IN_FORCE) if self._own else None
+        return None if seen is None else public_from_text(seen.link)
+
+    def _noted(self, key: StationKey) -> StationKey:
+        from ocmm_core.seals._memory import KnownEnd, remember
+
+        if self._own:
+            remember(KnownEnd(name=_IN_FORCE, count=1, link=public_text(key.public)), sync=False)
+        return key
 
     def own_public(self) -> bytes | None:
         """Return the public key of this station; None without a usable one."""
@@ -94,14 +117,16 @@ class KeyFolder:
     def trust(self, public: bytes, name: str, who: str, reason: str, now: datetime) -> KnownKey:
         """Trust the key of another station from now on.
 
-        Raises
-        ------
-        InputError
-            Name, person or reason is missing, or it is the key of this station.
-        StorageError
-            The ring cannot be read or written.
+        Raises InputError if name, person or reason is missing, or it is the key of this station;
+        StorageError if the ring cannot be read or written.
         """
         check_names(name, who)
+        if " ".join(name.casefold().split()) == THIS_STATION:
+            raise InputError(
+                "key.name",
+                f"{name!r} means the computer itself.",
+                "Give the name of the other one.",
+            )
         if public == self.own_public():
             raise InputError(
                 "key.own", "This is the key of this station.", "Nothing needs to be done."
@@ -120,22 +145,14 @@ class KeyFolder:
         """Make a new key for this station; signatures of the old one still verify.
 
         The old key goes to the ring first, so that at no moment a key is in force whose predecessor
-        is
-        unknown.
-
-        Parameters
-        ----------
-        token
-            Token that makes the new key; None makes it in a file.
-
-        Raises
-        ------
-        StorageError
-            The key or the ring cannot be read or written, or the token makes none.
+        is unknown. `token`: makes the new key; None makes it in a file. Raises StorageError if the
+        key or the ring cannot be read or written, or the token makes none.
         """
-        self.station_key()
+        lost = self._used_before() if self._stored_key() is None else None
+        if lost is None:
+            self.station_key()
         with changing(self.folder):
-            old = self.station_key().public
+            old = lost or self.station_key().public
             in_token = None if token is None else make_token_key(token)
             moment = in_utc(now)
             kept = KnownKey(

@@ -11,20 +11,19 @@ recognized by the signature, except for files from before a `start_memory` by na
 from __future__ import annotations
 
 import contextlib
-import hashlib
 import os
 from collections.abc import Sequence
 from datetime import UTC, datetime
 from pathlib import Path
 
 import msgspec
-import platformdirs
 
 from ocmm_core.documents import write_atomic
 from ocmm_core.errors import InputError, OcmmError, StorageError
 from ocmm_core.host import HOST
 from ocmm_core.leftovers import temporary_file
 from ocmm_core.seals._key import THIS_STATION, KeyFolder
+from ocmm_core.seals._places import memory_file, memory_folder
 from ocmm_core.seals._private_file import guarded_content
 from ocmm_core.seals._ring import check_names
 from ocmm_core.seals._signature import Signature, Signed, judge_signature, sign
@@ -75,26 +74,19 @@ class _SignedStart(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 def recall(name: str) -> KnownEnd | None:
     """Return the last recorded end of a chain; None if the station has never seen it.
 
-    Raises
-    ------
-    StorageError
-        The memory exists but cannot be trusted: damaged, unreadable, or writable by others.
+    Raises StorageError if the memory is damaged, unreadable, or writable by others.
     """
-    folder = memory_folder()
-    _migrate(folder)
-    return _read(folder / _file_name(name), name)
+    _migrate(memory_folder())
+    return _read(memory_file(name), name)
 
 
 def remember(seen: KnownEnd, *, sync: bool = True) -> None:
     """Store the end of a chain. Failures are ignored: the missing memory is reported later.
 
-    Parameters
-    ----------
-    sync
-        Flush to disk. Without it the memory may lag behind the chain after a power cut, never be
-        ahead of it; a new file is flushed always, because a power cut could leave it empty.
+    `sync`: flush to disk. Without it the memory may lag behind the chain after a power cut, never
+    be ahead of it; a new file is flushed always, because a power cut could leave it empty.
     """
-    path = memory_folder() / _file_name(seen.name)
+    path = memory_file(seen.name)
     try:
         known = recall(seen.name)
     except StorageError:
@@ -127,10 +119,7 @@ def set_station_clock(utc: str) -> None:
 def memory_loss(name: str, last_utc: str, keys: KeyFolder) -> StorageError | None:
     """Return why a chain that this station signed is not in its memory; None if that is in order.
 
-    Parameters
-    ----------
-    last_utc
-        Time of its last line, ISO 8601 text; empty if unknown.
+    `last_utc`: time of its last line, ISO 8601 text; empty if unknown.
     """
     start = _read_start(keys)
     if start is not None and _order(last_utc) <= _order(start.utc):
@@ -138,7 +127,7 @@ def memory_loss(name: str, last_utc: str, keys: KeyFolder) -> StorageError | Non
     return StorageError(
         "memory.missing",
         f"This station signed it, but its memory of it is missing in {memory_folder()} "
-        f"({_file_name(name)}): a removed end would not be noticed.",
+        f"({memory_file(name).name}): a removed end would not be noticed.",
         "Restore that folder from a backup. If the key was brought to this computer or user "
         "without it, type ocmm key restored, with your name and the reason.",
     )
@@ -160,14 +149,8 @@ def memory_start(keys: KeyFolder) -> str:
 def start_memory(keys: KeyFolder, who: str, reason: str, now: datetime) -> str:
     """Accept everything signed up to now without memory, by name; return the time as stored.
 
-    For a key that was moved to another computer or user without the memory.
-
-    Raises
-    ------
-    InputError
-        Name or reason is missing.
-    StorageError
-        The memory cannot be written, or the station has no key.
+    For a key that was moved to another computer or user without the memory. Raises InputError if
+    name or reason is missing; StorageError if the memory cannot be written, or there is no key.
     """
     check_names(THIS_STATION, who)
     if not reason.strip():
@@ -186,10 +169,6 @@ def start_memory(keys: KeyFolder, who: str, reason: str, now: datetime) -> str:
             "Free disk space or restore write permission, then repeat.",
         ) from error
     return start.utc
-
-
-def memory_folder() -> Path:
-    return platformdirs.user_state_path("ocmm") / "histories"
 
 
 def _start_path() -> Path:
@@ -261,14 +240,14 @@ def _migrate(folder: Path) -> None:
     It kept the end of the history for each folder and for each history. A history whose folder
     holds another one now was replaced.
     """
-    clock = folder / _file_name(_CLOCK)
+    clock = memory_file(_CLOCK)
     if clock.exists() or not folder.is_dir():
         return
     known: dict[Path, KnownEnd] = {}
     for path in sorted(folder.glob("*.json")):
         with contextlib.suppress(OcmmError, ValueError, RecursionError):
             seen = msgspec.json.decode(guarded_content(path, _WHAT) or b"", type=KnownEnd)
-            if path.name == _file_name(seen.name):
+            if path == memory_file(seen.name):
                 known[path] = seen
     places = {seen.place: seen for seen in known.values() if seen.name.startswith(_PLACE)}
     with contextlib.suppress(OSError):
@@ -292,8 +271,3 @@ def _order(utc: str) -> float:
     with contextlib.suppress(ValueError):
         return datetime.fromisoformat(utc).timestamp()
     return -float("inf")
-
-
-def _file_name(name: str) -> str:
-    digest = hashlib.sha256(name.encode("utf-8", "surrogateescape")).hexdigest()[:32]
-    return f"{digest}.json"

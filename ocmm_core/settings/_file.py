@@ -81,7 +81,7 @@ class SettingsFile:
         """Return the usable contents; never raises, problems are in the notes."""
         try:
             if not os.path.lexists(self.path):
-                return Contents(state="missing")
+                return Contents(notes=self._missing(), state="missing")
             data = tomllib.loads(read_text(self.path, LARGEST_DOCUMENT))
         except OcmmError as error:
             return self._unusable(error.what)
@@ -201,7 +201,8 @@ class SettingsFile:
 
     def _sealed(self, entries: dict[str, Any], before: Mapping[str, Any]) -> tuple[Note, ...]:
         """Sign ``entries`` unless that would vouch for edits by other means."""
-        fresh = SEAL not in before and not verdict_entries(before)
+        lost = was_sealed(self.path, before)
+        fresh = SEAL not in before and not verdict_entries(before) and not lost
         try:
             if fresh or signer_of(before).sound:
                 entries[SEAL] = sealed_table(entries)
@@ -209,7 +210,7 @@ class SettingsFile:
                 return ()
         except StorageError as error:
             return (Note(f"The settings could not be signed. {error.what}", error.remedy),)
-        if SEAL not in before and not was_sealed(self.path, before):
+        if SEAL not in before and not lost:
             return ()
         return (Note(f"{self.path}: the settings stay without a valid signature.", _CONFIRM),)
 
@@ -217,9 +218,15 @@ class SettingsFile:
         for number in range(1, _MOST_ASIDE):
             aside = self.path.with_name(f"{self.path.stem}-unusable-{number}{self.path.suffix}")
             if not os.path.lexists(aside):
-                self.path.rename(aside)
+                HOST.rename_new(self.path, aside)
                 return aside
         raise OSError(0, f"{_MOST_ASIDE} unusable files are beside it", str(self.path))
+
+    def _missing(self) -> tuple[Note, ...]:
+        if not was_sealed(self.path, {}):
+            return ()
+        what = f"{self.path}: the settings that this station signed are missing. Defaults are used."
+        return (Note(what, f"Restore the file from a backup, or set them again. {_CONFIRM}"),)
 
     def _unusable(self, what: str) -> Contents:
         note = Note(

@@ -8,6 +8,7 @@ settings before it loads anything large.
 from __future__ import annotations
 
 import contextlib
+import os
 from collections.abc import Mapping
 from datetime import UTC, datetime
 from pathlib import Path
@@ -56,11 +57,14 @@ def note_sealed(path: Path) -> None:
 
 
 def was_sealed(path: Path, entries: Mapping[str, Any]) -> bool:
-    """Return whether this document has settings that change verdicts and lost its seal."""
-    if SEAL in entries or not verdict_entries(entries):
+    """Return whether this document was sealed, and lost its seal or is missing."""
+    if SEAL in entries:
         return False
-    from ocmm_core.seals import recall
+    from ocmm_core.seals import memory_file, recall
 
+    # Most settings are not sealed: signatures are then not even imported.
+    if not os.path.lexists(memory_file(f"settings {path}")):
+        return False
     try:
         return recall(f"settings {path}") is not None
     except StorageError:

@@ -44,23 +44,14 @@ def job_for(
         job.change(events=((NAMED, job.path.stem), (HEADER_EVENT, header_text(header))))
         note_release(job, release)
     except BaseException:
-        job.close()
-        job.path.unlink(missing_ok=True)
+        job.close(remove=True)
         raise
     return job
 
 
 def drop_if_empty(job: JobFile) -> None:
     """Close a job, removing an empty file; StorageError, and still open, if unreadable."""
-    empty = job.next_number() == 1
-    job.close()
-    # The name of a lost job may mean another file.
-    if empty and job.given_up is None:
-        try:
-            job.path.unlink(missing_ok=True)
-        except OSError as error:
-            # A leftover empty file is harmless.
-            _log.warning("%s was not removed: %s", job.path, error.strerror)
+    job.close(remove=job.next_number() == 1)
 
 
 def drop_job_without_points(path: Path) -> bool:

@@ -11,8 +11,9 @@ from ocmm_core.errors import OcmmError
 from ocmm_core.inspection.session import InspectionSession
 from ocmm_core.station._faults import StationFaults
 
-_EVERY_S = 0.25
-"""Well below the second after which a loss must be shown."""
+_EVERY_S = 0.1
+"""Rescue and window need most of the second after which a loss must be shown, on a busy computer.
+"""
 
 _READ_S, _LOOK_S = 10.0, 0.5
 """Between readings of thermometers; from the end of a feature to its stored reading."""

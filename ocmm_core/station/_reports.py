@@ -11,6 +11,7 @@ from ocmm_core.export import DEFAULT_FORMAT, write_report
 from ocmm_core.export.report import Instrument, Profile, ReportData, report_data
 from ocmm_core.export.template import paper_of
 from ocmm_core.inspection.evaluation import JobView
+from ocmm_core.named_file import FileIdentity
 from ocmm_core.station._instruments import Instruments
 from ocmm_core.station._open_job import CurrentJob, OpenJob
 
@@ -62,10 +63,11 @@ class Reports:
         """
         data = replace(self.data(), paper=paper_of(self._current.now.file.path))
         files = write_report(data, formats, directory, profile, incomplete=incomplete)
+        written = tuple(map(FileIdentity.of_written, files))
         lost = self._current.now.file.check_name()
         if lost is not None:
-            for file in files:
-                file.unlink(missing_ok=True)
+            for file in written:
+                file.remove()
             raise lost
         return files
 

@@ -85,7 +85,7 @@ class MeasuringStation:
         halt = threading.Event()
         self.faults = faults = StationFaults(halt, current)
         self.events = events = StationEvents(faults)
-        job_name = {JOB: lambda: current.now.file.check_name()}
+        job_name = {JOB: lambda: current.now.file.check_name(halt.set)}
         self._watches: list[NameWatch | RoomWatch] = [
             NameWatch(job_name, faults),
             NameWatch(self._checks(gear), faults),

@@ -10,12 +10,12 @@ from __future__ import annotations
 
 import contextlib
 import sqlite3
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 from types import MappingProxyType, TracebackType
 
-from ocmm_core.documents import write_atomic
 from ocmm_core.errors import StorageError
+from ocmm_core.host import HOST
 from ocmm_core.measuring import MeasuredPoint
 from ocmm_core.named_file import FileIdentity, NameLoss
 from ocmm_core.part_model import PartModel
@@ -90,11 +90,12 @@ class JobFile(JobReader):
         """Return the file with all acknowledged steps; None if they are only in memory."""
         return self.path if self._keeper is None else self._keeper.saved_in
 
-    def check_name(self) -> StorageError | None:
+    def check_name(self, halt: Callable[[], object] = lambda: None) -> StorageError | None:
         """Return why the job is not on the disk under its name; None if it is.
 
         If it is not, all acknowledged steps are written to a new file and nothing is stored
-        afterwards. Cheap: for a timer, and before each report.
+        afterwards. Cheap: for a timer, and before each report. `halt`: called before that, to
+        leave the processor to it.
         """
         keeper = self._keeper
         if keeper is None or self._closing:
@@ -103,8 +104,13 @@ class JobFile(JobReader):
             if keeper.saved_in is None:
                 keeper.lose(NameLoss(""))
             return keeper.error
-        if keeper.name_loss() is None and keeper.is_as_noted and not keeper.is_write_protected():
-            return None
+        loss = keeper.name_loss()
+        if loss is not None and not self._closing:
+            # Without the lock: a step that is being written is rescued also, or refused.
+            halt()
+            keeper.lose(loss)
+        if loss is not None or (keeper.is_as_noted and not keeper.is_write_protected()):
+            return keeper.error
         # The program itself may be writing or closing now; a disk may hang.
         if self._lock.acquire(timeout=_LOCK_S):
             try:
@@ -113,10 +119,6 @@ class JobFile(JobReader):
                     keeper.lose_if_write_protected()
             finally:
                 self._lock.release()
-        elif not self._closing:
-            loss = keeper.name_loss()
-            if loss is not None:
-                keeper.lose(loss)
         return keeper.error
 
     def require_name(self) -> None:
@@ -129,11 +131,8 @@ class JobFile(JobReader):
     def create(cls, path: Path | str, head: JobHead) -> JobFile:
         """Make a new job file and return it open.
 
-        Raises
-        ------
-        StorageError
-            The file exists already, it cannot be written, or this station has no key to sign it;
-            nothing is left behind then.
+        Raises StorageError if it exists already, cannot be written, or this station has no key to
+        sign it; nothing is left behind then.
         """
         path, key = Path(path), KeyFolder().station_key()
 
@@ -152,11 +151,8 @@ class JobFile(JobReader):
     def open(cls, path: Path | str, *, read_only: bool = False) -> JobFile:
         """Open a job file for writing, or by `read` if ``read_only``.
 
-        Raises
-        ------
-        StorageError
-            The file is missing, no job file, newer than this program, damaged, cannot be read or
-            written, is in use by another program, or a file next to it is refused.
+        Raises StorageError if the file is missing, no job file, newer than this program, damaged,
+        cannot be read or written, is in use by another program, or a file next to it is refused.
         """
         path = Path(path)
         if read_only:
@@ -172,12 +168,8 @@ class JobFile(JobReader):
     def read(cls, path: Path, *, read_only: bool = False) -> JobFile:
         """Return the current job at ``path`` in memory; its file is not touched again.
 
-        Additions go to this copy alone, unless it is ``read_only``.
-
-        Raises
-        ------
-        StorageError
-            As of `read_job`, or it is damaged.
+        Additions go to this copy alone, unless it is ``read_only``. Raises StorageError as
+        `read_job`, or if it is damaged.
         """
         content = read_job(path)
         made = cls.in_memory(path, content.file, content.left_out, read_only=read_only)
@@ -218,10 +210,7 @@ class JobFile(JobReader):
     ) -> None:
         """Annul points, each for its reason, store new ones and events, in one transaction.
 
-        Raises
-        ------
-        StorageError
-            As `annul_point`, `append_point` and `append_event`; nothing is changed then.
+        Raises StorageError as `append_event`; nothing is changed then.
         """
         with self._transaction() as db:
             for number, reason in annul.items():
@@ -234,10 +223,7 @@ class JobFile(JobReader):
     def store_reference(self, reference: JobReference) -> None:
         """Store the reference body of the job and its first pose, durably.
 
-        Raises
-        ------
-        StorageError
-            The job has one already, or the file cannot be written.
+        Raises StorageError if the job has one already, or the file cannot be written.
         """
         with self._transaction() as db:
             insert_reference(db, self.path, reference)
@@ -245,12 +231,8 @@ class JobFile(JobReader):
     def store_part(self, part: PartModel) -> None:
         """Store the nominal part of the CAD model, durably.
 
-        Raises
-        ------
-        StorageError
-            The job has one already, or the file cannot be written.
-        InputError
-            It is inconsistent, or too large.
+        Raises StorageError if the job has one already, or the file cannot be written; InputError if
+        it is inconsistent, or too large.
         """
         with self._transaction() as db:
             insert_part(db, self.path, part)
@@ -259,13 +241,8 @@ class JobFile(JobReader):
         """Adopt unsigned steps by name; every reader sees person, reason and content.
 
         Only for a job of a version that did not sign, for an older copy if no newer one is left, or
-        for a
-        job that this station signed and has no memory of.
-
-        Raises
-        ------
-        StorageError
-            As `require_adoptable`.
+        for a job that this station signed and has no memory of; StorageError as
+        `require_adoptable`.
         """
         with self._reading() as db:
             seal = self._sealed(db)
@@ -275,28 +252,11 @@ class JobFile(JobReader):
         text = f"Steps 1 to {seal.steps} were taken over by {who}: {reason}. {suspect}"
         self.append_event(ADOPTED, text)
 
-    def backup(self, path: Path | str) -> None:
-        """Write a complete copy; works also after the disk of the job has failed. For tests only.
+    def close(self, *, remove: bool = False) -> None:
+        """Close the file; may be called twice. Afterwards `given_up` is set if it was lost.
 
-        Raises
-        ------
-        StorageError
-            The file exists already, or cannot be written.
+        `remove`: Also remove it, while no other program can open it for writing.
         """
-        path = Path(path)
-        if path.exists():
-            raise StorageError(
-                "job.exists",
-                f"{path}: this file already exists.",
-                "Choose another name for the backup.",
-            )
-        try:
-            write_atomic(path, self.content())
-        except OSError as error:
-            raise not_writable(path, error.strerror or str(error)) from error
-
-    def close(self) -> None:
-        """Close the file; may be called twice. Afterwards `given_up` is set if it was lost."""
         self.check_name()
         with contextlib.suppress(StorageError):
             # The name remains available after closing.
@@ -306,6 +266,9 @@ class JobFile(JobReader):
         with self._lock:
             if self._db is None:
                 return
+            # Elsewhere an open file cannot be removed.
+            removed = remove and not HOST.closes_before_rename
+            removed = removed and keeper is not None and keeper.remove()
             if keeper is not None and keeper.error is not None:
                 # A moved file gets its last steps from the log, which stays behind.
                 keeper.complete_moved(self._db)
@@ -313,8 +276,10 @@ class JobFile(JobReader):
             self._writer.close(self._db)
             self._db = None
             if keeper is not None:
-                keeper.require_closed()
-                keeper.remove_stray_log()
+                if not removed:
+                    keeper.require_closed()
+                    removed = remove and HOST.closes_before_rename and keeper.remove()
+                keeper.remove_stray_log(removed=removed)
                 keeper.close()
 
     def __enter__(self) -> JobFile:

@@ -8,6 +8,7 @@ from memory, because the old file may have lost stored data.
 from __future__ import annotations
 
 import contextlib
+import logging
 import sqlite3
 import threading
 from collections.abc import Sequence
@@ -22,6 +23,8 @@ from ocmm_core.storage._faults import FAULTS, disk_failed, lost_name
 from ocmm_core.storage._job_content import read_job
 from ocmm_core.storage._job_seal import insert_seal, remember_job
 from ocmm_core.storage._tables import insert_event
+
+_log = logging.getLogger(__name__)
 
 RESCUED = "rescued"
 """Event in a new file with the steps of a job whose own file was lost."""
@@ -162,12 +165,26 @@ class JobKeeper:
             with contextlib.suppress(sqlite3.Error):
                 checkpoint(db)
 
-    def remove_stray_log(self) -> None:
-        """Remove the log of a rescued job: a later file of this name would be read with it."""
+    def remove(self) -> bool:
+        """Remove the file of a job without points, before it is closed; return whether it did.
+
+        A file that another program put under its name stays.
+        """
+        if self.name_loss() is not None:
+            return False
+        try:
+            return self._file.remove()
+        except OSError as error:
+            # A leftover empty file is harmless.
+            _log.warning("%s was not removed: %s", self._path, error.strerror)
+            return False
+
+    def remove_stray_log(self, *, removed: bool) -> None:
+        """Remove the log of a removed or rescued job: a later file would be read with it."""
         rescued = self._loss is not None and self.saved_in is not None and not self._disk
-        if rescued and self._log is not None and self._log.state() is not None:
+        if (removed or rescued) and self._log is not None:
             with contextlib.suppress(OSError):
-                self._log_path.unlink()
+                self._log.remove()
 
     def require_closed(self) -> None:
         """Detect a loss after closing: the file must hold the last step."""

@@ -14,6 +14,7 @@ from ocmm_core.export import EXPORTERS, PDF, preview, preview_text, write_report
 from ocmm_core.export.certificate import Certificate, certificate_of_folder, signed_certificates
 from ocmm_core.export.report import ReportData, specimen_report
 from ocmm_core.export.template import Particulars, headed_paper, load_paper, template_in_use
+from ocmm_core.named_file import FileIdentity
 from ocmm_core.settings import Settings
 from ocmm_gui.kit import later
 from ocmm_gui.reports._certificate import certificate_pdf
@@ -37,8 +38,8 @@ class Writing:
     incomplete: bool
     """The user requested the report of a possibly incomplete job."""
 
-    def __call__(self, tell: Teller) -> tuple[Path, ...]:
-        """Return the paths of the files; errors as `write_report` and `pdf_file`."""
+    def __call__(self, tell: Teller) -> tuple[FileIdentity, ...]:
+        """Return the written files; errors as `write_report` and `pdf_file`."""
         beside: dict[str, bytes] = {}
         if PDF.name in self.formats:
             tell(later("Drawing the PDF"), 0.3)
@@ -53,9 +54,10 @@ class Writing:
         tables = tuple(name for name in self.formats if name != PDF.name)
         tell(later("Writing and verifying the files"), 0.7)
         tell.commit()
-        return write_report(
+        paths = write_report(
             self.data, tables, self.folder, incomplete=self.incomplete, beside=beside
         )
+        return tuple(map(FileIdentity.of_written, paths))
 
 
 @dataclass(frozen=True, slots=True)

@@ -156,16 +156,17 @@ class ReportWriter(QObject):
 
         request.source.report(done, failed)
 
-    def _on_written(self, paths: object) -> None:
+    def _on_written(self, files: object) -> None:
         data, request = self._data, self._request
         self._end()
         lost = None if request is None else request.source.lost()
-        if lost is not None and isinstance(paths, tuple):
+        if lost is not None and isinstance(files, tuple):
             # No report may refer to a job that cannot be found.
-            for path in paths:
-                path.unlink(missing_ok=True)
+            for file in files:
+                file.remove()
             self.failed.emit(lost)
-        elif isinstance(paths, tuple) and data is not None:
+        elif isinstance(files, tuple) and data is not None:
+            paths = tuple(file.path for file in files)
             self.written.emit(Written(data.job, paths, missing_of(data.view)))
 
     def _on_failed(self, error: object) -> None:

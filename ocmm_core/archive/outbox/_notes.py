@@ -54,7 +54,7 @@ class JobNote:
         if self._descriptor is not None:
             # Some systems cannot remove open files; there the next sweep does.
             with contextlib.suppress(OSError):
-                self._file.unlink(missing_ok=True)
+                _remove(self._file, self._descriptor)
         self.let_go()
 
     def let_go(self) -> None:
@@ -65,13 +65,13 @@ class JobNote:
 
 
 def sweep(outbox: Outbox) -> int:
-    """Queue the jobs whose program ended before it did; return how many.
+    """Queue the jobs whose program ended before it did, or whose outbox is lost; return how many.
 
     Missing jobs and jobs without points are skipped. Unreadable ones are queued as they are: the
     delivery sets them aside and names them. Raises StorageError if the outbox cannot be read or
     written.
     """
-    found = 0
+    found = outbox.queue_unlisted()
     for note in sorted((outbox.folder / _FOLDER).glob("*")):
         try:
             descriptor = _held(note, make=False)
@@ -84,10 +84,15 @@ def sweep(outbox: Outbox) -> int:
             if text and _put(outbox, Path(os.fsdecode(text))):
                 found += 1
             with contextlib.suppress(OSError):
-                note.unlink(missing_ok=True)
+                _remove(note, descriptor)
         finally:
             os.close(descriptor)
     return found
+
+
+def _remove(note: Path, descriptor: int) -> None:
+    state = os.fstat(descriptor)
+    HOST.remove_same(note, state.st_dev, state.st_ino)
 
 
 def has_points(path: Path) -> bool:

@@ -173,6 +173,18 @@ class Outbox(OutboxFile):
                     removed += 1
         return removed
 
+    def queue_unlisted(self) -> int:
+        """Queue the kept files without a row, e.g. of a lost outbox; return how many.
+
+        The archive recognizes jobs that it has by their content. Errors as `put`.
+        """
+        with self._reading() as db:
+            known = {row[0] for row in db.execute("SELECT DISTINCT sha256 FROM item")}
+        files = [one for one in self._files.glob("*/*") if one.name not in known]
+        for file in files:
+            self.put_content(snapshot(file), file)
+        return len(files)
+
     def try_aside_again(self) -> None:
         """Requeue everything that was set aside."""
         with self._writing() as db:

@@ -92,7 +92,7 @@ def add(
             due_utc=due, sizes=tuple(size or ()), expanded=u, expanded_per_length=u_per_length,
             form=form, expansion=expansion, expansion_sigma=expansion_u, supports=supports,
         )  # fmt: skip
-    ArtefactRegister(folder).add(entry, who, datetime.now(UTC), replace=replace)
+    ArtefactRegister(folder, restarts=replace).add(entry, who, datetime.now(UTC), replace=replace)
     make_console().print(say(f"Added    {entry.id}: {entry.name}, serial {entry.serial}"))
 
 

@@ -26,6 +26,8 @@ from ocmm_core.cli.terminal import (
 )
 from ocmm_core.composition import RECOMMENDED_RIG
 from ocmm_core.errors import BusError, InputError, StorageError
+from ocmm_core.host import HOST
+from ocmm_core.leftovers import temporary_file
 
 _PIECE = 1 << 16
 _NOTHING = 300
@@ -53,11 +55,11 @@ def record(
         )
     command, first_lines = recorder_of(source, seconds, megabytes << 20, force=force)
     console = make_console()
-    part = file.with_name(f"{file.name}.part")
-    size = 0
+    part, size = None, 0
     try:
+        descriptor, part = temporary_file(file)
         with (
-            part.open("xb") as out,
+            open(descriptor, "wb") as out,  # noqa: PTH123 - made next to the file
             subprocess.Popen(  # noqa: S603 - our own interpreter and modules, no shell
                 command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE
             ) as process,
@@ -86,7 +88,7 @@ def record(
                 lines[-1] if lines else f"The recorder ended (code {process.returncode}).",
                 "Check the interface, then record again.",
             )
-        part.rename(file)
+        HOST.rename_new(part, file)
     except OSError as error:
         raise StorageError(
             "out.file",
@@ -94,7 +96,8 @@ def record(
             "Give a file in a folder that exists and that you may write to.",
         ) from error
     finally:
-        part.unlink(missing_ok=True)
+        if part is not None:
+            part.unlink(missing_ok=True)
     console.print(say(f"{file}: {size:d} bytes"), highlight=False)
     if size < _NOTHING:
         console.print(say("No EtherCAT frame passed: is the bus running?"), highlight=False)

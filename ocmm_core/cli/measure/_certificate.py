@@ -10,6 +10,7 @@ import typer
 
 from ocmm_core.cli.measure._pages import print_pages
 from ocmm_core.cli.terminal import lead, make_console, say, say_word
+from ocmm_core.host import HOST
 
 certificate_app = typer.Typer(
     name="certificate",
@@ -159,12 +160,12 @@ def artefact(
     )
     dcc = read_dcc(read_bytes(file), trusted_signers(KeyFolder()))
     text = artefact_text(dcc, kind, due, quantity=quantity, expansion=grows)
-    write_new(out, text.encode("utf-8"))
+    state = write_new(out, text.encode("utf-8"))
     # The product's own reader must accept the file, or it is removed.
     try:
         _ = load_bar(out) if kind == "bar" else load_sphere(out)
     except Exception:
-        out.unlink()
+        HOST.remove_same(out, state.st_dev, state.st_ino)
         raise
     console = make_console(soft_wrap=True)
     console.print(f"{lead('Artefact  ')}{out}", highlight=False, markup=False)

@@ -23,6 +23,7 @@ from ocmm_core.fieldbus.report import pace_words
 from ocmm_core.inspection.causes import Explanation
 from ocmm_core.inspection.evaluation import INCOMPLETE, JobHeader, JobView, state_lines
 from ocmm_core.measuring import Refusal
+from ocmm_core.named_file import FileIdentity
 from ocmm_core.tolerances.decisions import U_LABEL, U_WORDS, CharacteristicResult, PartWord, Verdict
 from ocmm_core.tolerances.kinds import spec_of
 
@@ -59,7 +60,7 @@ def run_job(
     station has failed; the points stay in the job file.
     """
     station, reported = built.station, False
-    files: tuple[Path, ...] = ()
+    files: tuple[FileIdentity, ...] = ()
     chosen = chosen_formats(formats or [DEFAULT_FORMAT])
     console.print(f"{lead('Source  ')}{built.description.name}")
     console.print(say(f"Plan    {station.job.plan.name}, part {station.job.plan.part}"))
@@ -95,9 +96,10 @@ def run_job(
             reported = True
             tables = [name for name in chosen if name != PDF.name]
             if tables:
-                files = station.reports.export(out, tables, incomplete=incomplete)
+                paths = station.reports.export(out, tables, incomplete=incomplete)
+                files = tuple(map(FileIdentity.of_written, paths))
             for file in files:
-                console.print(f"{lead('Report  ')}{file}")
+                console.print(f"{lead('Report  ')}{file.path}")
         if not view.complete:
             raise _incomplete(view, status, built.job_path)
     finally:
@@ -107,7 +109,7 @@ def run_job(
         if lost is not None:
             # No report may refer to a job that cannot be found.
             for file in files:
-                file.unlink(missing_ok=True)
+                file.remove()
             raise lost
         if reported and PDF.name in chosen:
             _print_pages(built.job_path, out, console, incomplete=incomplete)

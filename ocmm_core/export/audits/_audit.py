@@ -23,7 +23,6 @@ from ocmm_core.storage import JobEvent, JobFile
 
 _OF_HISTORY = ("events.jsonl", "events.seal.json")
 _ENDINGS = (SUFFIX, ENDING, CERTIFICATE_ENDING, ".chain", ".toml", ".json")
-_MOST_FILES = 10_000
 _STEPS = {
     "head": "job begun",
     "observation": "point {} stored",
@@ -79,7 +78,7 @@ def files_to_audit(path: Path) -> tuple[Path, ...]:
         own = [folder / name for name in sorted(names) if name.endswith(_ENDINGS)]
         # A release or a seal is audited with its document.
         found += [one for one in own if not one.name.endswith((RELEASE_ENDING, SEAL_SUFFIX))]
-    return tuple(found[:_MOST_FILES]) or (path,)
+    return tuple(found) or (path,)
 
 
 def _of_job(path: Path, line: str) -> Audit:

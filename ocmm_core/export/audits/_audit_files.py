@@ -109,7 +109,9 @@ def _since(file: Path, uuid: str, steps: int, head: str) -> tuple[str, bool]:
 
 
 def _seals_naming(path: Path) -> Iterator[Path]:
-    for seal in files_of_folder(path.parent, ENDING)[:200]:
+    # Mostly the one of the same name: a folder may have those of thousands of parts.
+    seals = files_of_folder(path.parent, ENDING)
+    for seal in sorted(seals, key=lambda one: not path.name.startswith(one.name[: -len(ENDING)])):
         try:
             if any(
                 one.name == path.name for one in check_report_seal(seal, KeyFolder()).seal.files

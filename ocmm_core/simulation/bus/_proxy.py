@@ -228,7 +228,8 @@ class Proxy:
         for port in self._ports.values():
             port.close()
         self._control.close()
-        self._path.unlink(missing_ok=True)
+        if self._path.is_socket():
+            self._path.unlink(missing_ok=True)
 
     def _forward_all(self) -> bool:
         moved = False

@@ -115,7 +115,7 @@ class Wire:
                     socket.AF_UNIX, socket.SOCK_DGRAM | socket.SOCK_NONBLOCK
                 )
                 # Left by a killed process.
-                self._control_path.unlink(missing_ok=True)
+                self._remove_control()
                 self._control.bind(control)
         except BaseException:
             self.close()
@@ -160,6 +160,11 @@ class Wire:
             port.close()
         if self._control is not None:
             self._control.close()
+            self._remove_control()
+
+    def _remove_control(self) -> None:
+        """Remove the name of the socket; any other file of that name stays."""
+        if self._control_path.is_socket():
             self._control_path.unlink(missing_ok=True)
 
     def _look_at_links(self) -> None:

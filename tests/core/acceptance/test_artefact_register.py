@@ -107,12 +107,36 @@ def test_the_register_from_the_command_line(ocmm_here: Ocmm, tmp_path: Path) -> 
     assert "No artefacts" in run("list").stdout
 
 
+@pytest.mark.parametrize("empty", [False, True])
+def test_reports_a_lost_register_until_it_is_entered_again(
+    empty: bool, ocmm_here: Ocmm, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The next register keeps the loss in its first line."""
+    for name in ("DATA", "STATE"):
+        monkeypatch.setenv(f"XDG_{name}_HOME", str(tmp_path / name))
+    path = ArtefactRegister().path
+    ArtefactRegister().add(_entry(), "me", _NOW)
+    path.unlink()
+    if empty:
+        path.touch()
+    for arguments in (["list"], ["show", "virtual-sphere-25"], ["remove", "virtual-sphere-25"]):
+        said = ocmm_here("artefact", *arguments)
+        assert said.returncode == 2
+        assert "last changed on 2026-11-25, is missing" in said.stderr
+    file = str(resource("artefacts", "acceptance_sphere.toml"))
+    assert ocmm_here("artefact", "add", file).returncode == 2
+    again = ocmm_here("artefact", "add", file, "--replace", "--who", "A. Example")
+    assert again.returncode == 0, again.stderr
+    (change,) = ArtefactRegister().changes
+    assert change[2].endswith("in place of the lost register of 2026-11-25")
+
+
 def test_an_older_register_of_another_history_is_refused(tmp_path: Path) -> None:
     """Reading alone makes a register the newest; an older one never counts again."""
     register = ArtefactRegister()
     register.add(_entry(), "me", _NOW)
     aside = register.path.rename(tmp_path / "aside")
-    later = ArtefactRegister()
+    later = ArtefactRegister(restarts=True)
     later.add(_entry(id="b"), "me", _NOW + timedelta(days=1))
     newest = register.path.read_bytes()
     aside.replace(register.path)

@@ -180,8 +180,13 @@ def victims(archive: SqlArchive) -> Counter[str]:
     return found + Counter(map(repr, table.rows))
 
 
-def attack(shop: Shop, rng: random.Random, many: int, told: Callable[[str], None]) -> AttackCounts:
-    """Send so many hostile rows, each judged by itself and taken away again."""
+def attack(
+    shop: Shop, rng: random.Random, many: int, told: Callable[[str], None], first: int = 0
+) -> AttackCounts:
+    """Send so many hostile rows, each judged by itself and taken away again.
+
+    `first`: Number of the first one, which chooses its column.
+    """
     outcome = AttackCounts()
     assert shop.send("attacker", shop.attacker, "Station 2", shop.theirs) == ""
     with open_archive(shop.owner) as archive:
@@ -196,7 +201,7 @@ def attack(shop: Shop, rng: random.Random, many: int, told: Callable[[str], None
             assert shop.honest != shop.answers
         take_away(shop)
         plan = [(table, column) for table, columns in COLUMNS.items() for column in columns]
-        for number in range(many):
+        for number in range(first, first + many):
             table, column = plan[number % len(plan)]
             kind = rng.choice(KINDS)
             value = shop.taken[kind[1]] if isinstance(kind, tuple) else kind

@@ -69,7 +69,8 @@ try:
     job.append_point(sample_point(number))
 except StorageError as error:
     print(error.code, len(job.points()) == number - 1)
-job.backup(sys.argv[2])
+with open(sys.argv[2], 'xb') as copy:
+    copy.write(job.content())
 job.close()
 with JobFile.open(sys.argv[2]) as saved:
     saved.append_point(sample_point(number))

@@ -117,6 +117,7 @@ def test_saves_again_when_a_folder_takes_the_points(
     blocked = tmp_path / "blocked"
     blocked.write_text("a file where the data folder should be")
     monkeypatch.setenv("XDG_DATA_HOME", str(tmp_path / "data"))
+    monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path / "state"))
     job = _job(tmp_path, head, make_point)
     monkeypatch.setenv("XDG_DATA_HOME", str(blocked))
     job.path.unlink()
