@@ -232,10 +232,10 @@ def pixel_touches(kind: str, seed: int) -> list[tuple[bool, bool]]:
     for first in range(0, virtual.n_frames, _PIECE):
         count = min(_PIECE, virtual.n_frames - first)
         for touch in collector.feed(pipeline.process(frames.frames(first, count))):
-            judged = [
+            before, after = (
                 average(touch.window, touch.expected, rig, options, by) for by in (None, noise)
-            ]
-            found.append(tuple(isinstance(one, Refusal) for one in judged))
+            )
+            found.append((isinstance(before, Refusal), isinstance(after, Refusal)))
     return found
 
 
@@ -254,7 +254,7 @@ def report_pixels(jobs: list[int], seed: int) -> bool:
                 flush=True,
             )
             shares[kind] = after / len(found)
-    return shares.get("still", 0.0) <= MOST_PIXELS_REFUSED
+    return bool(shares.get("still", 0.0) <= MOST_PIXELS_REFUSED)
 
 
 def report(touches: list[Touch]) -> bool:

@@ -163,7 +163,8 @@ def _touch(point: MeasuredPoint, rig: Rig, body: ProbeBody) -> _Touch:
     seen = np.isfinite(point.spots).all(axis=2)
     camera = np.nonzero(seen)[0]
     if not np.all(np.isfinite(origin)) or 2 * len(camera) <= _POSE:
-        return _Touch(*(np.zeros((0, 0)) for _ in range(3)), camera, point.spots[seen], 0.0)
+        none = np.zeros((0, 0))
+        return _Touch(none, none, none, camera, point.spots[seen], 0.0)
     arms = body.leds_probe @ rotation.T
     cameras, leds = seen.shape
     residuals, by_pose = np.zeros((cameras, leds, 2)), np.zeros((cameras, leds, 2, _POSE))

@@ -8508,6 +8508,14 @@ Startet: {source}</translation>
         <translation>Jeder Temperatur</translation>
     </message>
     <message>
+        <source>Thermometer</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>Instead: its U (k = 2) in K, or its id in the register</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
         <source>Temperatures hold for</source>
         <translation>Temperaturen gelten für</translation>
     </message>

@@ -62,7 +62,7 @@ def fields() -> Iterator[tuple[str, Callable[[str], Any], float, float]]:
     for action in parser()._actions:  # noqa: SLF001 - there is no public list
         number = option_field("window", (action.option_strings or [""])[0])
         read = action.type
-        if number is not None and callable(read) and "_number" in read.__qualname__:
+        if number is not None and callable(read) and "_number" in getattr(read, "__qualname__", ""):
             one = number.quantity
             yield action.option_strings[0], read, one.least, one.most
 

@@ -428,7 +428,8 @@ def second_master() -> dict[str, Any]:
                 os.set_blocking(other.stdout.fileno(), False)
                 while not other.stdout.readline():
                     source.read()
-                begin, reasons = time.monotonic(), []
+                begin = time.monotonic()
+                reasons: list[str] = []
                 while "as an EtherCAT master" not in (reasons or [""])[-1]:
                     reasons.append(source.read().reason)
                     assert time.monotonic() - begin < _LATE_S, sorted(set(reasons))

@@ -198,7 +198,10 @@ class _Column:
             return wide
         # Arithmetic shifts extend the sign.
         signed = found.view(np.int64) >> unused.astype(np.int64)
-        return (signed if self.entry.is_signed else found >> unused).astype(np.float64)
+        number: NDArray[np.float64] = (signed if self.entry.is_signed else found >> unused).astype(
+            np.float64
+        )
+        return number
 
 
 def _placed(

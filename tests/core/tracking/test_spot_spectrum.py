@@ -23,7 +23,7 @@ from ocmm_core.tracking import judge_stillness as judge
 pytestmark = pytest.mark.numerics
 
 FRAMES, LIMIT_MM = 250, 0.010
-TIMES = np.arange(FRAMES) * 1e-3
+TIMES: Float = np.arange(FRAMES) * 1e-3
 RIPPLE_PX, WAVE_PX = 0.009, 3.0
 
 
@@ -65,8 +65,8 @@ class Bench:
         plain = learnt = 0
         frames = np.arange(FRAMES)
         for _ in range(count):
-            towards = rng.standard_normal(3)
-            window = self.touch(rng, drift_mm * towards / np.linalg.norm(towards))
+            towards: Float = rng.standard_normal(3)
+            window = self.touch(rng, drift_mm * towards / float(np.linalg.norm(towards)))
             alone = judge(TIMES, window.tip_world, window.tip_covariance, LIMIT_MM)
             plain += alone.motion is not None
             learnt += noise.judge(window, frames, LIMIT_MM).motion is not None
