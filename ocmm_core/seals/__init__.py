@@ -5,8 +5,8 @@ last recorded end of a chain.
 
 Read `_key` (the key of the station, in a file or in one of `_tokens`, and the `_ring` of trusted
 keys), `_public` (verification), `_signature` (kinds of signed content, and states), `_release` (a
-file released by name), `_x509` (certificates for other programs), `_memory` (detects older copies)
-and `_anchor` (keeps its ends elsewhere).
+file released by name), `_x509` (certificates for other programs), `_memory` and `_memory_start`
+(detect older copies), and `_anchor` (keeps its ends elsewhere).
 It must not know the content of chains and files.
 """
 
@@ -22,15 +22,14 @@ if TYPE_CHECKING:
     from ocmm_core.seals._memory import (
         KnownEnd,
         expect,
-        memory_loss,
-        memory_start,
+        memory_file,
+        memory_folder,
         recall,
         remember,
         set_station_clock,
-        start_memory,
         station_clock,
     )
-    from ocmm_core.seals._places import memory_file, memory_folder
+    from ocmm_core.seals._memory_start import memory_loss, memory_start, start_memory
     from ocmm_core.seals._public import public_from_text, public_text, shown_key
     from ocmm_core.seals._release import (
         NO_RELEASE,
@@ -66,10 +65,10 @@ else:
         _anchor="learn_heads signed_heads signed_job_heads",
         _key="KeptKeys KeyFolder StationKey THIS_STATION",
         _memory=(
-            "KnownEnd expect memory_loss memory_start recall remember set_station_clock "
-            "start_memory station_clock"
+            "KnownEnd expect memory_file memory_folder recall remember set_station_clock "
+            "station_clock"
         ),
-        _places="memory_file memory_folder",
+        _memory_start="memory_loss memory_start start_memory",
         _public="public_from_text public_text shown_key",
         _release=(
             "NO_RELEASE RELEASE_ENDING Release ReleaseState judge_release "

@@ -14,8 +14,7 @@ import msgspec
 
 from ocmm_core.errors import OcmmError, StorageError
 from ocmm_core.seals._key import THIS_STATION, KeyFolder
-from ocmm_core.seals._memory import KnownEnd, recall, remember
-from ocmm_core.seals._places import memory_folder
+from ocmm_core.seals._memory import KnownEnd, memory_folder, recall, remember
 from ocmm_core.seals._public import public_text
 from ocmm_core.seals._signature import Signature, Signed, judge_signature, sign
 from ocmm_core.side_files import SIDE_FILES, Trusted, read_guarded

@@ -22,6 +22,7 @@ from cryptography.hazmat.primitives.asymmetric.ed25519 import Ed25519PrivateKey
 
 from ocmm_core.documents import decode_json
 from ocmm_core.errors import InputError, StorageError
+from ocmm_core.seals._memory import KnownEnd, recall, remember
 from ocmm_core.seals._private_file import guarded_content, private_temporary, unwritable
 from ocmm_core.seals._public import fingerprint_of, public_from_text, public_text
 from ocmm_core.seals._ring import KnownKey, add_to_ring, changing, check_names, in_utc, read_ring
@@ -83,14 +84,10 @@ class KeyFolder:
 
     def _used_before(self) -> bytes | None:
         """Return the public key that this station used last, from its memory."""
-        from ocmm_core.seals._memory import recall
-
         seen = recall(_IN_FORCE) if self._own else None
         return None if seen is None else public_from_text(seen.link)
 
     def _noted(self, key: StationKey) -> StationKey:
-        from ocmm_core.seals._memory import KnownEnd, remember
-
         if self._own:
             remember(KnownEnd(name=_IN_FORCE, count=1, link=public_text(key.public)), sync=False)
         return key

@@ -4,31 +4,27 @@ A chain that was cut at its end, or replaced by an older copy, carries a good si
 of this user on this computer holds the last end of each chain, keyed by the identity of the
 thing (job, history, cameras, probe), never by a path. A copy is recognized in any folder.
 
-Everything that this station signs is in its memory before it is signed. So a missing memory is
-recognized by the signature, except for files from before a `start_memory` by name.
+Everything that this station signs is in its memory before it is signed; see `_memory_start`.
 """
 
 from __future__ import annotations
 
 import contextlib
+import hashlib
 import os
 from collections.abc import Sequence
-from datetime import UTC, datetime
+from datetime import datetime
 from pathlib import Path
 
 import msgspec
+import platformdirs
 
-from ocmm_core.documents import write_atomic
-from ocmm_core.errors import InputError, OcmmError, StorageError
+from ocmm_core.errors import OcmmError, StorageError
 from ocmm_core.host import HOST
 from ocmm_core.leftovers import temporary_file
-from ocmm_core.seals._key import THIS_STATION, KeyFolder
-from ocmm_core.seals._places import memory_file, memory_folder
 from ocmm_core.seals._private_file import guarded_content
-from ocmm_core.seals._ring import check_names
-from ocmm_core.seals._signature import Signature, Signed, judge_signature, sign
 
-_WHAT = "memory of the station"
+MEMORY = "memory of the station"
 _CLOCK = "clock"
 _PLACE = "folder "
 _HISTORY = "history "
@@ -60,15 +56,14 @@ class KnownEnd(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=
         return not self.count or (len(links) >= self.count and links[self.count - 1] == self.link)
 
 
-class _Start(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    utc: str
-    who: str
-    reason: str
+def memory_folder() -> Path:
+    return platformdirs.user_state_path("ocmm") / "histories"
 
 
-class _SignedStart(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    start: _Start
-    signature: Signature
+def memory_file(name: str) -> Path:
+    """Return the path of the memory of a thing, by its identity."""
+    digest = hashlib.sha256(name.encode("utf-8", "surrogateescape")).hexdigest()[:32]
+    return memory_folder() / f"{digest}.json"
 
 
 def recall(name: str) -> KnownEnd | None:
@@ -116,85 +111,8 @@ def set_station_clock(utc: str) -> None:
     remember(KnownEnd(name=_CLOCK, count=0, link="", utc=utc))
 
 
-def memory_loss(name: str, last_utc: str, keys: KeyFolder) -> StorageError | None:
-    """Return why a chain that this station signed is not in its memory; None if that is in order.
-
-    `last_utc`: time of its last line, ISO 8601 text; empty if unknown.
-    """
-    start = _read_start(keys)
-    if start is not None and _order(last_utc) <= _order(start.utc):
-        return None
-    return StorageError(
-        "memory.missing",
-        f"This station signed it, but its memory of it is missing in {memory_folder()} "
-        f"({memory_file(name).name}): a removed end would not be noticed.",
-        "Restore that folder from a backup. If the key was brought to this computer or user "
-        "without it, type ocmm key restored, with your name and the reason.",
-    )
-
-
-def memory_start(keys: KeyFolder) -> str:
-    """Return who accepted that files are not in the memory, as a sentence; empty without one."""
-    start = _read_start(keys)
-    return (
-        ""
-        if start is None
-        else (
-            f"The memory of this station starts at {start.utc[:19]} UTC, by {start.who}: "
-            f"{start.reason}. An end that was removed before is not noticed."
-        )
-    )
-
-
-def start_memory(keys: KeyFolder, who: str, reason: str, now: datetime) -> str:
-    """Accept everything signed up to now without memory, by name; return the time as stored.
-
-    For a key that was moved to another computer or user without the memory. Raises InputError if
-    name or reason is missing; StorageError if the memory cannot be written, or there is no key.
-    """
-    check_names(THIS_STATION, who)
-    if not reason.strip():
-        raise InputError("memory.reason", "The reason is missing.", "Give it.")
-    utc = now.astimezone(UTC).isoformat(timespec="microseconds")
-    start = _Start(utc=utc, who=who.strip(), reason=reason)
-    signed = _SignedStart(start, sign(keys.station_key(), Signed.MEMORY, _content(start)))
-    path = _start_path()
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True, mode=0o700)
-        write_atomic(path, msgspec.json.encode(signed))
-    except OSError as error:
-        raise StorageError(
-            "memory.unwritable",
-            f"{path}: the memory of the station cannot be stored ({error.strerror}).",
-            "Free disk space or restore write permission, then repeat.",
-        ) from error
-    return start.utc
-
-
-def _start_path() -> Path:
-    return memory_folder() / "start.signed"
-
-
-def _content(start: _Start) -> bytes:
-    return msgspec.json.encode(start)
-
-
-def _read_start(keys: KeyFolder) -> _Start | None:
-    """Return the start of the memory if this station signed it."""
-    try:
-        content = guarded_content(_start_path(), _WHAT)
-        if content is None:
-            return None
-        found = msgspec.json.decode(content, type=_SignedStart)
-        state = judge_signature(keys, Signed.MEMORY, _content(found.start), found.signature)
-        datetime.fromisoformat(found.start.utc)
-    except (OcmmError, ValueError, RecursionError):
-        return None
-    return found.start if state.sound and state.station == THIS_STATION else None
-
-
 def _read(path: Path, name: str) -> KnownEnd | None:
-    content = guarded_content(path, _WHAT)
+    content = guarded_content(path, MEMORY)
     if content is None:
         return None
     try:
@@ -246,7 +164,7 @@ def _migrate(folder: Path) -> None:
     known: dict[Path, KnownEnd] = {}
     for path in sorted(folder.glob("*.json")):
         with contextlib.suppress(OcmmError, ValueError, RecursionError):
-            seen = msgspec.json.decode(guarded_content(path, _WHAT) or b"", type=KnownEnd)
+            seen = msgspec.json.decode(guarded_content(path, MEMORY) or b"", type=KnownEnd)
             if path == memory_file(seen.name):
                 known[path] = seen
     places = {seen.place: seen for seen in known.values() if seen.name.startswith(_PLACE)}
@@ -256,7 +174,7 @@ def _migrate(folder: Path) -> None:
             if seen.name.startswith(_HISTORY) and there is not None and there.link != seen.link:
                 late = msgspec.structs.replace(seen, replaced_by=seen.place)
                 _write(path, msgspec.json.encode(late), sync=True)
-        latest = max((seen.utc for seen in known.values()), default="", key=_order)
+        latest = max((seen.utc for seen in known.values()), default="", key=order_of)
         _write(
             clock,
             msgspec.json.encode(KnownEnd(name=_CLOCK, count=0, link="", utc=latest)),
@@ -267,7 +185,7 @@ def _migrate(folder: Path) -> None:
                 path.unlink()
 
 
-def _order(utc: str) -> float:
+def order_of(utc: str) -> float:
     with contextlib.suppress(ValueError):
         return datetime.fromisoformat(utc).timestamp()
     return -float("inf")
