@@ -13,7 +13,6 @@ from ocmm_core.doctor import _disk_checks as on_disk
 from ocmm_core.doctor import _kernel_checks as in_kernel
 from ocmm_core.doctor import _record_checks as in_records
 from ocmm_core.doctor import _rights_checks as of_rights
-from ocmm_core.doctor import _time_checks as in_time
 from ocmm_core.doctor._changes import SystemChange
 from ocmm_core.doctor._computer import Computer, NotAskedError
 from ocmm_core.doctor._result import SCHEMA, Answer, CheckResult, DoctorReport, Light, worst_of
@@ -79,9 +78,9 @@ CHECKS = (
         "clock",
         "Clock",
         "synchronised; not before what the station remembers; near the clock of the board",
-        in_time.clock,
+        at_desk.clock,
     ),
-    CheckSpec("time_zone", "Time zone", "set", in_time.time_zone),
+    CheckSpec("time_zone", "Time zone", "set", at_desk.time_zone),
     CheckSpec(
         "disk",
         "Disk",

@@ -5,7 +5,7 @@ In: points, events, documents of a job. Out: one SQLite file per job, and the sa
 Read `_job_file` (the file and its guarantees), `_job_reader` (contents), `_tables` and `_rows`
 (rows, bit for bit), `_job_steps` (points and annulments in order), `_audit` (the hash-linked
 chain), `_job_seal` (signatures), `_job_writer` (transactions until the disk fails), `_job_keeper`
-(rescue if the name is lost), `_event_text`, `_connection` and `_faults` (faults as sentences),
+(rescue if the name is lost), `_connection` and `_faults` (faults as sentences),
 `_job_content` with `_write_ahead_log` (the only access for readers), `_guard` and `_checks` (limits
 and checks of foreign files), `_migrations` (versions), `_glance` (a read-only summary),
 `_held_jobs` (jobs held by an archive).
@@ -20,7 +20,6 @@ from ocmm_core.door import door
 
 if TYPE_CHECKING:
     from ocmm_core.storage._audit import AUDITED, AuditedStep, digest_row, now_utc
-    from ocmm_core.storage._event_text import bad_event, event_value
     from ocmm_core.storage._faults import damaged, no_job, not_writable, saved_sentence
     from ocmm_core.storage._glance import JobSummary, read_summary
     from ocmm_core.storage._guard import HeldConnection, database_content, open_in_place
@@ -37,13 +36,19 @@ if TYPE_CHECKING:
     from ocmm_core.storage._job_reader import NAMED
     from ocmm_core.storage._job_seal import ADOPTED, JobSeal, judge_head
     from ocmm_core.storage._job_steps import JobStep
-    from ocmm_core.storage._rows import JobEvent, JobHead, JobReference, make_head
+    from ocmm_core.storage._rows import (
+        JobEvent,
+        JobHead,
+        JobReference,
+        bad_event,
+        event_value,
+        make_head,
+    )
     from ocmm_core.storage._tables import CLOCK, Observed
 else:
     __getattr__ = door(
         __name__,
         _audit="AUDITED AuditedStep digest_row now_utc",
-        _event_text="bad_event event_value",
         _faults="damaged no_job not_writable saved_sentence",
         _glance="JobSummary read_summary",
         _guard="HeldConnection database_content open_in_place",
@@ -54,7 +59,7 @@ else:
         _job_reader="NAMED",
         _job_seal="ADOPTED JobSeal judge_head",
         _job_steps="JobStep",
-        _rows="JobEvent JobHead JobReference make_head",
+        _rows="JobEvent JobHead JobReference bad_event event_value make_head",
         _tables="CLOCK Observed",
     )
 

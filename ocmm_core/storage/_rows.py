@@ -8,16 +8,35 @@ import uuid
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
+import msgspec
 import numpy as np
 
 from ocmm_core import __version__
-from ocmm_core.documents import read_text
+from ocmm_core.documents import decode_json, read_text
 from ocmm_core.errors import StorageError
 from ocmm_core.geometry import Float
 from ocmm_core.measuring import MeasuredPoint
 from ocmm_core.storage._audit import Value, now_utc
+
+T = TypeVar("T")
+
+
+def event_value(kind: str, text: str, form: type[T]) -> T:
+    """Return the value in the text of an event; StorageError if malformed."""
+    try:
+        return decode_json(text, form)
+    except msgspec.MsgspecError as error:
+        raise bad_event(kind, str(error)) from error
+
+
+def bad_event(kind: str, why: str) -> StorageError:
+    return StorageError(
+        "job.event",
+        f"The event '{kind}' in the job cannot be read: {why}.",
+        "Open the job with the program version that wrote it.",
+    )
 
 
 @dataclass(frozen=True, slots=True)

@@ -7,12 +7,33 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from ocmm_core.errors import OcmmError
-from ocmm_core.export.report import ReportData
+from ocmm_core.export.report import ReportData, report_of_job
+from ocmm_core.inspection.archive import Tell, reopen_job
 from ocmm_core.inspection.evaluation import JobView
 from ocmm_gui.bridge import StationBridge
 from ocmm_gui.kit import header_words, said, tr
-from ocmm_gui.results._opening import OpenedJob
 from ocmm_gui.work import Failed
+
+
+@dataclass(frozen=True, slots=True)
+class OpenedJob:
+    """Data of an opened job file."""
+
+    path: Path
+    report: ReportData
+    doubts: tuple[str, ...]
+    """Findings against the file, in sentences."""
+    remarks: tuple[str, ...] = ()
+    """Remarks that are no findings."""
+
+
+def opened_job(
+    path: Path, tell: Tell, *, probes: Path | None = None, calibrations: Path | None = None
+) -> OpenedJob:
+    """Return a job from its own file, recalculated; errors and folders as `reopen_job`."""
+    job = reopen_job(path, probes, tell, calibrations)
+    return OpenedJob(path, report_of_job(job), job.doubts, job.remarks)
+
 
 Ask = Callable[[Callable[[ReportData], None], Failed], None]
 """Requests a report; one callback is called, now or later, on the window's thread."""

@@ -31,8 +31,7 @@ from ocmm_gui.kit import (
     verdict_mark,
 )
 from ocmm_gui.results._deviation_view import DeviationView
-from ocmm_gui.results._job_source import JobSource
-from ocmm_gui.results._opening import OpenedJob, opened_job
+from ocmm_gui.results._job_source import JobSource, OpenedJob, opened_job
 from ocmm_gui.results._result_detail import ResultDetail
 from ocmm_gui.results._result_table import ResultTable
 from ocmm_gui.scene import Diamonds, Item, Orbit, OrbitView, Tag, paint_scene

@@ -22,7 +22,7 @@ from ocmm_core.inspection.causes import Cause, Explanation
 from ocmm_core.tolerances.decisions import Verdict
 from ocmm_gui.reports import _pdf as pdf
 from ocmm_gui.results import JobSource, ResultsSheet
-from ocmm_gui.results._opening import opened_job
+from ocmm_gui.results._job_source import opened_job
 from ocmm_gui.results._results_sheet import DrivingPoints
 from tests.gui.pdf_texts import texts
 from tests.host import HANG_MS

@@ -13,7 +13,7 @@ from pytestqt.qtbot import QtBot
 
 from ocmm_core.inspection.archive import reopen_job
 from ocmm_gui.results import JobSource
-from ocmm_gui.results._opening import opened_job
+from ocmm_gui.results._job_source import opened_job
 from tests.host import HANG_MS
 
 if TYPE_CHECKING:

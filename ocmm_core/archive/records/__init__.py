@@ -2,8 +2,8 @@
 
 In: a job file. Out: consistent rows, or the reason why nothing of it counts.
 
-Read `_rows` (contents), `_checks` (conditions for storing), `_extract` (rows from a file), `_shown`
-(display of row texts).
+Read `_rows` (contents, and their display), `_checks` (conditions for storing) and `_extract` (rows
+from a file).
 It must not know how rows are stored.
 """
 
@@ -36,17 +36,18 @@ if TYPE_CHECKING:
         Sender,
         UseRow,
         delivery_claim,
+        shown_text,
         station_claim,
     )
-    from ocmm_core.archive.records._shown import shown_text
 else:
     __getattr__ = door(
         __name__,
         _checks="check_delivery check_mark utc_text",
         _extract="Extract ExtractedJob extract_job signature_of snapshot",
-        _rows="FORGED LONGEST_SENTENCE NOT_SIGNED SIGNED USES Delivery JobRecord JobRow MarkRow "
-        "ResultRow Sender UseRow delivery_claim station_claim",
-        _shown="shown_text",
+        _rows=(
+            "Delivery FORGED JobRecord JobRow LONGEST_SENTENCE MarkRow NOT_SIGNED ResultRow "
+            "SIGNED Sender USES UseRow delivery_claim shown_text station_claim"
+        ),
     )
 
 __all__ = [

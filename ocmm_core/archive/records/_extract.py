@@ -23,8 +23,8 @@ from ocmm_core.archive.records._rows import (
     JobRow,
     ResultRow,
     UseRow,
+    shown_text,
 )
-from ocmm_core.archive.records._shown import shown_text
 from ocmm_core.calibration.records import record_hash
 from ocmm_core.errors import OcmmError
 from ocmm_core.inspection.archive import ReopenedJob, StoredDocuments, reopen_alone, why_not_counted

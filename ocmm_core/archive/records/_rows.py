@@ -8,6 +8,15 @@ import msgspec
 
 from ocmm_core.tolerances.decisions import PartWord, Verdict
 
+
+def shown_text(text: str, instead: str = "\N{REPLACEMENT CHARACTER}") -> str:
+    """Replace control, format and surrogate characters in a text, and limit its length."""
+    kept = text[:LONGEST_SENTENCE]
+    if kept.isprintable():
+        return kept
+    return "".join(c if c.isprintable() else instead for c in kept)
+
+
 JobState = Literal["finished", "paused", "open"]
 STATES: tuple[JobState, ...] = ("finished", "paused", "open")
 UseKind = Literal["calibration", "tip", "probe", "artefact", "rig", "plan", "reference"]

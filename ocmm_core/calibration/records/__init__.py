@@ -25,6 +25,8 @@ if TYPE_CHECKING:
         Sphere,
         load_bar,
         load_sphere,
+        rests_on,
+        same_serial,
     )
     from ocmm_core.calibration.records._camera_memory import (
         check_camera_temperature,
@@ -111,7 +113,6 @@ if TYPE_CHECKING:
         seal,
         seal_signed,
     )
-    from ocmm_core.calibration.records._serials import rests_on, same_serial
     from ocmm_core.calibration.records._trends import Course, Sample
     from ocmm_core.calibration.records._usable import (
         PRACTICE,
@@ -125,7 +126,7 @@ if TYPE_CHECKING:
 else:
     __getattr__ = door(
         __name__,
-        _artefacts="Artefact LengthBar Sphere load_bar load_sphere",
+        _artefacts="Artefact LengthBar Sphere load_bar load_sphere rests_on same_serial",
         _camera_memory="compare_with_cameras check_camera_temperature write_to_cameras",
         _chain_seal="NAME",
         _events="Event EventKind TipEvent TipEventKind TipRecords judgements",
@@ -154,7 +155,6 @@ else:
         _sealed=(
             "SignedRecord canonical load load_named load_signed record_hash save seal seal_signed"
         ),
-        _serials="rests_on same_serial",
         _trends="Course Sample",
         _usable=(
             "PRACTICE Blocker CalibrationStatus is_practice judge practice_name require_real_name"

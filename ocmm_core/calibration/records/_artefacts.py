@@ -7,6 +7,7 @@ fifth: warning).
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from itertools import pairwise
@@ -25,6 +26,25 @@ from ocmm_core.calibration.records._findings import Finding
 from ocmm_core.calibration.records._records import ArtefactUse
 from ocmm_core.documents import Document, digest, load_document
 from ocmm_core.errors import InputError
+
+
+def same_serial(one: str, other: str) -> bool:
+    """Return whether two serial numbers agree, ignoring case, blanks and punctuation.
+
+    Text without a letter or digit is no serial number and equals no other.
+    """
+    bare = _bare(one)
+    return bool(bare) and bare == _bare(other)
+
+
+def rests_on(artefacts: Sequence[ArtefactUse], serial: str) -> bool:
+    """Return whether a result rests on an artefact with this serial number."""
+    return any(same_serial(one.serial, serial) for one in artefacts)
+
+
+def _bare(serial: str) -> str:
+    return "".join(letter for letter in serial.casefold() if letter.isalnum())
+
 
 BAR_SCHEMA = "ocmm.length-bar/1"
 SPHERE_SCHEMA = "ocmm.sphere/1"

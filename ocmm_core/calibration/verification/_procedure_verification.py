@@ -43,7 +43,6 @@ from ocmm_core.calibration.guided import (
 )
 from ocmm_core.calibration.probe_design import Temperature
 from ocmm_core.calibration.records import CalibrationStore, LengthBar, Sphere, let_pass
-from ocmm_core.calibration.verification._artefacts import judge_independence
 from ocmm_core.calibration.verification._limits import Limits
 from ocmm_core.calibration.verification._line_planning import CORNER_NAMES, plan_lines
 from ocmm_core.calibration.verification._state import (
@@ -58,7 +57,7 @@ from ocmm_core.calibration.verification._state import (
     VerificationEvent,
     VerificationState,
 )
-from ocmm_core.calibration.verification._verdict import uses_of, verdict
+from ocmm_core.calibration.verification._verdict import judge_independence, uses_of, verdict
 from ocmm_core.calibration.verification._verification import SPHERE_POINTS, judge_nest, worst
 from ocmm_core.camera import Rig
 from ocmm_core.chain_file import ChainFile

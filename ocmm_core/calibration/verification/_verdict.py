@@ -31,6 +31,7 @@ from ocmm_core.calibration.guided import (
 from ocmm_core.calibration.records import (
     VERIFICATION_SCHEMA,
     ArtefactUse,
+    CameraRecord,
     Corner,
     ErrorInterval,
     Finding,
@@ -39,6 +40,7 @@ from ocmm_core.calibration.records import (
     RepeatedSeat,
     Sphere,
     VerificationRecord,
+    same_serial,
 )
 from ocmm_core.calibration.verification._line_planning import CORNER_SHARE
 from ocmm_core.calibration.verification._state import SphereTouched, Taken, VerificationState
@@ -46,6 +48,36 @@ from ocmm_core.calibration.verification._verification import sphere_checks
 from ocmm_core.errors import CalibrationError
 from ocmm_core.fieldbus.described import UNPROVEN_CAMERAS, doubts_by_name
 from ocmm_core.geometry import Float, perpendicular_pair, unit
+
+
+def judge_independence(
+    uses: Sequence[ArtefactUse], calibration: CameraRecord | None
+) -> list[Finding]:
+    """Return objections to artefacts that gave the calibration its scale.
+
+    Artefacts are the same if serial number or certificate file agree.
+    """
+    known = () if calibration is None else calibration.artefacts
+    same = [use for use in uses if any(_is_same(use, one) for one in known)]
+    return [
+        Finding(
+            "verification.same_artefact",
+            f"The cameras were calibrated with the same '{use.name}' (serial {use.serial}): a "
+            "certificate error would go unnoticed, so this is not an independent check.",
+            "Verify with another certified length: a second bar, or a bar whose nests are those "
+            "of a certified ball bar. If you have only one, keep it for verifications and "
+            "borrow another for the calibration.",
+            refuses=True,
+        )
+        for use in dict.fromkeys(same)
+    ]
+
+
+def _is_same(one: ArtefactUse, other: ArtefactUse) -> bool:
+    if same_serial(one.serial, other.serial):
+        return True
+    return bool(one.certificate_sha256) and one.certificate_sha256 == other.certificate_sha256
+
 
 TIP = "verification.tip"
 _SIGMAS = 5.0

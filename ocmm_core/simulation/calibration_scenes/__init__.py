@@ -5,7 +5,7 @@ tips.
 
 Start with `_scenes` (targets, waved probe, bar, nests), `_motions` (their motion), `_calibrating`
 (camera views) and `_calibrating_source` (frame source); then `_pivot_scenes`, `_tip_scenes`,
-`_verifying`, and `_resting_spots` (averaged spots without frames, for many runs). `_made_records`
+and `_resting_spots` (averaged spots without frames, for many runs). `_made_records`
 and `_made_probe_records` provide finished records.
 It imports the procedures that it serves; they do not import it.
 """
@@ -38,9 +38,11 @@ if TYPE_CHECKING:
         SweepProbe,
     )
     from ocmm_core.simulation.calibration_scenes._resting_spots import (
+        SEATS,
         Holds,
         VirtualRests,
         places_of_bar,
+        stand_of,
     )
     from ocmm_core.simulation.calibration_scenes._scenes import (
         FrameMove,
@@ -52,7 +54,6 @@ if TYPE_CHECKING:
         TouchSphere,
     )
     from ocmm_core.simulation.calibration_scenes._tip_scenes import TipFault, TouchWithTip
-    from ocmm_core.simulation.calibration_scenes._verifying import SEATS, stand_of
 else:
     __getattr__ = door(
         __name__,
@@ -62,10 +63,9 @@ else:
         _made_records="RECORDS_MADE made_camera_record made_verification",
         _motions="WAY_S",
         _pivot_scenes="ScriptedJump SeatFault SweepProbe",
-        _resting_spots="Holds VirtualRests places_of_bar",
+        _resting_spots="Holds SEATS VirtualRests places_of_bar stand_of",
         _scenes="FrameMove FreeMotionScene Scene ShowBar TargetScene TouchSeats TouchSphere",
         _tip_scenes="TipFault TouchWithTip",
-        _verifying="SEATS stand_of",
     )
 
 __all__ = [

@@ -3,7 +3,7 @@
 In: snapshots of a procedure. Out: panels, forms, pictures and gates used by several pages.
 
 Start with `_shown` (common types), `_pages` and `_hands_pages` (collecting pages); then
-`_live_panel`, `_gate`, `_far_banner`, `_picture` and `_probe_picture`, `_forms`, `_facts`,
+`_live_panel`, `_far_banner`, `_picture` and `_probe_picture`, `_forms`, `_facts`,
 `_result_frame`, `_calculation` (in a separate process), `_messages` (texts).
 It must not import pages of single wizards.
 """
@@ -19,13 +19,14 @@ if TYPE_CHECKING:
     from ocmm_gui.wizards.parts._facts import Facts, figures_area
     from ocmm_gui.wizards.parts._far_banner import Told
     from ocmm_gui.wizards.parts._forms import TEMPERATURE, THERMOMETER, WHO, Field
-    from ocmm_gui.wizards.parts._gate import gate_words, is_unstored
     from ocmm_gui.wizards.parts._hands_pages import HandsPage, ProbePreparePage
     from ocmm_gui.wizards.parts._live_panel import Score
     from ocmm_gui.wizards.parts._messages import (
         CALIBRATION_ENDS,
         VERDICT_ENDS,
         WizardTexts,
+        gate_words,
+        is_unstored,
         practice_title,
     )
     from ocmm_gui.wizards.parts._pages import (
@@ -58,7 +59,6 @@ else:
         _facts="Facts figures_area",
         _far_banner="Told",
         _forms="Field TEMPERATURE THERMOMETER WHO",
-        _gate="gate_words is_unstored",
         _hands_pages="HandsPage ProbePreparePage",
         _live_panel="Score",
         _pages="CollectPage KnownPointsPage LinesPage SeatsPage StepPage",
@@ -67,7 +67,9 @@ else:
         _probe_picture="ProbePicture",
         _result_frame="PlotTabs ResultFrame Said",
         _shown="Calculation Seen ShownProcedure Tap TemperatureReadings",
-        _messages=("CALIBRATION_ENDS VERDICT_ENDS WizardTexts practice_title"),
+        _messages=(
+            "CALIBRATION_ENDS VERDICT_ENDS WizardTexts gate_words is_unstored practice_title"
+        ),
     )
 
 __all__ = [

@@ -26,9 +26,9 @@ from ocmm_core.calibration.records import (
 )
 from ocmm_core.calibration.tip import QUALIFICATION_RINGS, frame_about, sphere_layout
 from ocmm_core.calibration.verification import Limits, VerificationProcedure, fit_sphere
-from ocmm_core.calibration.verification._artefacts import judge_independence
 from ocmm_core.calibration.verification._line_planning import plan_lines
 from ocmm_core.calibration.verification._state import VerificationBegun, VerificationState, third_of
+from ocmm_core.calibration.verification._verdict import judge_independence
 from ocmm_core.calibration.verification._verification import form_of, judge_nest
 from ocmm_core.camera import Rig, load_rig
 from ocmm_core.documents import resource
