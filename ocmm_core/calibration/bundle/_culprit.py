@@ -1,12 +1,11 @@
 """Find the faulty element behind contradictory observations.
 
-An adjustment spreads a misfit over all uncertain unknowns and so blames no element. Each suspect is
-therefore tested alone: another bar length, a displaced LED, a scaled probe, a changed lens, a
-camera that was shifted at some moment or drifted. Its worth is the likelihood ratio against
-"nothing is wrong", less the chance gain of its free size and of the search over moments (evidence
-of a normal prior of usual size; D. J. C. MacKay, Neural Computation 4, 1992). The best suspects are
-then fitted fully, not to first order. Suspects of similar worth are reported together: the
-observations cannot separate them, so further evidence is needed.
+An adjustment spreads a misfit over all uncertain unknowns. Each suspect is therefore tested alone:
+bar length, displaced LED, scaled probe, changed lens, shifted or drifted camera. Its worth is the
+likelihood ratio against "nothing is wrong", less the chance gain of its free size and of the search
+over moments (evidence of a normal prior of usual size; D. J. C. MacKay, Neural Computation 4,
+1992). The best are then fitted fully. Suspects of similar worth are reported together: the
+observations cannot separate them.
 """
 
 from __future__ import annotations
@@ -118,8 +117,8 @@ def examine(
 ) -> CulpritVerdict | None:
     """Return the verdict; None if the observations cannot determine a fault.
 
-    The bundle is near its minimum, with all uncertain unknowns free; ``dof`` is that of its
-    chi-square. ``exactly`` adjusts, and fits the best suspects fully; otherwise first order at
+    The bundle is near its minimum with all uncertain unknowns free; ``dof`` is that of its
+    chi-square. ``exactly`` adjusts and fits the best suspects fully; otherwise first order at
     ``start``.
     """
     state = adjust(data, prior, start).state if exactly else start
@@ -138,8 +137,6 @@ _WHOLE = {Culprit.LED: Culprit.PROBE, Culprit.SIZE: Culprit.PROBE, Culprit.LENS:
 
 @dataclass(frozen=True, slots=True)
 class _Round:
-    """A search for one fault."""
-
     verdict: CulpritVerdict
     trials: Sequence[_Trial]
     ranked: Sequence[Suspect]
@@ -177,10 +174,7 @@ def _round(history: BlockHistory, dof: int, tried: int) -> _Round:
 
 
 def _with_others(found: _Round, dof: int) -> CulpritVerdict:
-    """Return the verdict with the faults that remain once the first is granted.
-
-    The best single suspect of two faults may be neither: pairs compete with it.
-    """
+    """Return the verdict with further faults; pairs compete with the best single one."""
     first, history = found.verdict, found.verdict.history
     pairs: list[tuple[Suspect, _Round]] = []
     for one in _one_of_each(found.ranked)[:_PAIRED]:
@@ -395,7 +389,6 @@ def _keys(suspects: Sequence[Suspect]) -> set[tuple[Culprit, int]]:
 
 
 def _one_of_each(suspects: Sequence[Suspect]) -> tuple[Suspect, ...]:
-    """Return the best suspect of each cause and subject, in their order."""
     found: dict[tuple[Culprit, int], Suspect] = {}
     for one in suspects:
         found.setdefault((one.cause, one.subject), one)

@@ -90,8 +90,7 @@ class BundleState:
     bar_rotations: Float
     bar_origins: Points3
     """`bar_rotations`, `bar_origins`: (m, 3, 3) and (m, 3), mm: poses of the shown bars, which lie
-    along their x, world from bar.
-    """
+    along their x, world from bar."""
 
     @property
     def columns(self) -> Columns:
@@ -103,10 +102,7 @@ class BundleState:
         return np.stack([LensCamera(camera).packed() for camera in self.cameras])
 
     def values(self) -> Float:
-        """Return the values that a prior may constrain, in column order.
-
-        Positions of cameras and seats are zero: they have no prior.
-        """
+        """Return the values a prior may constrain; zero for cameras' and seats' positions."""
         columns = self.columns
         values = np.zeros(columns.count)
         for index, camera in enumerate(self.cameras):
@@ -163,11 +159,7 @@ class BundleState:
         )
 
     def world_motions(self) -> Float:
-        """Return the derivatives of the common unknowns by world motions, (k, 6).
-
-        Three small rotations (rad) about the world axes and three shifts (mm) of everything,
-        cameras included: no spot changes.
-        """
+        """Return derivatives (k, 6) by small world rotations (rad) and shifts (mm) of all."""
         columns = self.columns
         motions = np.zeros((columns.count, 6))
         for index, camera in enumerate(self.cameras):
@@ -182,10 +174,7 @@ class BundleState:
         return motions
 
     def body_motions(self) -> Float:
-        """Return the derivatives of the common unknowns by probe-frame motions, (k, 6).
-
-        Small rotations and shifts of LEDs and tip, compensated by the poses: no spot changes.
-        """
+        """Return derivatives (k, 6) by motions of LEDs and tip that the poses compensate."""
         columns = self.columns
         motions = np.zeros((columns.count, 6))
         body = motions[columns.of_leds.start : columns.of_tip.stop]

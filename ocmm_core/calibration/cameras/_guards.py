@@ -1,7 +1,6 @@
 """Criteria that a camera calibration must meet.
 
-Each violated limit is a finding with reason and remedy that refuses or warns. The user may overrule
-those on the design of the calibration, but not a contradiction between cameras and list of points.
+Findings on its design may be overruled, but not a contradiction between cameras and points.
 """
 
 from __future__ import annotations

@@ -93,13 +93,7 @@ def articulate(
     chance: float = ARTICULATION_CHANCE,
     seat_sigma_mm: float = SEAT_SIGMA_MM,
 ) -> Articulation:
-    """Return the spread of the tips of two or more attitudes, with its limits.
-
-    Raises
-    ------
-    CalibrationError
-        Fewer than two.
-    """
+    """Return the spread of the tips, with its limits; CalibrationError below two attitudes."""
     n = len(touches)
     if n < 2:
         raise CalibrationError(

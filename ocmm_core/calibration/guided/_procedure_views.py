@@ -84,8 +84,7 @@ class RelocationView:
     coverage: VolumeCoverage
     length_sigma_mm: float | None
     """Predicted standard uncertainty of a length of ``length_mm`` anywhere in the volume, from the
-    data collected (`predict`); None before the first prediction.
-    """
+    data collected (`predict`); None before the first prediction."""
     length_mm: float
     length_limit_mm: float
     """`length_mm`, `length_limit_mm`: Test length, and its sufficient uncertainty."""

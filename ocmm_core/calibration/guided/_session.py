@@ -1,8 +1,7 @@
 """State of a guided procedure, folded from its session file.
 
-Every event is one line of a chained file (`chain_file`), on disk before the call that made it
-returns. `GuidedProcedure` is the common base; a procedure defines how an event changes its state.
-Nothing else may change the state, so reading the file again reproduces it.
+Every event is one line of a chained file (`chain_file`), on disk before its call returns; nothing
+else may change the state. `GuidedProcedure` is the common base.
 """
 
 from __future__ import annotations
@@ -86,17 +85,8 @@ def require_fresh_temperature(read: datetime | None, now: datetime) -> None:
 class GuidedProcedure(ABC, Generic[E, O]):
     """Base of all procedures; see `procedure.Procedure`.
 
-    Parameters
-    ----------
-    chain
-        Session file with at least its first line, ``begun``.
-    store
-        Destination of the accepted result.
-
-    Raises
-    ------
-    CalibrationError
-        The session was started with another rig.
+    ``chain`` has at least its first line, ``begun``; ``store`` gets the accepted result.
+    CalibrationError if the session was started with another rig.
     """
 
     kind: ProcedureKind
@@ -143,7 +133,7 @@ class GuidedProcedure(ABC, Generic[E, O]):
 
     @abstractmethod
     def _seen(self) -> Live:
-        """Return the current live view."""
+        pass
 
     @abstractmethod
     def _wants(self) -> bool:
@@ -269,8 +259,7 @@ class GuidedProcedure(ABC, Generic[E, O]):
     def record_temperature(self, now: datetime, sensors_c: Sequence[float | None]) -> None:
         """Record the temperature of the cameras' sensors, degrees Celsius, during observations.
 
-        Changes below `WARMTH_STEP_K` and missing values are ignored; nothing changes once there is
-        a result.
+        Changes below `WARMTH_STEP_K`, missing values, and readings after a result are ignored.
         """
         known = tuple(value for value in sensors_c if value is not None)
         with self._lock:
@@ -282,13 +271,7 @@ class GuidedProcedure(ABC, Generic[E, O]):
                 self._append(Warmed(utc=utc_text(now), sensors_c=known))
 
     def note_temperature(self, now: datetime, temperature: Temperature) -> None:
-        """Record a reading of the thermometer; the session then counts at the mean temperature.
-
-        Raises
-        ------
-        InputError
-            A certificate of the session does not cover that temperature.
-        """
+        """Record a room temperature, to count at the mean; InputError if not certified."""
         event = Reread(
             utc=utc_text(now), celsius=temperature.celsius,
             expanded_k=2.0 * temperature.sigma_k, thermometer=temperature.origin,
@@ -298,15 +281,12 @@ class GuidedProcedure(ABC, Generic[E, O]):
             self._append(event)
 
     def _read_at(self) -> datetime | None:
-        """Return when the thermometer was last read; None without a temperature."""
+        """Return the time of the last thermometer reading; None without a temperature."""
         last = self._readings[-1] if self._readings else self._typed
         return None if self._typed.temperature_c is None else datetime.fromisoformat(last.utc)
 
     def compute(self, elsewhere: Callable[[], O] | None = None) -> None:
-        """Calculate the result of the present observations; see `procedure.Procedure.compute`.
-
-        ``elsewhere`` returns the result of another process that resumed the same session.
-        """
+        """Calculate the result; ``elsewhere``: result of another process for this session."""
         with self._lock:
             calculate, version = elsewhere or self._calculation(), self._version
         try:
@@ -363,7 +343,7 @@ class GuidedProcedure(ABC, Generic[E, O]):
             self._change(line.event)
 
     def _refuse_older(self, which: str) -> None:
-        """Refuse to resume a session of an older version, which lacks what ``which`` says."""
+        """Refuse to resume a session of an older version, which lacks ``which``."""
         if self._decided is None:
             raise CalibrationError(
                 "session.older",

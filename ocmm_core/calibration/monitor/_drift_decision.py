@@ -22,8 +22,7 @@ from ocmm_core.tracking import ProbeBody
 
 _SHARE, _BY_CHANCE = 0.9, 15.0
 """One axis is named alone if it explains this share of the gain of all, or all but the amount that
-five more free parameters explain by chance in 99 of 100 cases.
-"""
+five more free parameters explain by chance in 99 of 100 cases."""
 
 _TEXTS = (
     ("pitch about", 1e6, "µrad"), ("yaw about", 1e6, "µrad"), ("roll about", 1e6, "µrad"),
@@ -119,8 +118,7 @@ class MonitorOptions:
     looks: int = 40
     every: int = 10
     """`looks`, `every`: Number of latest looks examined together, whenever ``every`` new ones
-    arrived.
-    """
+    arrived."""
     sparse: int = 30
     """Every n-th look is kept for slow changes; ``looks`` of them are examined together."""
     floor_px: float = 0.0004
@@ -167,8 +165,8 @@ def examine(
 ) -> DriftReport:
     """Return the verdict on the calibration from looks, ``since_ns`` left open.
 
-    At least three looks into nests with known places (`ResidualSample.known_tip_world`) also
-    identify the moved element.
+    Three looks into nests with known places (`ResidualSample.known_tip_world`) identify the
+    element.
     """
     scores = score_changes(list(looks), rig, body, belief, options.floor_px)
     cause, cameras, what = _judge(scores, rig, options)
@@ -227,7 +225,7 @@ def _chance(change: PossibleChange) -> float:
 
 
 def _worth(change: PossibleChange) -> float:
-    """Return the score less the chance gain of free parameters (H. Akaike, IEEE TAC 19, 1974)."""
+    """Return the score less the chance gain of parameters (H. Akaike, IEEE TAC 19, 1974)."""
     return change.score - 2.0 * change.dof
 
 

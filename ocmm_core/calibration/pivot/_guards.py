@@ -38,10 +38,10 @@ class CameraTips:
 
 
 def tips_by_cameras(rig: Rig, sweep: PivotSweep, state: PivotState, slack_mm: float) -> CameraTips:
-    """Return what camera errors do to the tips of frames, after the adjustment has followed them.
+    """Return what camera errors do to the tips of frames, after the adjustment.
 
     Noise-free spots of wrong cameras are adjusted with the calibrated ones by one step, and each
-    frame is then solved alone, as `free_poses` does for those of the sweep.
+    frame is then solved alone, as in `free_poses`.
     """
     some = np.arange(0, len(sweep.uv), max(1, len(sweep.uv) // _FRAMES))
     state = replace(state, rotations=state.rotations[some], slacks=state.slacks[some])
@@ -168,22 +168,12 @@ def find_jump(
     """Return the most probable displacement of the ball, sudden or gradual.
 
     Tips of single frames are averaged over twenty parts of the sweep, weighted by their
-    covariances. Camera and sensor errors depend on the attitude, and a slow hand drifts in
-    attitude: a step in time is estimated together with the errors of the cameras, by their own
-    covariance at that place, and with a slope over each rotation axis for those of the sensors.
-    Scatter of the parts beyond that counts as noise.
-
-    Parameters
-    ----------
-    used
-        (n,): frames used.
-    centre
-        (3,), mm, world: approximate ball centre.
-    common
-        Fraction of a frame's variance shared by neighbouring frames (sensor pattern): does not
-        average out within a part.
-    by_cameras
-        Shifts by the errors of the cameras; None if they are exact.
+    covariances. Camera and sensor errors depend on the attitude, which drifts: a step in time is
+    estimated together with the errors of the cameras (``by_cameras``: shifts; None if exact), by
+    their covariance, and with a slope over each rotation axis for those of the sensors. Scatter
+    beyond that is noise. ``used`` (n,): frames; ``centre`` (3,), mm, world, approximate;
+    ``common``: fraction of a frame's variance shared by neighbours (sensor pattern), which does not
+    average out within a part.
     """
     frames = np.flatnonzero(used & free.solved)
     if len(frames) < 2 * _PARTS:

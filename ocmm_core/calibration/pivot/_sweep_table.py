@@ -44,11 +44,8 @@ def load_sweeps(
 ) -> SweepTable:
     """Return both sweeps of the table at ``path``.
 
-    Raises
-    ------
-    InputError
-        Not such a table, or it lacks a sweep, or a row has an unknown sweep, camera or LED, or
-        repeats a spot.
+    InputError: not such a table, a missing sweep, an unknown sweep, camera or LED, or a repeated
+    spot.
     """
     read = read_pixels(path, _COLUMNS, options)
     table = read.table

@@ -30,8 +30,7 @@ BAR_SCHEMA = "ocmm.length-bar/1"
 SPHERE_SCHEMA = "ocmm.sphere/1"
 RATED_C = (10.0, 35.0)
 """Default temperature range: a workshop. Further from 20 degrees the certified expansion does not
-hold, and mounting and nests differ from their state at calibration.
-"""
+hold, and mounting and nests differ from their state at calibration."""
 
 U_WARNED, U_REFUSED = 1.0 / 5.0, 1.0 / 3.0
 """Expanded uncertainty of an artefact over the permissible error."""
@@ -96,9 +95,9 @@ class Artefact:
     temperatures: tuple[float, float] = RATED_C
 
     def at(self, length: float, temperature: Temperature | None) -> tuple[float, float]:
-        """Return a certified length at a temperature, and its expanded uncertainty (k = 2), mm.
+        """Return a certified length and its expanded uncertainty (k = 2), mm, at a temperature.
 
-        See `probe_design.certified_at`; raise InputError for a temperature outside the certificate.
+        See `probe_design.certified_at`; InputError for a temperature outside the certificate.
         """
         outside = self._outside(temperature)
         if outside is not None:
@@ -111,15 +110,7 @@ class Artefact:
     ) -> list[Finding]:
         """Return findings against its use for an error limit, mm, of a length, mm.
 
-        Parameters
-        ----------
-        temperature
-            Ambient; None if not measured.
-
-        Raises
-        ------
-        InputError
-            The temperature is implausible.
+        Ambient temperature, None if not measured; InputError if implausible.
         """
         outside = self._outside(temperature)
         found = [] if outside is None else [outside]
@@ -187,10 +178,7 @@ class Sphere:
 def load_bar(path: Path | str) -> LengthBar:
     """Return the length bar of a document.
 
-    Raises
-    ------
-    InputError
-        The document is malformed, has places that do not ascend, or LEDs other than two.
+    InputError: malformed, places that do not ascend, or LEDs other than two.
     """
     document = load_document(path, BarDocument, BAR_SCHEMA)
     for field, places in (("nests", document.nests), ("leds", document.leds)):

@@ -34,8 +34,7 @@ class ResidualMap(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fiel
     mean_u_px: tuple[float, ...]
     mean_v_px: tuple[float, ...]
     """`mean_u_px`, `mean_v_px`: Mean residual of each cell, row by row; zero for cells without
-    spots.
-    """
+    spots."""
     count: tuple[int, ...]
     """Spots in each cell."""
 
@@ -192,8 +191,7 @@ class VerificationRecord(
 ):
     """An independent check of a calibration.
 
-    Fields newer than an earlier version have defaults and are omitted at their default, so that
-    older records keep their hash.
+    New fields are omitted at their default, so that older records keep their hash.
     """
 
     schema: str
@@ -229,10 +227,7 @@ class VerificationRecord(
 def rig_from_record(record: CameraRecord) -> Rig:
     """Return the rig with the cameras of a record.
 
-    Raises
-    ------
-    CalibrationError
-        The covariance has the wrong shape or is not a covariance.
+    CalibrationError if the covariance has the wrong shape or is not a covariance.
     """
     size = N_PARAMETERS * len(record.cameras)
     rows = [list(row) for row in record.covariance]

@@ -8,10 +8,7 @@ from ocmm_core.calibration.records._records import ArtefactUse
 
 
 def same_serial(one: str, other: str) -> bool:
-    """Return whether two serial numbers agree, ignoring case, blanks and punctuation.
-
-    Text without a letter or digit is no serial number and equals no other.
-    """
+    """Return whether serial numbers agree, ignoring case, blanks and punctuation; empty: False."""
     bare = _bare(one)
     return bool(bare) and bare == _bare(other)
 

@@ -107,8 +107,8 @@ def judge_design(
 ) -> list[Finding]:  # fmt: skip
     """Return findings on the choice of frames and bars.
 
-    ``targets`` (n, 3), mm, world, are all LEDs seen by two cameras; ``scale_rests_on`` is the name
-    of the bar if it is the only reference of length, else None.
+    ``targets`` (n, 3), mm, world: LEDs seen by two cameras; ``scale_rests_on``: name of the bar if
+    it is the only reference of length.
     """
     found = []
     if frames < FEW_FRAMES:
@@ -272,10 +272,7 @@ def judge_knowledge(
 
 
 def judge_anchors(names: Sequence[str], anchors: Anchors, covariance: Float) -> list[Finding]:
-    """Return findings on displaced anchors of the world.
-
-    ``covariance`` is that of the common unknowns, (k, k).
-    """
+    """Return findings on displaced anchors; ``covariance`` (k, k) of the common unknowns."""
     variances = np.diag(anchors.follow @ covariance @ anchors.follow.T).reshape(-1, 3).sum(axis=1)
     residuals = np.linalg.norm(anchors.points - anchors.targets, axis=1)
     limits = ANCHOR_SIGMAS * np.sqrt(variances + 3.0 * anchors.sigma**2)

@@ -57,11 +57,8 @@ def build(
 ) -> RelocationProblem:
     """Return the bundle.
 
-    Raises
-    ------
-    CalibrationError
-        The observations do not match the rig or probe or are too few, no length gives the scale, or
-        the world frame refers to untouched seats.
+    CalibrationError if the observations do not match the rig or probe or are too few, no length
+    gives the scale, or the world frame refers to untouched seats.
     """
     _check(start, body, observed, options)
     frames = observed.frames
@@ -192,8 +189,8 @@ def thermal_shapes(
 ) -> tuple[Float, Float]:
     """Return growth of the unknowns (k,) by one kelvin of error of the thermometer.
 
-    First what bars and probe share, at the expected expansion of the probe; then the standard
-    uncertainty of the latter, independent of the bars.
+    First what bars and probe share, at the probe's expected expansion; then the standard
+    uncertainty of the latter.
     """
     shared, own = np.zeros(columns.count), np.zeros(columns.count)
     arms = (body.leds_probe - body.tip_probe).ravel()

@@ -67,13 +67,11 @@ class RelocationBegun(Begun, frozen=True, kw_only=True):
     control_positions: tuple[Vector3, ...]
     control_sigma: float
     """`control_names`, `control_positions`, `control_sigma`: Control points with world coordinates,
-    mm; empty unless they define the world frame.
-    """
+    mm; empty unless they define the world frame."""
     valid_days: int
     seats: int | None = None
     """Number of seats visited first and last: zero for recordings without them, None in sessions of
-    earlier versions.
-    """
+    earlier versions."""
 
 
 class PoseTaken(SessionEvent, frozen=True, kw_only=True):
@@ -117,8 +115,7 @@ class RelocationState:
     bar_ends: list[SeatTaken] = field(default_factory=list)
     seats: list[SeatTaken] = field(default_factory=list)
     """`poses`, `bars`, `bar_ends`, `seats`: In order; ``bar_ends``: of a touched bar, two a
-    placement.
-    """
+    placement."""
     visits: list[SeatVisited] = field(default_factory=list)
     """In order, of the seats that are visited first and last."""
     _since: int = 0

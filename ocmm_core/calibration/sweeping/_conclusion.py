@@ -50,12 +50,9 @@ class PivotMaterial:
 
 
 def conclude_pivot(given: PivotMaterial) -> PivotOutcome:
-    """Return the result of two sweeps; deterministic.
+    """Return the result of two sweeps, deterministic.
 
-    Raises
-    ------
-    CalibrationError
-        A sweep does not determine the probe, or a guard refuses.
+    CalibrationError if a sweep does not determine the probe, or a guard refuses.
     """
     begun = given.begun
     expected, options = begun.expected(given.body), begun.options()
@@ -113,12 +110,7 @@ def expected_tip(
 ) -> Vector3 | None:
     """Return the expected tip, mm, document frame; None if unknown.
 
-    The record in force for this tip is preferred over the document, which may have no place for it.
-
-    Raises
-    ------
-    CalibrationError
-        The record is of a probe with another number of LEDs.
+    From the record in force, else the document. CalibrationError for another number of LEDs.
     """
     if running is None:
         return None if tip_unknown else _vector(body.tip_probe)

@@ -28,8 +28,7 @@ class PivotBegun(Begun, frozen=True, kw_only=True):
     tip: str
     expected_tip: Vector3 | None
     """Expected tip, mm, document frame, from the calibration in force or the document; None if
-    unknown.
-    """
+    unknown."""
     cone: ArtefactUse | None
     """If named."""
     slack_mm: float
@@ -42,8 +41,7 @@ class PivotBegun(Begun, frozen=True, kw_only=True):
     valid_days: int
     again: bool | None = None
     """Whether the ball returns to the first cone at the end; False for recordings without it, None
-    in sessions of earlier versions.
-    """
+    in sessions of earlier versions."""
 
     def expected(self, body: ProbeBody) -> ProbeBody:
         """Return the probe with the expected tip."""

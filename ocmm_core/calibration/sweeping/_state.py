@@ -49,10 +49,7 @@ def steps_of(
     *,
     visited: bool,
 ) -> tuple[Step, ...]:
-    """Return the steps with their current gates.
-
-    ``again`` is the gate of the final visit of the first cone, ``visited`` whether it was recorded.
-    """
+    """Return the steps with their gates; ``again`` and ``visited`` are of the final visit."""
     cone = "the cone" if begun.cone is None else f"cone '{begun.cone.name}'"
     return (
         Step(
@@ -168,7 +165,6 @@ class SweepingState:
         self._forget(step)
 
     def _forget(self, step: str) -> None:
-        """Drop results derived from a sweep: the final visit must follow all sweeping."""
         self._progress.pop(step, None)
         self.visited = False
         if step == FIRST:
@@ -265,10 +261,9 @@ class SweepingState:
     def calculation(
         self, previous: ProbeRecord | None, *, forced: bool
     ) -> Callable[[], PivotOutcome]:
-        """Return the calculation of the result, independent of this state.
+        """Return the calculation; CalibrationError for an incomplete sweep.
 
-        ``previous`` is the record in force at the start. Raises CalibrationError for an incomplete
-        sweep.
+        ``previous`` is the record in force at the start.
         """
         for step in SWEEPS:
             gate = self.gate(step, forced=forced)

@@ -1,8 +1,8 @@
 """Select poses of a sweep from frames, and detect when the ball rests in its cone.
 
 The last millisecond of each ten is averaged, as for a waved probe. A pose is recorded when the
-probe has turned a little since the last one, which limits the session for a resting hand and at
-thousands of frames a second. Only the last poses and a pending batch are kept.
+probe has turned a little, which limits the session for a resting hand and at high frame rates. Only
+the last poses and a pending batch are kept.
 """
 
 from __future__ import annotations
@@ -72,9 +72,9 @@ class _Look:
 
 
 class SweepWatch:
-    """Processes the frames of one sweep of a probe with the expected tip.
+    """Processes the frames of one sweep; ``tip_known``: the tip has an expected place.
 
-    ``tip_known``: the tip has an expected place. ``first`` is the first sweep, for the second one.
+    ``first`` is the first sweep, for the second one.
     """
 
     def __init__(

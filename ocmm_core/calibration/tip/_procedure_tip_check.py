@@ -83,16 +83,10 @@ class TipCheckProcedure(TouchProcedure[TipCheckOutcome, TipCheckBegun]):
         cameras: CalibrationStore | None = None,
         hold_s: float = 0.0,
     ) -> TipCheckProcedure:
-        """Start a session; parameters as `TipQualificationProcedure.begin`.
+        """Start a session as `TipQualificationProcedure.begin`, with the qualified limits.
 
-        Diameter and limits are those of the qualification.
-
-        Raises
-        ------
-        CalibrationError
-            The tip is not mounted or was never qualified, or the sphere may not be used.
-        StorageError
-            The session file cannot be written.
+        CalibrationError if the tip is not mounted or was never qualified, or the sphere may not be
+        used; StorageError if the session file cannot be written.
         """
         records = mounted_records(store, tip)
         qualification = _qualified(records, None)

@@ -25,8 +25,7 @@ class TipLimits:
     """Permissible difference of the ball's diameter from its nominal one, mm."""
     diameter_sigma: float = 0.007
     """Sufficient standard uncertainty of the diameter, mm: comparison with the nominal one is then
-    as certain as in a quick check.
-    """
+    as certain as in a quick check."""
     points: int = 25
     places: int = 21
     """Minimum number of places of the layout; a stem may hide some."""

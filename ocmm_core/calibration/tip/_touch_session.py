@@ -1,7 +1,7 @@
 """Common part of the guided procedures for tip qualification and quick tip check.
 
-Steps ``prepare``, ``sphere``, ``cone``, ``result``. The program drops no point; the user may remove
-any, which the session file records.
+Steps ``prepare``, ``sphere``, ``cone``, ``result``. Only the user may remove points, which the
+session file records.
 """
 
 from __future__ import annotations
@@ -80,8 +80,7 @@ class TouchProcedure(ProbeProcedure[TouchEvent, Q], Generic[Q, B]):
 
     `watch` frames; whenever ``view.base.live.ready`` is set, `take`; when the gate of the step is
     open, `advance`; in the last step `compute`, then `accept` (which also stores failed results) or
-    `keep`. `drop` removes the last point, `take_back` any. The ball must rest ``hold_s`` longer
-    once it is recordable.
+    `keep`. `drop` removes the last point, `take_back` any.
     """
 
     sessions: SessionFormat[TouchEvent, B]
@@ -149,14 +148,10 @@ class TouchProcedure(ProbeProcedure[TouchEvent, Q], Generic[Q, B]):
         cameras: CalibrationStore | None = None,
         hold_s: float = 0.0,
     ) -> Self:
-        """Continue the session of a file; the file names tip and sphere.
+        """Continue the session of a file, which names tip and sphere.
 
-        Raises
-        ------
-        CalibrationError
-            It is empty, or was started with another rig, probe, calibration or qualification.
-        StorageError
-            The file was changed.
+        CalibrationError if empty, or of another rig, probe, calibration or qualification;
+        StorageError if it was changed.
         """
         chain, begun = cls.sessions.resume(path)
         records = continued_records(store, begun, path)
@@ -176,12 +171,7 @@ class TouchProcedure(ProbeProcedure[TouchEvent, Q], Generic[Q, B]):
     def take_shot(self, uv: Float, sigma_px: float, now: datetime) -> None:
         """Add recorded averaged spots (C, L, 2), px, as the next observation.
 
-        Raises
-        ------
-        CalibrationError
-            This step records nothing.
-        TrackingError
-            The spots determine no pose.
+        CalibrationError if this step records nothing, TrackingError if the spots determine no pose.
         """
         with self._lock:
             if not self._wants():
@@ -193,13 +183,7 @@ class TouchProcedure(ProbeProcedure[TouchEvent, Q], Generic[Q, B]):
             self._append(self._event(Average(uv, sigma_px), utc_text(now)))
 
     def take_back(self, point: int, now: datetime) -> None:
-        """Remove an observation of the current step by its index in the snapshot; for tests.
-
-        Raises
-        ------
-        CalibrationError
-            Unknown index.
-        """
+        """Remove an observation of this step by its index; CalibrationError if unknown."""
         with self._lock:
             if not 0 <= point < self._count(self._step):
                 raise CalibrationError(

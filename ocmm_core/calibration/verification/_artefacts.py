@@ -10,10 +10,7 @@ from ocmm_core.calibration.records import ArtefactUse, CameraRecord, Finding, sa
 def judge_independence(
     uses: Sequence[ArtefactUse], calibration: CameraRecord | None
 ) -> list[Finding]:
-    """Return objections to artefacts that gave the calibration its scale.
-
-    Artefacts are the same if serial number or certificate file agree.
-    """
+    """Return objections to artefacts (by serial or certificate) that scaled the calibration."""
     known = () if calibration is None else calibration.artefacts
     same = [use for use in uses if any(_is_same(use, one) for one in known)]
     return [

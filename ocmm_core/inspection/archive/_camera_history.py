@@ -101,10 +101,9 @@ def ask_cameras(
 ) -> CameraHistory:
     """Return the history of a job's calibration on this computer, if present.
 
-    `job`: Own copy of a job file.
-    `record`: Calibration of the job; None for a rig document, which has no history.
-    `folder`: Folder of calibrations, one subfolder per rig.
-    `store`: That of the rig, if already read.
+    `job`: Own copy of a job file. `record`: Calibration of the job; None for a rig document, which
+    has no history. `folder`: Folder of calibrations, one subfolder per rig. `store`: That of the
+    rig, if already read.
     """
     if record is None:
         return CameraHistory()

@@ -54,10 +54,9 @@ def points_between(
 ) -> dict[int, str]:
     """Return the points within spans up to a moment, with the reason of the span.
 
-    `taken`: When each point was stored, by number.
-    `spans`: Oldest first.
-    `end`: Points from then on are not suspect; None without end.
-    `reason`: Span that gives the reason for a point in several: the first or the last one.
+    `taken`: When each point was stored, by number. `spans`: Oldest first. `end`: Points from then
+    on are not suspect; None without end. `reason`: Span that gives the reason for a point in
+    several: the first or the last one.
     """
     return {
         number: span.why

@@ -60,8 +60,7 @@ _LEAST = 5
 def fit_limits(code: str, size: float) -> tuple[float, float, bool]:
     """Return lower and upper deviation of a fit, mm, and whether it is a hole.
 
-    `code`: Such as ``H7`` or ``g6``.
-    `size`: Nominal diameter, mm.
+    `code`: Such as ``H7`` or ``g6``. `size`: Nominal diameter, mm.
 
     Raises RefusedError if the tables do not have it.
     """

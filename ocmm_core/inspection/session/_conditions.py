@@ -37,8 +37,7 @@ class Conditions:
 
     The methods that store raise StorageError if it could not be made durable.
 
-    `ledger`: The job; changes invalidate its view.
-    `options`: Current options.
+    `ledger`: The job; changes invalidate its view. `options`: Current options.
 
     Raises MeasuringError if existing points have other temperatures.
     """
