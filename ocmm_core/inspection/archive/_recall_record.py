@@ -1,8 +1,7 @@
 """Record of a recall: verdicts that change, hold or cannot be known, and the evidence.
 
-It is a sealed record (`calibration.sealed`) in the store of its calibration, and named in that
-calibration's chain of events: decisions cannot be altered, or applied to other points. Job files
-are never written.
+Sealed (`calibration.sealed`) and named in its calibration's chain of events: decisions cannot be
+altered, or applied to other points. Job files are never written.
 """
 
 from __future__ import annotations
@@ -136,9 +135,8 @@ def points_digest(points: Sequence[MeasuredPoint], numbers: Collection[int]) -> 
 def points_released(store: CalibrationStore, calibration: str, job: JobFile) -> frozenset[int]:
     """Return the points of a job released by the last recall about it.
 
-    `calibration`: Hash of the record that the points were measured with.
-
-    Raises CalibrationError if the record of a recall is missing or was changed.
+    `calibration`: hash of the record of the points. CalibrationError if that of a recall is missing
+    or was changed.
     """
     events = store.events
     for at in range(len(events) - 1, -1, -1):

@@ -1,7 +1,6 @@
 """Errors shared by a whole job: the ball, the part's temperature, the frame, the noise.
 
-Each is accepted only if several otherwise unrelated features show it and none contradicts it. What
-one feature alone shows may as well be the part.
+Each is accepted only if several unrelated features show it and none contradicts it.
 """
 
 from __future__ import annotations
@@ -69,10 +68,7 @@ class Common:
 
 
 def common_causes(job: EvaluatedJob, left_out: Collection[int]) -> Common | None:
-    """Return the common errors of the features of a job; None while its pose is unknown.
-
-    `left_out`: Indices of points contradicted by their feature.
-    """
+    """Return the common errors of features; None if the pose is unknown. `left_out`: outliers."""
     found = whereabouts(job.plan, job.found)
     surfaces = surfaces_of(job.actual, left_out)
     if found is None or not surfaces:
@@ -146,10 +142,7 @@ def brought_home(job: EvaluatedJob, common: Common, name: str) -> Float:
 
 
 def scatter_of(job: EvaluatedJob, leave_out: Collection[str]) -> float | None:
-    """Return the scatter of nearly all features relative to their noise.
-
-    None if it is normal, or shown by too few features: the form of one surface is its own.
-    """
+    """Return the scatter of nearly all features over their noise; None if normal or too few."""
     samples = [item for item in job.samples if item.feature not in leave_out]
     ratios = [scatter_ratio(item) for item in samples]
     weights = [item.degrees for item in samples]

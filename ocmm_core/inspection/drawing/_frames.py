@@ -33,10 +33,7 @@ _MOST = 100
 
 
 class Frames:
-    """Datums of a model, as features of the plan if possible.
-
-    `context`: The plan; it gets a middle plane for a datum of two opposite faces.
-    """
+    """Datums of a model; two opposite faces give a middle plane in the plan."""
 
     def __init__(
         self, context: Context, datums: Sequence[Datum], targets: Sequence[DatumTarget]
@@ -64,7 +61,7 @@ class Frames:
     def names_of(self, references: Sequence[DatumReference]) -> list[str]:
         """Return the features named by datum references, in order.
 
-        Raises RefusedError if one has a modifier, is a common datum, or is no feature of the plan.
+        RefusedError for a modifier, a common datum, or one that is no feature of the plan.
         """
         names = []
         for reference in references:
@@ -91,10 +88,7 @@ class Frames:
         return names
 
     def open_motions(self, names: Sequence[str]) -> tuple[str, ...]:
-        """Return the motions left open by datums, in words; empty if they hold the part.
-
-        Raises RefusedError if even the part as drawn could not be held by them.
-        """
+        """Return motions left open, in words; RefusedError if even the drawn part is not held."""
         plan = self._context.plan
         nominals = nominal_geometries(plan.features, plan.constructions)
         try:
@@ -105,7 +99,7 @@ class Frames:
     def align(self, tolerances: Sequence[Tolerance]) -> str:
         """Align the plan to the datum system of most tolerances; return a sentence about it.
 
-        Only a system without open motions becomes the alignment; an existing alignment is kept.
+        Only a system without open motions, and only if the plan has no alignment.
         """
         if self._context.plan.alignment is not None:
             return "The plan keeps its alignment; tolerances name their datums themselves."

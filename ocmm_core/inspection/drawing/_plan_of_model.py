@@ -29,18 +29,9 @@ _UNITS = {"length": "mm", "angle": "deg"}
 def with_account(
     plan: Plan, model: StepModel, account: Account, file: Path, without: str = ""
 ) -> Plan:
-    """Return the plan with the account of its model.
+    """Return the plan with the account of its model; InputError if it is not readable any more.
 
-    Parameters
-    ----------
-    without
-        Reason for importing features without tolerances, part of a sentence; no item is then in
-        the plan.
-
-    Raises
-    ------
-    InputError
-        The model can no longer be read.
+    ``without``: why features have no tolerances, part of a sentence; no item is then in the plan.
     """
     if not account.items or model.pmi is None:
         return plan
@@ -104,25 +95,10 @@ _Named: TypeAlias = Dimension | Tolerance | Datum | DatumTarget | Annotation
 def plan_with_tolerances(plan: Plan, model: StepModel, general: str = "") -> tuple[Plan, Account]:
     """Return a plan with the tolerances of its model.
 
-    Parameters
-    ----------
-    plan
-        With features of the model; missing features of the model were left out.
-    general
-        General tolerance for sizes and distances without their own: a word of `CLASSES`; empty for
-        none.
-
-    Returns
-    -------
-    Plan
-        With characteristics, and with an alignment if it had none and a datum system holds it.
-    Account
-        All items of the model, each imported or refused with its reason.
-
-    Raises
-    ------
-    InputError
-        The general tolerance is unknown.
+    ``plan``: with features of the model. ``general``: tolerance for sizes and distances without
+    their own, a word of `CLASSES` or empty; InputError if unknown. The plan gets characteristics,
+    and an alignment if it had none and a datum system holds it. The account has all items of the
+    model, each imported or refused with its reason.
     """
     asked = general_of(general)
     pmi = model.pmi

@@ -58,11 +58,9 @@ _LEAST = 5
 
 
 def fit_limits(code: str, size: float) -> tuple[float, float, bool]:
-    """Return lower and upper deviation of a fit, mm, and whether it is a hole.
+    """Return lower and upper deviation, mm, of ``H7``, ``g6``, and whether it is a hole.
 
-    `code`: Such as ``H7`` or ``g6``. `size`: Nominal diameter, mm.
-
-    Raises RefusedError if the tables do not have it.
+    `size`: nominal diameter, mm. RefusedError if the tables do not have it.
     """
     found = _CODE.fullmatch(code)
     letter, grade = (found.group(1), int(found.group(2))) if found else ("", 0)

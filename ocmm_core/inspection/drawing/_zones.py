@@ -103,9 +103,8 @@ class Zones:
     ) -> Tolerance:
         """Return the lower segment of a composite tolerance on its own (ASME Y14.5).
 
-        It controls form and orientation and leaves the location to the upper one. A profile without
-        datums is one; for one face or axis the rest is an orientation. The locations within a
-        pattern are neither.
+        It leaves the location to the upper one. A profile without datums is one; for one face or
+        axis the rest is an orientation. Locations within a pattern are neither.
         """
         if item.word == "surface profile" and not datums:
             return item

@@ -1,7 +1,4 @@
-"""A job with all intermediate quantities, and its results with modified points.
-
-Budgets and causes need the features, parts of the uncertainty and gradients behind the results.
-"""
+"""A job with all intermediate quantities, for budgets and causes, also with modified points."""
 
 from __future__ import annotations
 
@@ -61,13 +58,7 @@ class EvaluatedJob:
     def results_of(
         self, items: Sequence[Characteristic], points: Sequence[MeasuredPoint] | None = None
     ) -> tuple[CharacteristicResult, ...]:
-        """Return the results of characteristics, as measured or for other points.
-
-        Parameters
-        ----------
-        points
-            As many as the job has, in their order; None for those of the job.
-        """
+        """Return results of characteristics, for as many ``points`` as the job has, or its own."""
         if points is None:
             found, alignment = self.found, self.alignment
         else:
@@ -109,10 +100,7 @@ def evaluated_job(
 ) -> EvaluatedJob:
     """Return a job with all intermediate quantities; arguments as `evaluation.evaluate_job`.
 
-    Parameters
-    ----------
-    probe
-        Separates temperature and weight of the probe from its calibration; None joins them.
+    ``probe`` separates temperature and weight of the probe from its calibration; None joins them.
     """
     reported = tuple(reported_points(points, options.climate.part))
     found = checked_features(plan, reported, options)

@@ -1,8 +1,6 @@
-"""Headlines of a job on every page, sheet and file.
+"""Headlines of a job on every page, sheet and file: simulated, unproven cameras, incomplete.
 
-States are limitations of a job: simulated, unproven cameras, incomplete. They come from the job
-itself (`JobView.simulated`, `JobView.camera_doubts`, `JobView.part_verdict`), so that all outputs
-agree.
+From the job itself (`JobView.simulated`, `camera_doubts`, `part_verdict`): all outputs agree.
 """
 
 from __future__ import annotations

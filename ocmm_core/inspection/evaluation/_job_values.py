@@ -42,8 +42,8 @@ class ValueGraph:
     ) -> tuple[CharacteristicResult, ...]:
         """Return a result for every characteristic of the plan, in order.
 
-        `touched`, `actual`: The points, and their features by `FeatureGraph`.
-        `sensitivities`: Of the points of each feature, in order.
+        `touched`, `actual`: points and features by `FeatureGraph`. `sensitivities`: of each
+        feature's points, in order.
         """
         plan, alignment = self._graph.plan, self._graph.alignment(actual)
         blocks = {name: self._factors(name, touched, own) for name, own in sensitivities.items()}

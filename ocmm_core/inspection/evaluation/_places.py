@@ -1,7 +1,7 @@
 """Touch points on the nominal surface, one function for each kind of surface.
 
-All is in the frame of the plan's nominals. The ``point`` of a feature is the middle of the touched
-region: of the length of a line, cylinder or cone, of the area of a plane.
+In the frame of the plan's nominals. A feature's ``point`` is the middle of the touched region: of
+the length of a line, cylinder or cone, of the area of a plane.
 """
 
 from __future__ import annotations

@@ -1,8 +1,7 @@
 """Progress of a job: features done, skipped, and the active one.
 
-Points alone do not determine it: an inspector finishes a feature with fewer points, skips one, or
-reopens one. Every such decision is an event `STANDING_EVENT` of the job file, so that a reopened
-job resumes where it was.
+An inspector finishes a feature with fewer points, skips one, or reopens one: each decision is an
+event `STANDING_EVENT` of the job file, so that a reopened job resumes where it was.
 """
 
 from __future__ import annotations
@@ -71,10 +70,7 @@ class Progress:
         return replace(self, active=name, done=self.done - {name}, skipped=self.skipped - {name})
 
     def reopened(self, name: str) -> Progress:
-        """Return a copy with a feature reopened, and active if no other is.
-
-        A skipped feature stays so: deleting a point from it does not reopen it.
-        """
+        """Return a copy with a feature reopened (not if skipped), and active if no other is."""
         changed = replace(self, done=self.done - {name})
         if changed.active or name in self.skipped:
             return changed

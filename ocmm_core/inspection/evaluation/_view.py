@@ -309,12 +309,11 @@ class JobView:
 
     @property
     def shown(self) -> FeatureView | None:
-        """Return the feature that screens show.
+        """Return the feature that screens show: the one under review, else the active one.
 
-        That is the one under review, else the active one. But a feature just done stays until the
-        next one has its first point, so that its result is seen, and one whose only point was
-        deleted stays, so that the point can be restored. At the end it is the one that decides over
-        the part, unless CONFORM. None if no feature was touched and none is active.
+        One just done stays until the next one has its first point, and one whose only point was
+        deleted stays, so that it can be restored. At the end it is the one that decides over the
+        part, unless CONFORM. None if no feature was touched and none is active.
         """
         named = {item.name: item for item in self.features}
         if self.looked_at in named:

@@ -1,9 +1,8 @@
 """Ambient conditions of a job: limits of the plan, noted readings, and violations.
 
-A reading is an event of the job file with the number of points so far and the number of the next
-point, so that start and end are determined without user input. The start is what was noted before
-the first point, the end what was noted after the last one. A reading without measurements after it
-is superseded by the next one; both stay in the file, and both are reported.
+A reading is an event with the number of points so far and of the next point: the start is what was
+noted before the first point, the end after the last one. A reading without measurements after it is
+superseded by the next one; both stay in the file, and both are reported.
 """
 
 from __future__ import annotations
@@ -112,12 +111,7 @@ def noted_text(points: int, next_point: int, typed: TypedRoom, who: str) -> str:
 def note_room_in(job: JobFile, typed: TypedRoom, who: str = "") -> None:
     """Store current ambient readings in an open job.
 
-    Raises
-    ------
-    InputError
-        A value is no ambient reading, or nothing was read.
-    StorageError
-        It could not be made durable.
+    InputError if a value is no ambient reading, or none; StorageError if not durable.
     """
     text = noted_text(len(job.points()), job.next_number(), typed, who)
     job.append_event(ENVIRONMENT_EVENT, text)
@@ -126,12 +120,7 @@ def note_room_in(job: JobFile, typed: TypedRoom, who: str = "") -> None:
 def noted_rooms(events: Sequence[JobEvent]) -> tuple[NotedRoom, ...]:
     """Return the noted readings, oldest first.
 
-    Raises
-    ------
-    StorageError
-        An event does not have its form.
-    InputError
-        It contains an invalid reading.
+    StorageError if an event does not have its form, InputError for an invalid reading.
     """
     found = tuple(
         event_value(one.kind, one.text, NotedRoom)
@@ -149,12 +138,7 @@ def environment_doubt(
 ) -> str:
     """Return why ambient conditions invalidate a job, and the remedy; empty if they do not.
 
-    Parameters
-    ----------
-    last_point
-        Largest number of a point that counts; zero without any.
-    complete
-        The job is measured: the end must have been noted.
+    ``last_point``: largest number that counts, or zero; ``complete``: the end must have been noted.
     """
     if limits is None:
         return ""
@@ -196,13 +180,7 @@ def _doubts(
 
 
 def environment_words(noted: Sequence[NotedRoom], last_point: int) -> tuple[tuple[str, str], ...]:
-    """Return the readings in words, with their times.
-
-    Returns
-    -------
-    told
-        Pairs of field and sentence: ``Room 20.1 °C at the begin.``
-    """
+    """Return pairs of field and sentence, with times: ``Room 20.1 °C at the begin.`` and so on."""
     return tuple(
         (one.field, sentence)
         for one in QUANTITIES

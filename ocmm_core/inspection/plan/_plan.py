@@ -86,10 +86,7 @@ class Plan(Document, frozen=True, kw_only=True):
 
     @classmethod
     def completed(cls, data: dict[str, Any]) -> dict[str, Any]:
-        """Return ``data`` with the kind of alignment that the first plans omitted.
-
-        Text is normalised to NFC, so that names typed on different systems are equal.
-        """
+        """Return ``data`` in NFC (equal names on all systems), with the alignment kind."""
         data = normal_text(data)
         alignment = data.get("alignment")
         if isinstance(alignment, dict):
@@ -135,13 +132,7 @@ class Plan(Document, frozen=True, kw_only=True):
 
 
 def load_plan(path: Path | str) -> Plan:
-    """Return the plan of the document at ``path``.
-
-    Raises
-    ------
-    InputError
-        The document is malformed or unmeasurable; names the field.
-    """
+    """Return the plan of a document; InputError, with the field, if malformed or unmeasurable."""
     plan = load_document(path, Plan, SCHEMA)
     check_plan(Path(path), plan)
     return plan

@@ -45,11 +45,9 @@ class Aspects:
         ]
 
     def faces(self, aspect: int, *, is_note: bool = False) -> Faces:
-        """Return the faces of an aspect and of its components.
+        """Return the faces of an aspect (`is_note`: of a note) and of its components.
 
-        `is_note`: The aspect is of a note, which has no meaning for tolerances.
-
-        Raises BadEntityError if a visited entity is missing, cannot be read, or is not supported.
+        BadEntityError if a visited entity is missing, cannot be read, or is not supported.
         """
         found: dict[int, None] = {}
         others: dict[str, None] = {}

@@ -61,12 +61,10 @@ def qualifiers_of(file: Part21, number: int) -> list[str]:
 
 
 def measure_of(file: Part21, number: int, *, is_qualified: bool = False) -> Measure:
-    """Return the value of a measure with a unit.
+    """Return the value of a measure with a unit. `is_qualified`: the caller reads its qualifiers.
 
-    `is_qualified`: The caller reads its qualifiers.
-
-    Raises BadEntityError if it has no number or unit, the unit is unknown or contradicts its name,
-    or the value is implausibly large.
+    BadEntityError without number or unit, if the unit is unknown or contradicts its name, or the
+    value is implausibly large.
     """
     check_entity(file, number, "measure")
     odd = [] if is_qualified else qualifiers_of(file, number)
@@ -87,8 +85,7 @@ def measure_of(file: Part21, number: int, *, is_qualified: bool = False) -> Meas
 def unit_of(file: Part21, number: int, depth: int = 0) -> MeasureUnit:
     """Return the unit of length or angle that an entity defines.
 
-    Raises BadEntityError if it is no length or angle, is unknown, or its factor contradicts its
-    name.
+    BadEntityError if it is neither, unknown, or its factor contradicts its name.
     """
     if depth > _DEEPEST:
         msg = f"its unit #{number} refers to itself"

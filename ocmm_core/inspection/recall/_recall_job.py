@@ -1,8 +1,7 @@
 """One job under two calibrations: its own, and a later one.
 
-Both times everything is computed from the raw spots: poses, ball centres, their joint covariance
-with that of the calibration, features, frame and characteristics. `_recall_judge` decides which of
-the two describes the cameras during the job.
+Both times from the raw spots: poses, ball centres, their joint covariance with that of the
+calibration, features, frame and characteristics.
 """
 
 from __future__ import annotations
@@ -117,8 +116,7 @@ class DoubtedJob:
 def findings_of(doubted: DoubtedJob, file: bytes) -> JobFindings:
     """Return a job under both calibrations, without files or histories of this computer.
 
-    `file`: bytes of the job, with the steps of its log. Raises OcmmError if the job cannot be
-    opened, see `reopen_job`.
+    `file`: bytes of the job, with the steps of its log. OcmmError as `reopen_job`.
     """
     path, later, in_doubt = doubted.path, doubted.later, doubted.in_doubt
     job = reopen_content(path, file, doubted.known)

@@ -1,9 +1,8 @@
 """Recognition of the touched feature: by the place of the ball, its paths, and open features.
 
-Nothing is guessed. A planned point on a planned surface is the one case in which a touch belongs to
-both; it is assigned to the point while that is open, because a point is a place and the surface may
-be touched anywhere else. This is not done if unsafe: the surface has a target there also, or was
-just selected.
+A touch of a planned point on a planned surface belongs to both; it is assigned to the point while
+that is open, because the surface may be touched anywhere else; not if unsafe: the surface has a
+target there also, or was just selected.
 """
 
 from __future__ import annotations
@@ -76,10 +75,7 @@ def touched_feature(
     progress: Progress,
     selected: str = "",
 ) -> str | Refusal:
-    """Return the name of the touched feature, or why it is ambiguous.
-
-    `selected`: feature selected by the inspector for this touch, or empty.
-    """
+    """Return the name of the touched (or `selected`, if not empty) feature, or the ambiguity."""
     ball = T_nominal_from_world.apply(contact.tip_world)
     ways = [T_nominal_from_world.rotation @ way for way in contact.ways_world]
     found = _within_reach(plan, ball, ways, contact.radius, progress)

@@ -61,9 +61,8 @@ def planned_feature(
 ) -> PlannedFeature:
     """Return a feature by its nominals, to be shown before it is measured.
 
-    While the pose of the part is unknown, the feature and its targets are where the part is shown.
-    They are assumed, and not used for guidance. `points`: of the feature, each replaces a target.
-    `tip_radius`: mm.
+    While the part's pose is unknown it is where the part is shown, not for guidance. Each of
+    `points` replaces a target. `tip_radius`: mm.
     """
     nominal = plan.feature(name)
     if place is not None:

@@ -64,19 +64,10 @@ def ask_for_chosen(
     progress: Callable[[str], None] = lambda _: None,
     limit_s: float = LIMIT_S,
 ) -> ChosenReach:
-    """Check selected surfaces that were not checked when their model was read.
+    """Check selected surfaces that were not checked when their (large) model was read.
 
-    Smaller models were checked completely and are returned unchanged.
-
-    Parameters
-    ----------
-    limit_s
-        CPU time of this thread, after which the rest is not checked.
-
-    Raises
-    ------
-    InputError
-        It was cancelled, or none of them can be measured.
+    ``limit_s``: CPU time of this thread, after which the rest is not checked. InputError if
+    cancelled, or none of them can be measured.
     """
     with_targets = [one for one in taken if one.feature.targets]
     if model.unasked is None or not with_targets:

@@ -49,12 +49,7 @@ def faces_account(
 ) -> FacesAccount:
     """Return the result of each face of a model.
 
-    Parameters
-    ----------
-    taken
-        Offers of the model that became features.
-    refused
-        Selected surfaces refused later, see `ask_for_chosen`.
+    ``taken``: offers that became features; ``refused``: later, see `ask_for_chosen`.
     """
     names = {one.feature.name for one in taken}
     whys = {one.feature.name: one.why for one in refused}

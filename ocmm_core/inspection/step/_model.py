@@ -105,32 +105,13 @@ def read_model(
     """Return planes, cylinders, cones, spheres, tori and free forms of a model, in its own frame.
 
     Faces of one round surface are joined if they touch or are adjacent about its axis; two bores on
-    one axis stay two. A separate, expendable process reads the file.
-
-    Parameters
-    ----------
-    ball_mm
-        Diameter of the ball, mm: it needs room on a face and in a bore.
-    timeout_s
-        Limit of CPU time.
-    given_up
-        Polled some twenty times a second; True cancels.
-    progress
-        Receives the current step, as a part of a sentence.
-    with_part
-        Also make the part.
-    request
-        Probe, cameras and placement to choose targets by; its ball overrides ``ball_mm``. Without
-        it only room for the ball is checked.
-    setting
-        The same from loaded objects; overrides the others.
-
-    Raises
-    ------
-    InputError
-        The extra is not installed, the file is no readable STEP file, it has no such surfaces, or
-        reading takes too long or was cancelled. With a request it may be that no surface is within
-        reach: then all are left out.
+    one axis stay two. A separate, expendable process reads the file. ``ball_mm``: diameter that
+    needs room on a face and in a bore. ``timeout_s``: CPU time. ``given_up``: polled some twenty
+    times a second; True cancels. ``progress``: the current step, part of a sentence. ``request``:
+    probe, cameras and placement to choose targets by; its ball overrides ``ball_mm``. ``setting``:
+    the same from loaded objects; overrides the others. InputError: the extra is not installed, no
+    readable STEP file, no such surfaces, too slow or cancelled. With a request all may be left out,
+    out of reach.
     """
     path = Path(path)
     asking = Asking(timeout_s, given_up, progress)
@@ -151,7 +132,7 @@ def read_part(
 ) -> PartModel:
     """Return the part in a STEP file, in the frame of the file and in mm.
 
-    It has all faces of the solids, of all components of an assembly; parameters and errors as of
+    All faces of the solids, of all components of an assembly; parameters and errors as of
     `read_model`.
     """
     path = Path(path)

@@ -56,10 +56,9 @@ _TRIED = 24
 def part_of(
     document: StepDocument, source: tuple[str, str], doing: Callable[[str], None]
 ) -> PartModel:
-    """Return the part of a document.
+    """Return the part of a document; ValueError if no face has a surface.
 
-    `source`: name of the file, without its folder, and its hash. `doing`: receives the next step.
-    Raises ValueError if no face has a surface.
+    `source`: name of the file, without its folder, and its hash.
     """
     from OCP.BRepLib import BRepLib_ToolTriangulatedShape
 
@@ -164,10 +163,7 @@ def _meshed(document: StepDocument, faces: Sequence[Any]) -> float:
 
 
 def _kept_deflection(faces: Sequence[Any]) -> float:
-    """Return the deflection of an existing mesh for targets, mm; 0 without one.
-
-    Meshing a large model again takes seconds. Too many triangles cannot be displayed.
-    """
+    """Return the deflection of an existing, displayable mesh for targets, mm; 0 without one."""
     meshes = [triangulation(face)[0] for face in faces]
     made = [one for one in meshes if one is not None]
     if not made or sum(one.NbTriangles() for one in made) > MOST_TRIANGLES:
