@@ -143,7 +143,6 @@ class _Round:
 
 
 def _round(history: BlockHistory, dof: int, tried: int) -> _Round:
-    """Return the likeliest faults in addition to what is granted already."""
     cost = history.cost
     trials, suspects = _suspects(history)
     misfit = _misfit(suspects, cost, dof)
@@ -258,7 +257,6 @@ def fit(history: BlockHistory, suspect: Suspect) -> BundleMinimum:
 
 
 def _granting(history: BlockHistory, suspect: Suspect) -> tuple[BundleData, Prior]:
-    """Return data and prior in which a suspect's error is removed or of free size."""
     if suspect.profile is not None:
         return history.corrected(suspect.step, suspect.profile), history.prior
     # An error of prior knowledge, of free size, removes that much information.
@@ -272,7 +270,6 @@ def _granting(history: BlockHistory, suspect: Suspect) -> tuple[BundleData, Prio
 
 
 def _granted(history: BlockHistory, suspect: Suspect) -> Suspect:
-    """Return the suspect with its score after a full fit."""
     found, score = fit(history, suspect), suspect.score
     size: Float = score.size
     if suspect.profile is None and suspect.cause is not Culprit.PROBE:

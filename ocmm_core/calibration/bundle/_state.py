@@ -31,27 +31,22 @@ class Columns:
 
     @property
     def of_cameras(self) -> slice:
-        """Return the columns of all cameras."""
         return slice(0, N_PARAMETERS * self.cameras)
 
     @property
     def of_leds(self) -> slice:
-        """Return the columns of the LEDs."""
         return slice(self.of_cameras.stop, self.of_cameras.stop + 3 * self.leds)
 
     @property
     def of_tip(self) -> slice:
-        """Return the columns of the tip."""
         return slice(self.of_leds.stop, self.of_leds.stop + 3)
 
     @property
     def of_seats(self) -> slice:
-        """Return the columns of the seats."""
         return slice(self.of_tip.stop, self.of_tip.stop + 3 * self.seats)
 
     @property
     def of_lengths(self) -> slice:
-        """Return the columns of the lengths."""
         return slice(self.of_seats.stop, self.of_seats.stop + self.bars)
 
     @property
@@ -59,7 +54,6 @@ class Columns:
         return int(self.of_lengths.stop)
 
     def all_leds(self) -> Int:
-        """Return the columns of the LEDs as indices."""
         return np.arange(self.of_leds.start, self.of_leds.stop)
 
     def of_lenses(self) -> Int:
@@ -94,7 +88,6 @@ class BundleState:
 
     @property
     def columns(self) -> Columns:
-        """Return the order of the common unknowns."""
         return Columns(len(self.cameras), len(self.leds), len(self.seats), len(self.lengths))
 
     def packed(self) -> Float:
@@ -212,7 +205,6 @@ class BundleData:
         )
 
     def placements(self, bar: int) -> slice:
-        """Return the placements of a bar."""
         first, behind = np.searchsorted(self.bars, (bar, bar + 1))
         return slice(int(first), int(behind))
 

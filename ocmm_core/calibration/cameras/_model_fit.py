@@ -170,7 +170,6 @@ def _whitened_again(
     reference_sigma: float,
     steps: int = 60,
 ) -> tuple[CameraProblem, Minimum[LensCamera]]:
-    """Return the problem with weights for its minimum, and the new minimum."""
     whitening = whitening_of(minimum.state, problem.points_world, sigma_px, reference_sigma)
     problem = replace(problem, whitening=whitening)
     return problem, (minimise(problem, minimum.state, steps) if steps else minimum)

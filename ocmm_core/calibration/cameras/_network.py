@@ -216,7 +216,6 @@ def _refuse_mix_up(
 
 
 def _rows_of(rig: Rig, spots: SpotTable) -> list[int]:
-    """Return the spots' row of every camera of the rig, by serial number."""
     expected = {camera.serial: camera.name for camera in rig.cameras}
     strange = [serial for serial in spots.serials if serial not in expected]
     missing = [serial for serial in expected if serial not in spots.serials]
@@ -233,7 +232,6 @@ def _rows_of(rig: Rig, spots: SpotTable) -> list[int]:
 
 
 def _baselines(rig: Rig, fits: Sequence[CameraFit]) -> list[Finding]:
-    """Return findings on the unit from the distances between the first and other cameras."""
     found = []
     first = rig.cameras[0]
     for nominal, fit in zip(rig.cameras[1:], fits[1:], strict=True):

@@ -188,7 +188,6 @@ class StaticSpotAverager:
         return ""
 
     def _has_moved(self, taken: Average) -> bool:
-        """Return whether a camera sees any point at a new place."""
         apart = self.average().uv[:, :, None] - taken.uv[:, None]
         nearest = np.linalg.norm(apart, axis=3).min(axis=2)
         return bool(np.nanmax(nearest, initial=0.0) > _SAME_PX)

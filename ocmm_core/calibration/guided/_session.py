@@ -338,7 +338,6 @@ class GuidedProcedure(ABC, Generic[E, O]):
         return decided
 
     def _fold(self) -> None:
-        """Replay the session file; last step of every constructor."""
         for line in self._chain.items[1:]:
             self._change(line.event)
 

@@ -71,7 +71,6 @@ class Begun(SessionEvent, frozen=True, kw_only=True):
 
 
 def _of_temperature(temperature: Temperature | None) -> dict[str, object]:
-    """Return the fields of a first line."""
     if temperature is None:
         return {"temperature_c": None}
     return {

@@ -120,7 +120,6 @@ def _map_of(
     heights: Float,
     uv: Pixels,
 ) -> ResidualMap:
-    """Return the map of one camera with look spots at ``uv`` (n, 2)."""
     size = np.array([camera.width, camera.height])
     columns, rows = np.ceil(size * _CELLS_PER_LENGTH / noise.pattern_length_px).astype(int)
     cell = size / np.array([columns, rows])

@@ -235,7 +235,6 @@ def _add_camera(
 def _anchor_rows(
     look: ResidualSample, body: ProbeBody, k: int, blocks: dict[str, slice], width: int
 ) -> Float:
-    """Return the whitened rows of the reference place of the ball."""
     known, covariance = look.known_tip_world, look.known_tip_covariance
     assert known is not None  # noqa: S101 - the caller has looked
     assert covariance is not None  # noqa: S101 - as above

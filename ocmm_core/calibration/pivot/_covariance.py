@@ -195,7 +195,6 @@ def _scatter_of_cameras(
 
 
 def _bootstrap(split: PivotNormals, turns: Float, resamples: int, seed: int) -> Float:
-    """Return the covariance of the common unknowns over draws of blocks."""
     rng = np.random.default_rng(seed)
     normals, gradients = split.normals, split.gradients
     count = len(normals)

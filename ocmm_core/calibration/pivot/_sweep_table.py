@@ -80,7 +80,6 @@ def load_sweeps(
 
 
 def _count(table: TextTable, row: TextRow, column: str, most: int | None) -> int:
-    """Return a number that counts from 1, from 0."""
     text = row.cells[column]
     if not text.isdecimal() or int(text) < 1 or (most is not None and int(text) > most):
         wanted = "a number from 1" if most is None else f"1 to {most}"

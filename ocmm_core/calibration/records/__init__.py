@@ -1,7 +1,8 @@
 """Sealed and chained records of cameras, probes and tips, and their usability.
 
-In: outcomes of procedures, certificates of artefacts, events such as a shock or a mounted tip. Out:
-records in force, their status with its reason, their history, and whether points may be recorded.
+In: outcomes of procedures, certificates of artefacts, events such as a shock or a mounted tip.
+Out: records in force, their status with its reason, their history, and whether points may be
+recorded.
 
 Read `_sealed` (write-once records), `_chain_seal` and `_event_folder` (chain of events),
 `_record_store` and `_events` (common part of both stores; status of a record), then the specific

@@ -264,7 +264,6 @@ class EventFolder(ABC, Generic[T]):
             self._stamps = (None, None)
 
     def _read_between_writes(self) -> ChainFile[T]:
-        """Return `_read_whole`, retrying if another process is writing."""
         try:
             return self._read_whole()
         except StorageError:

@@ -137,7 +137,6 @@ class RecordStore(EventFolder[T]):
         pass
 
     def _lost(self, renewal: int, about: str | None = None) -> tuple[str, ...]:
-        """Return the files that are lost and that a renewal makes up for."""
         wanted = self._wanted(about)
         return self._evidence.lost([one for one, by in wanted.items() if by >= renewal])
 
@@ -229,7 +228,6 @@ class RecordStore(EventFolder[T]):
         return found
 
     def _note(self, now: datetime) -> None:
-        """Persist the latest time at which the status was evaluated."""
         utc = now.astimezone(UTC).isoformat(timespec="microseconds")
         if utc != self.seen_utc:
             self._looked(utc)

@@ -113,7 +113,6 @@ def _harmless(verdict: CulpritVerdict, observed: Observations, options: Relocati
 def _told_by_points(
     verdict: CulpritVerdict, observed: Observations, options: RelocationOptions
 ) -> CulpritVerdict:
-    """Return the verdict, with bar and probe distinguished by distances of known points."""
     by_cause = {one.cause: one for one in verdict.named}
     world = options.world
     if set(by_cause) != {Culprit.BAR, Culprit.SIZE} or not isinstance(world, KeptByPoints):
@@ -192,7 +191,6 @@ def accuse_points(
 
 
 def _moment(problem: RelocationProblem, block: Block) -> str:
-    """Return text for the first observation of a block."""
     if block.placements.stop > block.placements.start:
         return f"placement {block.placements.start + 1} of the bar"
     frame = int(problem.order[block.frames.start])

@@ -295,7 +295,6 @@ def judge_anchors(names: Sequence[str], anchors: Anchors, covariance: Float) -> 
 
 
 def _contradicts(prior: Prior, off: Float, columns: Int) -> bool:
-    """Return whether the shift of these columns from their prior is significant."""
     information = prior.information[np.ix_(columns, columns)]
     known = np.count_nonzero(information.diagonal())
     if not known:

@@ -113,7 +113,6 @@ def _in_front(data: BundleData, state: BundleState) -> BundleData:
 
 
 def _only(kept: NDArray[np.bool_]) -> Float:
-    """Return weight factors (n, 1, 1) from a mask."""
     return kept.astype(np.float64)[:, None, None]
 
 

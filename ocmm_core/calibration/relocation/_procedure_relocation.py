@@ -197,12 +197,10 @@ class RelocationProcedure(CameraProcedure[RelocationEvent, CalibrationOutcome]):
 
     @property
     def bar(self) -> LengthBar:
-        """Return the bar of the session."""
         return self._begun.bar
 
     @property
     def control(self) -> KnownPoints | None:
-        """Return the known control points of the session, or None."""
         begun = self._begun
         if not begun.control_names:
             return None
@@ -211,7 +209,6 @@ class RelocationProcedure(CameraProcedure[RelocationEvent, CalibrationOutcome]):
 
     @property
     def view(self) -> RelocationView:
-        """Return the snapshot."""
         with self._lock:
             state = self._state
             return RelocationView(
@@ -415,7 +412,6 @@ class RelocationProcedure(CameraProcedure[RelocationEvent, CalibrationOutcome]):
 
 
 def _term(begun: RelocationBegun, found: RelocationResult) -> ThermalTerm | None:
-    """Return the effect of the thermometer of a session; None if no temperature was stated."""
     if found.thermal is None or begun.temperature_u is None:
         return None
     sigma_k, by_k = found.thermal

@@ -267,7 +267,6 @@ class PivotProcedure(ProbeProcedure[PivotEvent, PivotOutcome]):
         return self._state.view(name, phase, forced=self._forced)
 
     def _rewatch(self) -> None:
-        """Restart the processing of frames: another sweep, or this one restarts."""
         if self._step in SWEEPS:
             self._watch = self._state.watch(self._step)
         elif self._step == AGAIN:

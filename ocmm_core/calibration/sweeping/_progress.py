@@ -227,7 +227,6 @@ def _judge(
     coverage: SweepCoverage,
     limits: PivotLimits,
 ) -> tuple[Finding, ...]:
-    """Return findings against the probe and the cone."""
     targets = locate_targets(rig, sweep.uv)
     if not np.isfinite(targets).all(axis=(1, 2)).any():
         led = int(np.isfinite(targets[..., 0]).sum(axis=0).argmin())

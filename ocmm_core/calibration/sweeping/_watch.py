@@ -337,7 +337,6 @@ class SweepWatch:
         return found.centre
 
     def _is_lifted(self) -> bool:
-        """Return whether the ball has left the place of the first sweep."""
         if self._first is None or self._first.tip_probe is None:
             return True
         last = self._recent[-1]

@@ -229,7 +229,6 @@ def _solved(normals: Points3, covariance: Float) -> tuple[Float, Float]:
 
 
 def _plain_residuals(normals: Points3, covariance: Float) -> Float:
-    """Return the covariance (n, n) of the unweighted fit's residuals."""
     rows = _rows(normals)
     left = np.eye(len(rows)) - rows @ np.linalg.pinv(rows)
     residuals: Float = left @ covariance @ left.T

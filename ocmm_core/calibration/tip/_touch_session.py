@@ -128,7 +128,6 @@ class TouchProcedure(ProbeProcedure[TouchEvent, Q], Generic[Q, B]):
         hold_s: float,
         **own: object,
     ) -> Self:
-        """Start a session with the records in force for the tip."""
         let_pass(sphere.artefact.judge(sphere.diameter, limit_mm, now, temperature), force=False)
         chain, begun = cls.sessions.begin(
             folder, rig, now, running=record_hash(records.calibration), who=who,
@@ -159,7 +158,6 @@ class TouchProcedure(ProbeProcedure[TouchEvent, Q], Generic[Q, B]):
 
     @property
     def sphere(self) -> Sphere:
-        """Return the sphere of the session."""
         return self._begun.sphere
 
     def watch(self, block: FrameBlock) -> None:
@@ -210,7 +208,6 @@ class TouchProcedure(ProbeProcedure[TouchEvent, Q], Generic[Q, B]):
         """Return the result; raise CalibrationError if data are insufficient."""
 
     def _sphere_said(self) -> Gate:
-        """Return whether the sphere was touched enough."""
         gate, progress = places_gate(self._state), self._state.sphere
         known, limit = progress.diameter_sigma_mm, progress.diameter_sigma_limit_mm
         return gate if not gate.open or known <= limit else self._diameter_unknown(known, limit)

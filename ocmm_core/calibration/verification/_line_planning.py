@@ -149,7 +149,6 @@ def _fewest(candidates: Sequence[PlannedLine]) -> list[PlannedLine]:
 
 
 def _corner_candidates(volume_world: Float, length: float) -> list[PlannedLine]:
-    """Return placements that end in one corner, or in two if the length matches."""
     middle, extent = volume_world.mean(axis=0), _INSIDE * np.ptp(volume_world, axis=0)
     inset = middle + (_BITS - 0.5) * extent
     found = []

@@ -163,17 +163,14 @@ class VerificationProcedure(CameraProcedure[VerificationEvent, VerificationOutco
 
     @property
     def bar(self) -> LengthBar:
-        """Return the bar of the session."""
         return self._begun.bar
 
     @property
     def spheres(self) -> tuple[Sphere, ...]:
-        """Return the spheres of the session."""
         return self._begun.spheres
 
     @property
     def view(self) -> VerificationView:
-        """Return the snapshot."""
         with self._lock:
             state, wanted = self._state, len(self._begun.bar.nests)
             places = np.array(self._begun.bar.nests)
@@ -315,7 +312,6 @@ class VerificationProcedure(CameraProcedure[VerificationEvent, VerificationOutco
             self._state.remove(last)
 
     def _last_of(self, step: str) -> Taken | None:
-        """Return the observation of a step that may be removed."""
         state = self._state
         if step == LINES:
             # A complete line counts; see `repeat_line`.

@@ -104,8 +104,6 @@ Resting: TypeAlias = NestTaken | SphereTouched | SeatVisited
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Taken:
-    """An observation with the rest computed from its spots."""
-
     event: Resting
     rest: Rest
 
@@ -190,15 +188,12 @@ class VerificationState:
         return np.array([one.tip for one in self.line_taken(line)]).reshape(-1, 3)
 
     def is_complete(self, line: int) -> bool:
-        """Return whether all nests of a line were recorded."""
         return len(self.line_taken(line)) == len(self.begun.bar.nests)
 
     def is_begun(self, line: int) -> bool:
-        """Return whether some but not all nests of a line were recorded."""
         return len(self.line_taken(line)) > 0 and not self.is_complete(line)
 
     def current_line(self) -> int | None:
-        """Return the first incomplete line, or None."""
         return next((i for i in range(len(self.plans)) if not self.is_complete(i)), None)
 
     def hint(self, line: int) -> str:
@@ -247,7 +242,6 @@ class VerificationState:
         return np.array(own).reshape(-1, 3)
 
     def current_sphere(self) -> int | None:
-        """Return the first sphere that lacks points, or None."""
         return next(
             (
                 number
@@ -258,14 +252,12 @@ class VerificationState:
         )
 
     def sphere_name(self, sphere: int) -> str:
-        """Return the name of a sphere in checks."""
         place = self.begun.places[sphere] or f"place {sphere + 1}"
         return f"{self.begun.spheres[sphere].artefact.use.name}, {place}"
 
     # Seats.
 
     def visits(self, seat: int) -> list[int]:
-        """Return the indices in ``taken`` of all visits to a seat."""
         return [
             i
             for i, one in enumerate(self.taken)
@@ -273,7 +265,6 @@ class VerificationState:
         ]
 
     def unvisited_seat(self) -> int | None:
-        """Return the first unvisited seat, or None."""
         return next((seat for seat in range(SEATS) if not self.visits(seat)), None)
 
     def seat_to_repeat(self) -> int | None:
@@ -302,11 +293,9 @@ class VerificationState:
     # Gates.
 
     def seats_gate(self) -> Gate:
-        """Return whether the seats were visited first."""
         return first_gate(self.unvisited_seat())
 
     def again_gate(self) -> Gate:
-        """Return whether the seats were visited again after all else."""
         return again_gate(self.seat_to_repeat())
 
     def lines_gate(self) -> Gate:

@@ -182,7 +182,6 @@ def verdict(
 
 
 def _camera_notes(state: VerificationState) -> tuple[str, ...]:
-    """Return unproven properties of the cameras, for the record and its reports."""
     return tuple(f"{UNPROVEN_CAMERAS}: {one}" for one in doubts_by_name(state.rig.device))
 
 
@@ -243,7 +242,6 @@ def _first_seen(
 
 
 def _in_order(state: VerificationState) -> list[Taken]:
-    """Return all observations, also replaced ones, in time order."""
     return sorted([*state.taken, *state.replaced], key=lambda one: one.event.utc)
 
 

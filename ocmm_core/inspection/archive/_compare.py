@@ -118,7 +118,6 @@ def compare_jobs(jobs: Sequence[ReopenedJob]) -> tuple[Trend, ...]:
 
 
 def _read_content(path: Path, file: bytes, known: bytes) -> PartJob:
-    """Return the comparison data of a job, on any computer."""
     return _part_job(reopen_content(path, file, known_from(known)))
 
 

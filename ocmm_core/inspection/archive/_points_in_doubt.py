@@ -98,7 +98,6 @@ def hold(session: InspectionSession, points: Mapping[int, str], hold_reason: Hol
 
 
 def _sentences(held: Mapping[int, str], hold_reason: HoldReason) -> list[str]:
-    """Return a sentence per reason: number of suspect points, and remedy."""
     reasons = list(held.values())
     return [
         f"{why} {_counted(reasons.count(why))} suspect. {hold_reason.remedy}"

@@ -154,7 +154,6 @@ def points_released(store: CalibrationStore, calibration: str, job: JobFile) -> 
 
 
 def _is_overtaken(since: Sequence[Event], job: RecalledJob) -> bool:
-    """Return whether later findings overtake a recall."""
     against = (EventKind.FAILED, EventKind.SUSPECTED, EventKind.FALLEN)
     return any(
         (one.calibration == job.calibration and one.kind in against)

@@ -168,7 +168,6 @@ def reopen_alone(path: Path, job: JobFile) -> ReopenedJob:
 
 @contextlib.contextmanager
 def _told_of(path: Path) -> Iterator[None]:
-    """Name the job in errors."""
     try:
         yield
     except OcmmError as error:

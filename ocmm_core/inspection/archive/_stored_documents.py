@@ -109,7 +109,6 @@ class StoredDocuments:
         )
 
     def _from_text(self, what: str, text: str, load: Callable[[Path], T]) -> T:
-        """Load a document of the job; ``load`` reads a file."""
         try:
             found: T = _loaded(text, load)
             return found

@@ -185,7 +185,6 @@ class Frames:
         return name
 
     def _middle(self, letter: str, features: tuple[NominalFeature, ...]) -> str:
-        """Add the middle plane of two opposite faces to the plan and return it."""
         plan = self._context.plan
         name = self._free(letter)
         middle = Bisector(name=name, features=tuple(feature.name for feature in features))
@@ -197,7 +196,6 @@ class Frames:
 
 
 def _are_one_plane(features: Sequence[NominalFeature]) -> bool:
-    """Return whether features are coplanar planes with targets and equal normals."""
     if any(one.shape is not Shape.PLANE or not one.targets for one in features):
         return False
     first = np.array(features[0].direction)
@@ -207,7 +205,6 @@ def _are_one_plane(features: Sequence[NominalFeature]) -> bool:
 
 
 def _face_away(first: NominalFeature, second: NominalFeature) -> bool:
-    """Return whether two features are parallel planes with opposite normals."""
     if first.shape is not Shape.PLANE or second.shape is not Shape.PLANE:
         return False
     return float(np.dot(first.direction, second.direction)) < _OPPOSITE

@@ -76,7 +76,6 @@ def _requirement(
 def _numbers(
     one: Dimension | Tolerance | None,
 ) -> tuple[float | None, float | None, float | None, str]:
-    """Return nominal, deviations and unit in the file."""
     if isinstance(one, Dimension):
         return one.nominal, one.lower, one.upper, _UNITS.get(one.of, "")
     if one is None or one.size is None:
@@ -130,7 +129,6 @@ def plan_with_tolerances(plan: Plan, model: StepModel, general: str = "") -> tup
 
 
 def _all_refused(pmi: Pmi) -> Account:
-    """Return an account in which all items are refused, by name."""
     why = f"nothing of the model's tolerances can be used: {pmi.fault}"
     groups: tuple[tuple[Group, Sequence[_Named]], ...] = (
         ("dimension", pmi.dimensions), ("tolerance", pmi.tolerances), ("datum", pmi.datums),
@@ -190,7 +188,6 @@ def _annotation(
     labels: Mapping[str, object],
     by_name: Mapping[str, AccountItem],
 ) -> AccountItem:
-    """Return the result of a label: that of its item, or it is a note."""
     if not one.shows:
         text = one.text if len(one.text) <= _LONGEST_NOTE else one.text[:_LONGEST_NOTE] + "…"
         return AccountItem(

@@ -191,7 +191,6 @@ class Zones:
 def _plain(
     item: Tolerance, feature: NominalFeature, datums: list[str], several: bool
 ) -> Characteristic:
-    """Return a form, run-out or coaxiality."""
     if item.word in _FORM:
         if datums:
             raise RefusedError(f"a {item.word} has no datums")
@@ -243,7 +242,6 @@ def _system(item: Tolerance) -> tuple[tuple[str, ...], ...]:
 
 
 def _words(item: Tolerance) -> str:
-    """Return a tolerance in words, as in its frame on a drawing."""
     sign = {"cylinder": "Ø", "sphere": "SØ"}.get(_ZONES.get(item.zone, ""), "")
     said = item.word
     if item.size is not None:

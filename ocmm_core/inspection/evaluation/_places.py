@@ -153,7 +153,6 @@ def on_torus(
 def _on_outline(
     flat: tuple[Float, Float], nominal: NominalFeature, centre: Float, axis: Float, sign: float
 ) -> Places:
-    """Return places on an outline in 3D from places in its plane."""
     along = across_of(nominal)
     points, normals = flat
     basis = np.stack([along, np.cross(axis, along)])

@@ -194,7 +194,6 @@ def _renamed(plan: Plan, group: str, old: str, new: str) -> Plan:
 
 
 def _replaced(data: Any, keys: frozenset[str], old: str, new: str, key: str = "") -> Any:
-    """Return plain data with a name replaced in the fields that hold names of features."""
     if isinstance(data, Mapping):
         return {name: _replaced(value, keys, old, new, name) for name, value in data.items()}
     if isinstance(data, list | tuple):

@@ -189,7 +189,6 @@ def _contents(plan: Plan) -> _Contents:
 
 
 def _fault(contents: _Contents, one: Requirement) -> str:
-    """Return the reason why a requirement is not in a plan, or an empty text."""
     if one.why:
         return one.why
     if absent := contents.lacks(one):

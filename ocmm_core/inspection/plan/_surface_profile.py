@@ -144,7 +144,6 @@ def _lying_on(points: Sequence[NominalFeature], faces: Sequence[NominalFace]) ->
 
 
 def _named(stem: str, taken: Collection[str]) -> str:
-    """Return a stem that no item of the plan starts with."""
     words = "".join(sign if sign.isalnum() or sign in " _.-" else " " for sign in stem).strip()
     stem = words[:_LONGEST] or "FACE"
     every = (stem, *(f"{stem} {number}" for number in range(2, len(taken) + 3)))

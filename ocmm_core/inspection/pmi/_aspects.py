@@ -79,7 +79,6 @@ class Aspects:
         return Faces(tuple(sorted(found)), tuple(others), derived)
 
     def _check(self, aspect: int, role: str) -> None:
-        """Refuse an invalid aspect, or one with relations other than to its parts."""
         check_entity(self._file, aspect, role)
         for by_first, of in ((self._usages, "usage"), (self._children, "relation")):
             for word, found in by_first:

@@ -145,7 +145,6 @@ def _value_and_unit(file: Part21, number: int) -> tuple[float, int]:
 
 
 def _check_kind(file: Part21, value: Typed, unit: int, number: int) -> None:
-    """Refuse a length with a unit of angles, and vice versa."""
     types = file.types(unit)
     for word, wanted in (("LENGTH", "LENGTH_UNIT"), ("ANGLE", "PLANE_ANGLE_UNIT")):
         if word in value.name and wanted in types:

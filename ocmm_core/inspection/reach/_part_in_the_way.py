@@ -79,7 +79,6 @@ def _without_long(triangles: Float, faces: Int) -> tuple[Float, Int]:
 
 
 def _longest(triangles: Float) -> Float:
-    """Return the longest edge of each, (n,), mm."""
     edges = triangles - triangles[:, [1, 2, 0]]
     found: Float = np.sqrt((edges * edges).sum(axis=2).max(axis=1))
     return found

@@ -87,7 +87,6 @@ def recall(
 
 
 def _paths(jobs: Sequence[Path]) -> tuple[list[Path], list[str]]:
-    """Return the job files, and sentences about folders that are left out."""
     found: dict[Path, None] = {}
     left_out: list[str] = []
     for place in jobs:
@@ -115,7 +114,6 @@ def _paths(jobs: Sequence[Path]) -> tuple[list[Path], list[str]]:
 def _touched(
     paths: Sequence[Path], places: KeptPlaces, now: datetime, tell: Tell
 ) -> tuple[list[DoubtedJob], list[str]]:
-    """Return the suspect jobs, each with its later calibration, and faults."""
     doubting = Doubting(places.calibrations, places.probes, now)
     touched: list[DoubtedJob] = []
     unread: list[str] = []
@@ -165,7 +163,6 @@ def content_of_file(job: DoubtedJob) -> tuple[bytes]:
 
 
 def _judged(found: Sequence[JobFindings]) -> Iterator[RecalledJob]:
-    """Yield the judged jobs, in the order of their starts."""
     ordered = sorted(found, key=lambda job: (job.begun_utc, str(job.path)))
     groups: dict[tuple[str, str, str], list[tuple[JobFindings, Anew]]] = {}
     for job in ordered:

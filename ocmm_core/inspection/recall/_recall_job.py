@@ -212,7 +212,6 @@ def _results(
 def _moved(
     job: ReopenedJob, own: Misfit, later: Misfit, rig: Rig
 ) -> tuple[list[MeasuredPoint], tuple[TipSensitivity, ...]]:
-    """Return the points by a later calibration, with their sensitivities."""
     sensitivities = tip_sensitivities(
         np.stack([point.spots for point in job.points]), rig, job.body
     )

@@ -108,7 +108,6 @@ def touched_feature(
 def _within_reach(
     plan: Plan, ball: Float, ways: Sequence[Float], radius: float, progress: Progress
 ) -> list[_Near]:
-    """Return the candidate features, the nearest first."""
     found = []
     for feature in plan.features:
         near = nearness(feature, ball, radius)
@@ -162,7 +161,6 @@ def _lies_on(point: NominalFeature, surface: NominalFeature) -> bool:
 
 
 def _is_wanted_at(surface: NominalFeature, ball: Float, radius: float) -> bool:
-    """Return whether a target of a surface is so near that it may be aimed at."""
     places = places_of(surface, surface.points)
     balls = places.points + radius * places.normals
     return bool(len(balls)) and float(np.linalg.norm(balls - ball, axis=1).min()) < APART_MM

@@ -86,7 +86,6 @@ def wrong_face(
 
 
 def _angle(first: Float, second: Float) -> float:
-    """Return the angle between unit vectors, degrees."""
     return float(np.degrees(np.arccos(np.clip(first @ second, -1.0, 1.0))))
 
 

@@ -245,7 +245,6 @@ class JobPoints:
         return item.point
 
     def _held_events(self, renamed: Sequence[tuple[int, int]]) -> list[tuple[str, str]]:
-        """Return the events that hold points which repeat a held one."""
         return [
             (hold_reason.held, event_text([new], held[old]))
             for old, new in renamed
@@ -254,7 +253,6 @@ class JobPoints:
         ]
 
     def _inherit(self, renamed: Sequence[tuple[int, int]]) -> None:
-        """Copy sensitivities and holds to points that repeat an observation."""
         for old, new in renamed:
             if old in self._sensitivities:
                 self._sensitivities[new] = self._sensitivities[old]

@@ -85,14 +85,12 @@ def planned_feature(
 
 
 def _box_of(plan: Plan) -> Float:
-    """Return the bounding box (2, 3), mm, of all touches of a plan."""
     places = [places_of(one, one.points).points for one in plan.features]
     every = np.concatenate([*places, [one.point for one in plan.features]])
     return np.stack([every.min(axis=0), every.max(axis=0)])
 
 
 def _in_the_middle(box: Float, rig: Rig) -> RigidTransform:
-    """Return the motion of a part, z upwards, into the middle of the volume."""
     # Upright is opposite to the columns of the sensors.
     columns = np.mean([camera.T_camera_from_world.rotation[1] for camera in rig.cameras], axis=0)
     axis = int(np.argmax(np.abs(columns)))

@@ -64,7 +64,6 @@ class PointSteps:
 
 
 def _checked_reason(reason: str) -> str:
-    """Return the reason of a deletion on one line; MeasuringError if empty."""
     line = " ".join(reason.split())[:_LONGEST_REASON]
     if not line or not line.isprintable():
         raise MeasuringError(

@@ -124,7 +124,6 @@ class ReferenceUse:
 
 
 def _stacked(spots: Sequence[Float]) -> Float:
-    """Return the spots of n points as one array; MeasuringError if shapes differ."""
     shapes = sorted({one.shape for one in spots})
     if len(shapes) > 1:
         words = " and of ".join(" x ".join(str(n) for n in shape) for shape in shapes)

@@ -237,7 +237,6 @@ class StepLog:
         return reverse
 
     def _last_point(self) -> UndoStep | None:
-        """Return the last point as a step, for a job without stored steps."""
         if not self.points.counting:
             return None
         last = self.points.counting[-1]

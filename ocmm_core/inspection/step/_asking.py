@@ -170,7 +170,6 @@ class _Reading:
 
 
 def _checked(path: Path, said: StepAnswer) -> StepAnswer:
-    """Return the answer, or raise its error."""
     if said.error is not None:
         raise InternalError(*said.error)
     if said.fault == "MISSING":

@@ -85,7 +85,6 @@ def chosen(offers: Sequence[Offer], choice: Choice) -> tuple[Offer, ...]:
 
 
 def _why_none(offers: Sequence[Offer], choice: Choice) -> str:
-    """Return why no offer is selected: the reasons against the requested ones."""
     whys = Counter(
         offer.against or "it is a free form, which needs the zone of its profile"
         for offer in offers

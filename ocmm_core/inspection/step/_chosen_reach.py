@@ -113,7 +113,6 @@ def _reach_on(part: PartModel, setting: Setting, offers: Sequence[Offer]) -> Rea
 
 
 def _asked(offer: Offer, reach: Reach) -> Offer | LeftOut:
-    """Return an offer with its reachable targets, or why there are too few."""
     feature, own = offer.feature, [number - 1 for number in offer.faces]
     points = np.array(feature.targets)
     if offer.free_form is not None:
@@ -144,7 +143,6 @@ def _free_form_asked(offer: Offer, form: FreeForm, reach: Reach) -> Offer | Left
 
 
 def _face_of(feature: NominalFeature) -> StepFace:
-    """Return the surface of a feature, as far as its normals need."""
     return StepFace(
         shape=feature.shape.value, point=_triple(feature.point),
         direction=_triple(feature.direction), radius=0.5 * feature.diameter,
@@ -162,7 +160,6 @@ def _triples(rows: np.ndarray[tuple[int, ...], np.dtype[np.float64]]) -> tuple[T
 
 
 def _listed(names: Sequence[str]) -> str:
-    """Return names for a sentence, truncated."""
     more = len(names) - _NAMED
     return ", ".join(names[:_NAMED]) + (f" (+{more})" if more > 0 else "")
 

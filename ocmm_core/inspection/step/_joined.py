@@ -112,7 +112,6 @@ def bore_axes(faces: Sequence[StepFace]) -> Float:
 
 
 def _groups(faces: Sequence[RawFace]) -> list[list[int]]:
-    """Return the faces of each surface, in the order of their first."""
     owner = list(range(len(faces)))
 
     def root(index: int) -> int:

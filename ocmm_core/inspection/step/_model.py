@@ -195,7 +195,6 @@ def _fault(feature: NominalFeature, surface: StepSurface) -> str:
 
 
 def _no_plan_of(said: StepAnswer, count: int) -> tuple[str, str]:
-    """Return the fault of a number of usable surfaces, and the remedy."""
     reasons = Counter(one.against for one in said.surfaces if one.against)
     reasons.update(one.against for one in said.free_forms if one.against)
     reasons.update(said.faults)
@@ -216,7 +215,6 @@ def _no_plan_of(said: StepAnswer, count: int) -> tuple[str, str]:
 
 
 def _said_of(surface: StepSurface, names: dict[int, str]) -> str:
-    """Return the name in the model of the first named face of a surface."""
     return next(filter(None, (names.get(number, "") for number in surface.numbers)), "")
 
 
@@ -229,7 +227,6 @@ def _in_file(owners: dict[int, str], entities: dict[int, int]) -> dict[int, tupl
 
 
 def _with_owners(part: PartModel | None, owners: dict[int, str]) -> PartModel | None:
-    """Return a part whose faces name their features."""
     if part is None:
         return None
     faces = (replace(face, feature=owners.get(face.number, "")) for face in part.faces)

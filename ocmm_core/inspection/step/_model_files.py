@@ -187,7 +187,6 @@ def _own_name(file: Part21, number: int) -> str:
 
 
 def _names_by_document(file: Part21) -> dict[int, list[str]]:
-    """Return the names assigned to documents, and their sources, by document."""
     found: dict[int, list[str]] = {}
     for number in file.all_of(f"APPLIED_{_NAMED}", f"CC_DESIGN_{_NAMED}", _NAMED):
         records = file.records(number)

@@ -206,7 +206,6 @@ def _with_targets(
     aside: MeshAside,
     doing: Callable[[str], None],
 ) -> tuple[tuple[StepSurface, ...], tuple[StepFreeForm, ...]]:
-    """Return surfaces and free forms with targets that can be reached and seen."""
     # Steps without the mesh come first: the other process makes it meanwhile.
     radius = 0.5 * wanted.ball_mm
     rooms = rooms_of(found.faces, radius, doing)
@@ -228,7 +227,6 @@ def _with_targets(
 
 
 def _be_silent() -> None:
-    """Discard the output of the geometry kernel."""
     nothing = os.open(os.devnull, os.O_WRONLY)
     for descriptor in (1, 2):
         os.dup2(nothing, descriptor)

@@ -140,7 +140,6 @@ def _model_of(path: str) -> Any:
 
 
 def _refuse_unread(reader: Any, parts: Sequence[str]) -> None:
-    """Refuse an assembly if the library has read other part files than it names."""
     from OCP.IFSelect import IFSelect_RetDone
 
     files = reader.ExternFiles()
@@ -302,7 +301,6 @@ def _name_of(label: Any) -> str:
 
 
 def _word(text: str) -> str:
-    """Return a word of the file on one printable line."""
     return " ".join("".join(sign if sign.isprintable() else " " for sign in text).split())[
         :_LONGEST
     ]

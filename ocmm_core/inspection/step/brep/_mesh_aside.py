@@ -74,7 +74,6 @@ class MeshAside:
         return SolidMesh(*triangles_of(raw_meshes(self._faces)), deflection)
 
     def _work(self, send: Callable[[bytes], None]) -> None:
-        """Make and send both, in the fork."""
         mesh = self._made()
         send(mesh.triangles.tobytes())
         send(mesh.owners.tobytes())

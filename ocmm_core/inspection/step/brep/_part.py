@@ -326,7 +326,6 @@ def _loops(face: Any, surface: Any, steps: EdgeSteps) -> list[Float]:
 
 
 def _piece(edge: Any, face: Any, steps: EdgeSteps) -> Float | None:
-    """Return an edge in the parameters of the face, in its sense."""
     from OCP.BRepAdaptor import BRepAdaptor_Curve2d
     from OCP.TopAbs import TopAbs_REVERSED
 

@@ -299,7 +299,6 @@ def _curves(face: Any, steps: EdgeSteps) -> _Curves:
 def _edges(
     curves: _Curves, surface: tuple[int, Float, Float], reverse: bool
 ) -> tuple[tuple[Rim, ...], Float]:
-    """Return the edges of a face, and places (n, 3), mm, inside them."""
     count, length = len(curves.kinds), len(curves.uv)
     if not count:
         return (), np.empty((0, 3))

@@ -86,7 +86,6 @@ def _found_by_library(face: Any) -> tuple[str, Any] | None:
 
 
 def _as_face(word: str, canonical: Any, samples: Float) -> StepFace | None:
-    """Return a recognised surface over the extent of samples (n, 3), mm."""
     from OCP.GeomAdaptor import GeomAdaptor_Surface
 
     frame = canonical.Position()
@@ -106,7 +105,6 @@ def _as_face(word: str, canonical: Any, samples: Float) -> StepFace | None:
 
 
 def _turned(face: StepFace) -> StepFace:
-    """Return a surface with the material on its other side."""
     if face.shape != "Plane":
         return msgspec.structs.replace(face, inner=not face.inner)
     x, y, z = face.direction

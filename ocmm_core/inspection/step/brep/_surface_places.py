@@ -14,7 +14,6 @@ from ocmm_core.inspection.step.brep._library import kind_of
 
 @cache
 def _kinds() -> dict[Any, tuple[int, str]]:
-    """Return kind and method of each elementary surface."""
     from OCP import GeomAbs
 
     return {

@@ -186,7 +186,6 @@ def _by_library(surface: Any, u0: float, u1: float, v0: float, v1: float) -> Map
 
 
 def _is_clamped(spline: Any) -> bool:
-    """Return whether a spline of the library is clamped in both directions."""
     u, v = spline.UDegree() + 1, spline.VDegree() + 1
     return bool(
         spline.UMultiplicity(1) == u
@@ -252,7 +251,6 @@ def _with_poles(row: _Row, poles: Float) -> _Row:
 
 
 def _curve(curve: Any, first: float, last: float) -> _Row | None:
-    """Return a curve in space; None if impossible."""
     from OCP.Geom import Geom_TrimmedCurve
     from OCP.GeomAdaptor import GeomAdaptor
     from OCP.GeomConvert import GeomConvert
