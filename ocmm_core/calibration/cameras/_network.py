@@ -66,7 +66,7 @@ def joint_covariance(
 
 
 def _stretch(fit: CameraFit, points: KnownPoints) -> Float:
-    """Return the change (14,) for one sigma of list length: the camera recedes in its ratio."""
+    """Return the change (14,) per sigma of list length: away in its ratio, centroid fixed."""
     move = np.zeros(N_PARAMETERS)
     pose = fit.camera.model.T_camera_from_world
     move[3:6] = points.length_sigma * pose.apply(points.positions_world.mean(axis=0))

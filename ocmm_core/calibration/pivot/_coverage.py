@@ -35,7 +35,7 @@ class PivotPreview:
 
 
 def coverage_of(rotations: Float, middle_probe: Float) -> SweepCoverage:
-    """Return the range of rotations (n, 3, 3), world from probe, of the LEDs' middle (3,)."""
+    """Return the coverage by rotations (n, 3, 3), world from probe; ball to LEDs' middle (3,)."""
     turns = Rotation.from_matrix(rotations)
     vectors = (turns.mean().inv() * turns).as_rotvec()
     axes = np.linalg.svd(vectors - vectors.mean(axis=0), full_matrices=False)[2]

@@ -2,7 +2,7 @@
 
 A failed verification, a suspicion or a wrong artefact makes every job since the last good one
 suspect. The history, on the computers that measure with the calibration, is used only if it
-contains the very record of the job; otherwise a note says that it is missing here.
+contains the very record of the job; otherwise a note reports it missing here.
 """
 
 from __future__ import annotations

@@ -75,7 +75,7 @@ def with_stored_limits(options: SessionOptions, events: Sequence[JobEvent]) -> S
 
 
 def methods_used(events: Sequence[JobEvent]) -> tuple[Method, ...]:
-    """Return the methods of a job's poses, each once, as resumed; InputError as above."""
+    """Return the methods of a job's poses, each once; a resumed job may mix them."""
     found = [_read(event.text).method for event in events if event.kind == LIMITS_EVENT]
     return tuple(dict.fromkeys(found)) or (SessionOptions().method,)
 

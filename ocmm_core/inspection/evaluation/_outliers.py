@@ -27,7 +27,7 @@ USUAL_MM = 0.03
 
 
 def outliers(feature: ActualFeature) -> tuple[int, ...]:
-    """Return the numbers of contradicted points; constructed features have none. See `features`."""
+    """Return the numbers of contradicted points, for flags only; see `features.outliers`."""
     if feature.raw is None or feature.touches is None:
         return ()
     fit, tips = feature.raw, feature.touches.tips

@@ -86,7 +86,7 @@ class Plan(Document, frozen=True, kw_only=True):
 
     @classmethod
     def completed(cls, data: dict[str, Any]) -> dict[str, Any]:
-        """Return ``data`` in NFC (equal names on all systems), with the alignment kind."""
+        """Return ``data`` in NFC, with the kind of alignment that the first plans omitted."""
         data = normal_text(data)
         alignment = data.get("alignment")
         if isinstance(alignment, dict):

@@ -1,4 +1,4 @@
-"""Entity types (ISO 10303-242) that readers understand; `check_entity` refuses others.
+"""Entity types (ISO 10303-242) understood, or without influence; `check_entity` refuses others.
 
 A part of its entity, an argument or a referring entity can change the meaning of a tolerance.
 """

@@ -75,7 +75,7 @@ def touched_feature(
     progress: Progress,
     selected: str = "",
 ) -> str | Refusal:
-    """Return the name of the touched (or `selected`, if not empty) feature, or the ambiguity."""
+    """Return the touched feature, or why ambiguous; `selected` by the inspector, or empty."""
     ball = T_nominal_from_world.apply(contact.tip_world)
     ways = [T_nominal_from_world.rotation @ way for way in contact.ways_world]
     found = _within_reach(plan, ball, ways, contact.radius, progress)
