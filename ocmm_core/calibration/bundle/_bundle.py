@@ -76,8 +76,7 @@ class Linearised:
     """Sum of squared residuals including the prior; infinite for an impossible state."""
     normal: Float
     gradient: Float
-    """`normal`, `gradient`: (k, k) and (k,) of the common columns, before elimination of the poses.
-    """
+    """`normal`, `gradient`: (k, k) and (k,) of the common columns, poses not yet eliminated."""
     damping: float
     """Of all diagonals."""
     groups: tuple[_Group, ...]

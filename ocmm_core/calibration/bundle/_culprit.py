@@ -30,8 +30,7 @@ DECISIVE = 12.0
 """Twice the logarithm of a likelihood ratio of 400: less likely alternatives are excluded."""
 
 LEAST_PX = 0.005
-"""RMS effect on spots below which nothing is refused; smaller than sensor stability over an hour.
-"""
+"""RMS effect on spots below which nothing is refused; less than sensor drift over an hour."""
 
 _TRIED, _PAIRED, _TRIED_IN_PAIR, _MOST = 6, 5, 3, 4
 """Suspects that are fitted fully, firsts of pairs, fully fitted seconds, and most faults named."""
@@ -97,8 +96,7 @@ class CulpritVerdict:
     effect_px: float
     """RMS effect of the best on the spots."""
     also: tuple[tuple[Suspect, ...], ...] = ()
-    """Further faults if the first one named is granted, one after the other, each with its
-    alternatives, the likeliest first."""
+    """Further faults, likeliest first, if the first one named is granted, with alternatives."""
 
 
 @dataclass(frozen=True, slots=True)

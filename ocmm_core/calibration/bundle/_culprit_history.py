@@ -45,8 +45,7 @@ class ChangeScore:
     """Evidence of the residuals for one change."""
 
     score: float
-    """Twice the logarithm of the likelihood ratio; chi-square of ``dof`` degrees of freedom if
-    nothing has changed."""
+    """Twice the logarithm of the likelihood ratio; chi-square (``dof``) without a change."""
     dof: int
     """Observable dimensions of the change."""
     size: Float
@@ -54,8 +53,7 @@ class ChangeScore:
     information: Float
     """(m, m): inverse of the covariance of that."""
     scatter: float = 1.0
-    """Factor of chi-square, at least one, by which the scatter of blocks exceeds their noise:
-    neighbouring frames share sensor errors."""
+    """Factor of chi-square, >= 1, of blocks over noise: neighbours share sensor errors."""
 
 
 @dataclass(frozen=True, slots=True)

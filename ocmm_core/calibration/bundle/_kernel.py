@@ -68,8 +68,7 @@ def add_spot(
 ) -> float:  # fmt: skip
     """Add a spot to U and b; return its weighted square, infinite behind the camera.
 
-    Outputs the weighted miss (2,) and its derivatives by the camera (14,) and by the point (3,),
-    world.
+    Outputs the weighted miss (2,), d(miss) by the camera (14,) and by the point (3,), world.
     """
     depth, predicted_u, predicted_v = spot_rows(packed, x, y, z, u_row, v_row)
     if not depth > 0.0:

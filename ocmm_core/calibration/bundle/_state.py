@@ -83,8 +83,7 @@ class BundleState:
     """`rotations`, `origins`: (n, 3, 3) and (n, 3), mm: poses of the frames, world from probe."""
     bar_rotations: Float
     bar_origins: Points3
-    """`bar_rotations`, `bar_origins`: (m, 3, 3) and (m, 3), mm: poses of the shown bars, which lie
-    along their x, world from bar."""
+    """`bar_rotations`, `bar_origins`: (m, 3, 3), (m, 3), mm: bars along their x, world from bar."""
 
     @property
     def columns(self) -> Columns:

@@ -96,8 +96,7 @@ def dlt(cloud: Cloud, uv: Pixels) -> Float | None:
 def camera_of_dlt(nominal: CameraModel, matrix: Float) -> CameraModel | None:
     """Return the distortion-free camera of a projection matrix.
 
-    None for a mirror image or an implausible lens: another order or handedness, or points in a
-    plane.
+    None for a mirror image or an implausible lens: another order, handedness, or a flat volume.
     """
     m1, m2, m3 = matrix[:, :3]
     u0, v0 = float(m1 @ m3), float(m2 @ m3)

@@ -17,7 +17,7 @@ def spot_rows(
 ) -> tuple[float, float, float]:
     """Return depth, u and v of a world point; write d(u) and d(v) by the camera, (17,) each.
 
-    Constant elements must be preset, see `empty_rows`. Nothing is written for a point behind it.
+    Constant elements must be preset, see `empty_rows`. Nothing is written behind the camera.
     """
     # R X, camera axes, before the translation: lever arm of a camera rotation.
     ax = packed[0] * px + packed[1] * py + packed[2] * pz

@@ -80,8 +80,7 @@ class KnownPointsBegun(Begun, frozen=True, kw_only=True):
     reference_sigma: float
     frame: str
     length_sigma: float
-    """`names`, `positions`, `reference_sigma`, `frame`, `length_sigma`: The list, as in
-    `KnownPoints`; mm."""
+    """`names`, `positions`, `reference_sigma`, `frame`, `length_sigma`: As `KnownPoints`; mm."""
     evaluation: int
     valid_days: int
     artefacts: tuple[ArtefactUse, ...]

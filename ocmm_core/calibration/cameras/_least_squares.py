@@ -56,10 +56,7 @@ class Minimum(Generic[S]):
 def minimise(
     problem: Projector[S], start: S, max_iterations: int = 60, enough: float = ABSOLUTE_DECREASE
 ) -> Minimum[S]:
-    """Return the minimum from ``start``, of infinite cost if impossible.
-
-    Ends when chi-square can fall by no more than ``enough``.
-    """
+    """Return the minimum from ``start``; ends when chi-square can fall by ``enough`` at most."""
     state = start
     residuals, jacobian = problem.linearise(state)
     cost = _cost(residuals)

@@ -51,10 +51,7 @@ class LensTerms:
 
 
 def judge_lens_terms(fit: CameraFit) -> LensTerms:
-    """Return the test of the extra terms, from a fit without them.
-
-    Includes points that are outliers only without the terms: such a lens distorts the rim most.
-    """
+    """Return the test of the extra terms; uses outliers that they explain, mostly at the rim."""
     whitening = whitening_of(fit.camera, fit.points_world, fit.sigma_px, fit.reference_sigma)
     problem = CameraProblem(fit.points_world, fit.uv, whitening, free_parameters(EXTRA_TERMS))
     full, used = without_wrong_points(problem, fit.camera, ENOUGH)

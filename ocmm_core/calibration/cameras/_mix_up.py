@@ -55,10 +55,7 @@ def explain_misfit(
 
 
 def explain_baseline(first: str, second: str, found_mm: float, expected_mm: float) -> list[Finding]:
-    """Return findings on the unit of the list, from the rig document's camera distance.
-
-    Residuals are the same in every unit; only a reference length reveals it.
-    """
+    """Return findings on the unit by the camera distance of the rig; residuals hide it."""
     ratio = found_mm / expected_mm
     said = (
         f"According to the list of points, cameras '{first}' and '{second}' are {found_mm:.4g} "

@@ -197,8 +197,7 @@ def without_wrong_points(
 ) -> tuple[Minimum[LensCamera], np.ndarray[tuple[int], np.dtype[np.bool_]]]:
     """Return the minimum of the inliers, and their mask.
 
-    Re-judged after every fit (first by ``camera``); ends when chi-square falls by at most
-    ``enough``.
+    Re-judged after every fit (first by ``camera``), until chi-square can fall by ``enough``.
     """
     distances = problem.distances(problem.miss(camera))
     used = distances <= _limit(distances)

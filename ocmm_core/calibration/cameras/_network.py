@@ -101,8 +101,8 @@ class CameraCalibration:
 
     model: CameraModel
     covariance: Float
-    """(14, 14), in the order of `camera.model.PARAMETERS`; scaled by chi-square per degree of
-    freedom if above one, never shrunk; with the length uncertainty of the list."""
+    """(14, 14), order of `camera.model.PARAMETERS`; scaled by chi-square per degree of freedom if
+    above one; with the length uncertainty of the list."""
     rms_px: float
     chi2: float
     dof: int

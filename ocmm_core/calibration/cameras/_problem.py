@@ -28,8 +28,7 @@ class CameraProblem:
     uv: Pixels
     """`points_world`, `uv`: (n, 3), mm, and (n, 2), px."""
     whitening: Float
-    """(3, n), 1/px: the lower triangle (00, 10, 11) that scales each point's residual to unit
-    variance, reduced for points with lower weight."""
+    """(3, n), 1/px: triangle (00, 10, 11) that scales residuals to unit variance, weighted."""
     free: tuple[int, ...]
     """Indices into `ALL_PARAMETERS` of the fitted parameters; the others are fixed."""
 

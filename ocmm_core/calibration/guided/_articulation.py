@@ -38,8 +38,7 @@ class Articulation:
     """(n, 3), mm: tips less their mean."""
     spread_2s: float
     largest: float
-    """`spread_2s`, `largest`: mm: two standard deviations, and the largest distance from the mean.
-    """
+    """`spread_2s`, `largest`: mm: two standard deviations, and largest distance from the mean."""
     half_range: Float
     """(3,), mm: half of largest less smallest, per world axis."""
     spread_limit: float

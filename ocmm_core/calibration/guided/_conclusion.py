@@ -67,8 +67,7 @@ class Findings:
     covariance: Float
     volume_world: Float
     hull_world: Points3
-    """`cameras`, `covariance`, `volume_world`, `hull_world`: As in `cameras.RigCalibration` and
-    `relocation.RelocationResult`."""
+    """These four: as in `cameras.RigCalibration` and `relocation.RelocationResult`."""
     residuals: tuple[CameraResiduals, ...]
     rms_px: float
     chi2_per_dof: float

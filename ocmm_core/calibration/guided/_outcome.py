@@ -54,8 +54,7 @@ class CalibrationComparison:
     calibration, and new minus old location after removal of the common motion."""
     length_sigma_before_mm: float
     length_sigma_after_mm: float
-    """`length_sigma_before_mm`, `length_sigma_after_mm`: Predicted standard uncertainty of a length
-    in the volume, by either covariance."""
+    """`length_sigma_before_mm`, `length_sigma_after_mm`: Predicted, of a length in the volume."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -156,8 +156,7 @@ class Procedure(Protocol):
     def take(self, now: datetime) -> None:
         """Record the current view as the next observation of the current step.
 
-        CalibrationError, with the reason, unless `Live.ready`; StorageError if it could not be
-        stored.
+        CalibrationError, with the reason, unless `Live.ready`; StorageError if not stored.
         """
         ...
 

@@ -257,10 +257,7 @@ class GuidedProcedure(ABC, Generic[E, O]):
             self._append(Forced(utc=utc_text(now), reason=reason))
 
     def record_temperature(self, now: datetime, sensors_c: Sequence[float | None]) -> None:
-        """Record the temperature of the cameras' sensors, degrees Celsius, during observations.
-
-        Changes below `WARMTH_STEP_K`, missing values, and readings after a result are ignored.
-        """
+        """Record sensor temperatures, °C, before a result; ignores steps below `WARMTH_STEP_K`."""
         known = tuple(value for value in sensors_c if value is not None)
         with self._lock:
             open_ = self._decided is None and self._outcome is None

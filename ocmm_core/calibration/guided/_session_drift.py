@@ -86,8 +86,7 @@ class SessionChange:
     amount: Float
     gain: float
     limit: float
-    """`gain`, `limit`: Decrease of chi-square with it, and the critical value at the stated
-    probability over all suspects and moments."""
+    """`gain`, `limit`: Decrease of chi-square with it; critical value over suspects and moments."""
     worth: float
     """Gain less the charge for free amounts; the moment of a jump is one."""
 

@@ -135,10 +135,7 @@ B = TypeVar("B", bound=Begun)
 
 
 def reread(begun: B, readings: Sequence[Reread]) -> B:
-    """Return the first line with the mean temperature of a session.
-
-    One thermometer has one error; the range of its readings is added to its uncertainty.
-    """
+    """Return the first line with the mean temperature; the range of readings adds to its U."""
     if begun.temperature_c is None or not readings:
         return begun
     all_c = [begun.temperature_c, *(one.celsius for one in readings)]
@@ -189,11 +186,7 @@ class SessionFormat(Generic[E, B]):
         return chain, begun
 
     def resume(self, path: Path) -> tuple[ChainFile[SessionLine[E]], B]:
-        """Return the file of a session and its first line.
-
-        CalibrationError if power failed before that was on disk; StorageError if unreadable or
-        changed.
-        """
+        """Return a session file and its first line (CalibrationError if none); StorageError."""
         chain = ChainFile(path, self._lines, remembered=True)
         begun = chain.items[0].event if chain.items else None
         if not isinstance(begun, self._first):

@@ -50,8 +50,7 @@ def tips_of(touches: Sequence[RestingTouch]) -> Points3:
 def shared_covariance(by_cameras: Float, by_geometry: Float, rig: Rig, body: ProbeBody) -> Float:
     """Return the covariance (3, 3), mm^2, of a tip due to cameras and probe.
 
-    Derivatives as in `RestingTouch`, or their difference between two touches: shared effects
-    cancel.
+    Derivatives as in `RestingTouch`, or their difference between touches: shared effects cancel.
     """
     covariance: Float = (
         by_cameras @ rig.parameter_covariance @ by_cameras.T

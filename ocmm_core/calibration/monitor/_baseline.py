@@ -44,8 +44,7 @@ class Baseline:
     belief: Belief
     """Prior of other camera and probe errors, given these maps."""
     left_px: float
-    """Standard deviation of the pattern not contained in the maps, per axis, from held-out looks.
-    """
+    """Standard deviation of the pattern left by the maps, per axis, from held-out looks."""
     looks: int
 
 

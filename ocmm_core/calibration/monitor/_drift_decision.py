@@ -117,8 +117,7 @@ class MonitorOptions:
     """Bus time of one look."""
     looks: int = 40
     every: int = 10
-    """`looks`, `every`: Number of latest looks examined together, whenever ``every`` new ones
-    arrived."""
+    """`looks`, `every`: Number of latest looks examined together, at every so many new ones."""
     sparse: int = 30
     """Every n-th look is kept for slow changes; ``looks`` of them are examined together."""
     floor_px: float = 0.0004
@@ -163,11 +162,7 @@ def examine(
     belief: Belief,
     options: MonitorOptions,
 ) -> DriftReport:
-    """Return the verdict on the calibration from looks, ``since_ns`` left open.
-
-    Three looks into nests with known places (`ResidualSample.known_tip_world`) identify the
-    element.
-    """
+    """Return the verdict from looks (``since_ns`` open); the element if three have known tips."""
     scores = score_changes(list(looks), rig, body, belief, options.floor_px)
     cause, cameras, what = _judge(scores, rig, options)
     enough = len(looks) >= options.looks // 2 and _places(looks) >= _PLACES

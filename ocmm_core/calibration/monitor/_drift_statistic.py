@@ -43,8 +43,7 @@ class PossibleChange:
     """One possible change."""
 
     score: float
-    """Twice the logarithm of the likelihood ratio; chi-square of ``dof`` degrees of freedom if
-    nothing has changed."""
+    """Twice the logarithm of the likelihood ratio; chi-square (``dof``) without a change."""
     dof: int
     size: Float
     """(dof,): most likely amount."""

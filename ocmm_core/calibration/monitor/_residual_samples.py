@@ -33,8 +33,7 @@ class ResidualSample:
     """`first_ns`, `last_ns`: Bus time of its first and last frame."""
     n_frames: int
     residuals: Float
-    """(C, L, 2), px: seen minus predicted by the pose of each frame and by the residual map; NaN if
-    unseen."""
+    """(C, L, 2), px: seen minus predicted by poses and residual map; NaN if unseen."""
     pattern_px: Float
     """(C, L): standard deviation of the pattern not contained in the map."""
     white_px: float
@@ -44,8 +43,7 @@ class ResidualSample:
     """`rotation_world_from_probe`, `origin_world`: (3, 3) and (3,), mm: pose in the middle."""
     known_tip_world: Float | None = None
     known_tip_covariance: Float | None = None
-    """`known_tip_world`, `known_tip_covariance`: (3,), mm, and (3, 3), mm^2: place of the ball from
-    another source, such as a control nest; else None."""
+    """`known_tip_world`, `known_tip_covariance`: (3,), mm, (3, 3), mm^2: as of a control nest."""
 
 
 @dataclass(frozen=True, slots=True)

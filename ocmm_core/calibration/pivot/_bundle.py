@@ -90,8 +90,7 @@ def normals_at(
 ) -> PivotNormals:  # fmt: skip
     """Return the normal equations at ``state``, rotations eliminated.
 
-    ``blocks`` (n,) of the poses, default one; ``with_cameras``: their coupling with centre and
-    arms.
+    ``blocks`` (n,) of poses, default one; ``with_cameras``: coupled with centre and arms.
     """
     n, k = len(sweep.uv), state.columns
     width = k + N_CAMERA * len(rig.cameras) * with_cameras

@@ -91,8 +91,7 @@ def complete_poses(targets: Float) -> Int:
 def group_average(targets: Float, centre: Float) -> Points3:
     """Return the mean arms (L, 3), mm, of all complete poses about the centre (3,).
 
-    Group average of Gower (thesis 1.3.2 and 3.2), turned as in the first complete pose (n, L, 3).
-    CalibrationError without one.
+    Gower's group average (thesis 1.3.2, 3.2), turned as the first; CalibrationError without one.
     """
     whole = complete_poses(targets)
     targets = np.ascontiguousarray(targets)
@@ -109,10 +108,7 @@ def group_average(targets: Float, centre: Float) -> Points3:
 
 
 def thesis_pivot(targets: Float) -> ThesisPivot:
-    """Return the pivot of triangulated targets (n, L, 3), mm, by the method of the thesis.
-
-    CalibrationError if a path is flat, or no pose is complete.
-    """
+    """Return the thesis's pivot of targets (n, L, 3), mm; CalibrationError if undetermined."""
     reference = np.nanmean(targets, axis=0)
     centres = sphere_centres(moments_of(targets, reference), reference)
     if not np.isfinite(centres).all():

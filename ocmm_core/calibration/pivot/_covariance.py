@@ -38,8 +38,7 @@ PATTERN_WAVES = 300
 """Cosine waves of a sensor pattern: gives variances to some per cent."""
 
 BEYOND_CHANCE = 1.4
-"""Variances from some sixty blocks scatter by a fifth; always using the larger would overestimate.
-"""
+"""Variances from some sixty blocks scatter by a fifth; always the larger would overestimate."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,8 +51,7 @@ class Geometry:
     T_probe_from_body: RigidTransform
     """From the frame of the adjustment, whose origin is the tip."""
     by_arms: Float
-    """(3 L + 3, 3 L): derivative of LEDs and tip by the arms of the adjustment, with the LEDs kept
-    fitted to those of the document."""
+    """(3 L + 3, 3 L): derivative by the arms, with the LEDs kept fitted to the document's."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,8 +59,7 @@ class PivotUncertainty:
     """Covariances (3 L + 3, 3 L + 3), mm^2, of LEDs and tip in the probe's frame."""
 
     noise: Float
-    """From block bootstrap less the cameras' contribution to block scatter; at least the formal one
-    and that of the sensor pattern."""
+    """From block bootstrap less the cameras' part; at least formal and of the sensor pattern."""
     formal: Float
     """Of independent frames with the stated sigma."""
     by_cameras: Float

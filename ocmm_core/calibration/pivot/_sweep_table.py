@@ -42,11 +42,7 @@ class SweepTable:
 def load_sweeps(
     path: Path | str, rig: Rig, n_leds: int, options: TableOptions | None = None
 ) -> SweepTable:
-    """Return both sweeps of the table at ``path``.
-
-    InputError: not such a table, a missing sweep, an unknown sweep, camera or LED, or a repeated
-    spot.
-    """
+    """Return both sweeps of a table; InputError if one is missing, for unknown or double rows."""
     read = read_pixels(path, _COLUMNS, options)
     table = read.table
     cameras = {str(camera.serial): index for index, camera in enumerate(rig.cameras)}

@@ -79,8 +79,7 @@ class Beam:
     axial: Float
     """(n,): stiffness E A against tension, N."""
     bow: Float
-    """(n,): curvature per kelvin between the faces of a panel, 1/(mm K); bars are too thin to keep
-    a difference."""
+    """(n,): curvature per kelvin between the faces of a panel, 1/(mm K); bars are too thin."""
 
     @property
     def weight(self) -> float:

@@ -111,8 +111,7 @@ class ProbeDesign:
     probe: str
     axis_probe: Float
     soft_probe: Float
-    """`axis_probe`, `soft_probe`: (3,), unit, probe frame: along it, and across it in the direction
-    of least stiffness."""
+    """`axis_probe`, `soft_probe`: (3,), unit, probe frame: along it; across, of least stiffness."""
     sections: tuple[Section, ...]
     """Sections along the axis, from the ball on."""
     beam: Beam

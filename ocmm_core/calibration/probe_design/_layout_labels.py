@@ -14,8 +14,7 @@ class WrongLabels:
     hidden: int
     """Number of the unseen LED, from 1; 0 if all are seen."""
     ambiguity: Ambiguity | None
-    """The labelling; its labels name the LEDs assigned to the places of the visible ones. None if
-    the rules exclude all."""
+    """LEDs assigned to the places of the visible ones; None if the rules exclude all."""
 
     @property
     def is_safe(self) -> bool:

@@ -43,17 +43,13 @@ class Temperature:
     sigma_k: float
     """Standard uncertainty, including that of the measuring position, K."""
     origin: str
-    """Thermometer, or basis of the value. One thermometer has one error: readings of the same
-    origin are fully correlated."""
+    """Thermometer, or basis of the value; readings of one origin are fully correlated."""
 
 
 def stated_temperature(
     celsius: float | None, expanded_k: float | None, origin: str = ""
 ) -> Temperature | None:
-    """Return a typed temperature with the expanded uncertainty (k = 2) of its thermometer.
-
-    InputError if a number is implausible, or the uncertainty is missing.
-    """
+    """Return a typed temperature with U (k = 2); InputError if implausible, or without U."""
     if celsius is None:
         return None
     require_temperature("surroundings", celsius)

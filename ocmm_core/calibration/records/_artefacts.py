@@ -62,8 +62,7 @@ class ArtefactDocument(Document, frozen=True, kw_only=True):
     temperatures: tuple[float, float] = RATED_C
     """Temperature range in which the certificate and expansion hold, degrees Celsius."""
     certified: tuple[float, float] | None = None
-    """From and to, mm: lengths that the certificate covers; without it, all that the document
-    names."""
+    """From and to, mm: certified lengths; without it, all that the document names."""
 
 
 class BarDocument(ArtefactDocument, frozen=True, kw_only=True):
@@ -108,10 +107,7 @@ class Artefact:
     def judge(
         self, length: float, limit: float, now: datetime, temperature: Temperature | None
     ) -> list[Finding]:
-        """Return findings against its use for an error limit, mm, of a length, mm.
-
-        Ambient temperature, None if not measured; InputError if implausible.
-        """
+        """Return findings on use for a length, limit (mm), ambient; InputError if implausible."""
         outside = self._outside(temperature)
         found = [] if outside is None else [outside]
         due = datetime.fromisoformat(self.use.due_utc)
@@ -176,10 +172,7 @@ class Sphere:
 
 
 def load_bar(path: Path | str) -> LengthBar:
-    """Return the length bar of a document.
-
-    InputError: malformed, places that do not ascend, or LEDs other than two.
-    """
+    """Return a length bar; InputError if malformed, places not ascending, or not two LEDs."""
     document = load_document(path, BarDocument, BAR_SCHEMA)
     for field, places in (("nests", document.nests), ("leds", document.leds)):
         if any(after <= before for before, after in pairwise(places)):

@@ -19,8 +19,7 @@ from ocmm_core.fieldbus.objects import ObjectAccess, read_intrinsics, write_intr
 
 WARNS_K = 2.0
 BLOCKS_K = 5.0
-"""Sensor temperature differences above which the lens may have moved, K; to be tuned for the
-cameras in use."""
+"""Sensor temperature differences above which the lens may have moved, K; to be tuned."""
 
 _WRITE = "Maintain, Calibration, Write to cameras; or ocmm calibrate write-cameras"
 
@@ -41,10 +40,7 @@ def write_to_cameras(record: CameraRecord, objects: Callable[[str], ObjectAccess
 def compare_with_cameras(
     record: CameraRecord, objects: Callable[[str], ObjectAccess]
 ) -> Blocker | None:
-    """Return why the cameras are not those of a calibration, or None.
-
-    BusError if a camera does not answer, or its stored intrinsics are damaged.
-    """
+    """Return why cameras are not the calibrated ones; BusError if silent or damaged."""
     for entry in record.cameras:
         found = read_intrinsics(objects(entry.name))
         expected = _intrinsics(record, entry)

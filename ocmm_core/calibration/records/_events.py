@@ -42,8 +42,7 @@ class Event(StoredEvent, frozen=True, kw_only=True):
     kind: EventKind
     calibration: str
     evidence: str = ""
-    """Hash of the verification record (also a fallen one) or of the recall record; otherwise empty.
-    """
+    """Hash of the verification (also a fallen one) or recall record; otherwise empty."""
     since_utc: str = ""
     """For a suspicion: last time without a fault, empty if unknown. For an artefact: start of the
     fault. For a passed verification: its last observation, empty in earlier versions."""
@@ -130,10 +129,7 @@ def last_good(events: Sequence[Event]) -> str:
 
 
 def judgements(events: Sequence[Event]) -> list[Event]:
-    """Return the events that decide the status, oldest first.
-
-    Passed with a faulty artefact counts as a suspicion: the true result is unknown.
-    """
+    """Return the deciding events, oldest first; passed with a faulty artefact is a suspicion."""
     void = {one.evidence: one for one in events if one.kind is EventKind.FALLEN and one.evidence}
     return [
         msgspec.structs.replace(

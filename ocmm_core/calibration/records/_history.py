@@ -21,10 +21,7 @@ from ocmm_core.errors import CalibrationError, OcmmError
 
 
 class CalibrationStore(RecordStore[Event]):
-    """Calibrations of one rig in a folder; single writer process, thread-safe.
-
-    StorageError if the chain of events is broken.
-    """
+    """Calibrations of a rig; one writer process, thread-safe; StorageError for a broken chain."""
 
     _renewals = ("calibrate the cameras from known points and verify", "verify the calibration")
 

@@ -44,8 +44,7 @@ class PivotCheck(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_field
 
     difference_mm: Vector3
     sigma_mm: Vector3
-    """`difference_mm`, `sigma_mm`: Between the tips of both sweeps, probe frame, and its standard
-    uncertainty."""
+    """`difference_mm`, `sigma_mm`: Between the tips of both sweeps, probe frame."""
     led_difference_mm: float
     """RMS distance of the LEDs."""
     place_mm: float
@@ -53,8 +52,7 @@ class PivotCheck(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_field
     """`place_mm`, `attitude_deg`: Distance of the second sweep from the first."""
     articulation_2s_mm: float | None
     articulation_max_mm: float | None
-    """`articulation_2s_mm`, `articulation_max_mm`: First tip followed through the second sweep;
-    None if it had too few attitudes."""
+    """`articulation_2s_mm`, `articulation_max_mm`: First tip in the second sweep, or None."""
 
 
 class ProbeRecord(MadeRecord, frozen=True, kw_only=True):
@@ -73,8 +71,7 @@ class ProbeRecord(MadeRecord, frozen=True, kw_only=True):
     """`frames`, `left_out`: Frames of the first sweep, and outliers among them."""
     ranges_deg: Vector3
     attitudes: int
-    """`ranges_deg`, `attitudes`: Rotation range about the probe's axes, and number of attitudes at
-    least two degrees apart."""
+    """`ranges_deg`, `attitudes`: About the probe's axes; number at least two degrees apart."""
     rms_px: float
     chi2_per_dof: float
     """`rms_px`, `chi2_per_dof`: Of the residuals."""

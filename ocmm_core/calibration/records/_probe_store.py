@@ -30,10 +30,7 @@ _RENEWALS = {TipEventKind.CALIBRATED: 0, TipEventKind.QUALIFIED: 1, TipEventKind
 
 
 class ProbeStore(RecordStore[TipEvent]):
-    """Records of one probe in a folder; single writer process, thread-safe.
-
-    StorageError if the chain of events is broken.
-    """
+    """Records of a probe; one writer process, thread-safe; StorageError for a broken chain."""
 
     _renewals = (
         "calibrate the probe with this tip and qualify it",

@@ -62,10 +62,7 @@ def record_hash(record: msgspec.Struct) -> str:
 
 
 def unseal(path: Path, content: bytes, kind: type[R]) -> R:
-    """Return the record in ``content``; ``path`` is for messages.
-
-    CalibrationError if not of this kind, or changed since it was written.
-    """
+    """Return the record in ``content``; CalibrationError if changed or of another kind."""
     record, signature = _opened(path, content, kind)
     if signature is not None:
         raise _changed(path, "its content does not match its hash")

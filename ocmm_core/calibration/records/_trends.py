@@ -50,8 +50,7 @@ class CalibrationTrends:
     baseline: tuple[Course, ...]
     """Distance of each camera from the first one, mm."""
     error: Course
-    """For each verification, the error closest to its limit as a signed fraction of that limit;
-    beyond one the limit was exceeded."""
+    """Per verification, the error closest to its limit, as a signed fraction of the limit."""
 
 
 def trends(

@@ -90,8 +90,7 @@ class Observations:
     touched_bars: tuple[TouchedBar, ...] = ()
     """`shown_bars`, `touched_bars`: Certified lengths; either kind gives the scale."""
     seats: tuple[str, ...] = ()
-    """Names of the fixed places in which the ball rested: nests, cones and seats of touched bars.
-    """
+    """Fixed places in which the ball rested: nests, cones and seats of touched bars."""
     seat_sigma: float = 0.001
     """mm per axis: seating repeatability of the ball."""
 
@@ -141,8 +140,7 @@ class RelocationOptions:
     """`lens`, `geometry`: See `LensMode` and `GeometryMode`."""
     world: WorldFrame = field(default_factory=KeptByCameras)
     thermometer_k: float = 0.0
-    """Standard uncertainty of the temperature, K, an error that bars and probe share; zero if the
-    lengths hold at the observations."""
+    """Standard uncertainty, K, of the shared temperature; zero: lengths as observed."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -189,15 +187,13 @@ class RelocationResult:
     """Motion from the world of the start rig to the new one, as moved after the adjustment."""
     leds_probe: Points3
     tip_probe: Float
-    """`leds_probe`, `tip_probe`: (L, 3) and (3,), mm: LEDs and tip of the probe from these frames.
-    """
+    """`leds_probe`, `tip_probe`: (L, 3) and (3,), mm, from these frames."""
     geometry_covariance: Float
     """(3 L + 3, 3 L + 3), mm^2, of LEDs and tip."""
     rms_px: float
     chi2: float
     dof: int
-    """`rms_px`, `chi2`, `dof`: RMS residual per coordinate of the used probe spots; chi-square and
-    degrees of freedom of all residuals."""
+    """`rms_px`, `chi2`, `dof`: Per coordinate of the used probe spots; of all residuals."""
     residuals_px: Pixels
     """(n, C, L, 2), observed minus predicted; NaN if unseen."""
     used: NDArray[np.bool_]

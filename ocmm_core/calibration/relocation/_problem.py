@@ -31,8 +31,7 @@ UNKNOWN_SIGMA = 1.0
 """mm per axis; holds the tip of an unknown probe, unless rotation in seats determines it."""
 
 EXACT_SIGMA = 1e-4
-"""mm; tolerance of the distance of two seats of a bar: far below the spot noise, hence a condition.
-"""
+"""mm; of the distance of two seats of a bar: far below the spot noise, hence a condition."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -58,8 +58,7 @@ class RelocationBegun(Begun, frozen=True, kw_only=True):
     bars_wanted: int
     length_mm: float
     length_limit_mm: float
-    """`length_mm`, `length_limit_mm`: Test length, and its largest acceptable standard uncertainty.
-    """
+    """`length_mm`, `length_limit_mm`: Test length, and its largest standard uncertainty."""
     lens: LensMode
     geometry: GeometryMode
     world: World
@@ -70,8 +69,7 @@ class RelocationBegun(Begun, frozen=True, kw_only=True):
     mm; empty unless they define the world frame."""
     valid_days: int
     seats: int | None = None
-    """Number of seats visited first and last: zero for recordings without them, None in sessions of
-    earlier versions."""
+    """Seats visited first and last: zero for recordings without, None in earlier versions."""
 
 
 class PoseTaken(SessionEvent, frozen=True, kw_only=True):
@@ -114,8 +112,7 @@ class RelocationState:
     bars: list[BarTaken] = field(default_factory=list)
     bar_ends: list[SeatTaken] = field(default_factory=list)
     seats: list[SeatTaken] = field(default_factory=list)
-    """`poses`, `bars`, `bar_ends`, `seats`: In order; ``bar_ends``: of a touched bar, two a
-    placement."""
+    """`poses`, `bars`, `bar_ends`, `seats`: In order; two ``bar_ends`` for a placement."""
     visits: list[SeatVisited] = field(default_factory=list)
     """In order, of the seats that are visited first and last."""
     _since: int = 0

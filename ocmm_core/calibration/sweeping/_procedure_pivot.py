@@ -190,10 +190,7 @@ class PivotProcedure(ProbeProcedure[PivotEvent, PivotOutcome]):
                 self._rewatch()
 
     def end_sweep(self, now: datetime) -> None:
-        """Enter the next step with an incomplete sweep, after `force`; else CalibrationError.
-
-        Also CalibrationError if the sweep lacks the minimum.
-        """
+        """End a sweep early, after `force`; else, or below the minimum, CalibrationError."""
         with self._lock:
             if self._step not in SWEEPS or not self._sweep_view(self._step).may_end:
                 gate = self._steps()[self.step_names.index(self._step)].gate

@@ -137,8 +137,7 @@ class SweepingState:
     )
     first_utc: str = ""
     last_utc: str = ""
-    """`first_utc`, `last_utc`: Time of the first poses of the first sweep, and of the last of all.
-    """
+    """`first_utc`, `last_utc`: First poses of the first sweep, last ones of all."""
     visits: list[ConeVisited] = field(default_factory=list)
     """Final visits of the first cone; all count as long as its sweep is unchanged."""
     visited: bool = False

@@ -50,8 +50,7 @@ class SweepView:
     """`attitudes`, `attitudes_wanted`: Likewise attitudes at least two degrees apart."""
     ranges: Float
     ranges_wanted: Float
-    """`ranges`, `ranges_wanted`: (3,), rad: rotation range about the probe's axes in descending
-    order, and its target."""
+    """`ranges`, `ranges_wanted`: (3,), rad: about the probe's axes, descending, and targets."""
     tip_sigma_mm: float
     tip_sigma_wanted_mm: float
     """`tip_sigma_mm`, `tip_sigma_wanted_mm`: Predicted standard uncertainty of the tip if the sweep

@@ -166,8 +166,7 @@ def predicted_covariance(
 ) -> Float:
     """Return the predicted covariance (4, 4), mm^2, of centre and radius; infinite if undetermined.
 
-    Directions from its centre; those of ``more`` (m, 3) are as uncertain as the nearest recorded
-    one.
+    Directions from its centre; ``more`` (m, 3) are as uncertain as their nearest recorded one.
     """
     predicted = _predicted(touches, directions, rig, body, more)
     return np.full((4, 4), np.inf) if predicted is None else predicted[0]

@@ -167,10 +167,7 @@ class TouchProcedure(ProbeProcedure[TouchEvent, Q], Generic[Q, B]):
                 record_shock(self._store, datetime.now(UTC))
 
     def take_shot(self, uv: Float, sigma_px: float, now: datetime) -> None:
-        """Add recorded averaged spots (C, L, 2), px, as the next observation.
-
-        CalibrationError if this step records nothing, TrackingError if the spots determine no pose.
-        """
+        """Add averaged spots (C, L, 2), px; CalibrationError if not due, TrackingError: no pose."""
         with self._lock:
             if not self._wants():
                 raise CalibrationError(

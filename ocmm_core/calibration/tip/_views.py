@@ -118,8 +118,7 @@ class ConeProgress:
     """(n, 3), mm: tips less their mean."""
     spread_2s_mm: float
     largest_mm: float
-    """`spread_2s_mm`, `largest_mm`: Two standard deviations, and largest distance from the mean;
-    NaN before two."""
+    """`spread_2s_mm`, `largest_mm`: Two standard deviations, and largest from mean; else NaN."""
     half_range_mm: Float
     """(3,): half of largest less smallest per world axis; NaN before two."""
     spread_limit_mm: float

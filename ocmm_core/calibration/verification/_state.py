@@ -46,8 +46,7 @@ PLACES = ("near third", "far third")
 """Parts of the volume as seen by the cameras, for spheres touched in two places."""
 
 _MOST_GAIN = 1.0
-"""Standard deviation of a diameter over that of a point; beyond, points are too close to the pole.
-"""
+"""Standard deviation of diameter over point; beyond, points are too close to the pole."""
 
 
 class VerificationBegun(Begun, frozen=True, kw_only=True):

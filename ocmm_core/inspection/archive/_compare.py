@@ -35,10 +35,7 @@ def compare_folder(
     probes: Path | None = None,
     calibrations: Path | None = None,
 ) -> Comparison:
-    """Compare the jobs of a folder; as `compare_files`.
-
-    InputError if it cannot be read, or has fewer than two jobs of one plan.
-    """
+    """Compare a folder's jobs as `compare_files`; InputError if unreadable, or fewer than two."""
     if not folder.is_dir():
         raise InputError("compare.folder", f"{folder}: folder not found.", "Check the name.")
     return compare_files(files_of_folder(folder, SUFFIX), progress, probes, calibrations)

@@ -43,8 +43,7 @@ class RecalledCharacteristic(msgspec.Struct, frozen=True, kw_only=True, forbid_u
     name: str
     before: RecalledValue
     after: RecalledValue | None
-    """`before`, `after`: By the calibration of the job, and by the one that its spots support; None
-    if unknown."""
+    """`before`, `after`: By the job's calibration; by the one its spots support; or None."""
     outcome: Outcome
     reason: str
     """`outcome`, `reason`: And why, in a sentence."""
@@ -104,8 +103,7 @@ class RecallRecord(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fie
     made_utc: str
     made_by: str
     software: str
-    """`made_utc`, `made_by`, `software`: Time, name (empty for a trial, which decides nothing) and
-    version."""
+    """`made_utc`, `made_by`, `software`: Time, name (empty: undecided trial) and version."""
     folders: tuple[str, ...]
     looked_at: int
     """Number of opened job files."""

@@ -51,8 +51,7 @@ class ReopenedJob:
     plan: Plan
     rig: Rig
     body: ProbeBody
-    """`plan`, `rig`, `body`: By the file alone. ``body`` has the geometry at the job's
-    temperatures."""
+    """`plan`, `rig`, `body`: By the file alone; ``body`` at the job's temperatures."""
     options: SessionOptions
     """Limits, temperatures, contact and reference body of the job."""
     view: JobView

@@ -35,8 +35,7 @@ _REMAINS = 0.75
 _GAIN, _MANY = 0.3, 3
 """Relative gain of a witness of a pattern; and witnesses required per feature made worse."""
 _FOLLOWS, _STRAYS = 1.5, 2.5
-"""Misfit, relative to the usual one, up to which a feature follows a pattern, and beyond which not.
-"""
+"""Misfit over the usual one, up to which a feature follows a pattern; beyond which not."""
 _LEAST_WITNESSES, _LEAST_SIZES = 2, 3
 _NOTHING = 1e-12
 _NOISY = 5.0

@@ -47,8 +47,7 @@ class EvaluatedJob:
     samples: tuple[FormSample, ...]
     evaluations: Mapping[str, Evaluation]
     missing: Mapping[str, str]
-    """`evaluations`, `missing`: Values with gradients by name of the characteristic, and why others
-    have none."""
+    """`evaluations`, `missing`: Values with gradients by name, and why others have none."""
 
     @property
     def actual(self) -> dict[str, ActualFeature]:

@@ -17,8 +17,7 @@ PARTIAL_PLAN = "PARTIAL PLAN"
 """The source of the plan has more requirements than the plan."""
 NO_REAL_PART = "No real part was measured."
 SIMULATED_LINE = "SIMULATED: No real part was measured."
-"""A literal, because catalogues translate whole sentences; a test compares it with the two above.
-"""
+"""A literal, to translate the whole sentence; a test compares it with the two above."""
 
 
 def job_states(view: JobView) -> tuple[str, ...]:

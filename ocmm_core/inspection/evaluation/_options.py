@@ -39,8 +39,7 @@ class SessionOptions:
     reference: ReferenceBody | None = None
     """Reference body of all points; None without one."""
     near: RigidTransform | None = None
-    """Rough motion from the world to the nominals of the plan, from a previous part; for guidance
-    only."""
+    """Rough motion from the world to the nominals, from a previous part; guidance only."""
     method: Method = "gauss-newton"
     """Computation of the poses of touches; results of ``"thesis"`` prove nothing."""
 

@@ -27,8 +27,7 @@ class Places:
     points: Float
     """(n, 3), mm, on the surface; empty if the plan has no size of the feature."""
     normals: Float
-    """(n, 3), unit, from the material towards the probe; zero for a line, whose plan does not name
-    its face."""
+    """(n, 3), unit, from the material to the probe; zero for a line, whose face is unknown."""
 
 
 NOWHERE = Places(np.empty((0, 3)), np.empty((0, 3)))

@@ -43,8 +43,7 @@ class Progress:
     """`done`, `skipped`: Complete features, and omitted ones."""
     probing: Probing = "plan"
     methods: Mapping[str, str] = field(default_factory=dict)
-    """Compensation (`measuring.compensation.METHODS`) of features for which the inspector overrides
-    the plan."""
+    """Compensation (`measuring.compensation.METHODS`) by the inspector instead of the plan."""
 
     def advanced(self) -> Progress:
         """Return a copy with the first open feature after the active one active."""

@@ -170,8 +170,7 @@ def places_of(nominal: NominalFeature, count: int) -> Places:
 def nearness(nominal: NominalFeature, ball: Float, radius: float) -> Nearness:
     """Return the nearness of a ball at ``ball`` (3,), mm, with ``radius``, mm, to the surface.
 
-    A circle is a bore or shaft: depth does not count up to ten millimetres. Lengths bound the
-    surface.
+    A circle is a bore or shaft: depth counts beyond ten millimetres. Lengths bound the surface.
     """
     arm, axis = ball - np.array(nominal.point), unit(np.array(nominal.direction))
     return SURFACES[nominal.shape].nearness(nominal, arm, axis, _sign(nominal), radius)

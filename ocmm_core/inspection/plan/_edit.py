@@ -126,10 +126,7 @@ def move_item(plan: Plan, name: str, place: int, group: str = "") -> Plan:
 
 
 def rename_item(plan: Plan, old: str, new: str) -> Plan:
-    """Return the plan with an item renamed, including references; for tests only.
-
-    InputError if the item is unknown, or ``new`` is taken or no name.
-    """
+    """Rename an item, also in references, for tests; InputError if unknown, taken, no name."""
     if new == old:
         return plan
     return _checked(_renamed(plan, group_of_name(plan, old), old, new))

@@ -34,8 +34,7 @@ class EnvironmentLimits(msgspec.Struct, frozen=True, kw_only=True, forbid_unknow
     temperature_c: tuple[float, float] | None = None
     humidity_percent: tuple[float, float] | None = None
     pressure_hpa: tuple[float, float] | None = None
-    """`temperature_c`, `humidity_percent`, `pressure_hpa`: Of the air at the machine, not of part
-    or probe."""
+    """`temperature_c`, `humidity_percent`, `pressure_hpa`: Of the air at the machine."""
 
 
 _DEMANDS = (
@@ -109,19 +108,13 @@ def noted_text(points: int, next_point: int, typed: TypedRoom, who: str) -> str:
 
 
 def note_room_in(job: JobFile, typed: TypedRoom, who: str = "") -> None:
-    """Store current ambient readings in an open job.
-
-    InputError if a value is no ambient reading, or none; StorageError if not durable.
-    """
+    """Store ambient readings; InputError if invalid or none, StorageError if not durable."""
     text = noted_text(len(job.points()), job.next_number(), typed, who)
     job.append_event(ENVIRONMENT_EVENT, text)
 
 
 def noted_rooms(events: Sequence[JobEvent]) -> tuple[NotedRoom, ...]:
-    """Return the noted readings, oldest first.
-
-    StorageError if an event does not have its form, InputError for an invalid reading.
-    """
+    """Return noted readings, oldest first; StorageError if malformed, InputError if invalid."""
     found = tuple(
         event_value(one.kind, one.text, NotedRoom)
         for one in events

@@ -63,8 +63,7 @@ def qualifiers_of(file: Part21, number: int) -> list[str]:
 def measure_of(file: Part21, number: int, *, is_qualified: bool = False) -> Measure:
     """Return the value of a measure with a unit. `is_qualified`: the caller reads its qualifiers.
 
-    BadEntityError without number or unit, if the unit is unknown or contradicts its name, or the
-    value is implausibly large.
+    BadEntityError without number or known unit, if it contradicts its name, or if implausible.
     """
     check_entity(file, number, "measure")
     odd = [] if is_qualified else qualifiers_of(file, number)
@@ -83,10 +82,7 @@ def measure_of(file: Part21, number: int, *, is_qualified: bool = False) -> Meas
 
 
 def unit_of(file: Part21, number: int, depth: int = 0) -> MeasureUnit:
-    """Return the unit of length or angle that an entity defines.
-
-    BadEntityError if it is neither, unknown, or its factor contradicts its name.
-    """
+    """Return a unit of length or angle; BadEntityError if other, unknown or contradictory."""
     if depth > _DEEPEST:
         msg = f"its unit #{number} refers to itself"
         raise BadEntityError(msg)

@@ -239,10 +239,7 @@ class FaceText:
 
 
 def may_say_tolerances(text: str) -> bool:
-    """Return whether a text has any word that tolerances require.
-
-    Most large files have none, and reading all their entities takes seconds.
-    """
+    """Return whether a text has words of tolerances: most large files, read slowly, have none."""
     return any(word in text for word in (*DIMENSIONS, "DATUM", "CALLOUT", "_TOLERANCE"))
 
 

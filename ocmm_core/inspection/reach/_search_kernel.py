@@ -26,10 +26,7 @@ def _ball_way(
     point: Float, normal: Float, radius: float, ways: Float, limits: Float, ball: Float,
     triangles: Float, faces: Int, surfaces: Int, own: int, boxes: Float, links: Int, order: Int,
 ) -> tuple[float, int]:  # fmt: skip
-    """Return the longest free way (w,), mm, of the ball along the normal, or 0 and the face hit.
-
-    The ways decrease.
-    """
+    """Return the longest free of decreasing ways (w,), mm, along the normal; 0 and the face hit."""
     face = FREE
     ball[:] = 0.0
     ball[tree.AT_START], ball[tree.AT_END] = radius, radius

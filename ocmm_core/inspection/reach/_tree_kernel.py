@@ -148,8 +148,7 @@ def _parted_by(
 def _panel_near(corners: Float, t: Float, gap: float) -> bool:
     """Return whether a triangle may come nearer to a prism (8, 3) than ``gap``, mm.
 
-    Separating axes: normals, and products of edges; corners facing each other count a little beyond
-    it.
+    Separating axes: normals, products of edges; conservative for corners facing each other.
     """
     c = corners
     # Bits of the number of a corner: thickness, width, length. Edges: 0-1, 0-2, and both sides.

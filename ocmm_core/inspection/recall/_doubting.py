@@ -108,10 +108,7 @@ class Doubting:
 
 
 def later_than(store: CalibrationStore, record: CameraRecord, now: datetime) -> Later:
-    """Return the calibration to recalculate jobs of an earlier one, or why there is none.
-
-    It is the one in force, if it was verified and is of the same cameras.
-    """
+    """Return the calibration in force, if verified and of these cameras, or why none."""
     try:
         later = store.active()
         if later is None or store.active_hash == record_hash(record):

@@ -27,13 +27,11 @@ class Misfit:
     poses: PoseBatch
     first: Float
     last: Float
-    """`first`, `last`: (n + 1,): chi-square of the points before, and of those from, each index on.
-    """
+    """`first`, `last`: (n + 1,): chi-square of points before, and from, each index on."""
     dof: Float
     """(n + 1,): degrees of freedom of the points before each index."""
     alike: float
-    """Mean number of spots that share one error (>= 1), by which the effective number of
-    observations is smaller."""
+    """Mean number of spots that share one error (>= 1): divides the number of observations."""
 
     @property
     def whole(self) -> float:

@@ -109,8 +109,7 @@ class DoubtedJob:
     in_doubt: Mapping[int, str]
     """Suspect points by the history of its calibration, and why."""
     known: KnownOfJob
-    """Knowledge outside its file; of its calibration only whether it can be read, because
-    ``in_doubt`` has the rest."""
+    """Outside its file; of the calibration whether it can be read (``in_doubt`` has the rest)."""
 
 
 def findings_of(doubted: DoubtedJob, file: bytes) -> JobFindings:

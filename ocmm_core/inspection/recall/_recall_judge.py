@@ -32,8 +32,7 @@ _SAME_VERDICT = {
     (True, False): "Same verdict with the calibration before the change.",
     (False, True): "Same verdict with the calibration after the change.",
 }
-"""By whether a job may have been measured before the change, and after it; whole sentences, for
-translation."""
+"""By: measured before the change, and after it; whole sentences, for translation."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -188,10 +188,7 @@ class JobPoints:
         self._inherit(renamed)
 
     def hold_back(self, numbers: Iterable[int], reason: str, hold_reason: HoldReason) -> list[int]:
-        """Hold points; return those newly held.
-
-        StorageError if not durable; the points are then held until the program ends.
-        """
+        """Hold points; return new ones. StorageError: not durable, held until the program ends."""
         new = [number for number in numbers if number not in self.held[hold_reason]]
         self.held[hold_reason] |= dict.fromkeys(new, reason)
         if new:

@@ -49,8 +49,7 @@ class HeldPoints:
     def hold_back(self, since_s: float | None, reason: str) -> list[int]:
         """Hold the points since a moment of this run, and return them.
 
-        `since_s`: bus time, s; None for all. StorageError if not durable; held until the program
-        ends.
+        `since_s`: bus time, s; None for all. StorageError: not durable, held till the program ends.
         """
         with self._ledger.lock:
             numbers = self._ledger.points.taken_since(since_s)

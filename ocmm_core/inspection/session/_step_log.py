@@ -88,17 +88,13 @@ class _Written(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     removed: tuple[int, ...]
     before: WrittenProgress
     after: WrittenProgress | None
-    """`way`, `words`, `added`, `removed`, `before`, `after`: See `Way` and `UndoStep`; ``after`` is
-    None if the progress is unchanged."""
+    """See `Way` and `UndoStep`; ``after`` is None if the progress is unchanged."""
     next_number: int
     """Of the first point after this step."""
 
 
 def deed_event(way: Way, step: UndoStep, next_number: int) -> tuple[str, str]:
-    """Return the event, kind and text, of a step (of an undo: the reverse step).
-
-    `next_number`: of the next point before this step.
-    """
+    """Return kind and text of a step (of an undo: reversed); ``next_number`` before it."""
     written = _Written(
         way,
         step.words,
@@ -189,8 +185,7 @@ class StepLog:
     ) -> None:
         """Carry out a step without a new point.
 
-        `words`: for the undo button. `annul`: points to delete, each for its reason. `events`:
-        written with it.
+        `words`: for the undo button. `annul`: each for its reason. `events`: written with it.
         """
         step = UndoStep(words, self.points.planned(annul, restore), self.progress, after)
         self.points.change(annul, restore, [*events, *self._events_of(step)])

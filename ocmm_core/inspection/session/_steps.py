@@ -77,8 +77,7 @@ class JobSteps:
     def select(self, name: str) -> None:
         """Review a feature, or the active one if empty; if it still takes points, the next touch.
 
-        Done or skipped, it stays so, with verdicts and counts; see `reopen`. MeasuringError if
-        unknown.
+        Done or skipped, it stays so, with verdicts; see `reopen`. MeasuringError if unknown.
         """
         ledger = self._ledger
         with ledger.lock:

@@ -21,8 +21,7 @@ class Offer:
     """A surface of a model that can become a feature."""
 
     feature: NominalFeature
-    """The resulting feature, without targets if there is a reason against it. A free form becomes
-    one point per target."""
+    """Without targets if there is a reason against it; a free form: one point per target."""
     faces: tuple[int, ...]
     """Numbers of its faces, see `ModelFace`."""
     against: str = ""

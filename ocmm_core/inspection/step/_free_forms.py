@@ -51,8 +51,8 @@ def free_form_rooms(
 ) -> list[FreeFormRoom]:
     """Return the free-form faces of a part, each with places or a reason against it.
 
-    Without the mesh. `faces`: with a surface, in order. `taken`: numbers, from 1, of planes and so
-    on. `ball_radius`: mm.
+    Without mesh. `faces`: with a surface. `taken`: numbers, from 1, of planes etc. `ball_radius`,
+    mm.
     """
     others = [number for number in range(1, len(faces) + 1) if number not in taken]
     if len(others) > _MOST:
@@ -77,10 +77,7 @@ def free_form_rooms(
 def free_forms_of(
     rooms: Sequence[FreeFormRoom], reach: Reach | None, doing: Callable[[str], None], inside: Inside
 ) -> list[StepFreeForm]:
-    """Return free forms with targets.
-
-    `reach`: None to skip. `doing`: the current step. `inside`: checks all places first.
-    """
+    """Return free forms with targets (``reach``: None to skip; ``inside``: checks all places)."""
     found = []
     for place, room in enumerate(rooms, start=1):
         if not room.against:

@@ -49,8 +49,7 @@ class Reached:
     faces: tuple[int, ...] = ()
     """Numbers of its faces, see `ModelFace`."""
     held: tuple[Triple, ...] = ()
-    """Attitude of the probe at each target: rotation vector, rad, frame of the model from that of
-    the probe. Empty if not computed."""
+    """Attitude of the probe at each target: rotation vector, rad, model from probe; or empty."""
     ways: tuple[float, ...] = ()
     """mm: free straight way along the normal at each target."""
 
@@ -70,8 +69,7 @@ class StepModel:
     pmi: Pmi | None = None
     """Tolerances of the file; None if not read."""
     faces: dict[int, tuple[str, ...]] = field(default_factory=dict)
-    """Surfaces (of both lists) of each face of the file, by its number there; several for a part
-    that occurs more than once in an assembly."""
+    """Surfaces (of both lists) by face number in the file; several for a repeated part."""
     face_words: dict[int, str] = field(default_factory=dict)
     """Kind of surface of every face of the file, by its number there."""
     reached: tuple[Reached, ...] = ()
@@ -85,11 +83,9 @@ class StepModel:
     face_count: int = 0
     """Of the file, of all components of an assembly."""
     recognised: dict[str, float] = field(default_factory=dict)
-    """Surfaces that are splines in the file, by name: their largest distance from the spline, mm.
-    """
+    """Surfaces that are splines in the file, by name: largest distance from the spline, mm."""
     unasked: Setting | None = None
-    """Probe, cameras and placement that only selected surfaces are checked with, see
-    `ask_for_chosen`; None if all were, or nothing was requested."""
+    """To check selected surfaces with, see `ask_for_chosen`; None if all were, or no request."""
 
 
 def read_model(

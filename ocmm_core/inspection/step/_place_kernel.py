@@ -8,8 +8,7 @@ from ocmm_core.camera import compiled
 from ocmm_core.geometry import Float, Int
 
 _BESIDE = 0.25
-"""Squared cosine to the perpendicular direction, within which a place is beside an edge: 60
-degrees."""
+"""Squared cosine to the perpendicular, within which a place is beside an edge: 60 degrees."""
 
 
 @compiled()

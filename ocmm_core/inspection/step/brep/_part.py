@@ -56,10 +56,7 @@ _TRIED = 24
 def part_of(
     document: StepDocument, source: tuple[str, str], doing: Callable[[str], None]
 ) -> PartModel:
-    """Return the part of a document; ValueError if no face has a surface.
-
-    `source`: name of the file, without its folder, and its hash.
-    """
+    """Return the part; ``source``: name (no folder), hash. ValueError if no face has a surface."""
     from OCP.BRepLib import BRepLib_ToolTriangulatedShape
 
     faces, _ = faces_with_surface(document.shape)

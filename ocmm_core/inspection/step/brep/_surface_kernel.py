@@ -22,8 +22,7 @@ _THIN = 1.0 / 40.0
 def _outline(kind: int, a: float, b: float, v: float) -> tuple[float, float, float, float]:
     """Return radius and height of the profile turned about an axis at ``v``, and both by ``v``.
 
-    ``a``, ``b``: radius of a cylinder or sphere; start radius and half angle of a cone; radius of
-    ring and tube.
+    ``a``, ``b``: radius of a cylinder, sphere; start radius, half angle of a cone; torus radii.
     """
     if kind == CYLINDER:
         return a, v, 0.0, 1.0

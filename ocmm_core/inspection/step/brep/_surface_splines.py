@@ -47,8 +47,7 @@ class MappedSurface:
 def surface_of(surface: Any, bounds: tuple[float, float, float, float]) -> MappedSurface | None:
     """Return the spline of a surface; None if impossible.
 
-    `surface`: `BRepAdaptor_Surface` of a face, placed. `bounds`: first and last u, first and last
-    v.
+    `surface`: placed `BRepAdaptor_Surface` of a face. `bounds`: first and last u, v.
     """
     kind = kind_of(surface)
     make = _MAKERS.get(kind, _by_library)
