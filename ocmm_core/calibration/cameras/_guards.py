@@ -48,7 +48,6 @@ def judge_fit(fit: CameraFit, names: Sequence[str]) -> list[Finding]:
 
 
 def judge_lens(fit: CameraFit, terms: LensTerms) -> list[Finding]:
-    """Return findings on the extra lens terms."""
     if not terms.significant:
         return []
     name = fit.camera.model.name

@@ -42,7 +42,6 @@ class LensTerms:
 
     @property
     def significant(self) -> bool:
-        """Return whether the gain is significant."""
         return self.p_value < SIGNIFICANT
 
     def strongest(self) -> str:

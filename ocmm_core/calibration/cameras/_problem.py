@@ -17,7 +17,6 @@ from ocmm_core.camera import N_PARAMETERS, PARAMETERS
 from ocmm_core.geometry import Float, Pixels, Points3
 
 BEHIND_PX = 1e9
-"""Miss of a point behind the camera."""
 
 
 @dataclass(frozen=True, slots=True)

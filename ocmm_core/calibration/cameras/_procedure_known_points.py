@@ -129,12 +129,10 @@ class KnownPointsProcedure(CameraProcedure[KnownPointsEvent, CalibrationOutcome]
 
     @property
     def points(self) -> KnownPoints:
-        """Return the list of the session."""
         return self._points
 
     @property
     def view(self) -> KnownPointsView:
-        """Return the snapshot."""
         with self._lock:
             views = {one.point: views_of(one) for one in self._taken}
             points = tuple(

@@ -133,7 +133,6 @@ class ProcedureView:
 
     @property
     def step(self) -> Step:
-        """Return the current step."""
         return self.steps[self.current]
 
 

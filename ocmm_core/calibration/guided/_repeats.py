@@ -63,7 +63,6 @@ class JudgedRepeat:
 
     @property
     def consistent(self) -> bool:
-        """Return whether the shift is insignificant."""
         return self.normalised_square <= self.limit
 
     @property

@@ -52,18 +52,14 @@ class Dated(Protocol):
     """Anything with a time, ISO 8601 text."""
 
     @property
-    def utc(self) -> str:
-        """Return the time."""
-        ...
+    def utc(self) -> str: ...
 
 
 class Store(Protocol):
     """Destination of accepted results."""
 
     @property
-    def events(self) -> Sequence[Dated]:
-        """Return the events, oldest first."""
-        ...
+    def events(self) -> Sequence[Dated]: ...
 
 
 TORN = (
@@ -229,7 +225,6 @@ class GuidedProcedure(ABC, Generic[E, O]):
             self._append(self._observation(utc_text(now)))
 
     def drop(self, now: datetime) -> None:
-        """Remove the last observation of the current step, if any."""
         with self._lock:
             if self._has_observation(self._step):
                 self._append(Dropped(utc=utc_text(now), step=self._step))
@@ -245,7 +240,6 @@ class GuidedProcedure(ABC, Generic[E, O]):
                 self._append(Entered(utc=utc_text(now), step=self.step_names[index + 1]))
 
     def back(self, now: datetime) -> None:
-        """Return to the previous step; observations are kept."""
         with self._lock:
             index = self.step_names.index(self._step)
             if index:
@@ -308,7 +302,6 @@ class GuidedProcedure(ABC, Generic[E, O]):
                 self._put(self._outcome, decided)
 
     def keep(self, now: datetime, reason: str) -> None:
-        """End the procedure without changes to the store."""
         with self._lock:
             self._decide(ProcedureDecision.KEPT, now, reason)
 

@@ -47,7 +47,6 @@ def describe_motion(scores: Scores, camera: int) -> str:
 
 
 def describe_lens(scores: Scores, camera: int) -> str:
-    """Return the probable change of the lens of a camera."""
     lens = scores.lenses[camera]
     best = N_MOTIONS + int(np.argmax(scores.axes[camera, N_MOTIONS:]))
     if _alone(scores, camera, best, lens):
@@ -61,7 +60,6 @@ def _alone(scores: Scores, camera: int, axis: int, change: PossibleChange) -> bo
 
 
 def describe_led(led: int, change: PossibleChange) -> str:
-    """Return the sentence on a displaced LED."""
     far = 1e3 * float(np.linalg.norm(change.size))
     return (
         f"LED {led + 1} of the probe is {far:.0f} µm off its position: the probe is bent or loose."
@@ -151,7 +149,6 @@ class DriftReport:
 
     @property
     def alarm(self) -> bool:
-        """Return whether the calibration is suspect."""
         return self.cause is not ChangeCause.NOTHING
 
 

@@ -188,7 +188,6 @@ class _System:
         return cls(normal, blocks, rows, anchored)
 
     def without_poses(self) -> Float:
-        """Return the normal equations with the poses eliminated."""
         poses = self.blocks["poses"]
         scale = 1.0 / np.sqrt(np.diag(self.normal)[poses])
         own = self.normal[poses, poses] * np.outer(scale, scale)

@@ -67,11 +67,9 @@ class PivotUncertainty:
     cameras: Float
     """Contribution of the cameras' uncertainty."""
     block: int
-    """Frames in a block."""
 
     @property
     def total(self) -> Float:
-        """Return the sum of both."""
         return self.noise + self.cameras
 
 

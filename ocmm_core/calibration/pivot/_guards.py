@@ -129,7 +129,6 @@ def judge_coverage(coverage: SweepCoverage, limits: PivotLimits) -> list[Finding
 def judge_left_out(
     left_out: tuple[LeftOut, ...], frames: int, limits: PivotLimits
 ) -> list[Finding]:
-    """Return findings on the excluded frames."""
     if not left_out:
         return []
     parts = []
@@ -233,7 +232,6 @@ def shared_part(rig: Rig, sweep: PivotSweep) -> float:
 
 
 def judge_jump(jump: Jump | None, limits: PivotLimits) -> list[Finding]:
-    """Return findings on a moving ball or cone."""
     if jump is None or jump.chi2 <= _MOVED_CHI2:
         return []
     size = float(np.linalg.norm(jump.shift_world))
@@ -283,7 +281,6 @@ def judge_shape(
 def judge_uncertainty(
     tip_sigma: float, frames: int, block: int, limits: PivotLimits
 ) -> list[Finding]:
-    """Return findings on the uncertainty of the tip."""
     found = []
     if tip_sigma > limits.tip_sigma_mm:
         found.append(

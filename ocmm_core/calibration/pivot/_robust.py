@@ -64,7 +64,6 @@ class RobustPivot:
     free: FreePoses
     """Independent poses of all frames."""
     iterations: int
-    """Steps of all adjustments."""
 
 
 def free_poses(rig: Rig, sweep: PivotSweep, arms: Points3) -> FreePoses:

@@ -109,7 +109,6 @@ class Deflection:
 
 
 def make_beam(sections: Sequence[Section], gravity: float = GRAVITY) -> Beam:
-    """Return a beam of adjacent sections."""
     pieces = [_piece(section, gravity) for section in sections]
     return Beam(*(np.concatenate([piece[row] for piece in pieces]) for row in range(6)))
 

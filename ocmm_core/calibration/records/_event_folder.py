@@ -102,7 +102,6 @@ class EventFolder(ABC, Generic[T]):
 
     @property
     def events(self) -> tuple[T, ...]:
-        """Return the events, oldest first."""
         return self._chain.items
 
     def refresh(self) -> None:

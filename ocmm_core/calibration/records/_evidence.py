@@ -51,7 +51,6 @@ class KeptFile(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 def record_file(digest: str) -> KeptFile:
-    """Return the file of a record."""
     return KeptFile(f"{digest}.json", digest)
 
 

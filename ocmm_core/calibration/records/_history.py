@@ -36,7 +36,6 @@ class CalibrationStore(RecordStore[Event]):
 
     @property
     def active_hash(self) -> str | None:
-        """Return the hash of the latest accepted record, or None."""
         # Search from the end; many events may follow.
         accepted = (one for one in reversed(self.events) if one.kind is EventKind.ACCEPTED)
         return next((event.calibration for event in accepted), None)

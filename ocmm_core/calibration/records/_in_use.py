@@ -88,7 +88,6 @@ class CalibrationInUse(InUse[CalibrationStore, CalibrationView]):
         return replaced_in(store, _REPLACED)
 
     def status(self, store: CalibrationStore, now: datetime) -> RecordStatus:
-        """Return whether its record may be trusted."""
         return store.status_of(self._used, now, thorough=False)
 
     @property

@@ -56,7 +56,6 @@ class ProbeView(ViewInUse):
 
     @property
     def title(self) -> str:
-        """Return the names of probe and tip."""
         return f"{self.probe}, tip {self.tip}" if self.tip else self.probe
 
     @property
@@ -122,7 +121,6 @@ class ProbeInUse(InUse[ProbeStore, ProbeView]):
         return None
 
     def status(self, store: ProbeStore, now: datetime) -> RecordStatus:
-        """Return whether its records may be trusted."""
         return store.status_of(self._used, now, thorough=False)
 
     @property

@@ -59,7 +59,6 @@ class RecordStatus:
     reason: str = ""
     """Empty for VALID."""
     remedy: str = ""
-    """What to do about it."""
     since_utc: str = ""
     """For SUSPECT: points recorded after this time are suspect. Otherwise empty."""
 

@@ -41,7 +41,6 @@ CONTRADICTION = 1e-5
 
 
 def judge_residuals(chi2: float, dof: int) -> list[Finding]:
-    """Return findings on chi-square of all residuals."""
     ratio = float(np.sqrt(chi2 / dof))
     said = f"The residuals are {ratio:.1f} times the stated sigmas of the spots"
     deviation = CHI2_DEVIATION * np.sqrt(2.0 / dof)
@@ -82,7 +81,6 @@ def judge_residuals(chi2: float, dof: int) -> list[Finding]:
 def judge_spots(
     wrong: Sequence[WrongSpot], seen: int, cameras: Sequence[CameraModel]
 ) -> list[Finding]:
-    """Return findings on the outlier spots."""
     if not wrong:
         return []
     counts = [sum(spot.camera == index for spot in wrong) for index in range(len(cameras))]

@@ -51,7 +51,6 @@ class RelocationBegun(Begun, frozen=True, kw_only=True):
     """First line."""
 
     probe_identity: str
-    """Hash of the probe's document."""
     bar: BarArtefact
     """Gives the scale."""
     poses_wanted: int
@@ -150,7 +149,6 @@ class RelocationState:
 
     @property
     def unvisited_seat(self) -> int | None:
-        """Return the first unvisited seat, or None."""
         visited = {one.seat for one in self.visits}
         return next((seat for seat in range(self.wanted_visits) if seat not in visited), None)
 
@@ -200,7 +198,6 @@ class RelocationState:
         self._coverage = None
 
     def coverage(self) -> VolumeCoverage:
-        """Return how the poses fill the volume."""
         if self._coverage is None:
             rotations = np.array(self._rotations).reshape(-1, 3, 3)
             tips = np.array(self._tips).reshape(-1, 3)
@@ -224,7 +221,6 @@ class RelocationState:
         )
 
     def observations(self) -> Observations:
-        """Return the observations for the adjustment."""
         begun = self.begun
         ends = [f"bar {i // 2 + 1} {'ab'[i % 2]}" for i in range(2 * self.placements)]
         touches = [] if self.shown else self.bar_ends[: len(ends)]
@@ -253,7 +249,6 @@ class RelocationState:
         return Observations(frames, shown, touched, tuple(names))
 
     def options(self) -> RelocationOptions:
-        """Return the options for the adjustment."""
         begun = self.begun
         world: WorldFrame = KeptByCameras()
         if begun.world == "points":

@@ -155,7 +155,6 @@ class PivotProcedure(ProbeProcedure[PivotEvent, PivotOutcome]):
 
     @property
     def view(self) -> PivotView:
-        """Return the snapshot."""
         with self._lock:
             first, second = (self._sweep_view(name) for name in SWEEPS)
             place, attitude = self._state.apart()

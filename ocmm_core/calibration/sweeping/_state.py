@@ -171,7 +171,6 @@ class SweepingState:
             self.visits.clear()
 
     def cone_spots(self) -> ProbeSpotAverager:
-        """Return the averager for the final visit."""
         body = self.begun.expected(self.body)
         return ProbeSpotAverager(self.rig, body, STILL_FRAMES, resting=True, distance_mm=-1.0)
 
@@ -195,7 +194,6 @@ class SweepingState:
         return ""
 
     def again_gate(self) -> Gate:
-        """Return the gate of the final visit."""
         if not self.begun.again or self.visited:
             return OPEN
         return Gate(
@@ -218,7 +216,6 @@ class SweepingState:
         return known
 
     def watch(self, step: str) -> SweepWatch:
-        """Return a new watch for a sweep."""
         watch = SweepWatch(
             self.rig,
             self.begun.expected(self.body),
@@ -241,7 +238,6 @@ class SweepingState:
         return second_gate(gate, self.progress(FIRST), progress)
 
     def view(self, step: str, phase: SweepPhase, *, forced: bool) -> SweepView:
-        """Return the display form of a sweep."""
         begun, progress = self.begun, self.progress(step)
         return view_of(
             progress, phase, self.gate(step, forced=forced), begun.limits(), begun.poses_wanted,

@@ -100,7 +100,6 @@ class PivotChange:
 
     @property
     def must_be_confirmed(self) -> bool:
-        """Return whether `accept` requires a reason."""
         return self.tip_distance > self.limit_mm
 
 

@@ -30,7 +30,6 @@ from ocmm_core.geometry import Float, Pixels, unit
 from ocmm_core.tracking import ProbeBody, solve
 
 BATCH = 20
-"""Poses stored together."""
 
 MOST_POSES = 4000
 COUNTDOWN_S = 1.5
@@ -107,7 +106,6 @@ class SweepWatch:
 
     @property
     def in_cone(self) -> bool:
-        """Return whether the ball rests in the cone now."""
         return self._phase in (SweepPhase.COUNTDOWN, SweepPhase.TAKING)
 
     @property
@@ -175,7 +173,6 @@ class SweepWatch:
         )
 
     def warnings(self) -> tuple[Finding, ...]:
-        """Return the current problems."""
         found = []
         if not self._live.ready and self._live.hint == STRANGE:
             what, _, remedy = STRANGE.partition(": ")

@@ -87,7 +87,6 @@ class TipCheckDecision:
 
     @property
     def checks(self) -> tuple[Check, ...]:
-        """Return the checks for the record."""
         return tuple(one.check for one in self.judged)
 
     @property

@@ -102,7 +102,6 @@ class TipQualificationProcedure(TouchProcedure[TipOutcome, TipBegun]):
 
     @property
     def view(self) -> TipView:
-        """Return the snapshot."""
         with self._lock:
             return self._snapshot(TipView, outcome=self._outcome)
 

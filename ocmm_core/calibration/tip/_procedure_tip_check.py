@@ -98,7 +98,6 @@ class TipCheckProcedure(TouchProcedure[TipCheckOutcome, TipCheckBegun]):
 
     @property
     def view(self) -> TipCheckView:
-        """Return the snapshot."""
         with self._lock:
             decision = self._decide_now()
             return self._snapshot(

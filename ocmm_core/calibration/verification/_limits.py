@@ -34,7 +34,6 @@ class Limits:
         return min(self.constant + self.per_length * length, self.largest)
 
     def passes(self, check: Check) -> bool:
-        """Return whether a check conforms."""
         guard = check.expanded_mm if self.rule == "guarded" else 0.0
         return abs(check.error_mm) + guard <= check.limit_mm
 

@@ -53,7 +53,6 @@ class VerificationBegun(Begun, frozen=True, kw_only=True):
     """First line."""
 
     probe_identity: str
-    """Hash of the probe's document."""
     bar: LengthBar
     spheres: tuple[Sphere, ...]
     """`bar`, `spheres`: Artefacts; a sphere touched in two places is listed twice."""
@@ -67,7 +66,6 @@ class NestTaken(SessionEvent, frozen=True, kw_only=True):
 
     line: int
     nest: int
-    """`line`, `nest`: Indices."""
     uv: Spots
     """(C, L), px."""
     sigma_px: float
@@ -143,7 +141,6 @@ class VerificationState:
         self._on_lines = None
 
     def last(self, kind: type[Resting]) -> Taken | None:
-        """Return the latest observation of a kind, or None."""
         return next((one for one in reversed(self.taken) if isinstance(one.event, kind)), None)
 
     def remove(self, one: Taken) -> None:
@@ -161,7 +158,6 @@ class VerificationState:
         self._on_lines = None
 
     def excuse(self, event: CornerExcused) -> None:
-        """Set or remove the reason for an unreached corner."""
         self.excused.pop(event.corner, None)
         if event.reason:
             self.excused[event.corner] = event.reason
@@ -207,7 +203,6 @@ class VerificationState:
         return judge_placement(plan, ends, others, self.rig.volume_world)
 
     def lengths(self, line: int) -> tuple[Check, ...]:
-        """Return the test lengths of a complete line."""
         return length_checks(
             self.plans[line].name,
             self.line_tips(line),
@@ -217,7 +212,6 @@ class VerificationState:
         )
 
     def has_failed(self, line: int) -> bool:
-        """Return whether a test length of a line does not conform."""
         return self.is_complete(line) and not all(
             self.begun.limits.passes(check) for check in self.lengths(line)
         )

@@ -44,7 +44,6 @@ class LastJob:
 
     @property
     def complete(self) -> bool:
-        """Return whether no feature is left."""
         return 0 < self.features <= self.finished
 
 

@@ -140,7 +140,6 @@ def named(error: OcmmError, name: str, told: str) -> OcmmError:
 
 
 def about(error: OcmmError, path: Path) -> OcmmError:
-    """Return an error that names the file of the job."""
     if str(path) in error.what:
         return error
     return type(error)(error.code, f"{path}: {error.what}", error.remedy)

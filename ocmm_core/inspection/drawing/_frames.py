@@ -47,7 +47,6 @@ class Frames:
             self._items.append(self._take(datum))
 
     def account(self) -> list[AccountItem]:
-        """Return the results of datums and targets."""
         found = [
             AccountItem(
                 group="datum target", name=one.name, kind=f"{one.word} of datum {one.datum}",

@@ -59,7 +59,6 @@ class _Node:
     names: tuple[str, ...] | None
 
     def has(self, inputs: Sequence[object]) -> bool:
-        """Return whether the inputs are these very objects."""
         return len(inputs) == len(self.inputs) and all(map(is_, inputs, self.inputs))
 
     def would_read(self, source: Mapping[str, V]) -> bool:

@@ -68,7 +68,6 @@ class EvaluatedJob:
     def results_without(
         self, items: Sequence[Characteristic], numbers: Collection[int]
     ) -> tuple[CharacteristicResult, ...]:
-        """Return the results of characteristics without some points."""
         kept = [i for i, point in enumerate(self.points) if point.number not in numbers]
         found = checked_features(self.plan, [self.points[i] for i in kept], self.options)
         alignment = alignment_of(self.plan, found)

@@ -122,11 +122,9 @@ class _Known:
         self.actual = _Features(records)
 
     def touching(self, places: Sequence[int]) -> set[str]:
-        """Return the features of the points with these indices."""
         return {self._owners[place] for place in places}
 
     def factors(self, names: Collection[str]) -> PointFactors:
-        """Return the uncertainty of the points of these features."""
         found = [self._records[name].factors for name in names]
         return joined_factors([factors for factors in found if factors is not None])
 

@@ -87,7 +87,6 @@ class Progress:
 
 
 def progress_from(written: WrittenProgress, names: tuple[str, ...]) -> Progress:
-    """Return stored progress for the features of a plan."""
     return Progress(
         names,
         written.active if written.active in names else "",

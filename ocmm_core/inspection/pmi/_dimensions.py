@@ -35,7 +35,6 @@ class Dimensions:
         self._tolerances = file.users("PLUS_MINUS_TOLERANCE", 1)
 
     def all(self) -> tuple[Dimension, ...]:
-        """Return the dimensions of the file in order."""
         return tuple(self._dimension(number) for number in self._file.all_of(*DIMENSIONS))
 
     def _dimension(self, number: int) -> Dimension:

@@ -85,7 +85,6 @@ def row(one: RecalledCharacteristic) -> tuple[str, str, str, str, str]:
 
 
 def worst_first(jobs: Sequence[RecalledJob]) -> list[RecalledJob]:
-    """Return the jobs in order of urgency."""
     order = {Outcome.CHANGES: 0, Outcome.UNKNOWN: 1, Outcome.HOLDS: 2}
     return sorted(jobs, key=lambda job: (order[job.outcome], job.created_utc))
 

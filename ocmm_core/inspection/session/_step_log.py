@@ -39,7 +39,6 @@ class UndoStep:
     change: Change
     before: Progress
     after: Progress
-    """`before`, `after`: Progress."""
 
     def undone_by(self, change: Change) -> UndoStep:
         """Return the step of this change of points, which undoes this one."""

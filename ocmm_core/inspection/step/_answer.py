@@ -33,7 +33,6 @@ class StepFreeForm(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fie
 
     number: int
     name: str = ""
-    """Name in the file."""
     face: NominalFace | None = None
     """The face itself; None if refused."""
     targets: tuple[Triple, ...] = ()

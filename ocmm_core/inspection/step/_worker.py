@@ -75,7 +75,6 @@ class Wanted:
     papers: tuple[str, ...] = ()
     """Documents without geometry named by the file."""
     limit_s: float = 120.0
-    """Limit of CPU time."""
 
 
 def read_step(path: str, wanted: Wanted, to: Connection) -> None:
