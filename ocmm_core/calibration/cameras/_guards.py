@@ -1,7 +1,4 @@
-"""Criteria that a camera calibration must meet.
-
-Findings on its design may be overruled, but not a contradiction between cameras and points.
-"""
+"""Criteria of a camera calibration: its design may be overruled, contradictions not."""
 
 from __future__ import annotations
 

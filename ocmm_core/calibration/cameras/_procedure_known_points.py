@@ -1,8 +1,4 @@
-"""Guided calibration from known points: bring a target to each listed position.
-
-The averaged spots of all cameras at each position of a CMM's list are one observation, recorded
-live or from a table.
-"""
+"""Guided calibration: averaged spots at each position of a CMM's list, live or from a table."""
 
 from __future__ import annotations
 

@@ -1,7 +1,4 @@
-"""Average resting targets, and poses of a moving probe, from all frames.
-
-An average is ready, or a sentence gives the reason why not.
-"""
+"""Average resting targets and poses of a moving probe, or give the reason why not."""
 
 from __future__ import annotations
 

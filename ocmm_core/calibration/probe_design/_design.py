@@ -1,8 +1,4 @@
-"""Probe design document: materials, sections and layers.
-
-It describes the structure between LEDs and ball. Optional: without it, bending and thermal growth
-are unknown.
-"""
+"""Probe design document, optional: structure between LEDs and ball, for bending and growth."""
 
 from __future__ import annotations
 

@@ -1,8 +1,4 @@
-"""Choose a job's calibration and decide whether points may be recorded with it.
-
-Virtual rigs use the rig document; real cameras need a stored record with a usable status
-(`usable`).
-"""
+"""Choose a job's calibration: the document for virtual rigs, else a usable record (`usable`)."""
 
 from __future__ import annotations
 

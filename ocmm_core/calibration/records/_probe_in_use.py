@@ -1,7 +1,4 @@
-"""Choose the probe and tip of a job and decide whether points may be recorded.
-
-As for cameras (`in_use`); real cameras need records of the mounted tip with a usable status.
-"""
+"""Choose a job's probe and tip: the document if virtual, else usable records (`in_use`)."""
 
 from __future__ import annotations
 

@@ -1,7 +1,4 @@
-"""Judge whether the seats visited first and last in a relocation stayed in place.
-
-A motion in between is averaged into its cameras and probe, and shifts the second position.
-"""
+"""Judge whether the seats of a relocation moved: a motion shifts the second visit."""
 
 from __future__ import annotations
 

@@ -1,8 +1,4 @@
-"""Sphere map of a sweep: covered and required directions of the probe.
-
-Cells are fixed in the world, so that drawing them does not flicker; the middle of the covered ones
-decides which are required.
-"""
+"""Sphere map of a sweep; cells are fixed in the world, so that drawing does not flicker."""
 
 from __future__ import annotations
 

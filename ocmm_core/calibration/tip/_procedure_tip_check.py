@@ -1,8 +1,4 @@
-"""Guided quick check, one minute, that the mounted tip is still the qualified one.
-
-Steps: ``prepare``, ``sphere`` (13 points), ``cone`` (five attitudes), ``result``. An inconclusive
-check requires more points; it never passes because of too large an uncertainty.
-"""
+"""Guided quick check (one minute): ``sphere`` (13 points), ``cone`` (five attitudes)."""
 
 from __future__ import annotations
 

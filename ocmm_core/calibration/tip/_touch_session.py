@@ -1,8 +1,4 @@
-"""Common part of the guided procedures for tip qualification and quick tip check.
-
-Steps ``prepare``, ``sphere``, ``cone``, ``result``. Only the user may remove points, which the
-session file records.
-"""
+"""Common part of tip qualification and quick check; only the user may remove points."""
 
 from __future__ import annotations
 

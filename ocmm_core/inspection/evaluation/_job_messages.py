@@ -1,7 +1,4 @@
-"""Headlines of a job on every page, sheet and file: simulated, unproven cameras, incomplete.
-
-From the job itself (`JobView.simulated`, `camera_doubts`, `part_verdict`): all outputs agree.
-"""
+"""Headlines of a job, from itself: simulated, unproven cameras, incomplete; all outputs agree."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
 """Requirements of a model, QIF document or table, and their presence in the plan.
 
-The plan stores the account of each import. A characteristic that was deleted, changed or widened no
-longer counts, by each reading.
+The plan stores the account of each import; presence is computed at each reading, so that a deleted,
+changed or widened characteristic no longer counts.
 """
 
 from __future__ import annotations

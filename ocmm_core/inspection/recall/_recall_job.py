@@ -1,8 +1,4 @@
-"""One job under two calibrations: its own, and a later one.
-
-Both times from the raw spots: poses, ball centres, their joint covariance with that of the
-calibration, features, frame and characteristics.
-"""
+"""One job from its raw spots under two calibrations: its own, and a later one."""
 
 from __future__ import annotations
 

@@ -103,11 +103,11 @@ def read_model(
     Faces of one round surface are joined if they touch or are adjacent about its axis; two bores on
     one axis stay two. A separate, expendable process reads the file. ``ball_mm``: diameter that
     needs room on a face and in a bore. ``timeout_s``: CPU time. ``given_up``: polled some twenty
-    times a second; True cancels. ``progress``: the current step, part of a sentence. ``request``:
-    probe, cameras and placement to choose targets by; its ball overrides ``ball_mm``. ``setting``:
-    the same from loaded objects; overrides the others. InputError: the extra is not installed, no
-    readable STEP file, no such surfaces, too slow or cancelled. With a request all may be left out,
-    out of reach.
+    times a second. ``progress``: the current step, part of a sentence. ``request``: probe, cameras
+    and placement to choose targets by, else only room for the ball is checked; its ball overrides
+    ``ball_mm``. ``setting``: the same from loaded objects; overrides the others. InputError: the
+    extra is not installed, no readable STEP file, no such surfaces, too slow or cancelled. With a
+    request all may be left out, out of reach.
     """
     path = Path(path)
     asking = Asking(timeout_s, given_up, progress)

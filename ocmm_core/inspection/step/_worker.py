@@ -1,7 +1,7 @@
 """Reading of a STEP file in a separate process.
 
-The geometry kernel is C++ that reads untrusted files: after a crash the caller continues, and knows
-what was being read.
+The geometry kernel is C++ that reads untrusted files: if it crashes or hangs, the caller continues,
+and knows what was being read.
 """
 
 from __future__ import annotations
