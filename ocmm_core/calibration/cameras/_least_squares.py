@@ -56,7 +56,7 @@ class Minimum(Generic[S]):
 def minimise(
     problem: Projector[S], start: S, max_iterations: int = 60, enough: float = ABSOLUTE_DECREASE
 ) -> Minimum[S]:
-    """Return the minimum from ``start``; ends when chi-square can fall by ``enough`` at most."""
+    """Return the minimum from ``start``, or infinite cost; ends at falls up to ``enough``."""
     state = start
     residuals, jacobian = problem.linearise(state)
     cost = _cost(residuals)

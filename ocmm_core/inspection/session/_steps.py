@@ -30,7 +30,7 @@ class JobSteps:
             self._ledger.changed()
 
     def skip(self, name: str = "") -> None:
-        """Skip a feature, or the active one; MeasuringError if unknown or none."""
+        """Skip a feature, or the active one; dependents are not measured. Or MeasuringError."""
         ledger = self._ledger
         with ledger.lock:
             name = ledger.known(name or ledger.require_active())
@@ -105,7 +105,7 @@ class JobSteps:
             ledger.selected = name
 
     def set_order(self, probing: Probing) -> None:
-        """Probe in the order of the plan, or in any, recognised, once the part frame is known."""
+        """Probe in plan order or, once the part frame is known, in any, with recognition."""
         with self._ledger.lock:
             self._ledger.stand(replace(self._ledger.progress, probing=probing))
 
