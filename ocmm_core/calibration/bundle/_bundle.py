@@ -31,7 +31,7 @@ _NO_STEPS = np.empty((0, 6))
 
 @dataclass(frozen=True, slots=True)
 class _Group:
-    """Frames of one kind; see `_kernel.eliminate_frames`."""
+    """One kind of frames; see `_kernel.eliminate_frames`."""
 
     factors: Float
     y: Float
@@ -76,8 +76,7 @@ class Linearised:
     """Sum of squared residuals including the prior; infinite for an impossible state."""
     normal: Float
     gradient: Float
-    """`normal`, `gradient`: (k, k) and (k,) of the common columns, before elimination of the poses.
-    """
+    """`normal`, `gradient`: (k, k) and (k,) of the common columns, poses not yet eliminated."""
     damping: float
     """Of all diagonals."""
     groups: tuple[_Group, ...]
@@ -158,10 +157,7 @@ def residuals(data: BundleData, state: BundleState) -> tuple[Float, Float]:
 def adjust(
     data: BundleData, prior: Prior, start: BundleState, max_iterations: int = 40
 ) -> BundleMinimum:
-    """Return the minimum of chi-square reached from ``start`` (Levenberg-Marquardt).
-
-    An impossible start is returned with an infinite cost.
-    """
+    """Return the chi-square minimum from ``start`` (Levenberg-Marquardt), or infinite cost."""
     state, damping = start, FIRST_DAMPING
     here = linearise(data, prior, state, damping)
     converged, iteration = False, 0
@@ -190,9 +186,8 @@ def common_covariance(
 ) -> Float | None:
     """Return the covariance (k, k) of the common unknowns, or None if undetermined.
 
-    It refers to a world in which the cameras (and seats) have, on average, not moved. Of fixed but
-    uncertain lenses, ``considered`` (8 C, 8 C) is the covariance; its effect on all other unknowns
-    is added (Schmidt's consider covariance).
+    On average the cameras (and seats) have not moved. ``considered`` (8 C, 8 C): covariance of
+    fixed lenses, whose effect on all other unknowns is added (Schmidt's consider covariance).
     """
     here = linearise(data, prior, state, 0.0)
     if not np.isfinite(here.cost):
@@ -248,7 +243,6 @@ def _step(here: Linearised, prior: Prior, state: BundleState) -> tuple[Float, li
 
 
 def _predicted(here: Linearised, step: Float, own: list[Float]) -> float:
-    """Return the decrease of chi-square predicted by the normal equations."""
     damped = here.damping * here.normal.diagonal() * step
     predicted = float(step @ (damped - here.gradient))
     for group, steps in zip(here.groups, own, strict=True):

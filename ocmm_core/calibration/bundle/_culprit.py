@@ -1,12 +1,11 @@
 """Find the faulty element behind contradictory observations.
 
-An adjustment spreads a misfit over all uncertain unknowns and so blames no element. Each suspect is
-therefore tested alone: another bar length, a displaced LED, a scaled probe, a changed lens, a
-camera that was shifted at some moment or drifted. Its worth is the likelihood ratio against
-"nothing is wrong", less the chance gain of its free size and of the search over moments (evidence
-of a normal prior of usual size; D. J. C. MacKay, Neural Computation 4, 1992). The best suspects are
-then fitted fully, not to first order. Suspects of similar worth are reported together: the
-observations cannot separate them, so further evidence is needed.
+An adjustment spreads a misfit over all uncertain unknowns. Each suspect is therefore tested alone:
+bar length, displaced LED, scaled probe, changed lens, shifted or drifted camera. Its worth is the
+likelihood ratio against "nothing is wrong", less the chance gain of its free size and of the search
+over moments (evidence of a normal prior of usual size; D. J. C. MacKay, Neural Computation 4,
+1992). The best are then fitted fully. Suspects of similar worth are reported together: the
+observations cannot separate them.
 """
 
 from __future__ import annotations
@@ -31,8 +30,7 @@ DECISIVE = 12.0
 """Twice the logarithm of a likelihood ratio of 400: less likely alternatives are excluded."""
 
 LEAST_PX = 0.005
-"""RMS effect on spots below which nothing is refused; smaller than sensor stability over an hour.
-"""
+"""RMS effect on spots below which nothing is refused; less than sensor drift over an hour."""
 
 _TRIED, _PAIRED, _TRIED_IN_PAIR, _MOST = 6, 5, 3, 4
 """Suspects that are fitted fully, firsts of pairs, fully fitted seconds, and most faults named."""
@@ -98,8 +96,7 @@ class CulpritVerdict:
     effect_px: float
     """RMS effect of the best on the spots."""
     also: tuple[tuple[Suspect, ...], ...] = ()
-    """Further faults if the first one named is granted, one after the other, each with its
-    alternatives, the likeliest first."""
+    """Further faults, likeliest first, if the first one named is granted, with alternatives."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -118,8 +115,8 @@ def examine(
 ) -> CulpritVerdict | None:
     """Return the verdict; None if the observations cannot determine a fault.
 
-    The bundle is near its minimum, with all uncertain unknowns free; ``dof`` is that of its
-    chi-square. ``exactly`` adjusts, and fits the best suspects fully; otherwise first order at
+    The bundle is near its minimum with all uncertain unknowns free; ``dof`` is that of its
+    chi-square. ``exactly`` adjusts and fits the best suspects fully; otherwise first order at
     ``start``.
     """
     state = adjust(data, prior, start).state if exactly else start
@@ -138,15 +135,12 @@ _WHOLE = {Culprit.LED: Culprit.PROBE, Culprit.SIZE: Culprit.PROBE, Culprit.LENS:
 
 @dataclass(frozen=True, slots=True)
 class _Round:
-    """A search for one fault."""
-
     verdict: CulpritVerdict
     trials: Sequence[_Trial]
     ranked: Sequence[Suspect]
 
 
 def _round(history: BlockHistory, dof: int, tried: int) -> _Round:
-    """Return the likeliest faults in addition to what is granted already."""
     cost = history.cost
     trials, suspects = _suspects(history)
     misfit = _misfit(suspects, cost, dof)
@@ -177,10 +171,7 @@ def _round(history: BlockHistory, dof: int, tried: int) -> _Round:
 
 
 def _with_others(found: _Round, dof: int) -> CulpritVerdict:
-    """Return the verdict with the faults that remain once the first is granted.
-
-    The best single suspect of two faults may be neither: pairs compete with it.
-    """
+    """Return the verdict with further faults; pairs compete with the best single one."""
     first, history = found.verdict, found.verdict.history
     pairs: list[tuple[Suspect, _Round]] = []
     for one in _one_of_each(found.ranked)[:_PAIRED]:
@@ -264,7 +255,6 @@ def fit(history: BlockHistory, suspect: Suspect) -> BundleMinimum:
 
 
 def _granting(history: BlockHistory, suspect: Suspect) -> tuple[BundleData, Prior]:
-    """Return data and prior in which a suspect's error is removed or of free size."""
     if suspect.profile is not None:
         return history.corrected(suspect.step, suspect.profile), history.prior
     # An error of prior knowledge, of free size, removes that much information.
@@ -278,7 +268,6 @@ def _granting(history: BlockHistory, suspect: Suspect) -> tuple[BundleData, Prio
 
 
 def _granted(history: BlockHistory, suspect: Suspect) -> Suspect:
-    """Return the suspect with its score after a full fit."""
     found, score = fit(history, suspect), suspect.score
     size: Float = score.size
     if suspect.profile is None and suspect.cause is not Culprit.PROBE:
@@ -395,7 +384,6 @@ def _keys(suspects: Sequence[Suspect]) -> set[tuple[Culprit, int]]:
 
 
 def _one_of_each(suspects: Sequence[Suspect]) -> tuple[Suspect, ...]:
-    """Return the best suspect of each cause and subject, in their order."""
     found: dict[tuple[Culprit, int], Suspect] = {}
     for one in suspects:
         found.setdefault((one.cause, one.subject), one)

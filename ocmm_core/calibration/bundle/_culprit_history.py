@@ -1,9 +1,8 @@
 """Normal equations of a session by time block, to detect changes.
 
-The frames are split into some sixty blocks with poses eliminated, so that testing a change at any
-moment only needs sums over blocks. Alternatives are tested to first order at the solution (score
-test, C. R. Rao, Proc. Camb. Phil. Soc. 44, 1948): the evidence of the residuals for a change, with
-all free unknowns projected out.
+Some sixty blocks with poses eliminated, so that testing a change at any moment needs sums over
+blocks only. Alternatives are tested to first order at the solution (score test, C. R. Rao, Proc.
+Camb. Phil. Soc. 44, 1948), with all free unknowns projected out.
 """
 
 from __future__ import annotations
@@ -46,9 +45,7 @@ class ChangeScore:
     """Evidence of the residuals for one change."""
 
     score: float
-    """Twice the logarithm of the likelihood ratio; chi-square of ``dof`` degrees of freedom if
-    nothing has changed.
-    """
+    """Twice the logarithm of the likelihood ratio; chi-square (``dof``) without a change."""
     dof: int
     """Observable dimensions of the change."""
     size: Float
@@ -56,9 +53,7 @@ class ChangeScore:
     information: Float
     """(m, m): inverse of the covariance of that."""
     scatter: float = 1.0
-    """Factor of chi-square, at least one, by which the scatter of blocks exceeds their noise:
-    neighbouring frames share sensor errors.
-    """
+    """Factor of chi-square, >= 1, of blocks over noise: neighbours share sensor errors."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -86,10 +81,7 @@ class BlockHistory:
     def of(
         cls, data: BundleData, prior: Prior, state: BundleState, finely: Sequence[int] = ()
     ) -> BlockHistory | None:
-        """Return the history; None if the unknowns are undetermined.
-
-        Each frame in ``finely`` (index in block order) becomes its own block.
-        """
+        """Return the history, or None if undetermined; each frame in ``finely`` is a block."""
         covariance = common_covariance(data, prior, state)
         if covariance is None:
             return None
@@ -113,10 +105,7 @@ class BlockHistory:
         )  # fmt: skip
 
     def of_prior(self, columns: Float) -> ChangeScore:
-        """Return the evidence for an error of prior knowledge.
-
-        ``columns`` (k, m) are the derivatives of the common unknowns by the error.
-        """
+        """Return the evidence for an error; ``columns`` (k, m): d(common unknowns)/d(error)."""
         information = self.prior.information
         pull = self.pull - information @ (self.covariance @ self.rest)
         slope = information @ columns
@@ -126,8 +115,8 @@ class BlockHistory:
     def of_time(self, columns: Float, profiles: Float) -> tuple[ChangeScore, ...]:
         """Return the evidence for a change during the session, for every time profile.
 
-        ``columns`` (k, m) are the derivatives of the common unknowns by the change; ``profiles``
-        (p, b) the fraction of the change effective in each block.
+        ``columns`` (k, m): derivatives of the common unknowns by the change; ``profiles`` (p, b):
+        fraction of the change effective in each block.
         """
         # Some hundred moments of a dozen suspects: all profiles at once.
         by = self.normals @ columns
@@ -214,9 +203,9 @@ def restored(
 ) -> tuple[BundleData, NDArray[np.bool_]]:
     """Return the data with jointly excluded spots restored, and the restored placements.
 
-    Single wrong spots are reflections and stay out. If more than ``share`` (0 to 1) of the spots of
-    one LED in one camera, of one camera for a while, or of the placements of a bar were excluded,
-    spots are not the cause. ``whole`` has the excluded spots.
+    Single wrong spots are reflections and stay out. If more than ``share`` (0 to 1) of one LED in
+    one camera, of one camera for a while, or of a bar's placements in ``whole`` were excluded,
+    spots are not the cause.
     """
     seen, used = whole.weights > 0.0, data.weights > 0.0
     out = seen & ~used

@@ -28,9 +28,8 @@ def explain_points(
 ) -> tuple[PointsExplained, ...]:
     """Return all explanations by which the found points match the list.
 
-    Two names exchanged, one point moved, or a list of wrong scale; with few or regular points
-    several apply. Points are in mm in any two frames; ``sigmas`` (n,), mm per axis, are those of
-    the difference.
+    Two names exchanged, one point moved, or a list of wrong scale. Points: mm in any two frames;
+    ``sigmas`` (n,): mm per axis, of the difference.
     """
     return tuple(
         explained

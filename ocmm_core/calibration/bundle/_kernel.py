@@ -66,10 +66,9 @@ def add_spot(
     u: Float, b: Float, u_row: Float, v_row: Float, u_point: Float, v_point: Float,
     miss: Float,
 ) -> float:  # fmt: skip
-    """Return the weighted square of a spot's miss, infinite behind the camera.
+    """Add a spot to U and b; return its weighted square, infinite behind the camera.
 
-    Adds the camera's columns, from ``first`` on, to U and b. Outputs the weighted miss (2,) and its
-    derivatives by the camera (14,) and by the point (3,), world.
+    Outputs the weighted miss (2,), d(miss) by the camera (14,) and by the point (3,), world.
     """
     depth, predicted_u, predicted_v = spot_rows(packed, x, y, z, u_row, v_row)
     if not depth > 0.0:
@@ -99,10 +98,7 @@ def add_to_frame(
     v: Float, w: Float, g: Float, u_pose: Float, v_pose: Float, first: int,
     u_row: Float, v_row: Float, miss_u: float, miss_v: float,
 ) -> None:  # fmt: skip
-    """Add a spot to V, W and g of its frame.
-
-    Restores the rows of `kernel.spot_rows` for the next spot.
-    """
+    """Add a spot to V, W and g of its frame; restore the rows of `kernel.spot_rows`."""
     for i in range(6):
         by_u, by_v = u_pose[i], v_pose[i]
         g[i] += by_u * miss_u + by_v * miss_v
@@ -123,32 +119,16 @@ def schur_reduce_poses(
 ) -> float:  # fmt: skip
     """Add all frames to U and b, output factors, Y and z; return the sum of squares.
 
-    Infinite if an LED is behind a camera or a pose is undetermined.
-
-    Parameters
-    ----------
-    cameras
-        (C, 24): `lens.LensCamera.packed`.
-    leds, tip
-        (L, 3) and (3,), mm, probe. Two LEDs are a bar along x.
-    seat_positions, seat_weight
-        (S, 3), mm, world, and 1/mm: inverse seating repeatability.
-    led_columns, seat_columns
-        First common columns of the LEDs (negative: none) and of the seats; those of the tip
-        directly precede the seats'.
-    uv, weights, seats
-        (n, C, L, 2), px; (n, C, L), 1/px, zero if unused; (n,), -1 for none.
-    rotations, origins
-        (n, 3, 3) and (n, 3), mm: poses, world from probe.
-    damping
-        Levenberg-Marquardt damping of the diagonals.
-    u, b
-        (k, k) lower triangle and (k,), added to: normal matrix and gradient of the common columns.
-    factors, y, z
-        (n, 6, 6), (n, 6, k') and (n, 6), out; k' <= k, the first columns. Frames without a seat
-        need only those of cameras and LEDs.
-    jacobian, diagonals
-        (n, 6), out: gradient by the pose, and the diagonal of its normal matrix.
+    Infinite if an LED is behind a camera or a pose is undetermined. In: ``cameras`` (C, 24),
+    `lens.LensCamera.packed`; ``leds`` (L, 3), ``tip`` (3,), mm, probe (two LEDs: a bar along x);
+    ``seat_positions`` (S, 3), mm, world; ``seat_weight``, 1/mm: inverse seating repeatability;
+    first common columns of LEDs (negative: none) and seats, those of the tip directly before the
+    seats'; ``uv`` (n, C, L, 2), px; ``weights`` (n, C, L), 1/px, zero if unused; ``seats`` (n,), -1
+    for none; poses, world from probe, (n, 3, 3) and (n, 3), mm; ``damping`` of the diagonals
+    (Levenberg-Marquardt). Added to: ``u`` (k, k), lower triangle, and ``b`` (k,). Out: ``factors``
+    (n, 6, 6), ``y`` (n, 6, k'), ``z`` (n, 6), k' <= k the first columns (frames without a seat need
+    those of cameras and LEDs only); ``jacobian``, ``diagonals`` (n, 6): gradient by the pose, and
+    diagonal of its normal matrix.
     """
     n_frames, n_cameras, n_leds = weights.shape
     total = 0.0
@@ -274,10 +254,7 @@ def schur_reduce_poses(
 def miss_frames(
     cameras: Float, leds: Float, uv: Float, rotations: Float, origins: Float, residuals: Float
 ) -> None:
-    """Write the residuals of the spots, predicted minus observed, px, (n, C, L, 2).
-
-    NaN if unseen, infinite behind the camera. Inputs as in `schur_reduce_poses`.
-    """
+    """Write predicted minus observed, (n, C, L, 2), px; NaN unseen, infinite behind a camera."""
     n_frames, n_cameras, n_leds = uv.shape[:3]
     u_row, v_row = empty_rows()
     for n in range(n_frames):

@@ -45,10 +45,9 @@ class RobustMinimum:
 def adjust_robustly(data: BundleData, prior: Prior, start: BundleState) -> RobustMinimum:
     """Return the minimum of the good spots.
 
-    First with Cauchy weights scaled by the median residual, because the start is wrong by many
-    pixels; then without significant outliers. All spots are re-judged after every fit, so that a
-    wrongly excluded one returns. A placement of a bar is kept or excluded as a whole: it has too
-    few spots to identify the wrong one.
+    First with Cauchy weights scaled by the median residual, as the start is wrong by many pixels;
+    then without outliers, re-judged after every fit. A bar's placement is kept or excluded as a
+    whole: it has too few spots to identify the wrong one.
     """
     state = _settled(data, prior, start)
     chosen = data
@@ -71,16 +70,12 @@ def scale_of(distances: Float) -> float:
 
 
 def limit_of(distances: Float) -> float:
-    """Return the distance above which a spot is wrong.
-
-    Two coordinates: P(d > x) = exp(-x^2 / 2), shared among all spots (Bonferroni).
-    """
+    """Return the outlier distance: P(d > x) = exp(-x^2 / 2), over all spots (Bonferroni)."""
     count = max(int(np.isfinite(distances).sum()), 1)
     return scale_of(distances) * math.sqrt(-2.0 * math.log(OUTLIER_PROBABILITY / count))
 
 
 def _settled(data: BundleData, prior: Prior, start: BundleState) -> BundleState:
-    """Return a state near the minimum, robust against wrong spots."""
     state, last = start, math.inf
     for _ in range(_ROUNDS):
         distances, bar_distances, _ = _judge(data, state)

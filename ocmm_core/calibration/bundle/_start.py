@@ -29,8 +29,7 @@ def solvable(seen: NDArray[np.bool_]) -> NDArray[np.bool_]:
 def start_poses(rig: Rig, leds: Points3, uv: Pixels) -> tuple[Float, Points3, NDArray[np.bool_]]:
     """Return rotations (n, 3, 3), origins (n, 3), world from probe, and success (n,).
 
-    Method of the thesis (2.4): rigid fit to triangulated LEDs, tolerant of camera errors of
-    millimetres. ``uv`` is (n, C, L, 2), px.
+    Rigid fit to triangulated LEDs (thesis 2.4), tolerates millimetres. ``uv``: (n, C, L, 2), px.
     """
     outputs = allocate(len(uv))
     solve_frames(
@@ -47,9 +46,8 @@ def start_poses(rig: Rig, leds: Points3, uv: Pixels) -> tuple[Float, Points3, ND
 def start_shape(rig: Rig, body: ProbeBody, uv: Pixels) -> Points3:
     """Return the LEDs (L, 3), mm, from frames (n, C, L, 2), in the probe's frame.
 
-    Mean of the triangulated shapes, iteratively aligned (generalised Procrustes, Gower 1975; thesis
-    3.2), then fitted to the body. Raises CalibrationError if no frame shows all LEDs to two
-    cameras.
+    Mean of triangulated shapes (generalised Procrustes, Gower 1975; thesis 3.2), fitted to the
+    body. CalibrationError if no frame shows all LEDs to two cameras.
     """
     complete = np.flatnonzero((np.isfinite(uv).all(axis=3).sum(axis=1) >= 2).all(axis=1))
     if not len(complete):
@@ -74,10 +72,7 @@ def start_shape(rig: Rig, body: ProbeBody, uv: Pixels) -> Points3:
 
 
 def start_bars(rig: Rig, uv: Pixels) -> tuple[Float, Points3, NDArray[np.bool_]]:
-    """Return rotations (m, 3, 3), centres (m, 3), world from bar, and success (m,).
-
-    ``uv`` is (m, C, 2, 2), px; a bar lies along its x.
-    """
+    """Return bars along x in ``uv`` (m, C, 2, 2), px: world from bar (m, 3, 3), (m, 3); success."""
     rotations, centres = np.tile(np.eye(3), (len(uv), 1, 1)), np.zeros((len(uv), 3))
     found = np.zeros(len(uv), dtype=np.bool_)
     for index, placement in enumerate(uv):

@@ -31,27 +31,22 @@ class Columns:
 
     @property
     def of_cameras(self) -> slice:
-        """Return the columns of all cameras."""
         return slice(0, N_PARAMETERS * self.cameras)
 
     @property
     def of_leds(self) -> slice:
-        """Return the columns of the LEDs."""
         return slice(self.of_cameras.stop, self.of_cameras.stop + 3 * self.leds)
 
     @property
     def of_tip(self) -> slice:
-        """Return the columns of the tip."""
         return slice(self.of_leds.stop, self.of_leds.stop + 3)
 
     @property
     def of_seats(self) -> slice:
-        """Return the columns of the seats."""
         return slice(self.of_tip.stop, self.of_tip.stop + 3 * self.seats)
 
     @property
     def of_lengths(self) -> slice:
-        """Return the columns of the lengths."""
         return slice(self.of_seats.stop, self.of_seats.stop + self.bars)
 
     @property
@@ -59,7 +54,6 @@ class Columns:
         return int(self.of_lengths.stop)
 
     def all_leds(self) -> Int:
-        """Return the columns of the LEDs as indices."""
         return np.arange(self.of_leds.start, self.of_leds.stop)
 
     def of_lenses(self) -> Int:
@@ -89,13 +83,10 @@ class BundleState:
     """`rotations`, `origins`: (n, 3, 3) and (n, 3), mm: poses of the frames, world from probe."""
     bar_rotations: Float
     bar_origins: Points3
-    """`bar_rotations`, `bar_origins`: (m, 3, 3) and (m, 3), mm: poses of the shown bars, which lie
-    along their x, world from bar.
-    """
+    """`bar_rotations`, `bar_origins`: (m, 3, 3), (m, 3), mm: bars along their x, world from bar."""
 
     @property
     def columns(self) -> Columns:
-        """Return the order of the common unknowns."""
         return Columns(len(self.cameras), len(self.leds), len(self.seats), len(self.lengths))
 
     def packed(self) -> Float:
@@ -103,10 +94,7 @@ class BundleState:
         return np.stack([LensCamera(camera).packed() for camera in self.cameras])
 
     def values(self) -> Float:
-        """Return the values that a prior may constrain, in column order.
-
-        Positions of cameras and seats are zero: they have no prior.
-        """
+        """Return the values a prior may constrain; zero for cameras' and seats' positions."""
         columns = self.columns
         values = np.zeros(columns.count)
         for index, camera in enumerate(self.cameras):
@@ -163,11 +151,7 @@ class BundleState:
         )
 
     def world_motions(self) -> Float:
-        """Return the derivatives of the common unknowns by world motions, (k, 6).
-
-        Three small rotations (rad) about the world axes and three shifts (mm) of everything,
-        cameras included: no spot changes.
-        """
+        """Return derivatives (k, 6) by small world rotations (rad) and shifts (mm) of all."""
         columns = self.columns
         motions = np.zeros((columns.count, 6))
         for index, camera in enumerate(self.cameras):
@@ -182,10 +166,7 @@ class BundleState:
         return motions
 
     def body_motions(self) -> Float:
-        """Return the derivatives of the common unknowns by probe-frame motions, (k, 6).
-
-        Small rotations and shifts of LEDs and tip, compensated by the poses: no spot changes.
-        """
+        """Return derivatives (k, 6) by motions of LEDs and tip that the poses compensate."""
         columns = self.columns
         motions = np.zeros((columns.count, 6))
         body = motions[columns.of_leds.start : columns.of_tip.stop]
@@ -223,7 +204,6 @@ class BundleData:
         )
 
     def placements(self, bar: int) -> slice:
-        """Return the placements of a bar."""
         first, behind = np.searchsorted(self.bars, (bar, bar + 1))
         return slice(int(first), int(behind))
 

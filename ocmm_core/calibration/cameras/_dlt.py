@@ -45,10 +45,7 @@ class Cloud:
 
     @property
     def flatness(self) -> float:
-        """Return depth over width: least over greatest spread along the principal axes.
-
-        For evenly filled boxes, standard deviations are proportional to the edges.
-        """
+        """Return the least over the greatest spread (box: edge) along the principal axes."""
         return float(self.widths[2] / self.widths[0]) if self.widths[0] > 0.0 else 0.0
 
 
@@ -64,10 +61,7 @@ def cloud_of(points: Points3) -> Cloud:
 
 
 def starts(nominal: CameraModel, points_world: Points3, uv: Pixels) -> Iterator[Start]:
-    """Yield start cameras for six or more points (n, 3), mm, the most promising first.
-
-    ``nominal`` gives sensor, pixel pitch and focal length; its pose is not used.
-    """
+    """Yield starts for six or more points (n, 3), mm, likeliest first; nominal pose unused."""
     ideal = replace(
         nominal, aspect=1.0, u0=0.5 * (nominal.width - 1), v0=0.5 * (nominal.height - 1), k1=0.0,
         k2=0.0, p1=0.0, p2=0.0,
@@ -86,10 +80,7 @@ def starts(nominal: CameraModel, points_world: Points3, uv: Pixels) -> Iterator[
 
 
 def dlt(cloud: Cloud, uv: Pixels) -> Float | None:
-    """Return the projection matrix (3, 4), px/mm, with points in front of the camera.
-
-    None for points in a plane.
-    """
+    """Return the projection matrix (3, 4), px/mm, points in front; None for coplanar points."""
     whitened = _whitening(cloud)
     if whitened is None:
         return None
@@ -105,8 +96,7 @@ def dlt(cloud: Cloud, uv: Pixels) -> Float | None:
 def camera_of_dlt(nominal: CameraModel, matrix: Float) -> CameraModel | None:
     """Return the distortion-free camera of a projection matrix.
 
-    None for a mirror image or an implausible lens: order or handedness of points and spots differ,
-    or the points are nearly in one plane.
+    None for a mirror image or an implausible lens: another order, handedness, or a flat volume.
     """
     m1, m2, m3 = matrix[:, :3]
     u0, v0 = float(m1 @ m3), float(m2 @ m3)
@@ -123,10 +113,7 @@ def camera_of_dlt(nominal: CameraModel, matrix: Float) -> CameraModel | None:
 
 
 def pose_of_plane(camera: CameraModel, cloud: Cloud, uv: Pixels) -> RigidTransform | None:
-    """Return the pose (camera from world) of points near a plane, for a given lens.
-
-    Homography of the plane, its columns made orthonormal. None for points on a line.
-    """
+    """Return the pose (camera from world) by the plane's homography; None for points on a line."""
     if cloud.widths[1] < 1e-6 * cloud.widths[0]:
         return None
     size = cloud.widths[0]
@@ -147,10 +134,7 @@ def pose_of_plane(camera: CameraModel, cloud: Cloud, uv: Pixels) -> RigidTransfo
 
 
 def pose_of_dlt(camera: CameraModel, cloud: Cloud, uv: Pixels) -> RigidTransform | None:
-    """Return the pose (camera from world) nearest to the DLT, for a given lens.
-
-    None for points in a plane, or if they are a mirror image of the spots.
-    """
+    """Return the pose (camera from world) nearest to the DLT; None if coplanar or mirrored."""
     matrix = dlt(cloud, uv)
     if matrix is None:
         return None
@@ -174,9 +158,8 @@ def _posed(name: str, camera: CameraModel, cloud: Cloud, uv: Pixels) -> Iterator
 def _homogeneous_solution(points: Float, image: Float) -> Float:
     """Return the matrix (3, d + 1) that maps points (n, d) to image points (n, 2).
 
-    The unit vector that minimises all rows [h, 0, -u h] and [0, h, -v h], h = (point, 1), from
-    their explicit normal matrix. Points and image are normalised, so squaring the condition is
-    harmless.
+    Unit vector that minimises all rows [h, 0, -u h] and [0, h, -v h], h = (point, 1). Both inputs
+    are normalised, so the explicit normal matrix is harmless.
     """
     h = np.column_stack([points, np.ones(len(points))])
     d = h.shape[1]

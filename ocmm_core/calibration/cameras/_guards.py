@@ -1,8 +1,4 @@
-"""Criteria that a camera calibration must meet.
-
-Each violated limit is a finding with reason and remedy that refuses or warns. The user may overrule
-those on the design of the calibration, but not a contradiction between cameras and list of points.
-"""
+"""Criteria of a camera calibration: its design may be overruled, contradictions not."""
 
 from __future__ import annotations
 
@@ -49,7 +45,6 @@ def judge_fit(fit: CameraFit, names: Sequence[str]) -> list[Finding]:
 
 
 def judge_lens(fit: CameraFit, terms: LensTerms) -> list[Finding]:
-    """Return findings on the extra lens terms."""
     if not terms.significant:
         return []
     name = fit.camera.model.name

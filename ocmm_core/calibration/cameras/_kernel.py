@@ -1,7 +1,4 @@
-"""Compiled inner loops of camera fits and the bundle: residuals and derivatives.
-
-One pass over the points; numpy needs some sixty passes and three times as long.
-"""
+"""Compiled residuals and derivatives of cameras; numpy takes three times as long."""
 
 from __future__ import annotations
 
@@ -18,10 +15,9 @@ N_TERMS = 17
 def spot_rows(
     packed: Float, px: float, py: float, pz: float, u_row: Float, v_row: Float
 ) -> tuple[float, float, float]:
-    """Return depth, u and v of a world point; write d(u) and d(v), (17,) each.
+    """Return depth, u and v of a world point; write d(u) and d(v) by the camera, (17,) each.
 
-    Derivatives are by the camera. Constant elements (zero or one) must be preset, see `empty_rows`.
-    Nothing is written for a point that is not in front of the camera.
+    Constant elements must be preset, see `empty_rows`. Nothing is written behind the camera.
     """
     # R X, camera axes, before the translation: lever arm of a camera rotation.
     ax = packed[0] * px + packed[1] * py + packed[2] * pz
@@ -101,18 +97,10 @@ def project_points_with_jacobian(
 ) -> None:
     """Write whitened misses and their derivatives.
 
-    Parameters
-    ----------
-    packed
-        (24,): `CameraModel.packed`, then k3, s1, s2.
-    points, uv
-        (n, 3), mm, world, and (n, 2), px.
-    whitening
-        (3, n), 1/px: lower triangle (00, 10, 11) of each point.
-    residuals
-        (2, n), out: predicted minus observed, whitened; infinite behind the camera.
-    rows
-        (p, 2, n), out: its derivatives by the first p of `lens.ALL_PARAMETERS`, p from 14 to 17.
+    ``packed`` (24,): `CameraModel.packed`, then k3, s1, s2; ``points`` (n, 3), mm, world; ``uv``
+    (n, 2), px; ``whitening`` (3, n), 1/px: lower triangle (00, 10, 11) of each point. Out:
+    ``residuals`` (2, n), predicted minus observed, whitened, infinite behind the camera; ``rows``
+    (p, 2, n), its derivatives by the first p (14 to 17) of `lens.ALL_PARAMETERS`.
     """
     terms = rows.shape[0]
     u_row, v_row = empty_rows()

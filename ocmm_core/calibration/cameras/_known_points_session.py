@@ -1,7 +1,4 @@
-"""Session events of a calibration from known points, and their evaluation.
-
-Quality of a calibration: errors at independent points, and predicted errors.
-"""
+"""Events of a calibration from known points; errors at independent points."""
 
 from __future__ import annotations
 
@@ -34,13 +31,7 @@ class AxisErrors:
 
 
 def split(points: KnownPoints, calibration: int, rng: np.random.Generator) -> tuple[Int, Int]:
-    """Return random disjoint indices of calibration and evaluation points.
-
-    Raises
-    ------
-    CalibrationError
-        One of the sets would be empty.
-    """
+    """Return random disjoint calibration, evaluation indices; CalibrationError if one is empty."""
     n = len(points.names)
     if not 0 < calibration < n:
         raise CalibrationError(
@@ -62,10 +53,7 @@ def subset(points: KnownPoints, spots: SpotTable, indices: Int) -> tuple[KnownPo
 
 
 def axis_errors(rig: Rig, points: KnownPoints, spots: SpotTable) -> AxisErrors:
-    """Return the errors of points located with all cameras of a calibrated rig.
-
-    Raises CalibrationError if no point was seen by two cameras.
-    """
+    """Return errors of located points; CalibrationError if no point was seen by two cameras."""
     rows = [spots.serials.index(camera.serial) for camera in rig.cameras]
     errors = triangulate(rig, spots.uv[rows]) - points.positions_world
     located = errors[np.isfinite(errors).all(axis=1)]
@@ -92,8 +80,7 @@ class KnownPointsBegun(Begun, frozen=True, kw_only=True):
     reference_sigma: float
     frame: str
     length_sigma: float
-    """`names`, `positions`, `reference_sigma`, `frame`, `length_sigma`: The list, as in
-    `KnownPoints`; mm."""
+    """`names`, `positions`, `reference_sigma`, `frame`, `length_sigma`: As `KnownPoints`; mm."""
     evaluation: int
     valid_days: int
     artefacts: tuple[ArtefactUse, ...]
@@ -120,10 +107,7 @@ def views_of(taken: PointTaken) -> int:
 def found_by(
     rig: Rig, points: KnownPoints, table: SpotTable, evaluation: int, force: bool
 ) -> Findings:
-    """Return the findings from the points; raises as `_network.calibrate_rig`.
-
-    ``evaluation`` of the points, always the same ones, are held back.
-    """
+    """Return the findings, ``evaluation`` points held back; raises as `_network.calibrate_rig`."""
     used, held = (points, table), None
     if evaluation:
         chosen, rest = split(points, len(points.names) - evaluation, np.random.default_rng(0))

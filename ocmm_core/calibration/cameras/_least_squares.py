@@ -1,7 +1,7 @@
 """Levenberg-Marquardt for any differentiable projection.
 
-Marquardt's scaling by the columns' norms, damping by the ratio of achieved to predicted decrease.
-The problem defines residuals and state updates, so that rotations are composed, not added.
+Scaled by column norms (Marquardt), damped by achieved over predicted decrease. The problem updates
+its state, so that rotations are composed.
 """
 
 from __future__ import annotations
@@ -56,11 +56,7 @@ class Minimum(Generic[S]):
 def minimise(
     problem: Projector[S], start: S, max_iterations: int = 60, enough: float = ABSOLUTE_DECREASE
 ) -> Minimum[S]:
-    """Return the minimum of the squared residuals reached from ``start``.
-
-    An impossible start is returned with an infinite cost. The fit ends when chi-square can fall by
-    no more than ``enough``.
-    """
+    """Return the minimum from ``start``, or infinite cost; ends at falls up to ``enough``."""
     state = start
     residuals, jacobian = problem.linearise(state)
     cost = _cost(residuals)
@@ -96,10 +92,7 @@ def minimise(
 
 
 def covariance_of(jacobian: Float) -> Float | None:
-    """Return the covariance (p, p) of the parameters for residuals of unit variance.
-
-    None if undetermined by the observations.
-    """
+    """Return the covariance (p, p) for residuals of unit variance; None if undetermined."""
     scale = np.linalg.norm(jacobian, axis=0)
     if not np.all(scale > 0.0):
         return None

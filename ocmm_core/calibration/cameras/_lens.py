@@ -1,8 +1,7 @@
 """Camera with three extra lens terms, to test whether they are needed.
 
-The running model (`camera.model`) is unchanged: k1, k2, p1, p2. k3 (radial, r^6) and the thin prism
-s1, s2 (Weng 1992) are added here, so that a fit can show their effect. A camera that needs them is
-refused rather than used with the wrong model (`guards`).
+k3 (radial, r^6) and the thin prism s1, s2 (Weng 1992) extend the running model (`camera.model`: k1,
+k2, p1, p2). A camera that needs them is refused (`guards`).
 """
 
 from __future__ import annotations
@@ -59,14 +58,8 @@ def project_with_jacobian(
 ) -> ProjectedPoints:
     """Return the pixels of world points (n, 3), mm, and their derivatives.
 
-    Parameters
-    ----------
-    terms
-        Number of parameters to differentiate by, 14 to 17.
-    uv
-        (n, 2), px: spots that are subtracted.
-    whitening
-        (3, n), 1/px, as in `_problem.CameraProblem`; default plain pixels.
+    By the first ``terms`` (14 to 17) parameters. ``uv`` (n, 2), px, is subtracted; ``whitening``
+    (3, n), 1/px, as in `_problem.CameraProblem`, default plain pixels.
     """
     n = len(points_world)
     if uv is None:
@@ -83,11 +76,7 @@ def project_with_jacobian(
 
 
 def by_point(camera: LensCamera, rows: Float) -> Float:
-    """Return derivatives by the point, (2, 3, n), 1/mm, world frame.
-
-    Computed from the rows of `project_with_jacobian`: shifts of the point and of the camera differ
-    only by the camera's rotation.
-    """
+    """Return d/d(point), (2, 3, n), 1/mm, world: rows of the camera's shift, rotated."""
     rotation = camera.model.T_camera_from_world.rotation
     moved: Float = np.einsum("aun,ab->ubn", rows[3:6], rotation)
     return moved

@@ -18,8 +18,7 @@ SIGNIFICANT = 1e-4
 
 ENOUGH = 1e-4
 """Chi-square; a prism and a shifted principal point are nearly equivalent, and the end of that
-valley would take longer than all the rest. At a hundredth, the chance gain was missed.
-"""
+valley would take longer than all the rest. At a hundredth, the chance gain was missed."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,23 +29,19 @@ class LensTerms:
     sigmas: Float
     """`values`, `sigmas`: (3,), in the order of `lens.EXTRA_TERMS`; infinite sigmas if the points
     cannot separate the terms from the running model, as in a small field, where they have no
-    effect.
-    """
+    effect."""
     f_statistic: float
     p_value: float
     """`f_statistic`, `p_value`: Gain in chi-square per term over the remaining chi-square per
     degree of freedom, and the probability of at least that gain by chance (F-test of nested models;
-    valid also for a spot sigma of unknown scale).
-    """
+    valid also for a spot sigma of unknown scale)."""
     effect_rms_px: float
     effect_max_px: float
     """`effect_rms_px`, `effect_max_px`: Shift of the calibrated spots, per coordinate and at most,
-    when the terms are added and all else is refitted: the error of the running model.
-    """
+    when the terms are added and all else is refitted: the error of the running model."""
 
     @property
     def significant(self) -> bool:
-        """Return whether the gain is significant."""
         return self.p_value < SIGNIFICANT
 
     def strongest(self) -> str:
@@ -55,11 +50,7 @@ class LensTerms:
 
 
 def judge_lens_terms(fit: CameraFit) -> LensTerms:
-    """Return the test of the extra terms, from a fit without them and mostly good points.
-
-    Also uses points that are outliers only without the terms: a lens that needs them distorts the
-    rim of the image most.
-    """
+    """Return the test of the extra terms; uses outliers that they explain, mostly at the rim."""
     whitening = whitening_of(fit.camera, fit.points_world, fit.sigma_px, fit.reference_sigma)
     problem = CameraProblem(fit.points_world, fit.uv, whitening, free_parameters(EXTRA_TERMS))
     full, used = without_wrong_points(problem, fit.camera, ENOUGH)

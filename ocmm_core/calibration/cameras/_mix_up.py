@@ -34,9 +34,8 @@ def explain_misfit(
 ) -> Finding | None:
     """Return the mix-up of the list that makes it fit the spots, or None.
 
-    Points and spots are (n, 3), mm, and (n, 2), px, in list order. Two swapped axes, one reversed
-    axis, and swapped u and v are the same mirror image up to a rotation, which the pose absorbs:
-    they are indistinguishable and named together.
+    (n, 3), mm, and (n, 2), px, in list order. Two swapped axes, one reversed axis, and swapped u
+    and v differ by a rotation only, which the pose absorbs: they are named together.
     """
     for code, sentence, points, spots in _patterns(points_world, uv):
         try:
@@ -56,11 +55,7 @@ def explain_misfit(
 
 
 def explain_baseline(first: str, second: str, found_mm: float, expected_mm: float) -> list[Finding]:
-    """Return findings on the unit of the list from the distance of two cameras.
-
-    Calibration residuals are the same in every unit; only a reference length reveals it: the
-    expected distance of the centres is that of the rig document.
-    """
+    """Return findings on the unit by the camera distance of the rig; residuals hide it."""
     ratio = found_mm / expected_mm
     said = (
         f"According to the list of points, cameras '{first}' and '{second}' are {found_mm:.4g} "

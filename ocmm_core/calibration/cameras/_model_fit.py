@@ -1,8 +1,7 @@
 """Fit of one camera to known points with several starts and outlier detection.
 
-Thesis 3.1 (after Heikkila and Silven 1997) with its errata. Depending on depth and distortion, the
-nominal focal length or the DLT leads to the global minimum; starts are tried until the residuals
-match the spots' sigma, and the best is kept.
+Thesis 3.1 (after Heikkila and Silven 1997) with its errata. Nominal focal length or DLT leads to
+the global minimum; starts are tried until the residuals match the sigma, and the best is kept.
 """
 
 from __future__ import annotations
@@ -97,25 +96,10 @@ def fit_camera(
 ) -> CameraFit:
     """Return the camera that explains the spots of known points.
 
-    Parameters
-    ----------
-    nominal
-        Sensor size, pixel pitch and nominal focal length; all else is ignored.
-    points_world
-        (n, 3), mm.
-    uv
-        (n, 2), px.
-    sigma_px
-        Standard deviation of a spot, px per axis.
-    reference_sigma
-        Standard deviation of a reference position, mm per axis.
-    extra_terms
-        Fitted terms of `lens.EXTRA_TERMS`.
-
-    Raises
-    ------
-    CalibrationError
-        Fewer than `MINIMUM_POINTS` points, or they do not determine the camera.
+    ``nominal``: sensor size, pitch and focal length used. ``points_world`` (n, 3), mm; ``uv`` (n,
+    2), px; ``sigma_px``, ``reference_sigma``: px and mm per axis; ``extra_terms`` of
+    `lens.EXTRA_TERMS`. CalibrationError with fewer than `MINIMUM_POINTS` points, or if they do not
+    determine the camera.
     """
     if len(points_world) < MINIMUM_POINTS:
         raise CalibrationError(
@@ -186,7 +170,6 @@ def _whitened_again(
     reference_sigma: float,
     steps: int = 60,
 ) -> tuple[CameraProblem, Minimum[LensCamera]]:
-    """Return the problem with weights for its minimum, and its new minimum."""
     whitening = whitening_of(minimum.state, problem.points_world, sigma_px, reference_sigma)
     problem = replace(problem, whitening=whitening)
     return problem, (minimise(problem, minimum.state, steps) if steps else minimum)
@@ -214,8 +197,7 @@ def without_wrong_points(
 ) -> tuple[Minimum[LensCamera], np.ndarray[tuple[int], np.dtype[np.bool_]]]:
     """Return the minimum of the inliers, and their mask.
 
-    All points are re-judged after every fit (first by ``camera``), so that a wrongly excluded one
-    returns. Fits stop once chi-square can fall by no more than ``enough``.
+    Re-judged after every fit (first by ``camera``), until chi-square can fall by ``enough``.
     """
     distances = problem.distances(problem.miss(camera))
     used = distances <= _limit(distances)
@@ -241,7 +223,6 @@ def _limit(distances: Float) -> float:
 
 
 def _least_limit(n: int) -> float:
-    """Return the limit if residuals match their sigma."""
     return math.sqrt(-2.0 * math.log(OUTLIER_PROBABILITY / n))
 
 

@@ -1,8 +1,7 @@
 """Calibration of all cameras of a rig from one list of known points.
 
-With points from a CMM the cameras decouple (measured: a joint fit differs by less than a
-thousandth), so each is fitted alone; the common error of the reference points couples their
-uncertainties.
+Each is fitted alone (a joint fit differs by less than a thousandth, measured); the common error of
+the reference points couples their uncertainties.
 """
 
 from __future__ import annotations
@@ -33,10 +32,7 @@ from ocmm_core.geometry import Float, Int, Pixels, Points3
 
 
 def own_covariance(fit: CameraFit, points: KnownPoints) -> Float:
-    """Return the covariance (14, 14) of one camera alone.
-
-    It is scaled by chi-square per degree of freedom if that is above one, never shrunk.
-    """
+    """Return a camera's covariance (14, 14), scaled by chi-square per dof if above one."""
     stretch = _stretch(fit, points)
     own: Float = fit.covariance * max(1.0, fit.chi2 / fit.dof) + np.outer(stretch, stretch)
     return own
@@ -47,9 +43,9 @@ def joint_covariance(
 ) -> Float:
     """Return the covariance (14 C, 14 C) of all cameras; ``indices``: their points.
 
-    An error d of a reference point shifts the parameters of every camera that used it by -C J' W Jp
-    d, with the camera's covariance C; the product of two cameras' gains times the variance of d is
-    their covariance. The length error of the list is shared likewise.
+    An error d of a reference point shifts every camera that used it by -C J' W Jp d, C its
+    covariance; two such gains times the variance of d are their covariance. So is the length error
+    of the list.
     """
     count = len(fits)
     covariance = np.zeros((N_PARAMETERS * count,) * 2)
@@ -70,11 +66,7 @@ def joint_covariance(
 
 
 def _stretch(fit: CameraFit, points: KnownPoints) -> Float:
-    """Return the change of a camera's parameters (14,) for one sigma of list length.
-
-    Spots are unchanged if the camera moves away in the same ratio; the centroid of the points stays
-    fixed.
-    """
+    """Return the change (14,) per sigma of list length: away in its ratio, centroid fixed."""
     move = np.zeros(N_PARAMETERS)
     pose = fit.camera.model.T_camera_from_world
     move[3:6] = points.length_sigma * pose.apply(points.positions_world.mean(axis=0))
@@ -109,9 +101,8 @@ class CameraCalibration:
 
     model: CameraModel
     covariance: Float
-    """(14, 14), in the order of `camera.model.PARAMETERS`; scaled by chi-square per degree of
-    freedom if above one, never shrunk; with the length uncertainty of the list.
-    """
+    """(14, 14), order of `camera.model.PARAMETERS`; scaled by chi-square per degree of freedom if
+    above one; with the length uncertainty of the list."""
     rms_px: float
     chi2: float
     dof: int
@@ -165,17 +156,8 @@ def calibrate_rig(
 ) -> RigCalibration:
     """Calibrate all cameras of ``rig`` from known points (thesis 3.1).
 
-    Parameters
-    ----------
-    rig
-        Names, serials, sensors, nominal focal lengths and rough distances of the cameras.
-    force
-        Overrule the guards that question the design of the calibration; each becomes a warning.
-
-    Raises
-    ------
-    CalibrationError
-        A guard refuses, see `guards`.
+    ``rig`` gives names, serials, sensors, nominal focal lengths and rough distances; ``force``
+    turns guards on the design into warnings. CalibrationError if a guard refuses, see `guards`.
     """
     rows = _rows_of(rig, spots)
     fits: list[CameraFit] = []
@@ -212,7 +194,7 @@ def calibrate_rig(
 def _fit_or_explain(
     nominal: CameraModel, at: Points3, uv: Pixels, sigma_px: float, reference_sigma: float
 ) -> CameraFit:
-    """Return the fit of one camera; raise if the list fits only in another order."""
+    """Fit one camera; raise if the list fits only in another order."""
     try:
         fit = fit_camera(nominal, at, uv, sigma_px, reference_sigma)
     except CalibrationError as error:
@@ -234,7 +216,6 @@ def _refuse_mix_up(
 
 
 def _rows_of(rig: Rig, spots: SpotTable) -> list[int]:
-    """Return the spots' row of every camera of the rig, by serial number."""
     expected = {camera.serial: camera.name for camera in rig.cameras}
     strange = [serial for serial in spots.serials if serial not in expected]
     missing = [serial for serial in expected if serial not in spots.serials]
@@ -251,7 +232,6 @@ def _rows_of(rig: Rig, spots: SpotTable) -> list[int]:
 
 
 def _baselines(rig: Rig, fits: Sequence[CameraFit]) -> list[Finding]:
-    """Return findings on the unit from the distances between the first and other cameras."""
     found = []
     first = rig.cameras[0]
     for nominal, fit in zip(rig.cameras[1:], fits[1:], strict=True):

@@ -17,7 +17,6 @@ from ocmm_core.camera import N_PARAMETERS, PARAMETERS
 from ocmm_core.geometry import Float, Pixels, Points3
 
 BEHIND_PX = 1e9
-"""Miss of a point behind the camera."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,17 +27,12 @@ class CameraProblem:
     uv: Pixels
     """`points_world`, `uv`: (n, 3), mm, and (n, 2), px."""
     whitening: Float
-    """(3, n), 1/px: the lower triangle (00, 10, 11) that scales each point's residual to unit
-    variance, reduced for points with lower weight.
-    """
+    """(3, n), 1/px: triangle (00, 10, 11) that scales residuals to unit variance, weighted."""
     free: tuple[int, ...]
     """Indices into `ALL_PARAMETERS` of the fitted parameters; the others are fixed."""
 
     def linearise(self, state: LensCamera) -> tuple[Float, Float]:
-        """Return whitened residuals (2n,), predicted minus observed, and derivatives (2n, p).
-
-        All of u come before all of v.
-        """
+        """Return whitened residuals (2n,), predicted minus observed, all u first; (2n, p)."""
         terms = max(N_PARAMETERS, self.free[-1] + 1)
         seen = project_with_jacobian(state, self.points_world, terms, self.uv, self.whitening)
         rows = seen.rows if terms == len(self.free) else seen.rows[list(self.free)]
@@ -79,9 +73,9 @@ def whitening_of(
 ) -> Float:
     """Return the whitening (3, n), 1/px, for uncertain spots and reference points.
 
-    An error ``reference_sigma`` (mm, each axis, independent) of a reference point moves its spot by
-    d(pixel)/d(point). In the fit of one camera each point occurs once, so weighting with this sum
-    is, to first order, the fit with the points as unknowns (errors in variables).
+    An error ``reference_sigma`` (mm per axis) moves a spot by d(pixel)/d(point). Each point occurs
+    once in this fit, so the sum is to first order the fit with unknown points (errors in
+    variables).
     """
     n = len(points_world)
     whitening = np.zeros((3, n))

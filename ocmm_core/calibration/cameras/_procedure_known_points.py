@@ -1,8 +1,4 @@
-"""Guided calibration from known points: bring a target to each listed position.
-
-The list comes from a CMM; the averaged spots of all cameras at each position are one observation,
-recorded live, step by step, or all at once from a table.
-"""
+"""Guided calibration: averaged spots at each position of a CMM's list, live or from a table."""
 
 from __future__ import annotations
 
@@ -100,16 +96,9 @@ class KnownPointsProcedure(CameraProcedure[KnownPointsEvent, CalibrationOutcome]
         valid_days: int = 365,
         artefacts: tuple[ArtefactUse, ...] = (),
     ) -> KnownPointsProcedure:
-        """Start a session.
+        """Start a session; ``evaluation`` points (default: a quarter of a long list) are held back.
 
-        ``evaluation`` points are kept for evaluation; by default a quarter of a long list.
-
-        Raises
-        ------
-        StorageError
-            The session file cannot be written.
-        CalibrationError
-            The evaluation would leave no points for the calibration.
+        StorageError if its file cannot be written, CalibrationError without points to calibrate by.
         """
         count = len(points.names)
         if evaluation is None:
@@ -131,25 +120,15 @@ class KnownPointsProcedure(CameraProcedure[KnownPointsEvent, CalibrationOutcome]
 
     @classmethod
     def resume(cls, path: Path, rig: Rig, store: CalibrationStore) -> KnownPointsProcedure:
-        """Continue the session of a file.
-
-        Raises
-        ------
-        StorageError
-            The file was changed.
-        CalibrationError
-            It is empty, or was started with another rig.
-        """
+        """Continue a session: StorageError if changed, CalibrationError if empty or foreign."""
         return cls(*_SESSIONS.resume(path), rig, store)
 
     @property
     def points(self) -> KnownPoints:
-        """Return the list of the session."""
         return self._points
 
     @property
     def view(self) -> KnownPointsView:
-        """Return the snapshot."""
         with self._lock:
             views = {one.point: views_of(one) for one in self._taken}
             points = tuple(
@@ -165,10 +144,7 @@ class KnownPointsProcedure(CameraProcedure[KnownPointsEvent, CalibrationOutcome]
             self._spots.feed(block)
 
     def aim(self, point: str | None) -> None:
-        """Choose the next point; None is the first unrecorded one.
-
-        Raises CalibrationError if the list has no such point.
-        """
+        """Choose the next point, None: first unrecorded; CalibrationError if not listed."""
         if point is not None and point not in self._points.names:
             raise CalibrationError(
                 "known_points.unknown",
@@ -188,10 +164,7 @@ class KnownPointsProcedure(CameraProcedure[KnownPointsEvent, CalibrationOutcome]
                 self._append(PointTaken(utc=utc_text(now), point=name, uv=nothing, sigma_px=0.0))
 
     def take_table(self, spots: SpotTable, now: datetime) -> None:
-        """Record all unrecorded points of a table of recorded spots.
-
-        Raises CalibrationError if the spots are from other cameras.
-        """
+        """Record all unrecorded points of a table; CalibrationError if it has other cameras."""
         serials = tuple(camera.serial for camera in self.rig.cameras)
         if set(spots.serials) != set(serials):
             raise CalibrationError(

@@ -95,16 +95,9 @@ class ReferenceList:
 def read_reference_points(path: Path, options: TableOptions | None = None) -> ReferenceList:
     """Return the reference points of a list, and the account of the reader.
 
-    Parameters
-    ----------
-    options
-        Its unit replaces that of the header, also for the uncertainty.
-
-    Raises
-    ------
-    InputError
-        Not such a list, no unit, uncertainty or frame, an unknown unit, a length uncertainty above
-        `MAX_LENGTH_SIGMA`, a duplicate name, a cell without a number, or a coordinate over 100 m.
+    The unit of ``options`` replaces that of the header, also for the uncertainty. InputError: not
+    such a list, no unit, uncertainty or frame, unknown unit, length uncertainty above
+    `MAX_LENGTH_SIGMA`, duplicate name, cell without a number, or a coordinate over 100 m.
     """
     options = options or TableOptions()
     table = read_table(path, NamedColumns(_AXES, _AXES, optional=("name", "unit")), options)
@@ -134,11 +127,8 @@ def load_spots(
 ) -> SpotTable:
     """Return the spots of the table at ``path`` in the order of the reference points.
 
-    Raises
-    ------
-    InputError
-        Not such a table, no sigma, a point outside the list, two rows for the same point and
-        camera, or a cell without a number.
+    InputError: not such a table, no sigma, a point outside the list, two rows for a point and
+    camera, or a cell without a number.
     """
     read = read_pixels(path, ("point", "serial", "u", "v"), options)
     table = read.table

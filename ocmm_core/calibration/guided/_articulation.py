@@ -38,8 +38,7 @@ class Articulation:
     """(n, 3), mm: tips less their mean."""
     spread_2s: float
     largest: float
-    """`spread_2s`, `largest`: mm: two standard deviations, and the largest distance from the mean.
-    """
+    """`spread_2s`, `largest`: mm: two standard deviations, and largest distance from the mean."""
     half_range: Float
     """(3,), mm: half of largest less smallest, per world axis."""
     spread_limit: float
@@ -93,13 +92,7 @@ def articulate(
     chance: float = ARTICULATION_CHANCE,
     seat_sigma_mm: float = SEAT_SIGMA_MM,
 ) -> Articulation:
-    """Return the spread of the tips of two or more attitudes, with its limits.
-
-    Raises
-    ------
-    CalibrationError
-        Fewer than two.
-    """
+    """Return the spread of the tips, with its limits; CalibrationError below two attitudes."""
     n = len(touches)
     if n < 2:
         raise CalibrationError(

@@ -12,9 +12,8 @@ from ocmm_core.geometry import Float
 def square_limit(covariance: Float, probability: float) -> float:
     """Return the value that a sum of squares exceeds with a probability.
 
-    The quadratic form is given a chi-square of the same first three moments (Pearson; J. P. Imhof,
-    Biometrika 48, 1961, 419-426, equation 4.1). ``covariance`` (n, n) is that of the squared normal
-    numbers, whose expectations are zero.
+    Chi-square of the same three moments (Pearson; J. P. Imhof, Biometrika 48, 1961, 419-426,
+    equation 4.1). ``covariance`` (n, n): of the squared normal numbers of mean zero.
     """
     values = np.maximum(np.linalg.eigvalsh(covariance), 0.0)
     first, second, third = (float(np.sum(values**power)) for power in (1, 2, 3))
@@ -28,8 +27,7 @@ def square_limit(covariance: Float, probability: float) -> float:
 def range_limit(covariance: Float, probability: float) -> float:
     """Return the range that normal numbers exceed with at most a probability.
 
-    The bound is the sum of the probabilities of all pairs; nearly sharp far out. ``covariance``
-    (n, n) is that of the numbers, whose expectations are zero.
+    Sum of the probabilities of all pairs, nearly sharp far out. ``covariance`` (n, n), mean zero.
     """
     variances = np.diag(covariance)
     upper = np.triu_indices(len(variances), 1)

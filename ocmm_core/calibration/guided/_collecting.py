@@ -1,8 +1,4 @@
-"""Turn frames into observations: averages of resting targets, poses of a moving probe.
-
-Each collector receives all frames and keeps the last few. Its average is ready, or a sentence gives
-the reason why not.
-"""
+"""Average resting targets and poses of a moving probe, or give the reason why not."""
 
 from __future__ import annotations
 
@@ -69,8 +65,6 @@ def sigma_of_mean(rig: Rig, frames: int) -> float:
 
 @dataclass(slots=True)
 class _Window:
-    """The last consecutive frames."""
-
     size: int
     counter: Int = field(default_factory=lambda: np.empty(0, dtype=np.int64))
     uv: Float = field(default_factory=lambda: np.empty((0, 0, USUAL_SLOTS, 2)))
@@ -91,10 +85,9 @@ class _Window:
 
 
 class StaticSpotAverager:
-    """Averages ``count`` resting bright points, identified only by place.
+    """Averages ``count`` bright points that rest, identified only by place.
 
-    As many frames as averaged, ``frames``, must show rest before: the last part of a motion is
-    slow, but would bias the average.
+    ``frames`` more must show rest before: the slow last part of a motion would bias the average.
     """
 
     def __init__(self, rig: Rig, count: int, frames: int = STILL_FRAMES) -> None:
@@ -192,7 +185,6 @@ class StaticSpotAverager:
         return ""
 
     def _has_moved(self, taken: Average) -> bool:
-        """Return whether a camera sees any point at a new place."""
         apart = self.average().uv[:, :, None] - taken.uv[:, None]
         nearest = np.linalg.norm(apart, axis=3).min(axis=2)
         return bool(np.nanmax(nearest, initial=0.0) > _SAME_PX)
@@ -201,18 +193,10 @@ class StaticSpotAverager:
 class ProbeSpotAverager:
     """Averages the probe's labelled spots, at rest or in motion.
 
-    Parameters
-    ----------
-    rig, body
-        Rig and probe; with ``moved`` the poses of the cameras are not used.
-    resting
-        The ball must rest for `_REST_S`, ``distance_mm`` away from the last recorded one.
-    distance_mm, turn_rad
-        For a waved probe: minimum motion or rotation since the last one.
-    inside
-        The LEDs must be in or near the calibrated volume of the rig.
-    moved
-        The frame was moved: find labels without the cameras' poses.
+    ``resting``: the ball must rest for `_REST_S`, ``distance_mm`` away from the last one recorded.
+    Waved: it must move by ``distance_mm`` or turn by ``turn_rad``. ``inside``: the LEDs must be in
+    or near the calibrated volume. ``moved``: find labels without the cameras' poses, which have
+    changed.
     """
 
     def __init__(
@@ -346,7 +330,6 @@ class ProbeSpotAverager:
         self._slot_of_led = kept if np.any(kept >= 0) else None
 
     def _find_labels(self, now_ns: int) -> None:
-        """Label unlabelled spots, but not in every frame."""
         latest = self._window.uv[-1]
         spots = np.count_nonzero(np.isfinite(latest[..., 0]))
         known = 0 if self._slot_of_led is None else np.count_nonzero(self._slot_of_led >= 0)

@@ -67,8 +67,7 @@ class Findings:
     covariance: Float
     volume_world: Float
     hull_world: Points3
-    """`cameras`, `covariance`, `volume_world`, `hull_world`: As in `cameras.RigCalibration` and
-    `relocation.RelocationResult`."""
+    """These four: as in `cameras.RigCalibration` and `relocation.RelocationResult`."""
     residuals: tuple[CameraResiduals, ...]
     rms_px: float
     chi2_per_dof: float
@@ -87,10 +86,7 @@ class Findings:
 def build_outcome(
     rig: Rig, found: Findings, how: CalibrationContext, before: Rig | None
 ) -> CalibrationOutcome:
-    """Return the record, its rig, and the comparison with the calibration in force.
-
-    ``before`` has the calibration in force; ``rig`` gives all that is not calibrated.
-    """
+    """Return the record, its rig, and the comparison with ``before``, the rig in force."""
     low, high = found.volume_world
     record = CameraRecord(
         schema=SCHEMA,
@@ -138,9 +134,8 @@ def build_outcome(
 def compare(before: Rig, after: Rig) -> CalibrationComparison:
     """Return the difference from the previous calibration after the best common motion.
 
-    Points of the volume are projected by the new cameras and located by the old ones; the rigid
-    motion between both is that of the whole frame, the rest is the disagreement of the
-    calibrations.
+    Points of the volume, projected by the new cameras, are located by the old ones; the rigid
+    motion between both is that of the whole frame.
     """
     low, high = after.volume_world
     axes = [np.linspace(low[axis], high[axis], _NODES) for axis in range(3)]

@@ -22,10 +22,7 @@ _TILTS = ("upright", "leaning left", "leaning right", "leaning forward", "leanin
 def coverage(
     rig: Rig, body: ProbeBody, rotations_world_from_probe: Float, tips_world: Points3
 ) -> VolumeCoverage:
-    """Return how poses (n, 3, 3) and (n, 3), mm, fill the rig's volume.
-
-    They are approximate, as the cameras may have moved from the rig's poses.
-    """
+    """Return how poses (n, 3, 3), (n, 3), mm, fill the volume; cameras may have moved."""
     low, high = rig.volume_world
     views = viewer_axes(rig)
     counts = [max(1, min(4, round(float(size) / CELL_MM))) for size in high - low]

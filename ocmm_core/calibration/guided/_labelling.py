@@ -1,9 +1,8 @@
 """Assign spots to LEDs without valid camera poses.
 
-Tracking (`tracking.identify`) intersects rays, which a moved frame does not allow. Here every
-camera labels its own spots: for every order of the LEDs the scaled-orthographic pose is found, the
-few orders that fit are refined with true perspective, and the cameras must then roughly agree on
-the attitude of the probe. A labelling is returned only if clearly better than all others.
+A moved frame does not allow `tracking.identify` to intersect rays. For every order of the LEDs,
+each camera finds the scaled-orthographic pose; the few that fit are refined with perspective, and
+cameras must roughly agree on the attitude. The labelling must be clearly better than all others.
 """
 
 from __future__ import annotations
@@ -38,10 +37,7 @@ _STEPS = 8
 
 @dataclass(frozen=True, slots=True)
 class _Named:
-    """One order of the LEDs in one camera.
-
-    ``leds`` (k,): the LED of each spot; ``miss``: RMS residual over the distance.
-    """
+    """One order of the LEDs: ``leds`` (k,), ``miss``: RMS residual over the distance."""
 
     leds: tuple[int, ...]
     T_camera_from_probe: RigidTransform
@@ -51,8 +47,8 @@ class _Named:
 def label_roughly(rig: Rig, body: ProbeBody, spots: Float) -> Int | None:
     """Return the slot of each LED, (C, L), -1 if none; None if ambiguous.
 
-    ``spots`` (C, 8, 2), px, are one frame, NaN for empty slots. The rig may be rough: attitudes to
-    a few degrees, focal lengths to a few percent; positions are not used.
+    ``spots`` (C, 8, 2), px: one frame, NaN if empty. Attitudes of the rig may be off by a few
+    degrees, focal lengths by a few percent; positions are not used.
     """
     thickness = np.linalg.svd(body.leds_probe - body.leds_probe.mean(axis=0))[1][2]
     if thickness < _FLAT_MM:

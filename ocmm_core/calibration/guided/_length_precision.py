@@ -13,14 +13,9 @@ _TRIES = 100_000
 
 
 def random_lines(volume_world: Float, length: float, lines: int, seed: int) -> Float:
-    """Return the ends (lines, 2, 3), mm, of lines of one length in a box (2, 3).
+    """Return ends (lines, 2, 3), mm, of uniformly random lines in a box (2, 3), mm.
 
-    Anywhere and in any direction, all placements that fit being equally likely.
-
-    Raises
-    ------
-    CalibrationError
-        The box is too small for the length.
+    CalibrationError if the box is too small for the length.
     """
     rng = np.random.default_rng(seed)
     low, high = volume_world
@@ -44,13 +39,8 @@ def length_sigma(
 ) -> float:
     """Return the RMS standard deviation, mm, that the cameras' covariance gives to lengths.
 
-    The lengths lie at random, but always the same, in the volume (2, 3), mm. The noise of spots is
-    not in it, so that this is the error that remains after any averaging.
-
-    Raises
-    ------
-    CalibrationError
-        The volume is too small for the length, or two cameras see none of the lines.
+    At fixed random places in the volume (2, 3), mm, without spot noise: the error after any
+    averaging. CalibrationError if the volume is too small, or two cameras see none of the lines.
     """
     ends = random_lines(volume_world, length, lines, seed)
     gains, _, seen = location_gains(rig, ends.reshape(-1, 3))
@@ -71,14 +61,8 @@ def length_sigma(
 def location_gains(rig: Rig, points: Points3) -> tuple[Float, Float, NDArray[np.bool_]]:
     """Return how located points move with the cameras' parameters, and with the spots.
 
-    Returns
-    -------
-    gains
-        (n, 3, 14 C): d(located point)/d(parameters).
-    covariances
-        (n, 3, 3), mm^2 / px^2: of the located point for spots with a sigma of one pixel.
-    seen
-        (n,): whether two cameras see the point; zero and NaN in the others where not.
+    d(point)/d(parameters), (n, 3, 14 C); covariances, (n, 3, 3), mm^2 / px^2, for a spot sigma of 1
+    px; seen by two cameras, (n,): if not, the others are zero and NaN.
     """
     n, count = len(points), len(rig.cameras)
     by_point = np.zeros((n, count, 2, 3))

@@ -32,8 +32,7 @@ class CameraChange:
     shift_mm: float
     turn_rad: float
     """`shift_mm`, `turn_rad`: Distance of the centres, and angle between the attitudes, after the
-    best common rigid motion of all cameras, which absorbs a motion of the whole frame.
-    """
+    best common rigid motion of all cameras, which absorbs a motion of the whole frame."""
     focal_mm: float
     u0_px: float
     v0_px: float
@@ -52,12 +51,10 @@ class CalibrationComparison:
     nodes_world: Points3
     differences_world: Points3
     """`nodes_world`, `differences_world`: (n, 3), mm: points of the volume located by the old
-    calibration, and new minus old location after removal of the common motion.
-    """
+    calibration, and new minus old location after removal of the common motion."""
     length_sigma_before_mm: float
     length_sigma_after_mm: float
-    """`length_sigma_before_mm`, `length_sigma_after_mm`: Predicted standard uncertainty of a length
-    in the volume, by either covariance."""
+    """`length_sigma_before_mm`, `length_sigma_after_mm`: Predicted, of a length in the volume."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,8 +68,7 @@ class CalibrationOutcome:
     errors_world: Points3
     """`errors_at_world`, `errors_world`: (n, 3), mm: points not used for the calibration, and
     located minus reference (known points), or the misfits of the bar and control points at their
-    places.
-    """
+    places."""
     warnings: tuple[Finding, ...]
     """Findings that did not refuse it."""
     comparison: CalibrationComparison | None

@@ -1,24 +1,21 @@
 """Guided procedures: steps with gates, seen as immutable snapshots.
 
-Window and command line use the same objects. A procedure is driven by few calls: push frames,
-record or drop observations, enter the next step. The snapshot `view` (`_procedure_views`) has
-everything a screen needs and is polled. Every accepted observation is one line of a session file,
-on disk before the call returns; the state is a pure fold over these lines, so a procedure killed at
-any moment is restored by `resume`.
+Push frames, record or drop observations, enter the next step. Screens poll the snapshot `view`
+(`_procedure_views`). Every accepted observation is one line of a session file, on disk before the
+call returns; the state is a pure fold over these lines, so `resume` restores a killed procedure.
 
 The procedures, each with ``begin`` and ``resume`` (see their modules):
 
-- `cameras.KnownPointsProcedure`: steps ``prepare``, ``collect``, ``result``
+- `cameras.KnownPointsProcedure`: ``prepare``, ``collect``, ``result``
 - `relocation.RelocationProcedure`: ``prepare``, ``seats``, ``wave``, ``bar``, ``world``, ``again``,
   ``result``
 - `verification.VerificationProcedure`: ``prepare``, ``seats``, ``lines``, ``spheres``, ``again``,
   ``result``
 - `sweeping.PivotProcedure`: ``prepare``, ``first``, ``second``, ``again``, ``result``
 
-``begin`` writes what is fixed for the session (rig, artefacts, people, temperature); the step
-``prepare`` shows it. `compute` may take seconds; call it from a separate thread or process, it runs
-concurrently with everything else. Its result appears in the snapshot. It is not stored, because the
-same observations reproduce it.
+``begin`` writes what is fixed for the session (rig, artefacts, people, temperature). `compute` may
+take seconds; call it from a separate thread or process. Its result is not stored: the same
+observations reproduce it.
 """
 
 from __future__ import annotations
@@ -136,15 +133,11 @@ class ProcedureView:
 
     @property
     def step(self) -> Step:
-        """Return the current step."""
         return self.steps[self.current]
 
 
 class Procedure(Protocol):
-    """Interface of any procedure for window and command line; thread-safe.
-
-    Times come from the caller, so that tests control them.
-    """
+    """Interface of any procedure; thread-safe. Times come from the caller, for tests."""
 
     @property
     def base(self) -> ProcedureView:
@@ -156,22 +149,13 @@ class Procedure(Protocol):
         ...
 
     def require_name(self) -> None:
-        """Raise StorageError if the session file is not on the disk under its name.
-
-        All entries are then in another file, and no observation is ready any more. Cheap: for a
-        timer.
-        """
+        """Raise StorageError if the session file lost its name, and stop recording. Cheap."""
         ...
 
     def take(self, now: datetime) -> None:
         """Record the current view as the next observation of the current step.
 
-        Raises
-        ------
-        CalibrationError
-            `Live.ready` is not set; the message has the reason.
-        StorageError
-            It could not be stored; nothing was recorded.
+        CalibrationError, with the reason, unless `Live.ready`; StorageError if not stored.
         """
         ...
 
@@ -180,13 +164,7 @@ class Procedure(Protocol):
         ...
 
     def advance(self, now: datetime) -> None:
-        """Enter the next step.
-
-        Raises
-        ------
-        CalibrationError
-            The gate is closed; the message has reason and remedy.
-        """
+        """Enter the next step; CalibrationError, with reason and remedy, if the gate is closed."""
         ...
 
     def back(self, now: datetime) -> None:
@@ -202,25 +180,15 @@ class Procedure(Protocol):
         ...
 
     def compute(self) -> None:
-        """Calculate the result of the present observations; takes up to some seconds.
-
-        Raises
-        ------
-        CalibrationError
-            They do not allow it; also in the snapshot.
-        """
+        """Calculate the result, up to some seconds; CalibrationError, also in the snapshot."""
         ...
 
     def accept(self, now: datetime, reason: str) -> None:
         """Store the result in the rig's calibrations and end the procedure.
 
-        A calibration is then in force, and SUSPECT until a verification passes. For a verification
-        the verdict is stored in any case. Repeat the call if it was interrupted.
-
-        Raises
-        ------
-        CalibrationError
-            There is no result, or the procedure has ended with another decision.
+        A calibration is then in force, and SUSPECT until a verification passes. The verdict of a
+        verification is stored in any case. Repeat the call if it was interrupted. CalibrationError
+        without a result, or after another decision.
         """
         ...
 

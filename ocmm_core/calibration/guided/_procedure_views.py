@@ -83,9 +83,7 @@ class RelocationView:
     poses: int
     coverage: VolumeCoverage
     length_sigma_mm: float | None
-    """Predicted standard uncertainty of a length of ``length_mm`` anywhere in the volume, from the
-    data collected (`predict`); None before the first prediction.
-    """
+    """Predicted standard uncertainty of ``length_mm`` in the volume (`predict`), or None."""
     length_mm: float
     length_limit_mm: float
     """`length_mm`, `length_limit_mm`: Test length, and its sufficient uncertainty."""

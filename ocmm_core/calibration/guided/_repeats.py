@@ -1,8 +1,7 @@
 """Judge whether places measured twice have stayed in place.
 
-A session starts at a place and returns to it at its end. A change in between (camera, frame, table,
-seat of the artefact) displaces the second position, while shared errors such as those of the
-calibration cancel. The normalised square of the shift is chi-square with three degrees of freedom.
+A change in between (camera, frame, table, seat) displaces the second position, while shared errors
+cancel. The normalised square of the shift is chi-square with three degrees of freedom.
 """
 
 from __future__ import annotations
@@ -32,8 +31,7 @@ class RestingPosition:
     covariance: Float
     """(3, 3), mm^2: of effects that differ between visits. Effects shared by both positions
     (cameras, probe) are excluded; the pattern noise of the sensors is included if the attitude
-    differs.
-    """
+    differs."""
     utc: str
     """ISO 8601 text."""
 
@@ -65,7 +63,6 @@ class JudgedRepeat:
 
     @property
     def consistent(self) -> bool:
-        """Return whether the shift is insignificant."""
         return self.normalised_square <= self.limit
 
     @property
@@ -78,18 +75,9 @@ def judge_repeats(
 ) -> tuple[JudgedRepeat, ...]:
     """Return the shifts of places measured twice, in order.
 
-    Parameters
-    ----------
-    chance
-        Probability that at least one is called inconsistent although nothing moved, divided equally
-        (Bonferroni).
-    seat_sigma_mm
-        Seating repeatability of the ball, standard deviation per axis.
-
-    Raises
-    ------
-    CalibrationError
-        A position or covariance is not finite, or not a covariance.
+    ``chance`` that any is called inconsistent although nothing moved is divided equally
+    (Bonferroni); ``seat_sigma_mm``: seating repeatability, per axis. CalibrationError if a position
+    or covariance is not finite, or not a covariance.
     """
     limit = float(chdtri(3.0, chance / max(len(repeats), 1)))
     judged = []
@@ -108,9 +96,8 @@ def judge_repeats(
 def moved_between(judged: Sequence[JudgedRepeat]) -> tuple[str, str] | None:
     """Return the interval in which something moved, ISO 8601 text, or None.
 
-    If a single change explains all repeats, it lies within every inconsistent repeat and no
-    consistent one, so between the last consistent and first inconsistent moment. Otherwise the
-    whole interval of the inconsistent ones is returned.
+    A single change lies within every inconsistent repeat and no consistent one. If none explains
+    all, the whole interval of the inconsistent ones.
     """
     wrong = [one for one in judged if not one.consistent]
     if not wrong:
@@ -131,10 +118,7 @@ def moved_between(judged: Sequence[JudgedRepeat]) -> tuple[str, str] | None:
 
 
 def repeat_finding(judged: Sequence[JudgedRepeat], remedy: str) -> Finding | None:
-    """Return the finding for a session whose places moved, or None.
-
-    ``remedy`` is a sentence: the procedure to repeat once the cause is fixed.
-    """
+    """Return the finding if places moved, or None; ``remedy``: sentence, what to repeat."""
     between = moved_between(judged)
     if between is None:
         return None

@@ -1,8 +1,7 @@
 """State of a guided procedure, folded from its session file.
 
-Every event is one line of a chained file (`chain_file`), on disk before the call that made it
-returns. `GuidedProcedure` is the common base; a procedure defines how an event changes its state.
-Nothing else may change the state, so reading the file again reproduces it.
+Every event is one line of a chained file (`chain_file`), on disk before its call returns; nothing
+else may change the state. `GuidedProcedure` is the common base.
 """
 
 from __future__ import annotations
@@ -53,18 +52,14 @@ class Dated(Protocol):
     """Anything with a time, ISO 8601 text."""
 
     @property
-    def utc(self) -> str:
-        """Return the time."""
-        ...
+    def utc(self) -> str: ...
 
 
 class Store(Protocol):
     """Destination of accepted results."""
 
     @property
-    def events(self) -> Sequence[Dated]:
-        """Return the events, oldest first."""
-        ...
+    def events(self) -> Sequence[Dated]: ...
 
 
 TORN = (
@@ -86,17 +81,8 @@ def require_fresh_temperature(read: datetime | None, now: datetime) -> None:
 class GuidedProcedure(ABC, Generic[E, O]):
     """Base of all procedures; see `procedure.Procedure`.
 
-    Parameters
-    ----------
-    chain
-        Session file with at least its first line, ``begun``.
-    store
-        Destination of the accepted result.
-
-    Raises
-    ------
-    CalibrationError
-        The session was started with another rig.
+    ``chain`` has at least its first line, ``begun``; ``store`` gets the accepted result.
+    CalibrationError if the session was started with another rig.
     """
 
     kind: ProcedureKind
@@ -143,7 +129,7 @@ class GuidedProcedure(ABC, Generic[E, O]):
 
     @abstractmethod
     def _seen(self) -> Live:
-        """Return the current live view."""
+        pass
 
     @abstractmethod
     def _wants(self) -> bool:
@@ -239,7 +225,6 @@ class GuidedProcedure(ABC, Generic[E, O]):
             self._append(self._observation(utc_text(now)))
 
     def drop(self, now: datetime) -> None:
-        """Remove the last observation of the current step, if any."""
         with self._lock:
             if self._has_observation(self._step):
                 self._append(Dropped(utc=utc_text(now), step=self._step))
@@ -255,7 +240,6 @@ class GuidedProcedure(ABC, Generic[E, O]):
                 self._append(Entered(utc=utc_text(now), step=self.step_names[index + 1]))
 
     def back(self, now: datetime) -> None:
-        """Return to the previous step; observations are kept."""
         with self._lock:
             index = self.step_names.index(self._step)
             if index:
@@ -267,11 +251,7 @@ class GuidedProcedure(ABC, Generic[E, O]):
             self._append(Forced(utc=utc_text(now), reason=reason))
 
     def record_temperature(self, now: datetime, sensors_c: Sequence[float | None]) -> None:
-        """Record the temperature of the cameras' sensors, degrees Celsius, during observations.
-
-        Changes below `WARMTH_STEP_K` and missing values are ignored; nothing changes once there is
-        a result.
-        """
+        """Record sensor temperatures, °C, before a result; ignores steps below `WARMTH_STEP_K`."""
         known = tuple(value for value in sensors_c if value is not None)
         with self._lock:
             open_ = self._decided is None and self._outcome is None
@@ -282,13 +262,7 @@ class GuidedProcedure(ABC, Generic[E, O]):
                 self._append(Warmed(utc=utc_text(now), sensors_c=known))
 
     def note_temperature(self, now: datetime, temperature: Temperature) -> None:
-        """Record a reading of the thermometer; the session then counts at the mean temperature.
-
-        Raises
-        ------
-        InputError
-            A certificate of the session does not cover that temperature.
-        """
+        """Record a room temperature, to count at the mean; InputError if not certified."""
         event = Reread(
             utc=utc_text(now), celsius=temperature.celsius,
             expanded_k=2.0 * temperature.sigma_k, thermometer=temperature.origin,
@@ -298,15 +272,12 @@ class GuidedProcedure(ABC, Generic[E, O]):
             self._append(event)
 
     def _read_at(self) -> datetime | None:
-        """Return when the thermometer was last read; None without a temperature."""
+        """Return the time of the last thermometer reading; None without a temperature."""
         last = self._readings[-1] if self._readings else self._typed
         return None if self._typed.temperature_c is None else datetime.fromisoformat(last.utc)
 
     def compute(self, elsewhere: Callable[[], O] | None = None) -> None:
-        """Calculate the result of the present observations; see `procedure.Procedure.compute`.
-
-        ``elsewhere`` returns the result of another process that resumed the same session.
-        """
+        """Calculate the result; ``elsewhere``: result of another process for this session."""
         with self._lock:
             calculate, version = elsewhere or self._calculation(), self._version
         try:
@@ -331,7 +302,6 @@ class GuidedProcedure(ABC, Generic[E, O]):
                 self._put(self._outcome, decided)
 
     def keep(self, now: datetime, reason: str) -> None:
-        """End the procedure without changes to the store."""
         with self._lock:
             self._decide(ProcedureDecision.KEPT, now, reason)
 
@@ -358,12 +328,11 @@ class GuidedProcedure(ABC, Generic[E, O]):
         return decided
 
     def _fold(self) -> None:
-        """Replay the session file; last step of every constructor."""
         for line in self._chain.items[1:]:
             self._change(line.event)
 
     def _refuse_older(self, which: str) -> None:
-        """Refuse to resume a session of an older version, which lacks what ``which`` says."""
+        """Refuse to resume a session of an older version, which lacks ``which``."""
         if self._decided is None:
             raise CalibrationError(
                 "session.older",

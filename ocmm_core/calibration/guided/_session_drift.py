@@ -87,9 +87,7 @@ class SessionChange:
     amount: Float
     gain: float
     limit: float
-    """`gain`, `limit`: Decrease of chi-square with it, and the critical value at the stated
-    probability over all suspects and moments.
-    """
+    """`gain`, `limit`: Decrease of chi-square with it; critical value over suspects and moments."""
     worth: float
     """Gain less the charge for free amounts; the moment of a jump is one."""
 
@@ -129,18 +127,9 @@ def session_changes(
 ) -> list[tuple[SessionChange, ...]]:
     """Return the changes that explain a session, each with its equally likely alternatives.
 
-    Parameters
-    ----------
-    rests
-        In order of time; fewer than two show no change.
-    repeats
-        Indices of rests in the same seat, first and again.
-    chance
-        Probability that an undisturbed session exceeds the limit, divided equally between suspects
-        and moments.
-    failed
-        Whether lengths failed: a change before the session then counts by itself. Otherwise it only
-        competes with changes during the session.
+    ``rests`` in order of time, two or more; ``repeats``: indices of rests in the same seat.
+    ``chance`` of exceeding the limit if undisturbed is divided between suspects and moments.
+    ``failed`` lengths: a change before the session counts by itself; otherwise it only competes.
     """
     found: list[tuple[SessionChange, ...]] = []
     if len(rests) < 2:
@@ -167,7 +156,7 @@ def session_changes(
 
 @dataclass(frozen=True, slots=True)
 class _Normal:
-    """Residuals of rests and repeats, and their derivatives by changes and by shared effects."""
+    """Residuals of rests and repeats, and derivatives by changes and shared effects."""
 
     parts: tuple[tuple[tuple[tuple[int, Float], ...], Float, Float], ...]
     """Per rest or repeat: (rest, rows) of the changes, values, and rows of shared effects."""
@@ -378,10 +367,7 @@ def _norm(vector: Float) -> float:
 
 
 def _changes(rig: Rig) -> Float:
-    """Return the derivatives of all parameters by turn, shift and lens of each camera, (14 C, 9 C).
-
-    The lens is focal length, mm, and principal point, px.
-    """
+    """Return d(parameters), (14 C, 9 C), by turn, shift, focal length (mm), principal point."""
     cameras = len(rig.cameras)
     changes = np.zeros((cameras, N_PARAMETERS, cameras, 9))
     for c, camera in enumerate(rig.cameras):

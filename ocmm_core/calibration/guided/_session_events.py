@@ -71,7 +71,6 @@ class Begun(SessionEvent, frozen=True, kw_only=True):
 
 
 def _of_temperature(temperature: Temperature | None) -> dict[str, object]:
-    """Return the fields of a first line."""
     if temperature is None:
         return {"temperature_c": None}
     return {
@@ -136,11 +135,7 @@ B = TypeVar("B", bound=Begun)
 
 
 def reread(begun: B, readings: Sequence[Reread]) -> B:
-    """Return the first line with the mean temperature of a session.
-
-    One thermometer has one error; the range of its readings is added to its uncertainty, as the
-    temperature changes in between.
-    """
+    """Return the first line with the mean temperature; the range of readings adds to its U."""
     if begun.temperature_c is None or not readings:
         return begun
     all_c = [begun.temperature_c, *(one.celsius for one in readings)]
@@ -173,13 +168,8 @@ class SessionFormat(Generic[E, B]):
     ) -> tuple[ChainFile[SessionLine[E]], B]:
         """Create a session file with its first line on disk and return both.
 
-        Raises
-        ------
-        InputError
-            The cameras cannot prove age or order of their data, and the rig document does not allow
-            that.
-        StorageError
-            The file cannot be written.
+        InputError if the cameras cannot prove age or order of their data (unless the rig document
+        allows that), StorageError if the file cannot be written.
         """
         if rig.device:
             refuse_unproven(
@@ -196,15 +186,7 @@ class SessionFormat(Generic[E, B]):
         return chain, begun
 
     def resume(self, path: Path) -> tuple[ChainFile[SessionLine[E]], B]:
-        """Return the file of a session and its first line.
-
-        Raises
-        ------
-        CalibrationError
-            The file has no first line: power failed before it was on disk.
-        StorageError
-            The file cannot be read, or was changed.
-        """
+        """Return a session file and its first line (CalibrationError if none); StorageError."""
         chain = ChainFile(path, self._lines, remembered=True)
         begun = chain.items[0].event if chain.items else None
         if not isinstance(begun, self._first):
@@ -215,13 +197,7 @@ class SessionFormat(Generic[E, B]):
 
 
 def require_probe(path: Path, begun_with: str, body: ProbeBody) -> None:
-    """Refuse to resume a session with another probe; ``begun_with`` is its document's hash.
-
-    Raises
-    ------
-    CalibrationError
-        The probe differs.
-    """
+    """Raise CalibrationError unless the document's hash is ``begun_with``."""
     if begun_with != body.identity:
         raise CalibrationError(
             "session.probe",
@@ -247,10 +223,7 @@ def sessions(folder: Path, kind: ProcedureKind) -> tuple[Path, ...]:
 
 
 def is_ended(path: Path) -> bool:
-    """Return whether the last complete line of a session file is a decision.
-
-    Ended sessions are never resumed, so nothing else is read.
-    """
+    """Return whether the last complete line is a decision: ended sessions are never resumed."""
     try:
         lines = read_bytes(path).rsplit(b"\n", 2)
         last = decode_json(lines[-2] if len(lines) > 1 else b"", dict[str, Any])

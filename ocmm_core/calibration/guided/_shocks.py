@@ -32,13 +32,7 @@ class ShockDetector:
 
 
 def record_shock(store: ProbeStore, now: datetime) -> None:
-    """Record a shock in the history unless the station has just done so.
-
-    Raises
-    ------
-    StorageError
-        The history cannot be written.
-    """
+    """Record a shock unless the station has just done so; StorageError if impossible."""
     store.refresh()
     last = store.events[-1] if store.events else None
     written = last is not None and (last.kind, last.who) == (TipEventKind.DOUBTED, MONITOR)
@@ -47,13 +41,7 @@ def record_shock(store: ProbeStore, now: datetime) -> None:
 
 
 def require_no_doubt_since(store: ProbeStore, tip: str, begun: datetime) -> None:
-    """Refuse to store a check that started before a later suspicion.
-
-    Raises
-    ------
-    CalibrationError
-        The tip was suspected or mounted since that moment.
-    """
+    """Raise CalibrationError if the tip was suspected or mounted since a check started."""
     doubts = [
         one
         for one in store.events

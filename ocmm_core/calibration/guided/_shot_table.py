@@ -58,11 +58,8 @@ def load_shots(
 ) -> ShotTable:
     """Return the shots of the table at ``path``.
 
-    Raises
-    ------
-    InputError
-        Not such a table, or a row has an unknown kind, camera or LED, repeats a spot, or
-        contradicts an earlier row of its shot.
+    InputError: not such a table, or a row has an unknown kind, camera or LED, repeats a spot, or
+    contradicts an earlier row of its shot.
     """
     found = read_pixels(path, _COLUMNS, options)
     table = found.table

@@ -50,8 +50,7 @@ def tips_of(touches: Sequence[RestingTouch]) -> Points3:
 def shared_covariance(by_cameras: Float, by_geometry: Float, rig: Rig, body: ProbeBody) -> Float:
     """Return the covariance (3, 3), mm^2, of a tip due to cameras and probe.
 
-    Derivatives as in `RestingTouch`, or their difference between two touches, in which shared
-    effects cancel.
+    Derivatives as in `RestingTouch`, or their difference between touches: shared effects cancel.
     """
     covariance: Float = (
         by_cameras @ rig.parameter_covariance @ by_cameras.T
@@ -63,10 +62,7 @@ def shared_covariance(by_cameras: Float, by_geometry: Float, rig: Rig, body: Pro
 def joint_covariance(
     touches: Sequence[RestingTouch], directions: Float, rig: Rig, body: ProbeBody
 ) -> Float:
-    """Return the covariance of projections of n tips, mm^2, including shared effects.
-
-    (n k, n k) for ``directions`` (n, k, 3): each tip is projected onto k of them.
-    """
+    """Return the covariance, mm^2, (n k, n k), of n tips projected on ``directions`` (n, k, 3)."""
     n, k, _ = directions.shape
     noise = np.array([one.noise for one in touches])
     cameras = np.array([one.by_cameras for one in touches])

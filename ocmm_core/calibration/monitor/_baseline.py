@@ -1,8 +1,7 @@
 """Baseline residual map of the monitor, learnt from a waved probe.
 
-The pattern of a sensor is fixed to it, so residuals at a place are comparable over time if the map
-is fine enough, which some hundred calibration points are not. A minute of waving through the volume
-crosses every place many times.
+The pattern is fixed to its sensor, so residuals at a place are comparable over time if the map is
+fine enough. A minute of waving crosses every place many times.
 """
 
 from __future__ import annotations
@@ -45,23 +44,14 @@ class Baseline:
     belief: Belief
     """Prior of other camera and probe errors, given these maps."""
     left_px: float
-    """Standard deviation of the pattern not contained in the maps, per axis, from held-out looks.
-    """
+    """Standard deviation of the pattern left by the maps, per axis, from held-out looks."""
     looks: int
 
 
 def learn_baseline(looks: Sequence[ResidualSample], rig: Rig, body: ProbeBody) -> Baseline:
-    """Return residual maps from looks of a waved probe.
+    """Return residual maps from looks of a waved probe; CalibrationError if too few.
 
-    Parameters
-    ----------
-    looks
-        Of some 20 ms each, made without a map, over all places and attitudes of later measurements.
-
-    Raises
-    ------
-    CalibrationError
-        Too few looks.
+    Of some 20 ms each, made without a map, over all places and attitudes of later measurements.
     """
     if len(looks) < MIN_LOOKS:
         raise CalibrationError(
@@ -91,8 +81,8 @@ def learn_baseline(looks: Sequence[ResidualSample], rig: Rig, body: ProbeBody) -
 def pattern_maps(rig: Rig, maps: Sequence[ResidualMap], left_px: float) -> tuple[PatternMap, ...]:
     """Return the residual maps of all cameras in the form used by looks.
 
-    ``left_px`` is their error at typical spot density. It is larger for fewer spots, and grows with
-    the distance from the nearest to the whole pattern. Cells longer than the pattern are useless.
+    ``left_px``: their error at typical spot density; more for fewer spots, up to the whole pattern
+    far away. Cells longer than the pattern are useless.
     """
     return tuple(
         _pattern_map(camera, rig.noise, residual_map, left_px)
@@ -129,7 +119,6 @@ def _map_of(
     heights: Float,
     uv: Pixels,
 ) -> ResidualMap:
-    """Return the map of one camera with look spots at ``uv`` (n, 2)."""
     size = np.array([camera.width, camera.height])
     columns, rows = np.ceil(size * _CELLS_PER_LENGTH / noise.pattern_length_px).astype(int)
     cell = size / np.array([columns, rows])

@@ -39,10 +39,7 @@ def baseline_path(folder: Path, calibration: str, probe: str) -> Path:
 
 
 def save_baseline(folder: Path, baseline: Baseline, calibration: str, probe: str) -> Path:
-    """Write a baseline into the calibration folder, replacing an earlier one.
-
-    Raises CalibrationError if the folder cannot be written.
-    """
+    """Write or replace a baseline; CalibrationError if the folder cannot be written."""
     content = msgspec.json.encode(
         _Content(
             schema=SCHEMA,
@@ -70,10 +67,7 @@ def save_baseline(folder: Path, baseline: Baseline, calibration: str, probe: str
 
 
 def load_baseline(folder: Path, calibration: str, probe: str) -> Baseline | None:
-    """Return the baseline of a calibration and a probe, or None.
-
-    Raises CalibrationError if it was changed, or belongs to something else.
-    """
+    """Return a baseline or None; CalibrationError if changed, or of something else."""
     path = baseline_path(folder, calibration, probe)
     if not path.exists():
         return None

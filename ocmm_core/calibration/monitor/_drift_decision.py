@@ -22,8 +22,7 @@ from ocmm_core.tracking import ProbeBody
 
 _SHARE, _BY_CHANCE = 0.9, 15.0
 """One axis is named alone if it explains this share of the gain of all, or all but the amount that
-five more free parameters explain by chance in 99 of 100 cases.
-"""
+five more free parameters explain by chance in 99 of 100 cases."""
 
 _TEXTS = (
     ("pitch about", 1e6, "µrad"), ("yaw about", 1e6, "µrad"), ("roll about", 1e6, "µrad"),
@@ -48,7 +47,6 @@ def describe_motion(scores: Scores, camera: int) -> str:
 
 
 def describe_lens(scores: Scores, camera: int) -> str:
-    """Return the probable change of the lens of a camera."""
     lens = scores.lenses[camera]
     best = N_MOTIONS + int(np.argmax(scores.axes[camera, N_MOTIONS:]))
     if _alone(scores, camera, best, lens):
@@ -62,7 +60,6 @@ def _alone(scores: Scores, camera: int, axis: int, change: PossibleChange) -> bo
 
 
 def describe_led(led: int, change: PossibleChange) -> str:
-    """Return the sentence on a displaced LED."""
     far = 1e3 * float(np.linalg.norm(change.size))
     return (
         f"LED {led + 1} of the probe is {far:.0f} µm off its position: the probe is bent or loose."
@@ -118,9 +115,7 @@ class MonitorOptions:
     """Bus time of one look."""
     looks: int = 40
     every: int = 10
-    """`looks`, `every`: Number of latest looks examined together, whenever ``every`` new ones
-    arrived.
-    """
+    """`looks`, `every`: Number of latest looks examined together, at every so many new ones."""
     sparse: int = 30
     """Every n-th look is kept for slow changes; ``looks`` of them are examined together."""
     floor_px: float = 0.0004
@@ -154,7 +149,6 @@ class DriftReport:
 
     @property
     def alarm(self) -> bool:
-        """Return whether the calibration is suspect."""
         return self.cause is not ChangeCause.NOTHING
 
 
@@ -165,11 +159,7 @@ def examine(
     belief: Belief,
     options: MonitorOptions,
 ) -> DriftReport:
-    """Return the verdict on the calibration from looks, ``since_ns`` left open.
-
-    At least three looks into nests with known places (`ResidualSample.known_tip_world`) also
-    identify the moved element.
-    """
+    """Return the verdict from looks (``since_ns`` open); the element if three have known tips."""
     scores = score_changes(list(looks), rig, body, belief, options.floor_px)
     cause, cameras, what = _judge(scores, rig, options)
     enough = len(looks) >= options.looks // 2 and _places(looks) >= _PLACES
@@ -227,7 +217,7 @@ def _chance(change: PossibleChange) -> float:
 
 
 def _worth(change: PossibleChange) -> float:
-    """Return the score less the chance gain of free parameters (H. Akaike, IEEE TAC 19, 1974)."""
+    """Return the score less the chance gain of parameters (H. Akaike, IEEE TAC 19, 1974)."""
     return change.score - 2.0 * change.dof
 
 

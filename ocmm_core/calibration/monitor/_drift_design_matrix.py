@@ -19,8 +19,7 @@ CAMERA_CHANGES = (
 )  # fmt: skip
 """Possible changes of a camera: rotations (rad) about its axes through its projection centre (x to
 the right of the image, y down it, z along the view), shifts (mm) of that centre along them, focal
-length (mm) and principal point (px).
-"""
+length (mm) and principal point (px)."""
 
 N_MOTIONS = 6
 """The first of them are motions."""
@@ -99,10 +98,7 @@ def spot_rows(looks: Sequence[ResidualSample], rig: Rig, body: ProbeBody, c: int
 
 
 def spot_weights(spots: SpotRows, pattern_length_px: float, floor_px: float) -> Float:
-    """Return the inverse covariance of the n spots of one camera, (n, n), 1/px², per axis.
-
-    Raises numpy.linalg.LinAlgError if the covariance is not positive definite.
-    """
+    """Return the inverse covariance (n, n), 1/px², per axis; LinAlgError if not definite."""
     n = len(spots.look)
     # Two buffers reused: this runs twice a second during measuring, and allocating arrays of this
     # size, or summing over pairs, would take longer than the computation.

@@ -1,14 +1,11 @@
 """Likelihood that looks show a change of a camera, the probe, or the part's place.
 
-The residuals of looks are modelled by effects present without any change (unknown poses, uncertain
-calibration and probe, sensor pattern, white noise), and tested for more: the generalised likelihood
-ratio of "this has changed by an unknown amount" against "nothing has". White noise is small in a
-look, but the pattern is fixed to the sensor: it enters with its covariance over the sensor, so a
-resting probe adds no certainty over time. A floor common to all looks of one LED in one camera
-represents unmodelled effects and limits the certainty.
-
-All changes are of first order. With uncertain calibration and probe as prior this is the score test
-in a linear model with normal errors (C. R. Rao, Proc. Camb. Phil. Soc. 44, 1948).
+Residuals of looks are modelled by effects present without any change (poses, uncertain calibration
+and probe, sensor pattern, white noise); the generalised likelihood ratio tests "this has changed by
+an unknown amount" against "nothing has". The pattern enters with its covariance over the sensor, so
+a resting probe adds no certainty over time. A floor common to all looks of one LED in one camera
+represents unmodelled effects. All changes are of first order: with calibration and probe as prior,
+the score test in a linear normal model (C. R. Rao, Proc. Camb. Phil. Soc. 44, 1948).
 """
 
 from __future__ import annotations
@@ -46,9 +43,7 @@ class PossibleChange:
     """One possible change."""
 
     score: float
-    """Twice the logarithm of the likelihood ratio; chi-square of ``dof`` degrees of freedom if
-    nothing has changed.
-    """
+    """Twice the logarithm of the likelihood ratio; chi-square (``dof``) without a change."""
     dof: int
     size: Float
     """(dof,): most likely amount."""
@@ -76,8 +71,7 @@ class Scores:
     """Change of the place of each LED in the probe frame, (3,), mm."""
     common: PossibleChange | None
     """Motion of all cameras together against the reference places of the ball: a rotation (rad)
-    about the world origin, then a shift (mm), both of the places; None without reference places.
-    """
+    about the world origin, then a shift (mm), both of the places; None without reference places."""
 
 
 def score_changes(
@@ -85,12 +79,8 @@ def score_changes(
 ) -> Scores:
     """Return the scores of changes since the calibration, from at least one look.
 
-    Parameters
-    ----------
-    belief
-        Errors of rig and probe at calibration.
-    floor_px
-        Standard deviation, per axis, of the constant error of one LED in one camera.
+    ``belief``: errors of rig and probe then. ``floor_px``: constant error of one LED in one camera,
+    per axis.
     """
     system = _System.of(looks, rig, body, belief, floor_px)
     normal = system.without_poses()
@@ -147,8 +137,8 @@ def score_changes(
 class _System:
     """Normal equations of all unknowns, the residuals as last column.
 
-    Unknowns: 6 for the pose of each look (rotation about the ball, shift of the ball), 14 for each
-    camera, the probe as in `ProbeBody.geometry_covariance`, 6 for the common motion.
+    Unknowns: 6 for the pose of each look (rotation about the ball, its shift), 14 for each camera,
+    the probe as in `ProbeBody.geometry_covariance`, 6 for the common motion.
     """
 
     normal: Float
@@ -198,7 +188,6 @@ class _System:
         return cls(normal, blocks, rows, anchored)
 
     def without_poses(self) -> Float:
-        """Return the normal equations with the poses eliminated."""
         poses = self.blocks["poses"]
         scale = 1.0 / np.sqrt(np.diag(self.normal)[poses])
         own = self.normal[poses, poses] * np.outer(scale, scale)
@@ -244,7 +233,6 @@ def _add_camera(
 def _anchor_rows(
     look: ResidualSample, body: ProbeBody, k: int, blocks: dict[str, slice], width: int
 ) -> Float:
-    """Return the whitened rows of the reference place of the ball."""
     known, covariance = look.known_tip_world, look.known_tip_covariance
     assert known is not None  # noqa: S101 - the caller has looked
     assert covariance is not None  # noqa: S101 - as above

@@ -1,8 +1,4 @@
-"""Monitor a calibration in use against tracked frames.
-
-Tracked frames become looks (`_residual_samples`); those of the latest two seconds, and of the last
-minute more sparsely, are examined for changes (`_drift_decision`).
-"""
+"""Monitor a calibration in use: examine looks of the last two seconds and of the last minute."""
 
 from __future__ import annotations
 
@@ -29,12 +25,7 @@ from ocmm_core.tracking import FrameStatus, ProbeBody, TrackBlock
 class CalibrationMonitor:
     """Examine tracked frames as they arrive; for one thread.
 
-    Parameters
-    ----------
-    maps
-        Residual maps of the calibration, or empty.
-    baseline
-        Sensor patterns learnt with this probe, or None; replaces ``maps``.
+    ``maps``: of the calibration, or empty; replaced by ``baseline``, learnt with this probe.
     """
 
     def __init__(

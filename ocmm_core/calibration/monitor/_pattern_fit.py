@@ -1,10 +1,9 @@
 """Estimate the sensor patterns by ridge regression on the residuals of many looks.
 
-The pattern is a sum of Gaussian bells with independent heights, one for each node of a grid: such a
-field has the correlation of `camera.rig.SpotNoise`. Heights are estimated together with the errors
-of calibration and probe; the pose of every look, which has absorbed a part of the residuals, is
-eliminated. Conjugate gradients (M. Hestenes, E. Stiefel, J. Res. NBS 49, 1952) need no matrix of
-the some ten thousand unknowns.
+The pattern is a sum of Gaussian bells with independent heights on a grid: such a field has the
+correlation of `camera.rig.SpotNoise`. Heights are estimated together with the errors of calibration
+and probe; the poses of looks are eliminated. Conjugate gradients (M. Hestenes, E. Stiefel, J. Res.
+NBS 49, 1952) need no matrix of the some ten thousand unknowns.
 """
 
 from __future__ import annotations
@@ -72,7 +71,7 @@ class BellGrid:
 class PatternFit:
     """Regression of residuals on bell heights, normalised prior errors, and poses.
 
-    Rows are looks by cameras by LEDs by axes; those of unseen spots have zero weight.
+    Rows: looks by cameras by LEDs by axes; unseen spots have zero weight.
     """
 
     bells: csr_array
@@ -135,10 +134,7 @@ class PatternFit:
         )
 
     def solve(self, used: NDArray[np.bool_], start: Float | None = None) -> Float:
-        """Return heights, then errors, that explain the looks ``used`` (K,).
-
-        ``start`` is the solution for other looks; it halves the steps.
-        """
+        """Return heights, then errors, of looks ``used`` (K,); ``start`` halves the steps."""
         nodes = self.bells.shape[1]
         weights = np.where(used[:, None], self.weights, 0.0)
         back = self.bells.T.tocsr()

@@ -1,8 +1,7 @@
 """Mean residuals of tracked frames over moments with little motion ("looks").
 
-The monitor judges residuals far below the noise of one frame. A look averages the residuals of some
-tens of milliseconds: its white noise is small, and the rest is the sensor pattern at that place,
-the error of calibration and probe, or a moved camera.
+Averaged over some tens of milliseconds, little white noise is left: the rest is sensor pattern,
+error of calibration and probe, or a moved camera.
 """
 
 from __future__ import annotations
@@ -34,9 +33,7 @@ class ResidualSample:
     """`first_ns`, `last_ns`: Bus time of its first and last frame."""
     n_frames: int
     residuals: Float
-    """(C, L, 2), px: seen minus predicted by the pose of each frame and by the residual map; NaN if
-    unseen.
-    """
+    """(C, L, 2), px: seen minus predicted by poses and residual map; NaN if unseen."""
     pattern_px: Float
     """(C, L): standard deviation of the pattern not contained in the map."""
     white_px: float
@@ -46,9 +43,7 @@ class ResidualSample:
     """`rotation_world_from_probe`, `origin_world`: (3, 3) and (3,), mm: pose in the middle."""
     known_tip_world: Float | None = None
     known_tip_covariance: Float | None = None
-    """`known_tip_world`, `known_tip_covariance`: (3,), mm, and (3, 3), mm^2: place of the ball from
-    another source, such as a control nest; else None.
-    """
+    """`known_tip_world`, `known_tip_covariance`: (3,), mm, (3, 3), mm^2: as of a control nest."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,11 +58,7 @@ class PatternMap:
     """(rows, columns): standard deviation of the pattern not contained in the map."""
 
     def at(self, uv: Pixels) -> tuple[Pixels, Float]:
-        """Return mean and standard deviation at pixels (..., 2): (..., 2) and (...).
-
-        The mean is interpolated between the middles of the cells, the deviation is the largest of
-        the four around.
-        """
+        """Return mean (..., 2), interpolated, and deviation (...), the largest of four cells."""
         rows, columns = self.left_px.shape
         place = uv / self.cell_px - 0.5
         column = np.clip(np.floor(place[..., 0]).astype(np.int64), 0, max(columns - 2, 0))
@@ -84,12 +75,7 @@ class PatternMap:
 class ResidualAccumulator:
     """Cuts the stream of tracked frames into looks; for one thread.
 
-    Parameters
-    ----------
-    length_ns
-        Bus time of a look.
-    maps
-        One for each camera, or empty.
+    ``length_ns``: bus time of a look; ``maps``: one for each camera, or empty.
     """
 
     def __init__(
@@ -103,10 +89,7 @@ class ResidualAccumulator:
         self._moment = -1
 
     def feed(self, track: TrackBlock) -> list[ResidualSample]:
-        """Add tracked frames and return the completed looks.
-
-        Start times of looks are independent of the block boundaries.
-        """
+        """Add frames and return completed looks; their starts do not depend on the blocks."""
         looks: list[ResidualSample] = []
         moments = track.time_ns // self._length_ns
         starts = [0, *(np.flatnonzero(np.diff(moments)) + 1).tolist(), len(track)]
@@ -130,8 +113,7 @@ def look_of(
 ) -> ResidualSample | None:
     """Return the look of consecutive tracked frames; those without a tip are ignored.
 
-    None if too few frames saw the same LEDs, or the probe moved too far. ``maps`` has one for each
-    camera, or none.
+    None if too few saw the same LEDs, or the probe moved too far. ``maps``: one a camera, or empty.
     """
     enough = max(_MIN_FRAMES, round(_MIN_SHARE * len(frames)))
     good = np.flatnonzero(frames.status == FrameStatus.OK)

@@ -1,8 +1,7 @@
 """Bundle adjustment of a swept probe.
 
-Unknowns are the ball centre, the arms to the LEDs and a rotation for each pose; residuals are image
-residuals of all cameras. Rotations of the body frame are a gauge freedom; the solution nearest to
-the last state is chosen.
+Unknowns: ball centre, arms to the LEDs, a rotation for each pose. Rotations of the body are a gauge
+freedom; the solution nearest to the last state is chosen.
 """
 
 from __future__ import annotations
@@ -91,8 +90,7 @@ def normals_at(
 ) -> PivotNormals:  # fmt: skip
     """Return the normal equations at ``state``, rotations eliminated.
 
-    ``blocks`` (n,) are block numbers of the poses, by default one; ``with_cameras`` includes the
-    coupling of the camera parameters with centre and arms.
+    ``blocks`` (n,) of poses, default one; ``with_cameras``: coupled with centre and arms.
     """
     n, k = len(sweep.uv), state.columns
     width = k + N_CAMERA * len(rig.cameras) * with_cameras
@@ -119,10 +117,7 @@ def normals_at(
 def adjust_pivot(
     rig: Rig, sweep: PivotSweep, start: PivotState, slack_mm: float = 0.0, max_iterations: int = 25
 ) -> PivotMinimum:
-    """Return the minimum of chi-square reached from ``start`` (Levenberg-Marquardt).
-
-    An impossible start is returned with an infinite cost.
-    """
+    """Return the chi-square minimum from ``start`` (Levenberg-Marquardt), or infinite cost."""
     state, damping = start, FIRST_DAMPING
     here = normals_at(rig, sweep, state, slack_mm, damping)
     converged, iteration = False, 0
@@ -175,8 +170,7 @@ def chi2_of_cameras(
 ) -> Float:
     """Return the increase of chi-square by drawn camera errors, (draws,).
 
-    Noise-free spots of drawn cameras are adjusted with the calibrated cameras, using a regular
-    subset of the frames.
+    Noise-free spots of drawn cameras are adjusted with the calibrated ones, on a subset of frames.
     """
     some = np.arange(0, len(sweep.uv), max(1, len(sweep.uv) // _STANDING_FOR_ALL))
     times = len(sweep.uv) / len(some)

@@ -2,9 +2,9 @@
 
 The algebraic fit of the thesis (1.3.1.2) minimises the squares of ``|x - c|^2 - r^2``. About the
 mean of its path a sphere has the centre ``c = mean + S^-1 q / 2`` with ``S = sum y y'`` and ``q =
-sum y |y|^2``. All paths turn about the same ball and share one centre: its normal matrix is the sum
-of theirs, and each path keeps its own radius. Compared with the mean of the centres, that halves
-the error for a tilt of 20 degrees, and quarters it for 10.
+sum y |y|^2``. All paths share one centre: its normal matrix is the sum of theirs, each with its own
+radius. Compared with the mean of the centres, that halves the error for a tilt of 20 degrees, and
+quarters it for 10.
 """
 
 from __future__ import annotations
@@ -91,8 +91,7 @@ def complete_poses(targets: Float) -> Int:
 def group_average(targets: Float, centre: Float) -> Points3:
     """Return the mean arms (L, 3), mm, of all complete poses about the centre (3,).
 
-    Group average of Gower (thesis 1.3.2 and 3.2), turned as in the first complete pose (n, L, 3).
-    Raises CalibrationError without a complete pose.
+    Gower's group average (thesis 1.3.2, 3.2), turned as the first; CalibrationError without one.
     """
     whole = complete_poses(targets)
     targets = np.ascontiguousarray(targets)
@@ -109,13 +108,7 @@ def group_average(targets: Float, centre: Float) -> Points3:
 
 
 def thesis_pivot(targets: Float) -> ThesisPivot:
-    """Return the pivot of triangulated targets (n, L, 3), mm, by the method of the thesis.
-
-    Raises
-    ------
-    CalibrationError
-        A path is flat, or no pose is complete.
-    """
+    """Return the thesis's pivot of targets (n, L, 3), mm; CalibrationError if undetermined."""
     reference = np.nanmean(targets, axis=0)
     centres = sphere_centres(moments_of(targets, reference), reference)
     if not np.isfinite(centres).all():

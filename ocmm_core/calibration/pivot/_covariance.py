@@ -1,14 +1,12 @@
 """Covariance of LEDs and tip of a swept probe.
 
-Frames of a sweep are correlated: the hand moves slowly over the sensor pattern, and the ball
-creeps, so the formal covariance is too small. A block bootstrap (Kuensch 1989) draws blocks of
-consecutive frames, as long as their influences on the tip are correlated, with replacement; each
-draw is solved by one Gauss-Newton step from the sums of its blocks. A hand also returns to the same
-attitudes and sensor errors: blocks of neighbouring attitudes are drawn likewise, and the larger
-scatter counts. Neither reveals all of the fixed sensor pattern, which both sweeps of a cone share;
-its effect is computed from the rig (`_pattern`) and used if larger. The contribution of the
-cameras' uncertainty, common to all frames, is added; its part in the scatter of the blocks is
-subtracted, as it would count twice.
+The formal covariance is too small: the hand moves slowly over the sensor pattern, and the ball
+creeps. A block bootstrap (Kuensch 1989) draws blocks of consecutive frames, as long as their
+influences on the tip are correlated, with replacement; each draw is solved by one Gauss-Newton
+step. A hand also returns to the same attitudes: blocks of neighbouring attitudes are drawn
+likewise, and the larger scatter counts. Neither reveals all of the fixed sensor pattern; its effect
+is computed (`_pattern`) and used if larger. The cameras' contribution, common to all frames, is
+added; its part in the scatter of the blocks is subtracted, as it would count twice.
 """
 
 from __future__ import annotations
@@ -40,8 +38,7 @@ PATTERN_WAVES = 300
 """Cosine waves of a sensor pattern: gives variances to some per cent."""
 
 BEYOND_CHANCE = 1.4
-"""Variances from some sixty blocks scatter by a fifth; always using the larger would overestimate.
-"""
+"""Variances from some sixty blocks scatter by a fifth; always the larger would overestimate."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,9 +51,7 @@ class Geometry:
     T_probe_from_body: RigidTransform
     """From the frame of the adjustment, whose origin is the tip."""
     by_arms: Float
-    """(3 L + 3, 3 L): derivative of LEDs and tip by the arms of the adjustment, with the LEDs kept
-    fitted to those of the document.
-    """
+    """(3 L + 3, 3 L): derivative by the arms, with the LEDs kept fitted to the document's."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,9 +59,7 @@ class PivotUncertainty:
     """Covariances (3 L + 3, 3 L + 3), mm^2, of LEDs and tip in the probe's frame."""
 
     noise: Float
-    """From block bootstrap less the cameras' contribution to block scatter; at least the formal one
-    and that of the sensor pattern.
-    """
+    """From block bootstrap less the cameras' part; at least formal and of the sensor pattern."""
     formal: Float
     """Of independent frames with the stated sigma."""
     by_cameras: Float
@@ -74,11 +67,9 @@ class PivotUncertainty:
     cameras: Float
     """Contribution of the cameras' uncertainty."""
     block: int
-    """Frames in a block."""
 
     @property
     def total(self) -> Float:
-        """Return the sum of both."""
         return self.noise + self.cameras
 
 
@@ -102,15 +93,7 @@ def pivot_uncertainty(
 ) -> PivotUncertainty:  # fmt: skip
     """Return the uncertainty of a minimum, with bootstrap draws ``resamples``.
 
-    Parameters
-    ----------
-    pattern
-        The sensors have the pattern of the rig.
-
-    Raises
-    ------
-    CalibrationError
-        The sweep does not determine the probe.
+    ``pattern``: the sensors have that of the rig. CalibrationError if the probe is undetermined.
     """
     here = normals_at(rig, sweep, state, slack_mm, with_cameras=True)
     turns = state.turns()
@@ -155,8 +138,8 @@ def pivot_uncertainty(
 def block_length(influences: Float) -> int:
     """Return the block length for correlated influences (n, 3) of frames.
 
-    Six times the integrated autocorrelation time of the slowest axis (Sokal's window), so that
-    blocks are nearly independent; limited to leave at least eight blocks.
+    Six times the integrated autocorrelation time of the slowest axis (Sokal's window), for nearly
+    independent blocks; at least eight blocks.
     """
     n = len(influences)
     times = max(_correlation_time(column) for column in influences.T)
@@ -181,10 +164,7 @@ def _correlation_time(series: Float) -> float:
 
 
 def attitude_blocks(directions: Points3) -> Int:
-    """Return the attitude cell of every frame, (n,), from 0.
-
-    Eight cells across each of the two widest directions; empty ones are not numbered.
-    """
+    """Return the attitude cell of every frame, (n,): eight across each of the widest directions."""
     centred = directions - directions.mean(axis=0)
     across = centred @ np.linalg.svd(centred, full_matrices=False)[2][:2].T
     low, width = across.min(axis=0), np.maximum(np.ptp(across, axis=0), 1e-12)
@@ -202,8 +182,7 @@ def _scatter_of_cameras(
 ) -> float:
     """Return the variance of the tip in a block bootstrap due to camera errors.
 
-    Cameras with error d give every block the gradient ``(X_b - N_b N^-1 X) d`` at the common
-    minimum.
+    Cameras with error d give every block the gradient ``(X_b - N_b N^-1 X) d`` at the minimum.
     """
     shift = inverse @ split.crossed.sum(axis=0)
     left = by_common[-3:] @ inverse @ (split.crossed - split.normals @ shift)
@@ -211,7 +190,6 @@ def _scatter_of_cameras(
 
 
 def _bootstrap(split: PivotNormals, turns: Float, resamples: int, seed: int) -> Float:
-    """Return the covariance of the common unknowns over draws of blocks."""
     rng = np.random.default_rng(seed)
     normals, gradients = split.normals, split.gradients
     count = len(normals)

@@ -29,17 +29,13 @@ class PivotPreview:
     """None with fewer than ten frames."""
     tip_sigma: float
     """mm: standard uncertainty of the tip (root of the sum over its axes) from spot noise and
-    cameras if the sweep ended now; infinite if undetermined.
-    """
+    cameras if the sweep ended now; infinite if undetermined."""
     centre_world: Float
     """(3,), mm: ball centre by the probe's document; NaN without coverage."""
 
 
 def coverage_of(rotations: Float, middle_probe: Float) -> SweepCoverage:
-    """Return the range of rotations (n, 3, 3), world from probe.
-
-    ``middle_probe`` (3,) leads from the ball to the middle of the LEDs.
-    """
+    """Return the coverage by rotations (n, 3, 3), world from probe; ball to LEDs' middle (3,)."""
     turns = Rotation.from_matrix(rotations)
     vectors = (turns.mean().inv() * turns).as_rotvec()
     axes = np.linalg.svd(vectors - vectors.mean(axis=0), full_matrices=False)[2]
@@ -55,10 +51,7 @@ def coverage_of(rotations: Float, middle_probe: Float) -> SweepCoverage:
 def preview_pivot(
     rig: Rig, body: ProbeBody, sweep: PivotSweep, *, pattern: bool = False
 ) -> PivotPreview:
-    """Return coverage and predicted uncertainty of a sweep in progress.
-
-    Uses the nominal probe and fits only poses, which is fast enough for live display.
-    """
+    """Return coverage and predicted uncertainty, live: nominal probe, only poses fitted."""
     sigma = float(np.median(sweep.sigma_px)) if len(sweep.uv) else 1.0
     poses = solve(sweep.uv, rig, body, sigma)
     solved = poses.status == 0

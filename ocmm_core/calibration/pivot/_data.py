@@ -15,8 +15,7 @@ from ocmm_core.tracking import ProbeBody
 
 Reason = Literal["few", "spots", "tip"]
 """Reason for exclusion of a frame: fewer than three LEDs seen by two cameras; spots inconsistent
-with the probe; ball not at the common place.
-"""
+with the probe; ball not at the common place."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,9 +53,7 @@ class PivotLimits:
     """Range about the second axis below which the tip is undetermined: always refused."""
     small_deg: float = 20.0
     wanted_deg: float = 40.0
-    """`small_deg`, `wanted_deg`: Range about the second axis below which to refuse and to warn
-    (thesis: 90).
-    """
+    """`small_deg`, `wanted_deg`: Range about the second axis to refuse, to warn (thesis: 90)."""
     roll_deg: float = 10.0
     """Range about the third axis below which to warn."""
     moved_mm: float = 0.02
@@ -82,8 +79,7 @@ class PivotOptions:
     """Draws of the bootstrap."""
     pattern: bool = False
     """The sensors have the fixed pattern of the rig; its contribution is computed. False: spots
-    scatter by their sigma alone, as in simulations.
-    """
+    scatter by their sigma alone, as in simulations."""
     limits: PivotLimits = field(default_factory=PivotLimits)
 
 
@@ -118,18 +114,12 @@ class PivotCalibration:
 
     leds_probe: Points3
     tip_probe: Float
-    """`leds_probe`, `tip_probe`: (L, 3) and (3,), mm: in the frame of the probe's document, fitted
-    to its LEDs.
-    """
+    """`leds_probe`, `tip_probe`: (L, 3), (3,), mm: frame of the document, fitted to its LEDs."""
     covariance: Float
-    """(3 L + 3, 3 L + 3), mm^2: LEDs, then the tip, in that frame: noise of the sweep by block
-    bootstrap plus the uncertainty of the cameras.
-    """
+    """(3 L + 3, 3 L + 3), mm^2: LEDs, then the tip: block bootstrap plus camera uncertainty."""
     noise_covariance: Float
     formal_covariance: Float
-    """`noise_covariance`, `formal_covariance`: Likewise: bootstrap alone, and for independent
-    frames of the stated sigma.
-    """
+    """`noise_covariance`, `formal_covariance`: Likewise: bootstrap; independent frames."""
     by_cameras: Float
     """(3 L + 3, 14 C): derivatives of LEDs and tip by the camera parameters."""
     centre_world: Float

@@ -168,7 +168,6 @@ def judge_coverage(coverage: SweepCoverage, limits: PivotLimits) -> list[Finding
 def judge_left_out(
     left_out: tuple[LeftOut, ...], frames: int, limits: PivotLimits
 ) -> list[Finding]:
-    """Return findings on the excluded frames."""
     if not left_out:
         return []
     parts = []
@@ -207,22 +206,12 @@ def find_jump(
     """Return the most probable displacement of the ball, sudden or gradual.
 
     Tips of single frames are averaged over twenty parts of the sweep, weighted by their
-    covariances. Camera and sensor errors depend on the attitude, and a slow hand drifts in
-    attitude: a step in time is estimated together with the errors of the cameras, by their own
-    covariance at that place, and with a slope over each rotation axis for those of the sensors.
-    Scatter of the parts beyond that counts as noise.
-
-    Parameters
-    ----------
-    used
-        (n,): frames used.
-    centre
-        (3,), mm, world: approximate ball centre.
-    common
-        Fraction of a frame's variance shared by neighbouring frames (sensor pattern): does not
-        average out within a part.
-    by_cameras
-        Shifts by the errors of the cameras; None if they are exact.
+    covariances. Camera and sensor errors depend on the attitude, which drifts: a step in time is
+    estimated together with the errors of the cameras (``by_cameras``: shifts; None if exact), by
+    their covariance, and with a slope over each rotation axis for those of the sensors. Scatter
+    beyond that is noise. ``used`` (n,): frames; ``centre`` (3,), mm, world, approximate;
+    ``common``: fraction of a frame's variance shared by neighbours (sensor pattern), which does not
+    average out within a part.
     """
     frames = np.flatnonzero(used & free.solved)
     if len(frames) < 2 * _PARTS:
@@ -291,7 +280,6 @@ def shared_part(rig: Rig, sweep: PivotSweep) -> float:
 
 
 def judge_jump(jump: Jump | None, limits: PivotLimits) -> list[Finding]:
-    """Return findings on a moving ball or cone."""
     if jump is None or jump.chi2 <= _MOVED_CHI2:
         return []
     size = float(np.linalg.norm(jump.shift_world))
@@ -341,7 +329,6 @@ def judge_shape(
 def judge_uncertainty(
     tip_sigma: float, frames: int, block: int, limits: PivotLimits
 ) -> list[Finding]:
-    """Return findings on the uncertainty of the tip."""
     found = []
     if tip_sigma > limits.tip_sigma_mm:
         found.append(

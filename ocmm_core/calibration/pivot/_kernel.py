@@ -1,8 +1,7 @@
 """Compiled inner loops of the pivot calibration.
 
-The unknowns of a pose are its rotation about the ball (three) and, with slack, the ball position in
-the cone (six in total). They are eliminated pose by pose, as in `bundle`; common unknowns are the
-centre of the ball and the arms to the LEDs.
+Unknowns of a pose: rotation about the ball (3) and, with slack, the ball in the cone (6 in total).
+They are eliminated as in `bundle`; common are the centre of the ball and the arms to the LEDs.
 """
 
 from __future__ import annotations
@@ -27,32 +26,16 @@ def schur_reduce_rotations(
 ) -> float:  # fmt: skip
     """Add all poses to the reduced normal equations; return the sum of squares.
 
-    Infinite if an LED is behind a camera or a rotation is undetermined.
-
-    Parameters
-    ----------
-    cameras
-        (C, 24): `lens.LensCamera.packed`.
-    arms, centre
-        (L, 3), mm, body: from the centre of the ball to the LEDs, and (3,), mm, world.
-    uv, weights
-        (n, C, L, 2), px, and (n, C, L), 1/px, zero if unused.
-    slack_weight
-        1/mm: inverse standard deviation of the ball in its cone; zero without slack.
-    rotations, slacks
-        (n, 3, 3), world from body, and (n, 3), mm: ball position less the centre.
-    damping
-        Levenberg-Marquardt damping of the poses' diagonals.
-    blocks
-        (n,): index of the normal equations (of B) of each pose.
-    normals, gradients
-        (B, k, k) lower triangle and (B, k), added to, poses eliminated. Columns: centre, arms, and
-        if k is larger the cameras, 14 each, of which only the rows coupled with centre and arms are
-        written.
-    factors, y, z
-        (n, d, d), (n, d, k) and (n, d), out; d is 6 with slack, else 3.
-    scores
-        (n, 3 + 3 L), out: contribution of each pose to the gradient of centre and arms.
+    Infinite if an LED is behind a camera or a rotation is undetermined. In: ``cameras`` (C, 24),
+    `lens.LensCamera.packed`; ``arms`` (L, 3), mm, body, from the ball's centre; ``centre`` (3,),
+    mm, world; ``uv`` (n, C, L, 2), px; ``weights`` (n, C, L), 1/px, zero if unused;
+    ``slack_weight``, 1/mm: inverse standard deviation of the ball in its cone, zero without slack;
+    ``rotations`` (n, 3, 3), world from body; ``slacks`` (n, 3), mm, from the centre; ``damping`` of
+    the poses' diagonals (Levenberg-Marquardt); ``blocks`` (n,): which of B normal equations. Added
+    to: ``normals`` (B, k, k), lower triangle, ``gradients`` (B, k). Columns: centre, arms, and if k
+    is larger the cameras, 14 each, with only the rows coupled with centre and arms written. Out:
+    ``factors`` (n, d, d), ``y`` (n, d, k), ``z`` (n, d), d = 6 with slack, else 3; ``scores`` (n, 3
+    + 3 L): contribution of each pose to the gradient of centre and arms.
     """
     n_poses, n_cameras, n_leds = weights.shape
     size, width = y.shape[1], y.shape[2]

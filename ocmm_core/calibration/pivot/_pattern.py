@@ -1,11 +1,10 @@
 """Effect of the fixed sensor pattern on a swept probe.
 
-A spot has an error of some hundredths of a pixel that depends only on its place on the sensor and
-is correlated over the pattern's length. Poses at similar attitudes share these errors, and a sweep
-of some seconds crosses few independent places. Size and length of the pattern are in the rig
-(`camera.rig.SpotNoise`), so its effect is computed: the influence of every spot on LEDs and tip,
-summed over a field with that correlation. The field is a sum of cosine waves with normally
-distributed wave vectors (random Fourier features, Rahimi and Recht 2007).
+The error of a spot depends on its place on the sensor, correlated over the pattern's length
+(`camera.rig.SpotNoise`). Poses at similar attitudes share it, and a sweep crosses few independent
+places. The influence of every spot on LEDs and tip is summed over a field with that correlation: a
+sum of cosine waves with normally distributed wave vectors (random Fourier features, Rahimi and
+Recht 2007).
 """
 
 from __future__ import annotations
@@ -33,8 +32,8 @@ def pattern_covariance(
 ) -> Float:
     """Return the covariance (m, m), mm^2, of a result due to the sensor pattern.
 
-    ``by_common`` (m, k) are its derivatives by centre and arms; ``inverse`` (k, k) their
-    covariance, see `_bundle.inverse_pinned`.
+    ``by_common`` (m, k): derivatives by centre and arms; ``inverse`` (k, k): their covariance, see
+    `_bundle.inverse_pinned`.
     """
     rng = np.random.default_rng(seed)
     noise, cameras = rig.noise, len(rig.cameras)

@@ -1,12 +1,11 @@
 """Probe geometry from a sweep about its ball resting in a cone.
 
-One adjustment of the spots of all cameras determines the ball centre and the LEDs about it (thesis
-3.2, replacing its mean of four spheres). All functions are pure.
+One adjustment of all spots determines the ball centre and the LEDs about it (thesis 3.2, replacing
+its mean of four spheres).
 
-Fault analysis of a sweep: a shifted camera, the cone, an LED, or the cameras' record. The sweep is
-mapped onto a relocation bundle: one seat with the ball, LEDs and tip unknown, cameras with their
-calibration covariance. To first order, camera errors below their uncertainty change it by less than
-a spot.
+Fault analysis (camera, cone, LED, or the cameras' record) maps a sweep onto a relocation bundle:
+one seat with the ball, LEDs and tip unknown, cameras with their covariance. To first order, camera
+errors below their uncertainty change it by less than a spot.
 """
 
 from __future__ import annotations
@@ -63,8 +62,7 @@ def accuse_in_sweep(
 ) -> tuple[Finding | None, float]:  # fmt: skip
     """Return the faulty element in consistent ``frames`` (n,) of a sweep, or None, and its worth.
 
-    LEDs and tip are in the probe frame, mm, centre and rotations in the world; ``dof`` is that of
-    the adjustment.
+    LEDs and tip: probe frame, mm; centre and rotations: world; ``dof`` of the adjustment.
     """
     n = len(rotations)
     data = BundleData(
@@ -136,19 +134,9 @@ def calibrate_probe(
 ) -> PivotCalibration:
     """Return LEDs and tip of the probe from a sweep.
 
-    Parameters
-    ----------
-    rig
-        Calibrated cameras; their `parameter_covariance` becomes part of the uncertainty.
-    body
-        Nominal probe: defines the frame and is compared with the result, but does not influence it.
-    force
-        Overrule the guards that question the design of the calibration.
-
-    Raises
-    ------
-    CalibrationError
-        The sweep does not determine the probe, or a guard refuses.
+    ``rig``: its `parameter_covariance` is part of the uncertainty. ``body``: nominal, defines the
+    frame but does not influence the result. ``force`` overrules guards on the design.
+    CalibrationError if the sweep does not determine the probe, or a guard refuses.
     """
     options = options or PivotOptions()
     limits = options.limits

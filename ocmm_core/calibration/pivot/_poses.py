@@ -52,12 +52,8 @@ class PosePivot:
 def pivot_of_poses(rotations: Float, origins: Points3, seed: int | None = 1) -> PosePivot:
     """Return tip and centre of poses (n, 3, 3) and (n, 3), mm, world from body.
 
-    Without a ``seed`` for the choice of triples, all poses are used.
-
-    Raises
-    ------
-    CalibrationError
-        Tip undetermined: fewer than three poses, or rotations about one axis only.
+    All poses are used without a ``seed`` for the choice of triples. CalibrationError if
+    undetermined: fewer than three poses, or rotations about one axis only.
     """
     if len(rotations) < 3:
         raise _open(len(rotations))

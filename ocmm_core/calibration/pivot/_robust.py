@@ -1,8 +1,7 @@
 """Detection of frames that do not belong to a sweep: wrong spots, displaced ball.
 
-Every frame is solved alone: the tracker's pose (six unknowns) tests whether its spots match the
-probe, and its tip whether the ball was at the common place. All frames are re-judged after every
-fit, so that a wrongly excluded one returns.
+Every frame is solved alone: its pose (six unknowns) tests the spots, its tip the common place. All
+frames are re-judged after every fit.
 """
 
 from __future__ import annotations
@@ -65,7 +64,6 @@ class RobustPivot:
     free: FreePoses
     """Independent poses of all frames."""
     iterations: int
-    """Steps of all adjustments."""
 
 
 def free_poses(rig: Rig, sweep: PivotSweep, arms: Points3) -> FreePoses:
@@ -88,10 +86,7 @@ def free_poses(rig: Rig, sweep: PivotSweep, arms: Points3) -> FreePoses:
 def adjust_pivot_robustly(
     rig: Rig, sweep: PivotSweep, start: PivotStart, slack_mm: float
 ) -> RobustPivot:
-    """Return the adjustment of the consistent frames.
-
-    Raises CalibrationError if fewer than ten are consistent.
-    """
+    """Adjust the consistent frames; CalibrationError if fewer than ten."""
     used, state = start.agreeing, start.state
     iterations = 0
     free = None

@@ -14,17 +14,10 @@ from ocmm_core.tracking.kernels import small_algebra as algebra
 def fit_turns(
     body: Float, targets: Float, rotations: Float, origins: Float, residuals: Float
 ) -> None:
-    """Fit the body to the targets of every pose.
+    """Fit the body (L, 3), mm, to the targets (n, L, 3), mm, of every pose; NaN if not located.
 
-    Parameters
-    ----------
-    body
-        (L, 3), mm.
-    targets
-        (n, L, 3), mm; NaN if not located.
-    rotations, origins, residuals
-        (n, 3, 3), (n, 3), mm, and (n,), mm, out: rotation and origin, world from body, and the
-        residual RMS distance of the LEDs; NaN with fewer than three targets.
+    Out, world from body: ``rotations`` (n, 3, 3), ``origins`` (n, 3), mm, ``residuals`` (n,), mm:
+    RMS distance of the LEDs; NaN with fewer than three targets.
     """
     n_poses, n_leds = targets.shape[:2]
     s, work4, vectors4 = np.empty((3, 3)), np.empty((4, 4)), np.empty((4, 4))
@@ -82,8 +75,8 @@ def average_turned(targets: Float, centre: Float, body: Float, average: Float) -
     """Write the mean of all poses turned onto the body; return its residual.
 
     One round of the group average (Gower; thesis 3.2 with the errata: a true rotation, and ``s =
-    |G|^2 + |X|^2 - 2 tr``). Poses with an unlocated LED are excluded. Targets (n, L, 3), mm, world,
-    rotate about ``centre``; ``body`` (L, 3) is the present average and ``average`` the next one.
+    |G|^2 + |X|^2 - 2 tr``) of complete poses. Targets (n, L, 3), mm, world, rotate about
+    ``centre``; ``body`` (L, 3) is the present average and ``average`` the next one.
     """
     n_poses, n_leds = targets.shape[:2]
     s, rotation = np.empty((3, 3)), np.empty((3, 3))
@@ -139,15 +132,9 @@ def average_turned(targets: Float, centre: Float, body: Float, average: Float) -
 def add_moments(points: Float, reference: Float, moments: Float) -> None:
     """Add the moments for sphere fits to the paths of the LEDs; see `_centre`.
 
-    Parameters
-    ----------
-    points
-        (n, L, 3), mm; NaN if not located.
-    reference
-        (L, 3), mm: near the mean of each path, to preserve digits.
-    moments
-        (L, 13), added to: with y = point less reference, sums of 1, y, y y' (xx, xy, xz, yy, yz,
-        zz) and y |y|^2.
+    ``points`` (n, L, 3), mm, NaN if not located; ``reference`` (L, 3), mm: near their means, to
+    preserve digits. With y = point less reference, ``moments`` (L, 13) are sums of 1, y, y y' (xx,
+    xy, xz, yy, yz, zz) and y |y|^2.
     """
     n_poses, n_leds = points.shape[:2]
     for led in range(n_leds):

@@ -1,8 +1,7 @@
 """Initial state of a sweep's adjustment from spots and cameras alone.
 
-Targets are triangulated, their mean shape is fitted to every pose, and the poses that agree on one
-resting tip are selected (`_poses`). The common centre of their paths (`_centre`) and the mean shape
-about it are the start.
+The mean shape of triangulated targets is fitted to every pose, poses that agree on one tip are
+selected (`_poses`), and the common centre of their paths (`_centre`) is computed.
 """
 
 from __future__ import annotations
@@ -40,9 +39,9 @@ class PivotStart:
 
 
 def locate_targets(rig: Rig, uv: Pixels) -> Float:
-    """Return the targets (n, L, 3), mm, world, of spots (n, C, L, 2), px.
+    """Return targets (n, L, 3), mm, world, of spots (n, C, L, 2), px; NaN if seen by one camera.
 
-    NaN if seen by fewer than two cameras. Thesis 2.4.1 with homogeneous rows (errata).
+    Thesis 2.4.1 with homogeneous rows (errata).
     """
     n, _, n_leds, _ = uv.shape
     matrices, rights = np.zeros((n, n_leds, 3, 3)), np.zeros((n, n_leds, 3))
@@ -66,10 +65,7 @@ def locate_targets(rig: Rig, uv: Pixels) -> Float:
 
 
 def mean_shape(targets: Float, poses: int = _SHAPES) -> Points3:
-    """Return the median shape (L, 3), mm, of the complete poses, about its own middle.
-
-    Raises CalibrationError without a complete pose.
-    """
+    """Return the median shape (L, 3), mm, about its middle; CalibrationError if none complete."""
     whole = complete_poses(targets)
     some = np.ascontiguousarray(targets[whole[:: max(1, len(whole) // poses)]])
     distances = np.linalg.norm(some[:, :, None] - some[:, None], axis=3)
@@ -96,13 +92,7 @@ def lay(shape: Points3, targets: Float) -> tuple[Float, Points3, Float]:
 
 
 def start_pivot(rig: Rig, sweep: PivotSweep, seed: int) -> PivotStart:
-    """Return the start of the adjustment of a sweep.
-
-    Raises
-    ------
-    CalibrationError
-        No frame is complete, or the poses do not determine the tip.
-    """
+    """Return the start; CalibrationError if no frame is complete or the tip undetermined."""
     targets = locate_targets(rig, sweep.uv)
     shape = mean_shape(targets)
     rotations, origins, left = lay(shape, targets)

@@ -42,14 +42,7 @@ class SweepTable:
 def load_sweeps(
     path: Path | str, rig: Rig, n_leds: int, options: TableOptions | None = None
 ) -> SweepTable:
-    """Return both sweeps of the table at ``path``.
-
-    Raises
-    ------
-    InputError
-        Not such a table, or it lacks a sweep, or a row has an unknown sweep, camera or LED, or
-        repeats a spot.
-    """
+    """Return both sweeps of a table; InputError if one is missing, for unknown or double rows."""
     read = read_pixels(path, _COLUMNS, options)
     table = read.table
     cameras = {str(camera.serial): index for index, camera in enumerate(rig.cameras)}
@@ -83,7 +76,6 @@ def load_sweeps(
 
 
 def _count(table: TextTable, row: TextRow, column: str, most: int | None) -> int:
-    """Return a number that counts from 1, from 0."""
     text = row.cells[column]
     if not text.isdecimal() or int(text) < 1 or (most is not None and int(text) > most):
         wanted = "a number from 1" if most is None else f"1 to {most}"

@@ -60,8 +60,7 @@ def validate_pivot(
 ) -> PivotValidation:
     """Return the agreement of the second calibration, from ``sweep``, with the first.
 
-    Both must use the same rig and document; common effects of camera errors cancel from the
-    uncertainty of the difference.
+    Same rig and document: common effects of camera errors cancel from the uncertainty.
     """
     off = second.tip_probe - first.tip_probe
     by_cameras = (second.by_cameras - first.by_cameras)[-3:]
@@ -132,7 +131,7 @@ def _articulation(
 
 
 def attitude_between(first: Points3, second: Points3) -> float:
-    """Return the angle between the middles of two sets of directions, unit, rad.
+    """Return the angle, rad, between the middles of two sets of unit directions.
 
     Each cell of directions counts once, so that dwelling of the hand has no influence.
     """

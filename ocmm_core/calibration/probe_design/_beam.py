@@ -1,9 +1,8 @@
 """Bending of stylus and probe body as a stepped, tapered beam (thesis, appendix B).
 
-The beam lies along the probe, with the ball's centre at zero. Its sections are solid or hollow
-bars, or sandwich panels with a core that carries no load. Integration is on a grid with a point on
-both sides of every step, exact except for the taper (trapezia, below 1e-5 of the result). Lengths
-are mm, forces N, stiffness N mm^2.
+Along the probe, the ball's centre at zero. Sections are solid or hollow bars, or sandwich panels
+whose core carries no load. The grid has a point on both sides of every step, exact except for the
+taper (trapezia, below 1e-5). Lengths are mm, forces N, stiffness N mm^2.
 """
 
 from __future__ import annotations
@@ -59,8 +58,7 @@ class Panel:
     """Thermal expansion of the faces, 1/K."""
     offset_mm: float = 0.0
     """Offset of its middle from the axis of the probe, along the soft direction. It bends about its
-    own middle, whose place does not matter for a transverse force.
-    """
+    own middle, whose place does not matter for a transverse force."""
 
 
 Section: TypeAlias = Bar | Panel
@@ -81,9 +79,7 @@ class Beam:
     axial: Float
     """(n,): stiffness E A against tension, N."""
     bow: Float
-    """(n,): curvature per kelvin between the faces of a panel, 1/(mm K); bars are too thin to keep
-    a difference.
-    """
+    """(n,): curvature per kelvin between the faces of a panel, 1/(mm K); bars are too thin."""
 
     @property
     def weight(self) -> float:
@@ -113,15 +109,14 @@ class Deflection:
 
 
 def make_beam(sections: Sequence[Section], gravity: float = GRAVITY) -> Beam:
-    """Return a beam of adjacent sections."""
     pieces = [_piece(section, gravity) for section in sections]
     return Beam(*(np.concatenate([piece[row] for piece in pieces]) for row in range(6)))
 
 
 def sag(beam: Beam, supports_mm: tuple[float, float]) -> Deflection:
-    """Return the deflection of a level beam on two supports by its weight (appendix B.1).
+    """Return the sag of a level beam on two supports, mm, up, by its weight (appendix B.1).
 
-    It bends across its soft direction. Deflections are positive upwards and zero at the supports.
+    It bends across its soft direction.
     """
     x = beam.x_mm
     first, second = supports_mm
@@ -143,10 +138,9 @@ def sag(beam: Beam, supports_mm: tuple[float, float]) -> Deflection:
 
 
 def side_load(beam: Beam, held_mm: float, *, stiff: bool = False) -> Deflection:
-    """Return the deflection for 1 N on the ball, across the beam, clamped at ``held_mm``.
+    """Return the deflection along 1 N on the ball, across the beam, clamped at ``held_mm``.
 
-    Deflections are positive along the force. Behind the clamp they are zero. If ``stiff``, the
-    force acts along the panel instead of across it.
+    Zero behind the clamp. If ``stiff``, the force acts along the panel instead of across it.
     """
     x = beam.x_mm
     moment = np.maximum(x, 0.0)
@@ -160,10 +154,7 @@ def side_load(beam: Beam, held_mm: float, *, stiff: bool = False) -> Deflection:
 
 
 def bow(beam: Beam) -> Deflection:
-    """Return the deflection for one kelvin between the faces of the panels.
-
-    Deflections are towards the cooler face, and zero with their slope at the ball.
-    """
+    """Return the deflection for 1 K between the faces, towards the cooler one; zero at the ball."""
     slope = _running(beam.bow, beam.x_mm)
     still = np.zeros_like(slope)
     return Deflection(beam.x_mm, still, _running(slope, beam.x_mm), slope, ())

@@ -71,10 +71,7 @@ def probe_text(document: ProbeDocument) -> str:
 
 
 def read_definition(path: Path) -> ProbeDocument:
-    """Return the document of another probe as a template; it may be unusable.
-
-    Raises InputError if the file is missing or malformed.
-    """
+    """Return a document as template, maybe unusable; InputError if missing or malformed."""
     return load_document(path, ProbeDocument, SCHEMA)
 
 
@@ -108,14 +105,9 @@ def definition_of(body: ProbeBody) -> ProbeDocument:
 def examine(
     document: ProbeDocument, path: Path, tell: Callable[[str, float], None]
 ) -> DefinitionCheck:
-    """Return the check of a definition; takes up to some seconds with eight LEDs.
+    """Return the check of a definition; InputError if unusable. Eight LEDs take some seconds.
 
     ``tell`` is called with the name of the next check, and the share that is done.
-
-    Raises
-    ------
-    InputError
-        The definition cannot be used.
     """
     tell("labels", 0.0)
     body = body_of(document, path, _identity(document))
@@ -126,12 +118,8 @@ def examine(
 def save_definition(path: Path, document: ProbeDocument) -> ProbeBody:
     """Write a definition as a new file, and return the probe.
 
-    Raises
-    ------
-    InputError
-        It cannot be used, or the file exists: documents never change, because records name them.
-    StorageError
-        The file cannot be written.
+    InputError if unusable, or if the file exists: documents never change, because records name
+    them. StorageError if it cannot be written.
     """
     body = body_of(document, path, _identity(document))
     if path.exists():

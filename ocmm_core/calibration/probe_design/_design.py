@@ -1,8 +1,4 @@
-"""Probe design document: materials, sections and layers.
-
-The probe document has the places of LEDs and ball; this one describes the structure between them.
-It is optional: without it, bending and thermal growth of the probe are unknown.
-"""
+"""Probe design document, optional: structure between LEDs and ball, for bending and growth."""
 
 from __future__ import annotations
 
@@ -57,10 +53,7 @@ class BarEntry(_Entry, frozen=True, kw_only=True, tag="bar", tag_field="shape"):
 
 
 class PanelEntry(_Entry, frozen=True, kw_only=True, tag="panel", tag_field="shape"):
-    """A sandwich panel; widths at its start and end, thickness of the core and of one face.
-
-    ``offset``: distance of its middle from the axis, along ``soft``.
-    """
+    """A sandwich panel; ``offset``: distance of its middle from the axis, along ``soft``."""
 
     material: str
     start: float
@@ -114,9 +107,7 @@ class ProbeDesign:
     probe: str
     axis_probe: Float
     soft_probe: Float
-    """`axis_probe`, `soft_probe`: (3,), unit, probe frame: along it, and across it in the direction
-    of least stiffness.
-    """
+    """`axis_probe`, `soft_probe`: (3,), unit, probe frame: along it; across, of least stiffness."""
     sections: tuple[Section, ...]
     """Sections along the axis, from the ball on."""
     beam: Beam
@@ -138,11 +129,7 @@ class ProbeDesign:
 def load_design(path: Path | str, body: ProbeBody) -> ProbeDesign:
     """Return the design of a probe by the document at ``path``.
 
-    Raises
-    ------
-    InputError
-        The document is malformed, belongs to another probe, uses an undefined material, has gaps or
-        implausible values.
+    InputError: malformed, of another probe, undefined material, gaps or implausible values.
     """
     path = Path(path)
     document = load_document(path, DesignDocument, SCHEMA)

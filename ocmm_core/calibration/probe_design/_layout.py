@@ -1,7 +1,7 @@
 """Least possible tip error of an LED layout as seen by a rig.
 
-Cramer-Rao bound of the pose, propagated to the tip, for white spot noise and exact cameras and
-LEDs. The product's estimator reaches it within two per cent, so no simulated frames are needed.
+Cramer-Rao bound of the pose for white spot noise and exact cameras and LEDs. The product's
+estimator reaches it within two per cent, so no simulated frames are needed.
 """
 
 from __future__ import annotations

@@ -14,9 +14,7 @@ class WrongLabels:
     hidden: int
     """Number of the unseen LED, from 1; 0 if all are seen."""
     ambiguity: Ambiguity | None
-    """The labelling; its labels name the LEDs assigned to the places of the visible ones. None if
-    the rules exclude all.
-    """
+    """LEDs assigned to the places of the visible ones; None if the rules exclude all."""
 
     @property
     def is_safe(self) -> bool:
@@ -26,10 +24,7 @@ class WrongLabels:
 
 
 def wrong_labels(body: ProbeBody) -> tuple[WrongLabels, ...]:
-    """Return the nearest wrong labelling with all LEDs, and with each hidden.
-
-    Three LEDs are a triangle, and two do not determine a pose: with three, none may be hidden.
-    """
+    """Return the nearest wrong labelling with all LEDs and with each hidden (none of three)."""
     everything = tuple(range(body.n_leds))
     found = [WrongLabels(0, nearest_ambiguity(body))]
     if body.n_leds > 3:

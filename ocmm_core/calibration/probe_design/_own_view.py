@@ -1,8 +1,7 @@
 """LEDs of a probe obstructed by its own body, by its design.
 
-An LED counts as hidden if any ray of its emission cone meets a section of the body, as the position
-of the cameras is unknown. Rays are sampled in the cone and followed step by step; a section is a
-trapezium of uniform thickness, or a cone.
+Hidden if any ray of its emission cone meets a section of the body, as the cameras' position is
+unknown. Rays are sampled; a section is a trapezium of uniform thickness, or a cone.
 """
 
 from __future__ import annotations

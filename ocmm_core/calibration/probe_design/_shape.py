@@ -1,8 +1,8 @@
 """Displacement of LEDs, ball and computed tip by temperature, weight and force.
 
-A shape is the displacement of the LEDs and the ball's centre per unit of its cause, in the order of
+A shape is the displacement of LEDs and ball per unit of its cause, in the order of
 `ProbeBody.geometry_covariance`. The covariance of uncorrected effects is the sum of squares of
-shapes, and propagates to points like the uncertainty of the probe's calibration.
+shapes.
 """
 
 from __future__ import annotations
@@ -111,8 +111,8 @@ def bow_shape(design: ProbeDesign, body: ProbeBody) -> Float:
 def tip_shift(body: ProbeBody, shape: Float) -> Float:
     """Return the uncorrected error of the computed tip (3,), mm, probe frame.
 
-    LEDs have equal weights, as in appendix B; in reality better visible ones weigh more, see
-    `tracking.sensitivity`.
+    LEDs have equal weights, as in appendix B; better visible ones weigh more
+    (`tracking.sensitivity`).
     """
     # Small against the probe: a thousandth of the displacement, so that the rotation stays linear.
     scale = 1e-3 / max(float(np.abs(shape).max()), 1e-30)
@@ -132,14 +132,10 @@ def body_in_use(
 ) -> ProbeBody:
     """Return the probe with thermal and weight effects applied.
 
-    Compensated, LEDs and ball are at their positions for the present temperature, leaving the
-    uncertainty of temperatures and expansions. Otherwise they stay, and the growth itself, for the
-    temperature difference or the range in the design, is uncertainty.
-
-    Raises
-    ------
-    InputError
-        Compensation is requested, and a temperature is unknown or implausible.
+    Compensated, LEDs and ball are at their positions for the temperature, leaving the uncertainty
+    of temperatures and expansions. Otherwise the growth itself, for the temperature difference or
+    the range in the design, is uncertainty. InputError if a temperature for compensation is unknown
+    or implausible.
     """
     shapes = warmth_shapes(design, body)
     growth = growth_shape(design, body)

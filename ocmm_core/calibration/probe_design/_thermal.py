@@ -1,8 +1,8 @@
 """Thermal growth of a stylus and a probe body (thesis, appendix A, generalised).
 
-The probe is a chain of layers along its axis, each with the expansion of its material. A point
-moves along the axis by the growth between it and the ball's centre, and across it by the growth of
-its layer. The probe has a uniform temperature here; for one-sided heating see `beam.bow`.
+The probe is a chain of layers along its axis. A point moves along the axis by the growth between it
+and the ball's centre, and across it by the growth of its layer. Uniform temperature; for one-sided
+heating see `beam.bow`.
 """
 
 from __future__ import annotations
@@ -26,13 +26,7 @@ LARGEST_U_K = 20.0
 
 
 def require_temperature(what: str, celsius: float) -> None:
-    """Refuse an implausible temperature.
-
-    Raises
-    ------
-    InputError
-        It is outside `LOWEST_C` to `HIGHEST_C`, or not a number.
-    """
+    """Raise InputError for a temperature outside `LOWEST_C` to `HIGHEST_C`, or NaN."""
     if not LOWEST_C <= celsius <= HIGHEST_C:
         raise InputError(
             "temperature.range",
@@ -49,20 +43,13 @@ class Temperature:
     sigma_k: float
     """Standard uncertainty, including that of the measuring position, K."""
     origin: str
-    """Thermometer, or basis of the value. One thermometer has one error: readings of the same
-    origin are fully correlated."""
+    """Thermometer, or basis of the value; readings of one origin are fully correlated."""
 
 
 def stated_temperature(
     celsius: float | None, expanded_k: float | None, origin: str = ""
 ) -> Temperature | None:
-    """Return a typed temperature with the expanded uncertainty (k = 2) of its thermometer.
-
-    Raises
-    ------
-    InputError
-        A number is implausible, or the uncertainty is missing.
-    """
+    """Return a typed temperature with U (k = 2); InputError if implausible, or without U."""
     if celsius is None:
         return None
     require_temperature("surroundings", celsius)
@@ -89,7 +76,7 @@ def certified_at(
     """Return a certified length at a temperature, and its expanded uncertainty (k = 2), mm.
 
     l (1 + a (T - 20)); U holds the certificate (``expanded``, k = 2), l a u(T) and l |T - 20| u(a).
-    Without a temperature, 20 degrees with `UNMEASURED_K` are assumed.
+    Unmeasured: 20 degrees with `UNMEASURED_K`.
     """
     off = 0.0 if temperature is None else temperature.celsius - REFERENCE_C
     sigma_k = UNMEASURED_K if temperature is None else temperature.sigma_k

@@ -50,8 +50,7 @@ BAR_SCHEMA = "ocmm.length-bar/1"
 SPHERE_SCHEMA = "ocmm.sphere/1"
 RATED_C = (10.0, 35.0)
 """Default temperature range: a workshop. Further from 20 degrees the certified expansion does not
-hold, and mounting and nests differ from their state at calibration.
-"""
+hold, and mounting and nests differ from their state at calibration."""
 
 U_WARNED, U_REFUSED = 1.0 / 5.0, 1.0 / 3.0
 """Expanded uncertainty of an artefact over the permissible error."""
@@ -83,8 +82,7 @@ class ArtefactDocument(Document, frozen=True, kw_only=True):
     temperatures: tuple[float, float] = RATED_C
     """Temperature range in which the certificate and expansion hold, degrees Celsius."""
     certified: tuple[float, float] | None = None
-    """From and to, mm: lengths that the certificate covers; without it, all that the document
-    names."""
+    """From and to, mm: certified lengths; without it, all that the document names."""
 
 
 class BarDocument(ArtefactDocument, frozen=True, kw_only=True):
@@ -116,9 +114,9 @@ class Artefact:
     temperatures: tuple[float, float] = RATED_C
 
     def at(self, length: float, temperature: Temperature | None) -> tuple[float, float]:
-        """Return a certified length at a temperature, and its expanded uncertainty (k = 2), mm.
+        """Return a certified length and its expanded uncertainty (k = 2), mm, at a temperature.
 
-        See `probe_design.certified_at`; raise InputError for a temperature outside the certificate.
+        See `probe_design.certified_at`; InputError for a temperature outside the certificate.
         """
         outside = self._outside(temperature)
         if outside is not None:
@@ -129,18 +127,7 @@ class Artefact:
     def judge(
         self, length: float, limit: float, now: datetime, temperature: Temperature | None
     ) -> list[Finding]:
-        """Return findings against its use for an error limit, mm, of a length, mm.
-
-        Parameters
-        ----------
-        temperature
-            Ambient; None if not measured.
-
-        Raises
-        ------
-        InputError
-            The temperature is implausible.
-        """
+        """Return findings on use for a length, limit (mm), ambient; InputError if implausible."""
         outside = self._outside(temperature)
         found = [] if outside is None else [outside]
         due = datetime.fromisoformat(self.use.due_utc)
@@ -205,13 +192,7 @@ class Sphere:
 
 
 def load_bar(path: Path | str) -> LengthBar:
-    """Return the length bar of a document.
-
-    Raises
-    ------
-    InputError
-        The document is malformed, has places that do not ascend, or LEDs other than two.
-    """
+    """Return a length bar; InputError if malformed, places not ascending, or not two LEDs."""
     document = load_document(path, BarDocument, BAR_SCHEMA)
     for field, places in (("nests", document.nests), ("leds", document.leds)):
         if any(after <= before for before, after in pairwise(places)):

@@ -1,7 +1,7 @@
-"""Intrinsics stored in the cameras' own memory, and their sensor temperatures.
+"""Intrinsics in the cameras' own memory, and their sensor temperatures.
 
-Intrinsics are written to a camera when a calibration is accepted, and read back at every start:
-differing values mean another camera, or a calibration by another program.
+Written when a calibration is accepted, and read back at every start: differing values mean another
+camera, or a calibration by another program.
 """
 
 from __future__ import annotations
@@ -19,9 +19,7 @@ from ocmm_core.fieldbus.objects import ObjectAccess, read_intrinsics, write_intr
 
 WARNS_K = 2.0
 BLOCKS_K = 5.0
-"""Sensor temperature differences above which the lens may have moved, K; to be tuned for the
-cameras in use.
-"""
+"""Sensor temperature differences above which the lens may have moved, K; to be tuned."""
 
 _WRITE = "Maintain, Calibration, Write to cameras; or ocmm calibrate write-cameras"
 
@@ -29,18 +27,9 @@ _WRITE = "Maintain, Calibration, Write to cameras; or ocmm calibrate write-camer
 def write_to_cameras(record: CameraRecord, objects: Callable[[str], ObjectAccess]) -> None:
     """Write the intrinsics of a calibration to all its cameras and read them back.
 
-    Parameters
-    ----------
-    record
-        Its hash goes into the note stored with the intrinsics.
-    objects
-        Maps a camera name to its object access.
-
-    Raises
-    ------
-    BusError
-        A camera refuses, does not answer, or reads back other values. Earlier cameras hold the new
-        intrinsics; repeat the call.
+    The record's hash is in the note stored with them. ``objects``: object access by camera name.
+    BusError if a camera refuses, does not answer, or reads back other values; earlier cameras then
+    hold the new intrinsics: repeat the call.
     """
     for entry in record.cameras:
         write_intrinsics(
@@ -51,13 +40,7 @@ def write_to_cameras(record: CameraRecord, objects: Callable[[str], ObjectAccess
 def compare_with_cameras(
     record: CameraRecord, objects: Callable[[str], ObjectAccess]
 ) -> Blocker | None:
-    """Return why the cameras are not those of a calibration, or None.
-
-    Raises
-    ------
-    BusError
-        A camera does not answer, or its stored intrinsics are damaged.
-    """
+    """Return why cameras are not the calibrated ones; BusError if silent or damaged."""
     for entry in record.cameras:
         found = read_intrinsics(objects(entry.name))
         expected = _intrinsics(record, entry)
@@ -81,8 +64,7 @@ def check_camera_temperature(
 ) -> tuple[Blocker | None, tuple[str, ...]]:
     """Return the blocker (or None) and warnings for the cameras' temperature difference.
 
-    Sensor temperatures are listed camera by camera, None if unknown. Without any in the record, no
-    blocker and no warnings.
+    Sensor temperatures camera by camera, None if unknown. No judgement without any in the record.
     """
     blocker: Blocker | None = None
     warnings = []

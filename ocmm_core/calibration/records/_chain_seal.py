@@ -1,12 +1,9 @@
 """Seal of a chain of events: line count, last hash and signature.
 
-A chain (`chain_file`) reveals every change except lines cut off at its end. The seal is a second
-file that records the end. It is written twice for each event: before the line, with its coming
-hash, and after it. A crash at any moment leaves a matching chain and seal; a truncated chain or an
-outdated seal does not match.
-
-The last hash covers all lines, so the signature on the seal (`seals`) covers the whole history and
-cannot be produced without the station's key.
+A chain (`chain_file`) reveals every change except lines cut off at its end; the seal records the
+end. It is written before each line, with its coming hash, and after it: a crash at any moment
+leaves a matching pair; a truncated chain or outdated seal does not match. The last hash covers all
+lines, so the signature (`seals`) covers the whole history and needs the station's key.
 """
 
 from __future__ import annotations
@@ -56,13 +53,7 @@ class SignedSeal(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 def read_seal(folder: Path) -> SignedSeal | None:
-    """Return the seal of a folder, or None.
-
-    Raises
-    ------
-    StorageError
-        The seal is damaged or cannot be read.
-    """
+    """Return the seal of a folder, or None; StorageError if damaged or unreadable."""
     path = folder / NAME
     if not path.exists():
         return None
@@ -80,13 +71,7 @@ def read_seal(folder: Path) -> SignedSeal | None:
 
 
 def write_seal(folder: Path, chain: ChainFile[Any], keys: KeyFolder, coming: str = "") -> None:
-    """Write the end of a chain, signed by this station.
-
-    Raises
-    ------
-    StorageError
-        The folder cannot be written, or the station's key cannot be used.
-    """
+    """Seal the end of a chain; StorageError if folder or station's key cannot be used."""
     link = chain.links[-1] if chain.links else ""
     end = ChainSeal(schema=SCHEMA, count=len(chain.links), link=link, coming=coming)
     signature = sign(keys.station_key(), Signed.HISTORY, canonical(end))
@@ -102,10 +87,7 @@ def write_seal(folder: Path, chain: ChainFile[Any], keys: KeyFolder, coming: str
 
 
 def fault_of(chain: ChainFile[Any], end: ChainSeal | None, *, needed: bool) -> StorageError | None:
-    """Return the mismatch between a chain and its seal, or None.
-
-    With ``needed``, a line was written together with a seal, so one must exist.
-    """
+    """Return the mismatch between a chain and its seal, or None; ``needed``: one must exist."""
     folder = chain.path.parent
     if end is None:
         if not needed:
@@ -138,23 +120,14 @@ RESTORE = (
 
 
 def signer_of(found: SignedSeal | None, keys: KeyFolder) -> SealState:
-    """Return the state of a seal's signature.
-
-    Raises
-    ------
-    StorageError
-        The key ring cannot be read.
-    """
+    """Return the state of a seal's signature; StorageError if the key ring cannot be read."""
     if found is None:
         return SealState(SealWord.NOT_SIGNED)
     return judge_signature(keys, Signed.HISTORY, canonical(found.end), found.signature)
 
 
 def forgery(folder: Path, found: SealState, *, signed: bool) -> StorageError | None:
-    """Return why the signature forbids using a history, or None.
-
-    With ``signed``, a line was written together with a signature, so one must exist.
-    """
+    """Return why the signature forbids a history, or None; ``signed``: one must exist."""
     if found.word is SealWord.FORGED:
         what = "the signature of the history does not belong to it"
     elif found.word is SealWord.NOT_SIGNED and signed:

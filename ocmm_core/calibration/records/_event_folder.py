@@ -1,9 +1,8 @@
 """Folder with the sealed chain of events of the records in it.
 
 The chain (`chain_file`) reveals every changed line, its signed seal (`_chain_seal`) lines missing
-at the end and foreign histories, and the memory of this station (`seals`) histories set back or
-replaced as a whole. The memory is keyed by the history and its subject, so the path of the folder
-does not matter. `_record_store` checks the files that events name.
+at the end and foreign histories, and the memory of this station (`seals`), keyed by history and
+subject, not by path, histories set back or replaced as a whole.
 """
 
 from __future__ import annotations
@@ -77,10 +76,7 @@ _REREAD_S = 10.0
 class EventFolder(ABC, Generic[T]):
     """Folder with a chain of events, created at the first write; for any thread or process.
 
-    Raises
-    ------
-    StorageError
-        The chain of events is broken, or does not fit its seal.
+    StorageError if the chain is broken, or does not fit its seal.
     """
 
     def __init__(self, folder: Path, kind: type[T]) -> None:
@@ -106,7 +102,6 @@ class EventFolder(ABC, Generic[T]):
 
     @property
     def events(self) -> tuple[T, ...]:
-        """Return the events, oldest first."""
         return self._chain.items
 
     def refresh(self) -> None:
@@ -115,10 +110,7 @@ class EventFolder(ABC, Generic[T]):
             self._refresh()
 
     def check_name(self) -> StorageError | None:
-        """Return why known entries are not in the history any more; None if all are.
-
-        They are then saved in another file. Cheap: for a timer.
-        """
+        """Return why known entries, now saved elsewhere, are gone, or None. Cheap: for a timer."""
         with self._lock:
             return self._kept.loss()
 
@@ -129,10 +121,7 @@ class EventFolder(ABC, Generic[T]):
 
     @property
     def seen_utc(self) -> str:
-        """Return the latest time recorded by this station, ISO 8601 text; empty if none.
-
-        The later of its last check of this history, and of any history.
-        """
+        """Return the latest time this station recorded, of any history, ISO 8601 text, or empty."""
         own = self._seen
         with contextlib.suppress(StorageError):
             own = recall(_identity(self._chain.links)) if self._chain.links else None
@@ -199,7 +188,6 @@ class EventFolder(ABC, Generic[T]):
         """Return the events that make everything suspect."""
 
     def _looked(self, utc: str) -> None:
-        """Store when this station last checked it."""
         with self._lock:
             if self._chain.links and self.exchanged is None:
                 self._remember(utc)
@@ -275,7 +263,6 @@ class EventFolder(ABC, Generic[T]):
             self._stamps = (None, None)
 
     def _read_between_writes(self) -> ChainFile[T]:
-        """Return `_read_whole`, retrying if another process is writing."""
         try:
             return self._read_whole()
         except StorageError:

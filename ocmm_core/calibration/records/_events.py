@@ -1,7 +1,4 @@
-"""Events of calibrations and tips, and the status that follows from them.
-
-The status depends on records and events alone; this module reads no file.
-"""
+"""Events of calibrations and tips, and the status that follows from them; reads no file."""
 
 from __future__ import annotations
 
@@ -45,12 +42,10 @@ class Event(StoredEvent, frozen=True, kw_only=True):
     kind: EventKind
     calibration: str
     evidence: str = ""
-    """Hash of the verification record (also a fallen one) or of the recall record; otherwise empty.
-    """
+    """Hash of the verification (also a fallen one) or recall record; otherwise empty."""
     since_utc: str = ""
     """For a suspicion: last time without a fault, empty if unknown. For an artefact: start of the
-    fault. For a passed verification: its last observation, empty in earlier versions.
-    """
+    fault. For a passed verification: its last observation, empty in earlier versions."""
 
 
 class TipEventKind(StrEnum):
@@ -128,20 +123,13 @@ def status(record: CameraRecord, events: Sequence[Event], now: datetime) -> Reco
 
 
 def last_good(events: Sequence[Event]) -> str:
-    """Return the last observation of the last good verification; empty without one.
-
-    The verification may be stored later than it was observed.
-    """
+    """Return when the last good verification was observed, not stored; empty without one."""
     good = [one for one in judgements(events) if one.kind is EventKind.PASSED]
     return (good[-1].since_utc or good[-1].utc) if good else ""
 
 
 def judgements(events: Sequence[Event]) -> list[Event]:
-    """Return the events that decide the status, oldest first.
-
-    A verification that passed with a faulty artefact counts as a suspicion: its true result is
-    unknown.
-    """
+    """Return the deciding events, oldest first; passed with a faulty artefact is a suspicion."""
     void = {one.evidence: one for one in events if one.kind is EventKind.FALLEN and one.evidence}
     return [
         msgspec.structs.replace(

@@ -1,9 +1,9 @@
 """Check that the files behind a status exist and are unchanged.
 
-Records are named by their hash; events name session files by the SHA-256 of their bytes.
-`EvidenceCheck` reads them again. A file with unchanged inode, length and times is not re-read every
-time, but one file in turn is, every `PATROL_S`, to detect edits that preserve all of them. In large
-stores each check covers the newest files and a moving window of the others.
+Records are named by their hash; events name session files by the SHA-256 of their bytes. A file
+with unchanged inode, length and times is not re-read every time, but one in turn is, every
+`PATROL_S`, to detect edits that preserve all of them. In large stores each check covers the newest
+files and a moving window of the others.
 """
 
 from __future__ import annotations
@@ -51,18 +51,11 @@ class KeptFile(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 def record_file(digest: str) -> KeptFile:
-    """Return the file of a record."""
     return KeptFile(f"{digest}.json", digest)
 
 
 def session_files(folder: Path, session: Path | None) -> tuple[KeptFile, ...]:
-    """Return the session file of a record, if stored below the store's folder.
-
-    Raises
-    ------
-    CalibrationError
-        The file cannot be read.
-    """
+    """Return a session file below the store's folder; CalibrationError if unreadable."""
     if session is None or not session.resolve().is_relative_to(folder.resolve()):
         return ()
     name = session.resolve().relative_to(folder.resolve()).as_posix()
@@ -90,10 +83,7 @@ class EvidenceCheck:
         self._patrolled = time.monotonic()
 
     def defect(self, wanted: Sequence[KeptFile], *, thorough: bool) -> tuple[KeptFile, str] | None:
-        """Return the first changed or missing file with its defect, or None.
-
-        ``thorough`` reads all files, also if they appear unchanged.
-        """
+        """Return the first changed or missing file with its defect; ``thorough`` reads all."""
         with self._lock:
             if thorough:
                 self._good.clear()
@@ -153,13 +143,7 @@ class EvidenceCheck:
 
 
 def stamp_of(path: Path) -> Stamp | None:
-    """Return the file's stamp, or None if it does not exist.
-
-    Raises
-    ------
-    OSError
-        The file cannot be inspected.
-    """
+    """Return the file's stamp, None if missing; OSError if it cannot be inspected."""
     try:
         found = path.stat()
     except (FileNotFoundError, NotADirectoryError):

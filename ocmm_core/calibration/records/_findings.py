@@ -24,10 +24,7 @@ class Finding:
 def let_pass(findings: Sequence[Finding], force: bool) -> tuple[Finding, ...]:
     """Return the warnings; with ``force`` also the overruled refusals.
 
-    Raises
-    ------
-    CalibrationError
-        A finding refuses; findings that cannot be forced are raised first.
+    CalibrationError if a finding refuses, first of all one that cannot be forced.
     """
     hard = [one for one in findings if one.refuses and not (one.forcible and force)]
     hard.sort(key=lambda one: one.forcible)

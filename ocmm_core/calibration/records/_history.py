@@ -1,7 +1,7 @@
 """Store of the calibrations of a rig: the one in force and its status.
 
-Records never change. Events (accepted, verified, suspected) are appended to one chain file a rig;
-the status of a calibration follows from its record and these events alone.
+Events (accepted, verified, suspected) are appended to one chain file a rig; the status follows from
+record and events alone.
 """
 
 from __future__ import annotations
@@ -21,13 +21,7 @@ from ocmm_core.errors import CalibrationError, OcmmError
 
 
 class CalibrationStore(RecordStore[Event]):
-    """Calibrations of one rig in a folder; single writer process, thread-safe.
-
-    Raises
-    ------
-    StorageError
-        The chain of events is broken.
-    """
+    """Calibrations of a rig; one writer process, thread-safe; StorageError for a broken chain."""
 
     _renewals = ("calibrate the cameras from known points and verify", "verify the calibration")
 
@@ -36,28 +30,18 @@ class CalibrationStore(RecordStore[Event]):
         super().__init__(folder, Event)
 
     def active(self) -> CameraRecord | None:
-        """Return the latest accepted record, or None.
-
-        Raises
-        ------
-        CalibrationError
-            The record is missing or was changed.
-        """
+        """Return the latest accepted record; CalibrationError if missing or changed."""
         digest = self.active_hash
         return None if digest is None else load_named(self._folder, digest, CameraRecord)
 
     @property
     def active_hash(self) -> str | None:
-        """Return the hash of the latest accepted record, or None."""
         # Search from the end; many events may follow.
         accepted = (one for one in reversed(self.events) if one.kind is EventKind.ACCEPTED)
         return next((event.calibration for event in accepted), None)
 
     def records(self) -> tuple[CameraRecord, ...]:
-        """Return all accepted records, oldest first, without lost ones.
-
-        Raises CalibrationError for a changed record.
-        """
+        """Return accepted records, oldest first, no lost ones; CalibrationError if changed."""
         hashes = dict.fromkeys(
             event.calibration for event in self.events if event.kind is EventKind.ACCEPTED
         )
@@ -79,8 +63,8 @@ class CalibrationStore(RecordStore[Event]):
     ) -> str:
         """Store a calibration, put it in force and return its hash.
 
-        It is SUSPECT until a verification passes. One from known points depends on nothing earlier:
-        lost files of earlier ones are no longer required; the event lists them.
+        SUSPECT until a verification passes. From known points it depends on nothing earlier: the
+        event lists lost files, which are no longer required.
         """
         digest = record_hash(record)
         self._put(
@@ -94,10 +78,7 @@ class CalibrationStore(RecordStore[Event]):
     ) -> None:
         """Store a verification of the calibration in force; replaces lost earlier ones.
 
-        Raises
-        ------
-        CalibrationError
-            It belongs to another calibration, or uses the data of that calibration.
+        CalibrationError if it is of another calibration, or uses the data of that calibration.
         """
         active = self.active()
         if active is None or record.calibration != self.active_hash:
@@ -146,8 +127,8 @@ class CalibrationStore(RecordStore[Event]):
     ) -> None:
         """Record that a calibration or its verification rests on a faulty artefact.
 
-        ``evidence`` is the hash of the affected verification, empty if the calibration itself is
-        affected; the artefact is faulty from ``since`` on.
+        ``evidence``: hash of the affected verification, empty for the calibration itself; faulty
+        from ``since`` on.
         """
         self._happened(
             now, who, reason, since=since,
@@ -164,13 +145,7 @@ class CalibrationStore(RecordStore[Event]):
         )  # fmt: skip
 
     def status(self, now: datetime) -> RecordStatus:
-        """Return the status of the calibration in force with all its files re-read.
-
-        Raises
-        ------
-        CalibrationError
-            No calibration, or its record was changed.
-        """
+        """Return the status, all files re-read; CalibrationError without an intact calibration."""
         record = self.active()
         if record is None:
             raise CalibrationError(

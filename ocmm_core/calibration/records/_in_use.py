@@ -1,8 +1,4 @@
-"""Choose a job's calibration and decide whether points may be recorded with it.
-
-Virtual rigs are measured with the rig document; real cameras need a stored record with a usable
-status (`usable`).
-"""
+"""Choose a job's calibration: the document for virtual rigs, else a usable record (`usable`)."""
 
 from __future__ import annotations
 
@@ -88,7 +84,6 @@ class CalibrationInUse(InUse[CalibrationStore, CalibrationView]):
         return replaced_in(store, _REPLACED)
 
     def status(self, store: CalibrationStore, now: datetime) -> RecordStatus:
-        """Return whether its record may be trusted."""
         return store.status_of(self._used, now, thorough=False)
 
     @property
@@ -103,24 +98,12 @@ def default_folder() -> Path:
 
 
 def store_folder(folder: Path, rig: str) -> Path:
-    """Return the folder of a rig's store below ``folder``.
-
-    Raises
-    ------
-    InputError
-        The rig's name is not a valid folder name on every system.
-    """
+    """Return a rig's folder below ``folder``; InputError unless a valid name everywhere."""
     return named_folder(folder, rig, "rig")
 
 
 def open_design(document: Path, *, uncalibrated: bool = False) -> CalibrationInUse:
-    """Return the rig exactly as its document describes it, for virtual rigs.
-
-    Raises
-    ------
-    InputError
-        The document cannot be used.
-    """
+    """Return the rig exactly as in its document; InputError if that cannot be used."""
     text, rig = read_text(document), load_rig(document)
     device = load_device(rig.device) if rig.device else None
     return CalibrationInUse(rig, text, device=device, uncalibrated=uncalibrated)
@@ -131,19 +114,9 @@ def open_calibration(
 ) -> CalibrationInUse:
     """Return the calibration in force of the rig described in a document.
 
-    If no record is usable: with a fault, and the rig of the document.
-
-    Parameters
-    ----------
-    folder
-        Root of the calibrations, see `default_folder`.
-    uncalibrated
-        Record points regardless of the calibration's status.
-
-    Raises
-    ------
-    InputError
-        The document, or the name of the rig, cannot be used.
+    If no record is usable: with a fault, and the rig of the document. ``folder``: root, see
+    `default_folder`; ``uncalibrated`` records points regardless of the status. InputError if the
+    document, or the name of the rig, cannot be used.
     """
     design = open_design(document, uncalibrated=uncalibrated)
     place = store_folder(folder, design.rig.name)
@@ -172,13 +145,8 @@ def open_calibration(
 def rig_in_force(record: CameraRecord, design: Rig) -> Rig:
     """Return the rig of a record, completed from its document.
 
-    Frame rate and device description are not part of a calibration, and older records lack them.
-    Sensors are the calibrated ones; those of the document if the record has none.
-
-    Raises
-    ------
-    CalibrationError
-        As `rig_from_record`.
+    Frame rate and device description are not part of a calibration, and older records lack sensors.
+    CalibrationError as `rig_from_record`.
     """
     rig = rig_from_record(record)
     pairs = zip_longest(rig.sensors, design.sensors, fillvalue=0)
@@ -192,13 +160,7 @@ def rig_in_force(record: CameraRecord, design: Rig) -> Rig:
 
 
 def require_record(in_use: CalibrationInUse) -> CameraRecord:
-    """Return the record in use.
-
-    Raises
-    ------
-    CalibrationError
-        No record, or none that may be used.
-    """
+    """Return the record in use; CalibrationError if none may be used."""
     in_use.refuse_fault("calibration.not_usable")
     if in_use.record is None:
         raise CalibrationError(

@@ -18,8 +18,7 @@ from ocmm_core.named_file import write_rescued
 class KeptHistory:
     """The longest known chain of a folder, compared with the file under its name.
 
-    Other programs append to the same file, and a backup with all entries may replace it: then
-    nothing is lost.
+    Additions by other programs, or a backup with all entries, lose nothing.
     """
 
     def __init__(self, path: Path) -> None:
@@ -36,10 +35,7 @@ class KeptHistory:
             self._chain, self._seal = chain, found
 
     def loss(self) -> StorageError | None:
-        """Return why known entries are not in the file any more; None if all are.
-
-        They are then saved in another file, with their seal.
-        """
+        """Return why entries are missing (saved elsewhere with their seal), or None."""
         kept, stamp = self._chain, None
         if kept is None or not kept.links:
             return None

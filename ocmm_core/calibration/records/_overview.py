@@ -35,10 +35,7 @@ class CalibrationOverview:
 
 
 def overview(store: CalibrationStore | None) -> CalibrationOverview:
-    """Return the contents of a store; reads all records, some milliseconds each.
-
-    A changed record is reported as a fault, so that the rest remains visible.
-    """
+    """Return the contents of a store (ms for each record); changed records become faults."""
     if store is None:
         return CalibrationOverview()
     try:
@@ -98,10 +95,7 @@ class ProbeOverview:
 
 
 def probe_overview(store: ProbeStore | None, now: datetime) -> ProbeOverview:
-    """Return the contents of a store; reads all records, some milliseconds each.
-
-    A changed record is reported as a fault, so that the rest remains visible.
-    """
+    """Return the contents of a store (ms for each record); changed records become faults."""
     if store is None:
         return ProbeOverview()
     try:

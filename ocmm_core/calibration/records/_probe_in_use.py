@@ -1,8 +1,4 @@
-"""Choose the probe and tip of a job and decide whether points may be recorded.
-
-As for cameras (`in_use`): virtual rigs may use the probe document; real cameras need records of the
-mounted tip with a usable status.
-"""
+"""Choose a job's probe and tip: the document if virtual, else usable records (`in_use`)."""
 
 from __future__ import annotations
 
@@ -57,7 +53,6 @@ class ProbeView(ViewInUse):
 
     @property
     def title(self) -> str:
-        """Return the names of probe and tip."""
         return f"{self.probe}, tip {self.tip}" if self.tip else self.probe
 
     @property
@@ -123,7 +118,6 @@ class ProbeInUse(InUse[ProbeStore, ProbeView]):
         return None
 
     def status(self, store: ProbeStore, now: datetime) -> RecordStatus:
-        """Return whether its records may be trusted."""
         return store.status_of(self._used, now, thorough=False)
 
     @property
@@ -138,24 +132,12 @@ def default_probe_folder() -> Path:
 
 
 def probe_store_folder(folder: Path, probe: str) -> Path:
-    """Return the folder of a probe's store below ``folder``.
-
-    Raises
-    ------
-    InputError
-        The probe's name is not a valid folder name on every system.
-    """
+    """Return a probe's folder below ``folder``; InputError unless a valid name everywhere."""
     return named_folder(folder, probe, "probe")
 
 
 def open_probe_design(document: Path, *, uncalibrated: bool = False) -> ProbeInUse:
-    """Return the probe exactly as its document describes it, for virtual rigs.
-
-    Raises
-    ------
-    InputError
-        The document cannot be used.
-    """
+    """Return the probe exactly as in its document; InputError if that cannot be used."""
     text = read_text(document)
     body = load_probe(document)
     return ProbeInUse(body, text, body, uncalibrated=uncalibrated)
@@ -166,21 +148,9 @@ def open_probe(
 ) -> ProbeInUse:
     """Return the probe of a document with the records in force for one of its tips.
 
-    If no records are usable: with a fault, and the geometry of the document.
-
-    Parameters
-    ----------
-    folder
-        Root of the probe records, see `default_probe_folder`.
-    tip
-        None selects the mounted tip.
-    uncalibrated
-        Record points regardless of the tip's status.
-
-    Raises
-    ------
-    InputError
-        The document, or the name of the probe, cannot be used.
+    If no records are usable: with a fault, and the geometry of the document. ``folder``: root, see
+    `default_probe_folder`; ``tip``: None for the mounted one; ``uncalibrated`` records points
+    regardless of its status. InputError if the document, or the name of the probe, cannot be used.
     """
     design = open_probe_design(document, uncalibrated=uncalibrated)
     place = probe_store_folder(folder, design.body.name)
@@ -211,13 +181,7 @@ def open_probe(
 
 
 def require_records(in_use: ProbeInUse) -> TipRecords:
-    """Return the records in use.
-
-    Raises
-    ------
-    CalibrationError
-        No records, or none that may be used.
-    """
+    """Return the records in use; CalibrationError if none may be used."""
     in_use.refuse_fault("probe_record.not_usable")
     if in_use.records is None:
         raise CalibrationError(

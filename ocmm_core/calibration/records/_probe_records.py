@@ -1,7 +1,4 @@
-"""Records of a probe for each tip: calibration, qualification and quick checks.
-
-They are kept as `sealed` files. Each tip has its own, as its ball differs in place and diameter.
-"""
+"""`sealed` records of each tip: calibration, qualification and quick checks."""
 
 from __future__ import annotations
 
@@ -47,8 +44,7 @@ class PivotCheck(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_field
 
     difference_mm: Vector3
     sigma_mm: Vector3
-    """`difference_mm`, `sigma_mm`: Between the tips of both sweeps, probe frame, and its standard
-    uncertainty."""
+    """`difference_mm`, `sigma_mm`: Between the tips of both sweeps, probe frame."""
     led_difference_mm: float
     """RMS distance of the LEDs."""
     place_mm: float
@@ -56,9 +52,7 @@ class PivotCheck(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_field
     """`place_mm`, `attitude_deg`: Distance of the second sweep from the first."""
     articulation_2s_mm: float | None
     articulation_max_mm: float | None
-    """`articulation_2s_mm`, `articulation_max_mm`: First tip followed through the second sweep;
-    None if it had too few attitudes.
-    """
+    """`articulation_2s_mm`, `articulation_max_mm`: First tip in the second sweep, or None."""
 
 
 class ProbeRecord(MadeRecord, frozen=True, kw_only=True):
@@ -77,9 +71,7 @@ class ProbeRecord(MadeRecord, frozen=True, kw_only=True):
     """`frames`, `left_out`: Frames of the first sweep, and outliers among them."""
     ranges_deg: Vector3
     attitudes: int
-    """`ranges_deg`, `attitudes`: Rotation range about the probe's axes, and number of attitudes at
-    least two degrees apart.
-    """
+    """`ranges_deg`, `attitudes`: About the probe's axes; number at least two degrees apart."""
     rms_px: float
     chi2_per_dof: float
     """`rms_px`, `chi2_per_dof`: Of the residuals."""
@@ -121,8 +113,7 @@ class TipRecord(MadeRecord, frozen=True, kw_only=True):
     by_cameras: tuple[float, ...] = ()
     by_geometry: tuple[float, ...] = ()
     """`by_cameras`, `by_geometry`: Derivatives of the diameter by the camera parameters (14 C) and
-    by the probe's LEDs and tip (3 L + 3); a later check shares them. Empty if not kept.
-    """
+    by the probe's LEDs and tip (3 L + 3); a later check shares them. Empty if not kept."""
     form_mm: float
     """Largest less smallest radius over all points (ISO 10360-5)."""
     points: int
@@ -161,17 +152,8 @@ def probe_from_records(
 ) -> ProbeBody:
     """Return the probe with the geometry of its records.
 
-    Parameters
-    ----------
-    body
-        Nominal probe of the document.
-    tip
-        Its qualification; without one, the document gives diameter and uncertainty.
-
-    Raises
-    ------
-    CalibrationError
-        The record belongs to another probe, or its arrays have the wrong shape.
+    Without a ``tip`` qualification, the document gives diameter and uncertainty. CalibrationError
+    if the record is of another probe, or its arrays have the wrong shape.
     """
     if calibration.probe_identity != body.identity:
         raise CalibrationError(

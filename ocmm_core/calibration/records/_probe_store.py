@@ -1,8 +1,7 @@
 """History of a probe and its tips, and the status of the mounted tip.
 
-Records never change. Events (calibrated, qualified, checked, mounted, suspected) are appended to
-one chain file a probe. The status of a tip follows from its records and events alone, so it
-survives a crash.
+Events (calibrated, qualified, checked, mounted, suspected) are appended to one chain file a probe.
+The status of a tip follows from records and events alone, so it survives a crash.
 """
 
 from __future__ import annotations
@@ -31,13 +30,7 @@ _RENEWALS = {TipEventKind.CALIBRATED: 0, TipEventKind.QUALIFIED: 1, TipEventKind
 
 
 class ProbeStore(RecordStore[TipEvent]):
-    """Records of one probe in a folder; single writer process, thread-safe.
-
-    Raises
-    ------
-    StorageError
-        The chain of events is broken.
-    """
+    """Records of a probe; one writer process, thread-safe; StorageError for a broken chain."""
 
     _renewals = (
         "calibrate the probe with this tip and qualify it",
@@ -63,13 +56,7 @@ class ProbeStore(RecordStore[TipEvent]):
         return next(placed, None)
 
     def active(self, tip: str) -> TipRecords | None:
-        """Return the records in force for a tip, or None if never calibrated.
-
-        Raises
-        ------
-        CalibrationError
-            A record is missing or was changed.
-        """
+        """Return a tip's records, None if uncalibrated; CalibrationError if lost or changed."""
         digest = self.active_hash(tip)
         if digest is None:
             return None
@@ -87,10 +74,7 @@ class ProbeStore(RecordStore[TipEvent]):
         return self._last(tip, TipEventKind.CALIBRATED)
 
     def calibrations(self) -> tuple[ProbeRecord, ...]:
-        """Return the calibrations of all tips, oldest first, without lost ones.
-
-        Raises CalibrationError for a changed record.
-        """
+        """Return calibrations of all tips, oldest first, no lost; CalibrationError if changed."""
         return self._loaded(self._named(TipEventKind.CALIBRATED), ProbeRecord)
 
     def qualifications(self) -> tuple[TipRecord, ...]:
@@ -108,18 +92,15 @@ class ProbeStore(RecordStore[TipEvent]):
     ) -> str:
         """Store a calibration, put it in force with its tip mounted; return its hash.
 
-        The tip is SUSPECT until qualified. Lost files of this tip's earlier events are no longer
-        required; the event lists them.
+        SUSPECT until qualified. The event lists lost files of this tip, which are no longer
+        required.
         """
         return self._keep(TipEventKind.CALIBRATED, record, who, reason, now, session)
 
     def qualify(self, record: TipRecord, now: datetime, session: Path | None = None) -> str:
         """Store a qualification, also a failed one, and return its hash.
 
-        Raises
-        ------
-        CalibrationError
-            It does not belong to the calibration in force of that tip.
+        CalibrationError unless it belongs to the calibration in force of that tip.
         """
         self._require(record.tip, record.calibration)
         kind = TipEventKind.QUALIFIED if record.passed else TipEventKind.NOT_QUALIFIED
@@ -128,10 +109,7 @@ class ProbeStore(RecordStore[TipEvent]):
     def check(self, record: TipCheckRecord, now: datetime, session: Path | None = None) -> str:
         """Store a quick check, also a failed one, and return its hash.
 
-        Raises
-        ------
-        CalibrationError
-            It does not belong to the records in force of that tip.
+        CalibrationError unless it belongs to the records in force of that tip.
         """
         active = self._require(record.tip, record.calibration)
         if active.qualification is None or record.qualification != record_hash(
@@ -142,13 +120,7 @@ class ProbeStore(RecordStore[TipEvent]):
         return self._keep(kind, record, record.made_by, _said(record.checks), now, session)
 
     def mount(self, tip: str, who: str, now: datetime) -> None:
-        """Record that a tip was mounted; it must then be checked.
-
-        Raises
-        ------
-        CalibrationError
-            The tip was never calibrated.
-        """
+        """Record a mounted tip, to be checked; CalibrationError if never calibrated."""
         if tip not in self.tips:
             raise _never(tip)
         self._happened(now, who, "Mounted.", kind=TipEventKind.MOUNTED, tip=tip)
@@ -160,13 +132,7 @@ class ProbeStore(RecordStore[TipEvent]):
             self._happened(now, who, reason, since=since, kind=TipEventKind.DOUBTED, tip=tip)
 
     def status(self, tip: str, now: datetime) -> RecordStatus:
-        """Return the status of a tip with all its files re-read.
-
-        Raises
-        ------
-        CalibrationError
-            The tip was never calibrated, or a record was changed.
-        """
+        """Return a tip's status, all files re-read; CalibrationError if uncalibrated, changed."""
         active = self.active(tip)
         if active is None:
             raise _never(tip)

@@ -1,8 +1,7 @@
 """Record folders with their event chain, evidence and status.
 
-Records never change. Events are appended to a chain (`_event_folder`), the files they name are
-re-read (`evidence`), and the status of a record follows from its content and these events alone.
-Base of the stores of cameras and of probes.
+Events are appended to a chain (`_event_folder`), the files they name are re-read (`evidence`), and
+the status follows from record and events alone. Base of the stores of cameras and probes.
 """
 
 from __future__ import annotations
@@ -60,7 +59,6 @@ class RecordStatus:
     reason: str = ""
     """Empty for VALID."""
     remedy: str = ""
-    """What to do about it."""
     since_utc: str = ""
     """For SUSPECT: points recorded after this time are suspect. Otherwise empty."""
 
@@ -72,10 +70,7 @@ R = TypeVar("R", bound=msgspec.Struct)
 class RecordStore(EventFolder[T]):
     """A folder of records; one process writes at a time, any thread may call.
 
-    Raises
-    ------
-    StorageError
-        The chain of events is broken, or does not fit its seal.
+    StorageError if the chain of events is broken, or does not fit its seal.
     """
 
     _renewals: tuple[str, ...]
@@ -91,8 +86,8 @@ class RecordStore(EventFolder[T]):
     ) -> CalibrationError | None:
         """Return the first defect of the files that the events name, or None.
 
-        ``about`` restricts to a tip (probe stores only). ``thorough`` reads all files (some
-        milliseconds), otherwise those that appear changed, and one of the others in turn.
+        ``about``: one tip (probe stores). ``thorough`` reads all files (some ms), otherwise those
+        that appear changed, and one of the others in turn.
         """
         wanted = self._wanted(about)
         found = self._evidence.defect(tuple(wanted), thorough=thorough)
@@ -134,14 +129,13 @@ class RecordStore(EventFolder[T]):
 
     @abstractmethod
     def _files_of(self, event: T) -> Sequence[KeptFile]:
-        """Return the files that an event names."""
+        pass
 
     @abstractmethod
     def _is_about(self, event: T, about: str | None) -> bool:
-        """Return whether an event concerns ``about``."""
+        pass
 
     def _lost(self, renewal: int, about: str | None = None) -> tuple[str, ...]:
-        """Return the files that are lost and that a renewal makes up for."""
         wanted = self._wanted(about)
         return self._evidence.lost([one for one, by in wanted.items() if by >= renewal])
 
@@ -233,7 +227,6 @@ class RecordStore(EventFolder[T]):
         return found
 
     def _note(self, now: datetime) -> None:
-        """Persist the latest time at which the status was evaluated."""
         utc = now.astimezone(UTC).isoformat(timespec="microseconds")
         if utc != self.seen_utc:
             self._looked(utc)
@@ -263,10 +256,7 @@ def clock_fault(last_utc: str, now: datetime) -> RecordStatus | None:
 def within_term(
     what: str, until: datetime, due: timedelta, remedy: str, now: datetime
 ) -> RecordStatus:
-    """Return the status that follows from the expiry date alone.
-
-    It is DUE from the time ``due`` before ``until``; ``remedy`` has no full stop.
-    """
+    """Return the status by expiry: DUE from ``due`` before ``until``; remedy without full stop."""
     day = until.date().isoformat()
     if now >= until:
         return RecordStatus(State.EXPIRED, f"The {what} was valid until {day}.", f"{remedy}.")

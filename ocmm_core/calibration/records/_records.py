@@ -33,9 +33,7 @@ class ResidualMap(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fiel
     """`columns`, `rows`: Cells over the width and the height of the sensor."""
     mean_u_px: tuple[float, ...]
     mean_v_px: tuple[float, ...]
-    """`mean_u_px`, `mean_v_px`: Mean residual of each cell, row by row; zero for cells without
-    spots.
-    """
+    """`mean_u_px`, `mean_v_px`: Mean residual of each cell, row by row; zero without spots."""
     count: tuple[int, ...]
     """Spots in each cell."""
 
@@ -83,8 +81,7 @@ class CameraRecord(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fie
     cameras: tuple[CameraEntry, ...]
     """In the order of the frames."""
     covariance: tuple[tuple[float, ...], ...]
-    """Rows of the covariance of all parameters (14 C, 14 C), camera by camera in the order of
-    `camera.model.PARAMETERS`."""
+    """(14 C, 14 C), camera by camera, in the order of `camera.model.PARAMETERS`."""
     volume_min: Vector3
     volume_max: Vector3
     """`volume_min`, `volume_max`: Box in which points are accepted."""
@@ -103,8 +100,7 @@ class CameraRecord(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fie
     previous: str
     """Hash of the previous record; empty for the first."""
     thermal: ThermalTerm | msgspec.UnsetType = msgspec.UNSET
-    """Unset without a stated temperature and in earlier versions, whose hash it leaves as it was.
-    """
+    """Unset without a stated temperature and in earlier versions, to keep their hash."""
 
 
 SCHEMA = "ocmm.camera-calibration/1"
@@ -190,11 +186,7 @@ class ErrorInterval(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fi
 class VerificationRecord(
     msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, omit_defaults=True
 ):
-    """An independent check of a calibration.
-
-    Fields newer than an earlier version have defaults and are omitted at their default, so that
-    older records keep their hash.
-    """
+    """An independent check of a calibration; new fields are omitted at default, for old hashes."""
 
     schema: str
     calibration: str
@@ -212,8 +204,7 @@ class VerificationRecord(
     data_sha256: str
     """Hash of the observations; must differ from that of the calibration."""
     passed: bool
-    """Verdict by the rule: all checks conform, each corner is reached or explained, no objections.
-    """
+    """By the rule: all checks conform, each corner is reached or explained, no objections."""
     superseded: tuple[Check, ...] = ()
     """First results of the checks of a failed and repeated line."""
     corners: tuple[Corner, ...] = ()
@@ -227,13 +218,7 @@ class VerificationRecord(
 
 
 def rig_from_record(record: CameraRecord) -> Rig:
-    """Return the rig with the cameras of a record.
-
-    Raises
-    ------
-    CalibrationError
-        The covariance has the wrong shape or is not a covariance.
-    """
+    """Return the rig of a record; CalibrationError if its covariance is invalid."""
     size = N_PARAMETERS * len(record.cameras)
     rows = [list(row) for row in record.covariance]
     if len(rows) != size or any(len(row) != size for row in rows):

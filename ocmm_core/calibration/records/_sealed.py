@@ -1,9 +1,8 @@
 """Write-once records sealed by a hash, and by a signature if no chain names them.
 
-A record is one JSON file of canonical text (sorted fields, no blanks) with its SHA-256, so any
-changed byte is detected. A recomputed hash is revealed by the signed chain of events that contains
-the hashes (`calibration.records._record_store`). A record without such a chain (acceptance test,
-study, recall) carries the station's signature.
+One JSON file of canonical text (sorted fields, no blanks) with its SHA-256. A recomputed hash is
+revealed by the signed chain of events (`calibration.records._record_store`). A record without one
+(acceptance test, study, recall) carries the station's signature.
 """
 
 from __future__ import annotations
@@ -63,13 +62,7 @@ def record_hash(record: msgspec.Struct) -> str:
 
 
 def unseal(path: Path, content: bytes, kind: type[R]) -> R:
-    """Return the record in ``content``; ``path`` is for messages.
-
-    Raises
-    ------
-    CalibrationError
-        Not a record of this kind, or changed since it was written.
-    """
+    """Return the record in ``content``; CalibrationError if changed or of another kind."""
     record, signature = _opened(path, content, kind)
     if signature is not None:
         raise _changed(path, "its content does not match its hash")
@@ -81,7 +74,7 @@ def unseal_signed(
 ) -> SignedRecord[R]:
     """Return the record in ``content`` with the state of its signature.
 
-    Raises CalibrationError as `unseal`, and if the signature does not belong to the record.
+    CalibrationError as `unseal`, and if the signature does not belong to the record.
     """
     record, signature = _opened(path, content, kind)
     state = judge_signature(keys or KeyFolder(), signed, canonical(record), signature)
@@ -121,12 +114,7 @@ def is_sealed_as(content: bytes, digest: str) -> bool:
 def save(folder: Path, record: msgspec.Struct, signed: Signed | None = None) -> Path:
     """Write a record under its hash, signed as a kind if one is given, and return the file.
 
-    Raises
-    ------
-    CalibrationError
-        The folder cannot be written.
-    StorageError
-        The key of this station cannot be used.
+    CalibrationError if the folder cannot be written, StorageError if the key cannot be used.
     """
     content = seal(record) if signed is None else seal_signed(record, signed)
     path = folder / f"{record_hash(record)}.json"
@@ -155,13 +143,7 @@ def load_signed(
 
 
 def load_named(folder: Path, digest: str, kind: type[R]) -> R:
-    """Return the record with a hash from the folder of its store.
-
-    Raises
-    ------
-    CalibrationError
-        It is missing, was changed, or does not match its name.
-    """
+    """Return a record by its hash; CalibrationError if missing, changed or misnamed."""
     path = folder / f"{digest}.json"
     if not path.exists():
         raise CalibrationError(

@@ -50,22 +50,15 @@ class CalibrationTrends:
     baseline: tuple[Course, ...]
     """Distance of each camera from the first one, mm."""
     error: Course
-    """For each verification, the error closest to its limit as a signed fraction of that limit;
-    beyond one the limit was exceeded.
-    """
+    """Per verification, the error closest to its limit, as a signed fraction of the limit."""
 
 
 def trends(
     records: Sequence[CameraRecord], verifications: Sequence[VerificationRecord]
 ) -> CalibrationTrends:
-    """Return the trends of a rig; records as from `history.CalibrationStore`, oldest first.
+    """Return the trends of a rig, oldest first; another serial number starts a new course.
 
-    A replacement camera (other serial number) starts a new course.
-
-    Raises
-    ------
-    CalibrationError
-        A record has no covariance.
+    Records from `history.CalibrationStore`; CalibrationError for one without covariance.
     """
     rigs = [
         (datetime.fromisoformat(record.made_utc), rig_from_record(record)) for record in records

@@ -1,8 +1,7 @@
 """Decide whether the cameras and probe of a job may be used; common part of both.
 
-Virtual rigs are measured with their documents. Real cameras, also recorded ones, need records with
-a usable status; without them points are refused or, if the user insists, all verdicts are NOT
-PROVEN.
+Virtual rigs use their documents. Real cameras, also recorded ones, need records with a usable
+status; else points are refused or, if the user insists, all verdicts are NOT PROVEN.
 """
 
 from __future__ import annotations
@@ -117,11 +116,8 @@ class InUse(ABC, Generic[S, V]):
 
 
 PRACTICE = "PRACTICE"
-"""Marks everything made in practice with a virtual hand.
-
-Trainees sign as ``PRACTICE: name``. The name is part of every record, hence of its hash and of the
-chain of events, and of every report made from it. A separate field would change existing hashes.
-"""
+"""Marks everything made in practice with a virtual hand: trainees sign as ``PRACTICE: name``, part
+of every record's hash. A separate field would change existing hashes."""
 
 
 def practice_name(who: str) -> str:
@@ -136,13 +132,7 @@ def is_practice(made_by: str) -> bool:
 
 
 def require_real_name(who: str) -> str:
-    """Return ``who`` if it is not a practice name.
-
-    Raises
-    ------
-    InputError
-        The name marks practice; records signed with it are never valid.
-    """
+    """Return ``who``; InputError for practice, whose records are never valid."""
     if is_practice(who):
         raise InputError(
             "record.practice_name",
@@ -153,11 +143,7 @@ def require_real_name(who: str) -> str:
 
 
 def judge(in_use: InUse[S, V], now: datetime) -> V:
-    """Return the status of the cameras or probe of a job at a moment.
-
-    The first call after opening reads all evidence (some milliseconds), later ones take less than
-    one.
-    """
+    """Return the status at a moment; the first call reads all evidence, some milliseconds."""
     view = in_use.as_opened
     if in_use.fault is not None:
         word, blocker = in_use.fault

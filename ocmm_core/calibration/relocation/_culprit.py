@@ -62,8 +62,8 @@ def accuse_in_relocation(
 ) -> Accusation | None:
     """Return the faulty element; None if the observations cannot determine it.
 
-    Unknowns that the session holds fixed or free are examined with the uncertainties of their
-    documents: an unknown probe must not hide that it contradicts the bar.
+    All unknowns get the uncertainties of their documents: an unknown probe must not hide that it
+    contradicts the bar.
     """
     state = found.minimum.state
     sigma = np.maximum(body.geometry_covariance.diagonal(), LEAST_SIGMA_MM**2)
@@ -99,8 +99,8 @@ def accuse_in_relocation(
 def _harmless(verdict: CulpritVerdict, observed: Observations, options: RelocationOptions) -> bool:
     """Return whether an unknown probe may differ from its document.
 
-    One displaced LED leaves the other distances, which agree with the bar. If all differ, two bars
-    are needed; their agreement was examined.
+    One displaced LED leaves the other distances, which agree with the bar. If all differ, the
+    agreement of two bars is needed.
     """
     if options.geometry != "unknown" or not verdict.explained:
         return False
@@ -113,7 +113,6 @@ def _harmless(verdict: CulpritVerdict, observed: Observations, options: Relocati
 def _told_by_points(
     verdict: CulpritVerdict, observed: Observations, options: RelocationOptions
 ) -> CulpritVerdict:
-    """Return the verdict, with bar and probe distinguished by distances of known points."""
     by_cause = {one.cause: one for one in verdict.named}
     world = options.world
     if set(by_cause) != {Culprit.BAR, Culprit.SIZE} or not isinstance(world, KeptByPoints):
@@ -151,8 +150,8 @@ def lone_bar(
 ) -> str | None:
     """Return the only bar if no other reference would reveal its error, else None.
 
-    Other references are a second bar, the probe by its document, and known points, if they
-    determine the length of the bar about as well as the bar itself.
+    Others: a second bar, the probe by its document, or known points that determine the bar's length
+    about as well as itself.
     """
     if len(observed.bars) != 1:
         return None
@@ -192,7 +191,6 @@ def accuse_points(
 
 
 def _moment(problem: RelocationProblem, block: Block) -> str:
-    """Return text for the first observation of a block."""
     if block.placements.stop > block.placements.start:
         return f"placement {block.placements.start + 1} of the bar"
     frame = int(problem.order[block.frames.start])

@@ -15,13 +15,11 @@ from ocmm_core.geometry import Float, Int, Pixels, Points3, RigidTransform
 
 LensMode = Literal["fixed", "prior", "free"]
 """Treatment of the lenses: kept (their uncertainty stays in the covariance), free with their
-previous covariance as prior, or determined from these frames alone.
-"""
+previous covariance as prior, or determined from these frames alone."""
 
 GeometryMode = Literal["known", "uncertain", "unknown"]
 """Knowledge of the probe's LEDs: exact; with the uncertainty of the probe body; none, so that the
-bar alone gives the scale.
-"""
+bar alone gives the scale."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,8 +54,7 @@ class LengthBar:
     length: float
     sigma: float
     """`length`, `sigma`: mm, at the temperature of the observations; standard uncertainty (k = 1).
-    The same true length holds in all placements, so its error does not average out.
-    """
+    The same true length holds in all placements, so its error does not average out."""
     per_k: float = 0.0
     """Growth by one kelvin, mm/K; the error of the thermometer is part of `sigma`."""
 
@@ -93,8 +90,7 @@ class Observations:
     touched_bars: tuple[TouchedBar, ...] = ()
     """`shown_bars`, `touched_bars`: Certified lengths; either kind gives the scale."""
     seats: tuple[str, ...] = ()
-    """Names of the fixed places in which the ball rested: nests, cones and seats of touched bars.
-    """
+    """Fixed places in which the ball rested: nests, cones and seats of touched bars."""
     seat_sigma: float = 0.001
     """mm per axis: seating repeatability of the ball."""
 
@@ -144,8 +140,7 @@ class RelocationOptions:
     """`lens`, `geometry`: See `LensMode` and `GeometryMode`."""
     world: WorldFrame = field(default_factory=KeptByCameras)
     thermometer_k: float = 0.0
-    """Standard uncertainty of the temperature, K, an error that bars and probe share; zero if the
-    lengths hold at the observations."""
+    """Standard uncertainty, K, of the shared temperature; zero: lengths as observed."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -187,22 +182,18 @@ class RelocationResult:
     covariance: Float
     """(14 C, 14 C), in the order of `camera.model.PARAMETERS`, camera by camera, in the new world
     frame including its uncertainty; scaled by chi-square per degree of freedom if above one, never
-    shrunk.
-    """
+    shrunk."""
     T_world_from_start: RigidTransform
     """Motion from the world of the start rig to the new one, as moved after the adjustment."""
     leds_probe: Points3
     tip_probe: Float
-    """`leds_probe`, `tip_probe`: (L, 3) and (3,), mm: LEDs and tip of the probe from these frames.
-    """
+    """`leds_probe`, `tip_probe`: (L, 3) and (3,), mm, from these frames."""
     geometry_covariance: Float
     """(3 L + 3, 3 L + 3), mm^2, of LEDs and tip."""
     rms_px: float
     chi2: float
     dof: int
-    """`rms_px`, `chi2`, `dof`: RMS residual per coordinate of the used probe spots; chi-square and
-    degrees of freedom of all residuals.
-    """
+    """`rms_px`, `chi2`, `dof`: Per coordinate of the used probe spots; of all residuals."""
     residuals_px: Pixels
     """(n, C, L, 2), observed minus predicted; NaN if unseen."""
     used: NDArray[np.bool_]

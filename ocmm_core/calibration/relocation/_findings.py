@@ -18,13 +18,8 @@ from ocmm_core.tracking import triangulate
 def bar_ends(rig: Rig, uv: Float, length: float) -> Float:
     """Return the two spots of a bar in each camera, (C, 2, 2), px, with matching ends.
 
-    Rays of wrong pairs may also intersect, but far from the bar: the correct pairing gives the
-    distance of the LEDs. ``uv`` (C, 2, 2), px, has both spots of each camera in any order, or NaN.
-
-    Raises
-    ------
-    CalibrationError
-        No pairing gives the length.
+    Only the correct pairing gives the distance of the LEDs; CalibrationError if none does. ``uv``
+    (C, 2, 2), px: both spots in any order, or NaN.
     """
     seeing = [c for c in range(len(uv)) if np.isfinite(uv[c]).all()]
     best, least = uv, np.inf

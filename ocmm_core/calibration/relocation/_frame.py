@@ -1,8 +1,7 @@
 """World frame after a relocation, and its effect on the covariance.
 
-An adjustment leaves the world free. Anchors (touched seats, or points fixed to the cameras) define
-it; their uncertainty makes the world uncertain, and with it the cameras (S-transformation, Baarda
-1973).
+Anchors (touched seats, or points fixed to the cameras) define the free world; their uncertainty
+makes it, and the cameras in it, uncertain (S-transformation, Baarda 1973).
 """
 
 from __future__ import annotations
@@ -44,13 +43,7 @@ class Anchors:
 
 
 def check_world(world: WorldFrame, seats: Sequence[str]) -> None:
-    """Refuse a world frame with untouched or too few seats.
-
-    Raises
-    ------
-    CalibrationError
-        A seat is unknown, or there are fewer than three.
-    """
+    """Raise CalibrationError if a seat is unknown, or there are fewer than three."""
     if isinstance(world, KeptByCameras):
         return
     if isinstance(world, SetByPoints):
@@ -75,13 +68,7 @@ def check_world(world: WorldFrame, seats: Sequence[str]) -> None:
 def motion_to_world(
     world: WorldFrame, seats: Sequence[str], state: BundleState, start: Sequence[CameraModel]
 ) -> RigidTransform:
-    """Return the motion from the world of the state to the chosen one.
-
-    Raises
-    ------
-    CalibrationError
-        The points lie on one line.
-    """
+    """Return the motion to the chosen world; CalibrationError if its points lie on one line."""
     if isinstance(world, SetByPoints):
         origin, on_x, in_xy = _seats(state, seats, (world.origin, world.on_x, world.in_xy))
         _check_triangle(np.stack([origin, on_x, in_xy]))
@@ -114,8 +101,7 @@ def anchors_of(
 def jacobian_of_world(state: BundleState, anchors: Anchors) -> tuple[Float, Float]:
     """Return the derivatives of the common unknowns in the anchored world.
 
-    By the unknowns in any world that differs by a small motion, (k, k), and by the anchors in units
-    of their sigma.
+    By the unknowns in any world that differs by a small motion, (k, k), and by anchors per sigma.
     """
     motions = state.world_motions()
     carried = np.vstack([np.hstack([-skew(point), np.eye(3)]) for point in anchors.points])

@@ -41,7 +41,6 @@ CONTRADICTION = 1e-5
 
 
 def judge_residuals(chi2: float, dof: int) -> list[Finding]:
-    """Return findings on chi-square of all residuals."""
     ratio = float(np.sqrt(chi2 / dof))
     said = f"The residuals are {ratio:.1f} times the stated sigmas of the spots"
     deviation = CHI2_DEVIATION * np.sqrt(2.0 / dof)
@@ -82,7 +81,6 @@ def judge_residuals(chi2: float, dof: int) -> list[Finding]:
 def judge_spots(
     wrong: Sequence[WrongSpot], seen: int, cameras: Sequence[CameraModel]
 ) -> list[Finding]:
-    """Return findings on the outlier spots."""
     if not wrong:
         return []
     counts = [sum(spot.camera == index for spot in wrong) for index in range(len(cameras))]
@@ -107,8 +105,8 @@ def judge_design(
 ) -> list[Finding]:  # fmt: skip
     """Return findings on the choice of frames and bars.
 
-    ``targets`` (n, 3), mm, world, are all LEDs seen by two cameras; ``scale_rests_on`` is the name
-    of the bar if it is the only reference of length, else None.
+    ``targets`` (n, 3), mm, world: LEDs seen by two cameras; ``scale_rests_on``: name of the bar if
+    it is the only reference of length.
     """
     found = []
     if frames < FEW_FRAMES:
@@ -272,10 +270,7 @@ def judge_knowledge(
 
 
 def judge_anchors(names: Sequence[str], anchors: Anchors, covariance: Float) -> list[Finding]:
-    """Return findings on displaced anchors of the world.
-
-    ``covariance`` is that of the common unknowns, (k, k).
-    """
+    """Return findings on displaced anchors; ``covariance`` (k, k) of the common unknowns."""
     variances = np.diag(anchors.follow @ covariance @ anchors.follow.T).reshape(-1, 3).sum(axis=1)
     residuals = np.linalg.norm(anchors.points - anchors.targets, axis=1)
     limits = ANCHOR_SIGMAS * np.sqrt(variances + 3.0 * anchors.sigma**2)
@@ -298,7 +293,6 @@ def judge_anchors(names: Sequence[str], anchors: Anchors, covariance: Float) -> 
 
 
 def _contradicts(prior: Prior, off: Float, columns: Int) -> bool:
-    """Return whether the shift of these columns from their prior is significant."""
     information = prior.information[np.ix_(columns, columns)]
     known = np.count_nonzero(information.diagonal())
     if not known:

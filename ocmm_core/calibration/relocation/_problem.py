@@ -31,8 +31,7 @@ UNKNOWN_SIGMA = 1.0
 """mm per axis; holds the tip of an unknown probe, unless rotation in seats determines it."""
 
 EXACT_SIGMA = 1e-4
-"""mm; tolerance of the distance of two seats of a bar: far below the spot noise, hence a condition.
-"""
+"""mm; of the distance of two seats of a bar: far below the spot noise, hence a condition."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,11 +56,8 @@ def build(
 ) -> RelocationProblem:
     """Return the bundle.
 
-    Raises
-    ------
-    CalibrationError
-        The observations do not match the rig or probe or are too few, no length gives the scale, or
-        the world frame refers to untouched seats.
+    CalibrationError if the observations do not match the rig or probe or are too few, no length
+    gives the scale, or the world frame refers to untouched seats.
     """
     _check(start, body, observed, options)
     frames = observed.frames
@@ -116,7 +112,6 @@ def _in_front(data: BundleData, state: BundleState) -> BundleData:
 
 
 def _only(kept: NDArray[np.bool_]) -> Float:
-    """Return weight factors (n, 1, 1) from a mask."""
     return kept.astype(np.float64)[:, None, None]
 
 
@@ -192,8 +187,8 @@ def thermal_shapes(
 ) -> tuple[Float, Float]:
     """Return growth of the unknowns (k,) by one kelvin of error of the thermometer.
 
-    First what bars and probe share, at the expected expansion of the probe; then the standard
-    uncertainty of the latter, independent of the bars.
+    First what bars and probe share, at the probe's expected expansion; then the standard
+    uncertainty of the latter.
     """
     shared, own = np.zeros(columns.count), np.zeros(columns.count)
     arms = (body.leds_probe - body.tip_probe).ravel()

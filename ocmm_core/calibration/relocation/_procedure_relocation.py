@@ -1,8 +1,7 @@
-"""Guided relocation: seats, waved probe, bar, seats again.
+"""Guided relocation without a CMM: seats, waved probe, bar, seats again.
 
-The cameras are re-located without a CMM. Two seats fixed to the table are visited first and last to
-detect motion in between. Coverage of the volume and the predicted uncertainty of a length decide
-when the data suffice.
+Two seats fixed to the table, visited first and last, reveal motion. Coverage of the volume and the
+predicted uncertainty of a length decide when the data suffice.
 """
 
 from __future__ import annotations
@@ -143,26 +142,11 @@ class RelocationProcedure(CameraProcedure[RelocationEvent, CalibrationOutcome]):
     ) -> RelocationProcedure:
         """Start a session.
 
-        Parameters
-        ----------
-        rig
-            Previous poses of the cameras, with the calibration in force if any.
-        bar
-            A bar with LEDs is shown, otherwise its end nests are touched.
-        control
-            Known control points, for a world frame defined by them.
-        lens, geometry
-            Unknowns, see `_data`.
-        seats
-            Visit two seats first and last; False only for recordings without them, which the result
-            reports.
-
-        Raises
-        ------
-        CalibrationError
-            The bar's certificate has expired, or control points are missing.
-        StorageError
-            The session file cannot be written.
+        ``rig``: previous poses, with the calibration in force if any; ``bar``: with LEDs it is
+        shown, otherwise its end nests are touched; ``control``: points that define the world;
+        ``lens``, ``geometry``: unknowns, see `_data`; ``seats``: False only for recordings without
+        them, which the result reports. CalibrationError if the bar's certificate has expired, or
+        control points are missing; StorageError if the session file cannot be written.
         """
         length = bar.nests[-1] - bar.nests[0]
         let_pass(bar.artefact.judge(length, np.inf, now, temperature), force=False)
@@ -206,24 +190,17 @@ class RelocationProcedure(CameraProcedure[RelocationEvent, CalibrationOutcome]):
     ) -> RelocationProcedure:
         """Continue the session of a file.
 
-        Raises
-        ------
-        StorageError
-            The file was changed.
-        CalibrationError
-            It is empty, was started with another rig or probe, or is an open session of a version
-            without seats.
+        StorageError if it was changed; CalibrationError if empty, of another rig or probe, or an
+        open session of a version without seats.
         """
         return cls(*_SESSIONS.resume(path), rig, body, store)
 
     @property
     def bar(self) -> LengthBar:
-        """Return the bar of the session."""
         return self._begun.bar
 
     @property
     def control(self) -> KnownPoints | None:
-        """Return the known control points of the session, or None."""
         begun = self._begun
         if not begun.control_names:
             return None
@@ -232,7 +209,6 @@ class RelocationProcedure(CameraProcedure[RelocationEvent, CalibrationOutcome]):
 
     @property
     def view(self) -> RelocationView:
-        """Return the snapshot."""
         with self._lock:
             state = self._state
             return RelocationView(
@@ -259,10 +235,7 @@ class RelocationProcedure(CameraProcedure[RelocationEvent, CalibrationOutcome]):
             self._collector().feed(block)
 
     def predict(self) -> None:
-        """Predict the uncertainty of a length from the observations collected.
-
-        Takes a second or more; without effect while the observations do not suffice.
-        """
+        """Predict the uncertainty of a length, in a second or more, if observations suffice."""
         with self._lock:
             version = self._version
             if version == self._predicted:
@@ -296,10 +269,7 @@ class RelocationProcedure(CameraProcedure[RelocationEvent, CalibrationOutcome]):
             )
 
     def take_visit(self, uv: Float, sigma_px: float, now: datetime) -> None:
-        """Add recorded spots (C, L, 2), px, of the probe in the next of the two seats.
-
-        Raises CalibrationError if no visit is due.
-        """
+        """Add spots (C, L, 2), px, in the next of both seats; CalibrationError if none is due."""
         with self._lock:
             state = self._state
             seat = state.unvisited_seat
@@ -442,7 +412,6 @@ class RelocationProcedure(CameraProcedure[RelocationEvent, CalibrationOutcome]):
 
 
 def _term(begun: RelocationBegun, found: RelocationResult) -> ThermalTerm | None:
-    """Return the effect of the thermometer of a session; None if no temperature was stated."""
     if found.thermal is None or begun.temperature_u is None:
         return None
     sigma_k, by_k = found.thermal

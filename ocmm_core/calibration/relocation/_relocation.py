@@ -1,8 +1,7 @@
 """Calibrate cameras in place without a CMM by one bundle adjustment.
 
-A probe is waved through the volume and a length bar shown in some ten placements. The adjustment
-determines camera poses, lenses and optionally the geometry of the probe. Also: length uncertainty
-from the covariance, and bar residuals. All functions are pure.
+From a waved probe and some ten placements of a length bar: camera poses, lenses and optionally the
+geometry of the probe; length uncertainty from the covariance; bar residuals.
 """
 
 from __future__ import annotations
@@ -115,19 +114,10 @@ def relocate(
 ) -> RelocationResult:
     """Return the cameras that explain the spots of the waved probe and the bars.
 
-    Parameters
-    ----------
-    start
-        Previous cameras: poses to about 10 mm and half a degree, lenses to about 2 %; its
-        `parameter_covariance` is the prior of ``lens="prior"`` and ``"fixed"``.
-    force
-        Overrule the guards that question the design of the calibration; each becomes a warning.
-
-    Raises
-    ------
-    CalibrationError
-        Too few frames, no length that gives the scale, an unknown seat, cameras undetermined by the
-        frames, or a guard refuses.
+    ``start``: poses to about 10 mm and half a degree, lenses to about 2 %; its
+    `parameter_covariance` is the prior of ``lens="prior"`` and ``"fixed"``. ``force`` turns guards
+    on the design into warnings. CalibrationError: too few frames, no length that gives the scale,
+    an unknown seat, cameras undetermined by the frames, or a guard refuses.
     """
     options = options or RelocationOptions()
     problem = build(start, body, observed, options)
@@ -209,8 +199,7 @@ def _thermal(
 ) -> tuple[float, Float] | None:
     """Return what remains of the thermometer's error, K, and derivatives (k,) by it.
 
-    The error is a linear function of the priors' unknowns and independent rest; so bars and probe
-    of different expansion measure it.
+    It is linear in the priors' unknowns: bars and probe of different expansion measure it.
     """
     if prior.thermal is None:
         return None

@@ -1,8 +1,4 @@
-"""Judge whether the seats visited first and last in a relocation stayed in place.
-
-Both visits are located with the cameras and probe of the relocation. A motion in between is
-averaged into them and shifts the second position against the first.
-"""
+"""Judge whether the seats of a relocation moved: a motion shifts the second visit."""
 
 from __future__ import annotations
 
@@ -33,9 +29,9 @@ _REMEDY = "Find what moved (camera, frame, table or seat), fix it, and relocate 
 def seat_findings(
     rig: Rig, body: ProbeBody, found: RelocationResult, visits: Sequence[SeatVisited]
 ) -> tuple[Finding, ...]:
-    """Return findings from the visits of the seats, in order of time.
+    """Return findings from the visits of the seats, in order of time, or of their absence.
 
-    The relocation was computed without them. Without visits, a warning reports the missing check.
+    The relocation was computed without them.
     """
     if not visits:
         return (

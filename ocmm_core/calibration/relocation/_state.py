@@ -51,15 +51,13 @@ class RelocationBegun(Begun, frozen=True, kw_only=True):
     """First line."""
 
     probe_identity: str
-    """Hash of the probe's document."""
     bar: BarArtefact
     """Gives the scale."""
     poses_wanted: int
     bars_wanted: int
     length_mm: float
     length_limit_mm: float
-    """`length_mm`, `length_limit_mm`: Test length, and its largest acceptable standard uncertainty.
-    """
+    """`length_mm`, `length_limit_mm`: Test length, and its largest standard uncertainty."""
     lens: LensMode
     geometry: GeometryMode
     world: World
@@ -67,13 +65,10 @@ class RelocationBegun(Begun, frozen=True, kw_only=True):
     control_positions: tuple[Vector3, ...]
     control_sigma: float
     """`control_names`, `control_positions`, `control_sigma`: Control points with world coordinates,
-    mm; empty unless they define the world frame.
-    """
+    mm; empty unless they define the world frame."""
     valid_days: int
     seats: int | None = None
-    """Number of seats visited first and last: zero for recordings without them, None in sessions of
-    earlier versions.
-    """
+    """Seats visited first and last: zero for recordings without, None in earlier versions."""
 
 
 class PoseTaken(SessionEvent, frozen=True, kw_only=True):
@@ -116,9 +111,7 @@ class RelocationState:
     bars: list[BarTaken] = field(default_factory=list)
     bar_ends: list[SeatTaken] = field(default_factory=list)
     seats: list[SeatTaken] = field(default_factory=list)
-    """`poses`, `bars`, `bar_ends`, `seats`: In order; ``bar_ends``: of a touched bar, two a
-    placement.
-    """
+    """`poses`, `bars`, `bar_ends`, `seats`: In order; two ``bar_ends`` for a placement."""
     visits: list[SeatVisited] = field(default_factory=list)
     """In order, of the seats that are visited first and last."""
     _since: int = 0
@@ -156,7 +149,6 @@ class RelocationState:
 
     @property
     def unvisited_seat(self) -> int | None:
-        """Return the first unvisited seat, or None."""
         visited = {one.seat for one in self.visits}
         return next((seat for seat in range(self.wanted_visits) if seat not in visited), None)
 
@@ -206,7 +198,6 @@ class RelocationState:
         self._coverage = None
 
     def coverage(self) -> VolumeCoverage:
-        """Return how the poses fill the volume."""
         if self._coverage is None:
             rotations = np.array(self._rotations).reshape(-1, 3, 3)
             tips = np.array(self._tips).reshape(-1, 3)
@@ -230,7 +221,6 @@ class RelocationState:
         )
 
     def observations(self) -> Observations:
-        """Return the observations for the adjustment."""
         begun = self.begun
         ends = [f"bar {i // 2 + 1} {'ab'[i % 2]}" for i in range(2 * self.placements)]
         touches = [] if self.shown else self.bar_ends[: len(ends)]
@@ -259,7 +249,6 @@ class RelocationState:
         return Observations(frames, shown, touched, tuple(names))
 
     def options(self) -> RelocationOptions:
-        """Return the options for the adjustment."""
         begun = self.begun
         world: WorldFrame = KeptByCameras()
         if begun.world == "points":

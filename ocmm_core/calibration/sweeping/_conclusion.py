@@ -50,13 +50,7 @@ class PivotMaterial:
 
 
 def conclude_pivot(given: PivotMaterial) -> PivotOutcome:
-    """Return the result of two sweeps; deterministic.
-
-    Raises
-    ------
-    CalibrationError
-        A sweep does not determine the probe, or a guard refuses.
-    """
+    """Return the result, deterministic; CalibrationError if undetermined, or a guard refuses."""
     begun = given.begun
     expected, options = begun.expected(given.body), begun.options()
     first = calibrate_probe(given.rig, expected, given.first, options, given.force)
@@ -111,15 +105,7 @@ def change_of(
 def expected_tip(
     body: ProbeBody, running: ProbeRecord | None, *, tip_unknown: bool
 ) -> Vector3 | None:
-    """Return the expected tip, mm, document frame; None if unknown.
-
-    The record in force for this tip is preferred over the document, which may have no place for it.
-
-    Raises
-    ------
-    CalibrationError
-        The record is of a probe with another number of LEDs.
-    """
+    """Return the tip in force or of the document, mm, or None; CalibrationError for other LEDs."""
     if running is None:
         return None if tip_unknown else _vector(body.tip_probe)
     if len(running.leds_mm) != body.n_leds:

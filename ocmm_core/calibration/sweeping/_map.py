@@ -1,8 +1,4 @@
-"""Sphere map of a sweep: covered and required directions of the probe.
-
-Cells are fixed in the world, so that drawing them does not flicker; which of them are required
-depends on the middle of the covered ones.
-"""
+"""Sphere map of a sweep; cells are fixed in the world, so that drawing does not flicker."""
 
 from __future__ import annotations
 
@@ -41,10 +37,7 @@ def sphere_map(directions_world: Points3, reach: float) -> tuple[Float, tuple[Ma
 
 
 def where_missing(rig: Rig, middle_world: Float, cells: tuple[MapCell, ...]) -> str:
-    """Return the sides of required cells without poses ("left and away") or nothing.
-
-    Sides as seen by the cameras.
-    """
+    """Return the sides, seen by the cameras, of missing cells ("left and away") or nothing."""
     empty = [cell.direction_world for cell in cells if cell.wanted and not cell.poses]
     if not empty:
         return ""

@@ -1,9 +1,8 @@
 """Guided pivot calibration: two sweeps of the probe about its ball in a cone.
 
-Steps: ``prepare``, ``first`` (the calibrating sweep), ``second`` (an independent one, in another
-place or attitude, that must give the same tip), ``again`` (the ball rests in the first cone once
-more, to detect motion in between), ``result``. No key is needed: a sweep starts when the ball rests
-in the cone, and its gate opens when it is complete.
+Steps: ``prepare``, ``first`` (calibrating sweep), ``second`` (elsewhere or in another attitude,
+must give the same tip), ``again`` (first cone once more, to detect motion), ``result``. Needs no
+key: a sweep starts when the ball rests in the cone, and its gate opens when it is complete.
 """
 
 from __future__ import annotations
@@ -118,28 +117,13 @@ class PivotProcedure(ProbeProcedure[PivotEvent, PivotOutcome]):
     ) -> PivotProcedure:
         """Start a session.
 
-        Parameters
-        ----------
-        tip_unknown
-            The document has no place for this tip (another stylus), and it was never calibrated:
-            only its rest in the cone is assumed.
-        slack_mm
-            Standard deviation of the ball's place in the cone, per axis; 0 if it rests.
-        change_limit_mm
-            Change of the tip from which the user must give a reason.
-        poses_wanted, tip_sigma_mm
-            A sweep ends automatically with this number of poses, full coverage, and tip
-            uncertainty.
-        again
-            Return to the first cone at the end; False only for recordings without it, which the
-            record then states.
-
-        Raises
-        ------
-        CalibrationError
-            The tip has no name, or its record is of a probe with other LEDs.
-        StorageError
-            The session file cannot be written.
+        ``tip_unknown``: the document has no place for this tip, never calibrated: only its rest in
+        the cone is assumed. ``slack_mm``: standard deviation of the ball in the cone, per axis.
+        ``change_limit_mm``: change of the tip from which a reason is required. ``poses_wanted``,
+        ``tip_sigma_mm``: with these and full coverage a sweep ends automatically. ``again``: False
+        only for recordings without a final visit, which the record then states. CalibrationError if
+        the tip has no name, or its record is of a probe with other LEDs; StorageError if the
+        session file cannot be written.
         """
         if not tip.strip():
             raise CalibrationError(
@@ -164,19 +148,13 @@ class PivotProcedure(ProbeProcedure[PivotEvent, PivotOutcome]):
     def resume(cls, path: Path, rig: Rig, body: ProbeBody, store: ProbeStore) -> PivotProcedure:
         """Resume a session; its file names the tip.
 
-        Raises
-        ------
-        CalibrationError
-            The session was started with another rig or probe, or is an open session of a version
-            without the final visit.
-        StorageError
-            The file cannot be read, or was changed.
+        CalibrationError for another rig or probe, or an open session of a version without the final
+        visit; StorageError if the file cannot be read, or was changed.
         """
         return cls(*_SESSIONS.resume(path), rig, body, store)
 
     @property
     def view(self) -> PivotView:
-        """Return the snapshot."""
         with self._lock:
             first, second = (self._sweep_view(name) for name in SWEEPS)
             place, attitude = self._state.apart()
@@ -211,13 +189,7 @@ class PivotProcedure(ProbeProcedure[PivotEvent, PivotOutcome]):
                 self._rewatch()
 
     def end_sweep(self, now: datetime) -> None:
-        """Enter the next step with an incomplete sweep; only after `force`.
-
-        Raises
-        ------
-        CalibrationError
-            The guards were not overruled, or the sweep lacks the minimum.
-        """
+        """End a sweep early, after `force`; else, or below the minimum, CalibrationError."""
         with self._lock:
             if self._step not in SWEEPS or not self._sweep_view(self._step).may_end:
                 gate = self._steps()[self.step_names.index(self._step)].gate
@@ -228,10 +200,7 @@ class PivotProcedure(ProbeProcedure[PivotEvent, PivotOutcome]):
     def take_sweep(self, uv: Float, sigma_px: float, now: datetime) -> None:
         """Add recorded labelled spots (n, C, L, 2), px, NaN if unseen, to this sweep.
 
-        Raises
-        ------
-        CalibrationError
-            The step is no sweep, or the shape does not match rig and probe.
+        CalibrationError if the step is no sweep, or the shape does not match rig and probe.
         """
         with self._lock:
             wanted = (len(self.rig.cameras), self._state.body.n_leds, 2)
@@ -260,10 +229,7 @@ class PivotProcedure(ProbeProcedure[PivotEvent, PivotOutcome]):
                 self._rewatch()
 
     def take_visit(self, uv: Float, sigma_px: float, now: datetime) -> None:
-        """Add recorded spots (C, L, 2), px, of the final visit of the first cone.
-
-        Raises CalibrationError if no visit is due.
-        """
+        """Add spots (C, L, 2), px, of the final visit; CalibrationError if none is due."""
         with self._lock:
             if not (self._step == AGAIN and self._wants()):
                 raise CalibrationError(
@@ -276,10 +242,7 @@ class PivotProcedure(ProbeProcedure[PivotEvent, PivotOutcome]):
     def accept(self, now: datetime, reason: str) -> None:
         """Store the result and end the procedure; see `procedure.Procedure.accept`.
 
-        Raises
-        ------
-        CalibrationError
-            The tip changed by more than the limit and ``reason`` is empty, or see there.
+        CalibrationError also if the tip changed beyond the limit and ``reason`` is empty.
         """
         with self._lock:
             outcome = self._outcome
@@ -300,7 +263,6 @@ class PivotProcedure(ProbeProcedure[PivotEvent, PivotOutcome]):
         return self._state.view(name, phase, forced=self._forced)
 
     def _rewatch(self) -> None:
-        """Restart the processing of frames: another sweep, or this one restarts."""
         if self._step in SWEEPS:
             self._watch = self._state.watch(self._step)
         elif self._step == AGAIN:

@@ -68,10 +68,7 @@ NO_PROGRESS = SweepProgress(0, None, np.inf, None, np.full(3, np.nan), np.full(3
 def progress_of(
     rig: Rig, body: ProbeBody, sweep: PivotSweep, limits: PivotLimits, tip_known: bool
 ) -> SweepProgress:
-    """Return the progress of a sweep of a probe with the expected tip.
-
-    If not ``tip_known``, the tip comes from the sweep alone.
-    """
+    """Return the progress of a sweep; if not ``tip_known``, the tip comes from it alone."""
     if not len(sweep.uv):
         return NO_PROGRESS
     poses = solve(sweep.uv, rig, body, float(np.median(sweep.sigma_px)))
@@ -138,10 +135,7 @@ def gate_of(
     *,
     forced: bool,
 ) -> Gate:
-    """Return whether a sweep is complete, and what is missing or wrong.
-
-    With ``forced`` the guards are overruled, but the sweep must still be complete.
-    """
+    """Return whether a sweep is complete, and what is missing; ``forced`` overrules guards only."""
     refused = [one for one in progress.findings if one.refuses and not (forced and one.forcible)]
     if refused:
         return Gate(False, refused[0].what, refused[0].remedy)
@@ -233,7 +227,6 @@ def _judge(
     coverage: SweepCoverage,
     limits: PivotLimits,
 ) -> tuple[Finding, ...]:
-    """Return findings against the probe and the cone."""
     targets = locate_targets(rig, sweep.uv)
     if not np.isfinite(targets).all(axis=(1, 2)).any():
         led = int(np.isfinite(targets[..., 0]).sum(axis=0).argmin())

@@ -1,8 +1,7 @@
 """Judge whether the first cone of a pivot calibration stayed in place.
 
-At the end the ball rests in the first cone again, at an attitude of its sweep. Its place, computed
-with the new probe, is compared with poses of the first sweep at the most similar attitudes: common
-errors of cameras and probe cancel, motion in between remains.
+At the end the ball rests there again, at an attitude of its sweep, and is compared with poses of
+the most similar attitudes: common errors of cameras and probe cancel, motion remains.
 """
 
 from __future__ import annotations

@@ -27,11 +27,8 @@ class PivotBegun(Begun, frozen=True, kw_only=True):
     """`probe`, `probe_identity`: Name of the probe, and hash of its document."""
     tip: str
     expected_tip: Vector3 | None
-    """Expected tip, mm, document frame, from the calibration in force or the document; None if
-    unknown.
-    """
+    """mm, document frame, by the calibration in force or the document; None if unknown."""
     cone: ArtefactUse | None
-    """If named."""
     slack_mm: float
     """Standard deviation of the ball's place in the cone, per axis."""
     change_limit_mm: float
@@ -41,23 +38,18 @@ class PivotBegun(Begun, frozen=True, kw_only=True):
     """`poses_wanted`, `tip_sigma_mm`: Targets of a complete sweep."""
     valid_days: int
     again: bool | None = None
-    """Whether the ball returns to the first cone at the end; False for recordings without it, None
-    in sessions of earlier versions.
-    """
+    """The ball returns to the first cone; False: recording without, None: earlier version."""
 
     def expected(self, body: ProbeBody) -> ProbeBody:
-        """Return the probe with the expected tip."""
         if self.expected_tip is None:
             return body
         return replace(body, tip_probe=np.array(self.expected_tip))
 
     def limits(self) -> PivotLimits:
-        """Return the limits of the guards."""
         known = self.expected_tip is not None
         return PivotLimits() if known else PivotLimits(tip_change_mm=np.inf)
 
     def options(self) -> PivotOptions:
-        """Return the evaluation options."""
         return PivotOptions(slack_mm=self.slack_mm, pattern=True, limits=self.limits())
 
 

@@ -49,10 +49,7 @@ def steps_of(
     *,
     visited: bool,
 ) -> tuple[Step, ...]:
-    """Return the steps with their current gates.
-
-    ``again`` is the gate of the final visit of the first cone, ``visited`` whether it was recorded.
-    """
+    """Return the steps with their gates; ``again`` and ``visited`` are of the final visit."""
     cone = "the cone" if begun.cone is None else f"cone '{begun.cone.name}'"
     return (
         Step(
@@ -140,8 +137,7 @@ class SweepingState:
     )
     first_utc: str = ""
     last_utc: str = ""
-    """`first_utc`, `last_utc`: Time of the first poses of the first sweep, and of the last of all.
-    """
+    """`first_utc`, `last_utc`: First poses of the first sweep, last ones of all."""
     visits: list[ConeVisited] = field(default_factory=list)
     """Final visits of the first cone; all count as long as its sweep is unchanged."""
     visited: bool = False
@@ -168,7 +164,6 @@ class SweepingState:
         self._forget(step)
 
     def _forget(self, step: str) -> None:
-        """Drop results derived from a sweep: the final visit must follow all sweeping."""
         self._progress.pop(step, None)
         self.visited = False
         if step == FIRST:
@@ -176,7 +171,6 @@ class SweepingState:
             self.visits.clear()
 
     def cone_spots(self) -> ProbeSpotAverager:
-        """Return the averager for the final visit."""
         body = self.begun.expected(self.body)
         return ProbeSpotAverager(self.rig, body, STILL_FRAMES, resting=True, distance_mm=-1.0)
 
@@ -200,7 +194,6 @@ class SweepingState:
         return ""
 
     def again_gate(self) -> Gate:
-        """Return the gate of the final visit."""
         if not self.begun.again or self.visited:
             return OPEN
         return Gate(
@@ -223,7 +216,6 @@ class SweepingState:
         return known
 
     def watch(self, step: str) -> SweepWatch:
-        """Return a new watch for a sweep."""
         watch = SweepWatch(
             self.rig,
             self.begun.expected(self.body),
@@ -246,7 +238,6 @@ class SweepingState:
         return second_gate(gate, self.progress(FIRST), progress)
 
     def view(self, step: str, phase: SweepPhase, *, forced: bool) -> SweepView:
-        """Return the display form of a sweep."""
         begun, progress = self.begun, self.progress(step)
         return view_of(
             progress, phase, self.gate(step, forced=forced), begun.limits(), begun.poses_wanted,
@@ -265,10 +256,9 @@ class SweepingState:
     def calculation(
         self, previous: ProbeRecord | None, *, forced: bool
     ) -> Callable[[], PivotOutcome]:
-        """Return the calculation of the result, independent of this state.
+        """Return the calculation; CalibrationError for an incomplete sweep.
 
-        ``previous`` is the record in force at the start. Raises CalibrationError for an incomplete
-        sweep.
+        ``previous`` is the record in force at the start.
         """
         for step in SWEEPS:
             gate = self.gate(step, forced=forced)

@@ -1,7 +1,4 @@
-"""Snapshots and result of a guided pivot calibration, for screens and reports.
-
-Plain data: lengths in mm, angles in rad, directions as unit vectors.
-"""
+"""Snapshots and result of a guided pivot calibration: mm, rad, unit vectors."""
 
 from __future__ import annotations
 
@@ -34,8 +31,7 @@ class MapCell:
 
     direction_world: Float
     """(3,), unit: from the ball to the middle of the LEDs. Cells are about `CELL_RAD` apart
-    (`_map`) and fixed during the sweep.
-    """
+    (`_map`) and fixed during the sweep."""
     poses: int
     wanted: bool
     """Required for good coverage."""
@@ -54,14 +50,11 @@ class SweepView:
     """`attitudes`, `attitudes_wanted`: Likewise attitudes at least two degrees apart."""
     ranges: Float
     ranges_wanted: Float
-    """`ranges`, `ranges_wanted`: (3,), rad: rotation range about the probe's axes in descending
-    order, and its target.
-    """
+    """`ranges`, `ranges_wanted`: (3,), rad: about the probe's axes, descending, and targets."""
     tip_sigma_mm: float
     tip_sigma_wanted_mm: float
     """`tip_sigma_mm`, `tip_sigma_wanted_mm`: Predicted standard uncertainty of the tip if the sweep
-    ended now (root of the sum over its axes), infinite if unavailable; and its target.
-    """
+    ended now (root of the sum over its axes), infinite if unavailable; and its target."""
     map_middle_world: Float
     """(3,), unit: centre of the map; NaN before the first pose."""
     cells: tuple[MapCell, ...]
@@ -74,8 +67,7 @@ class SweepView:
     """Missing or wrong part, in one sentence; empty when good."""
     may_end: bool = False
     """`PivotProcedure.end_sweep` would end it now: it is good, or guards were overruled and it
-    meets the minimum that cannot be overruled.
-    """
+    meets the minimum that cannot be overruled."""
 
     @property
     def covered(self) -> float:
@@ -108,18 +100,12 @@ class PivotChange:
 
     @property
     def must_be_confirmed(self) -> bool:
-        """Return whether `accept` requires a reason."""
         return self.tip_distance > self.limit_mm
 
 
 @dataclass(frozen=True, slots=True)
 class PivotOutcome:
-    """The result of both sweeps.
-
-    The thesis's method on the same frames is in ``first.thesis`` and ``second.thesis``
-    (`pivot.ThesisPivot`: centres of the spheres, spread, Table 4), residuals of the spots,
-    frames left out and the tip of every frame are in the calibrations.
-    """
+    """The result of both sweeps; the thesis's method is in ``first.thesis``, ``second.thesis``."""
 
     record: ProbeRecord
     """To be stored; its ``change_reason`` is set on acceptance."""
@@ -142,10 +128,7 @@ class PivotOutcome:
 
 
 def led_paths(found: PivotCalibration) -> Float:
-    """Return the LED paths of a sweep, (n, L, 3), mm, world; NaN for excluded frames.
-
-    For plots: each LED stays on a sphere about ``found.centre_world``.
-    """
+    """Return the LED paths, (n, L, 3), mm, world; NaN if excluded. On spheres about the centre."""
     arms = found.leds_probe - found.tip_probe
     paths: Float = np.einsum("nij,lj->nli", found.rotations, arms) + found.centre_world
     return paths
@@ -169,8 +152,7 @@ class PivotView:
     place_distance_mm: float
     attitude_distance: float
     """`place_distance_mm`, `attitude_distance`: Distance of the second sweep from the first: ball
-    positions, and mean attitudes, rad; NaN before it has poses.
-    """
+    positions, and mean attitudes, rad; NaN before it has poses."""
     place_wanted_mm: float
     attitude_wanted: float
     """`place_wanted_mm`, `attitude_wanted`: One of the two must be reached."""

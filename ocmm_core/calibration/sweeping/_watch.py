@@ -1,8 +1,8 @@
 """Select poses of a sweep from frames, and detect when the ball rests in its cone.
 
 The last millisecond of each ten is averaged, as for a waved probe. A pose is recorded when the
-probe has turned a little since the last one, which limits the session for a resting hand and at
-thousands of frames a second. Only the last poses and a pending batch are kept.
+probe has turned a little, which limits the session for a resting hand and at high frame rates. Only
+the last poses and a pending batch are kept.
 """
 
 from __future__ import annotations
@@ -30,7 +30,6 @@ from ocmm_core.geometry import Float, Pixels, unit
 from ocmm_core.tracking import ProbeBody, solve
 
 BATCH = 20
-"""Poses stored together."""
 
 MOST_POSES = 4000
 COUNTDOWN_S = 1.5
@@ -72,9 +71,9 @@ class _Look:
 
 
 class SweepWatch:
-    """Processes the frames of one sweep of a probe with the expected tip.
+    """Processes the frames of one sweep; ``tip_known``: the tip has an expected place.
 
-    ``tip_known``: the tip has an expected place. ``first`` is the first sweep, for the second one.
+    ``first`` is the first sweep, for the second one.
     """
 
     def __init__(
@@ -107,7 +106,6 @@ class SweepWatch:
 
     @property
     def in_cone(self) -> bool:
-        """Return whether the ball rests in the cone now."""
         return self._phase in (SweepPhase.COUNTDOWN, SweepPhase.TAKING)
 
     @property
@@ -175,7 +173,6 @@ class SweepWatch:
         )
 
     def warnings(self) -> tuple[Finding, ...]:
-        """Return the current problems."""
         found = []
         if not self._live.ready and self._live.hint == STRANGE:
             what, _, remedy = STRANGE.partition(": ")
@@ -337,7 +334,6 @@ class SweepWatch:
         return found.centre
 
     def _is_lifted(self) -> bool:
-        """Return whether the ball has left the place of the first sweep."""
         if self._first is None or self._first.tip_probe is None:
             return True
         last = self._recent[-1]

@@ -1,9 +1,8 @@
 """Decision of a quick check: PASSED, FAILED or INCONCLUSIVE.
 
-A check must find a diameter error of `DIAMETER_DEFECT_MM` with few false alarms. The limit is half
-of the defect; both error probabilities are then small if the uncertainty is below a seventh of the
-defect. Otherwise the check is inconclusive and requires more points: it never passes with too large
-an uncertainty.
+It must find a diameter error of `DIAMETER_DEFECT_MM` with few false alarms. The limit is half of
+the defect; both error probabilities are small if the uncertainty is below a seventh of it.
+Otherwise it is inconclusive and requires more points.
 """
 
 from __future__ import annotations
@@ -88,7 +87,6 @@ class TipCheckDecision:
 
     @property
     def checks(self) -> tuple[Check, ...]:
-        """Return the checks for the record."""
         return tuple(one.check for one in self.judged)
 
     @property

@@ -1,8 +1,7 @@
-"""Uncertainty contributions of a ball diameter.
+"""Uncertainty contributions of a ball diameter, kept apart.
 
-A quick check uses the same probe calibration, mostly the same cameras and often the same sphere as
-its qualification. Their errors are common to both and cancel as far as the touches agree; only
-spots are independent. Contributions are therefore kept apart.
+A quick check shares the probe calibration, mostly the cameras and often the sphere with its
+qualification. Their errors cancel as far as the touches agree; only spots are independent.
 """
 
 from __future__ import annotations

@@ -14,10 +14,8 @@ class TouchBegun(Begun, frozen=True, kw_only=True):
 
     tip: str
     probe_identity: str
-    """Hash of the probe's document."""
     sphere: Sphere
     cone: ArtefactUse | None
-    """If named."""
     nominal_mm: float
 
 

@@ -1,9 +1,9 @@
 """Fit the ball of a probe to points on a calibrated sphere.
 
-A ball centre is one ball radius off the sphere, so the centres lie on a sphere of diameter D_sphere
-+ D_ball. They are fitted by their distances along the normals with their full covariance, including
-shared effects (cameras; LEDs and tip of the probe, which turn with its attitude). Form is that of
-ISO 10360-5: largest less smallest radius about the centre of the unweighted least-squares sphere.
+Its centres lie on a sphere of diameter D_sphere + D_ball. They are fitted by their distances along
+the normals with full covariance, including shared effects (cameras; LEDs and tip of the probe,
+which turn with its attitude). Form (ISO 10360-5): largest less smallest radius about the centre of
+the unweighted least-squares sphere.
 """
 
 from __future__ import annotations
@@ -58,8 +58,7 @@ class BallFit:
     misfit: float
     misfit_limit: float
     """`misfit`, `misfit_limit`: mm: weighted RMS of the residuals, and its limit. More sensitive
-    than form if the points differ in uncertainty.
-    """
+    than form if the points differ in uncertainty."""
     form: float
     form_limit: float
     """`form`, `form_limit`: mm: see the module; limit from the uncertainties of the points."""
@@ -68,8 +67,7 @@ class BallFit:
     diameter: float
     diameter_sigma: float
     """`diameter`, `diameter_sigma`: mm: of the ball, and its standard uncertainty with that of the
-    sphere, scaled up if the residuals are significantly too large.
-    """
+    sphere, scaled up if the residuals are significantly too large."""
     errors: DiameterErrors
     """Uncertainty contributions of the diameter except those of the sphere."""
     doubtful: tuple[int, ...]
@@ -83,10 +81,9 @@ def fit_ball_on(
     body: ProbeBody,
     temperature: Temperature | None,
 ) -> BallFit:
-    """Return the ball that touched a sphere; raise CalibrationError if undetermined.
+    """Return the ball that touched a sphere; CalibrationError if undetermined.
 
-    Five or more touches, computed with ``rig`` and ``body``. Without a temperature of the sphere:
-    20 degrees with an uncertainty of 2 K.
+    Five or more touches, computed with ``rig`` and ``body``. Unmeasured: 20 degrees, u = 2 K.
     """
     if len(touches) < LEAST_POINTS:
         raise CalibrationError(
@@ -138,9 +135,9 @@ def fit_ball_on(
 def doubtful_points(normals: Points3, covariance: Float, residuals: Float) -> tuple[int, ...]:
     """Return inconsistent points, the worst first (W. Baarda, data snooping, 1968).
 
-    A point is flagged if its own error is significant; the search then continues among the others,
-    because a gross error also affects its neighbours. ``covariance`` (n, n), mm^2, is that along
-    the normals; ``residuals`` (n,), mm, are those of any sphere nearby.
+    After each significant one the search continues among the others, because a gross error also
+    affects its neighbours. ``covariance`` (n, n), mm^2: along the normals; ``residuals`` (n,), mm:
+    of any sphere nearby.
     """
     left = np.arange(len(normals))
     found: list[int] = []
@@ -167,10 +164,9 @@ def doubtful_points(normals: Points3, covariance: Float, residuals: Float) -> tu
 def predicted_covariance(
     touches: Sequence[RestingTouch], directions: Points3, rig: Rig, body: ProbeBody, more: Points3
 ) -> Float:
-    """Return the predicted covariance (4, 4), mm^2, of centre and radius.
+    """Return the predicted covariance (4, 4), mm^2, of centre and radius; infinite if undetermined.
 
-    Infinite if the points do not determine a sphere. Directions are from its centre; those of
-    further points ``more`` (m, 3) are each as uncertain as the nearest recorded one.
+    Directions from its centre; ``more`` (m, 3) are as uncertain as their nearest recorded one.
     """
     predicted = _predicted(touches, directions, rig, body, more)
     return np.full((4, 4), np.inf) if predicted is None else predicted[0]
@@ -201,10 +197,7 @@ def _predicted(
 
 
 def centre_of_few(tips: Points3, radius: float, pole: Float) -> Float:
-    """Return the approximate centre (3,), mm, of a sphere from few points.
-
-    The first point is assumed at the pole until others show otherwise.
-    """
+    """Return the approximate centre (3,), mm, of a sphere; the first point is near the pole."""
     start = tips[0] - radius * pole
     centre = start
     loose = 0.05
@@ -235,7 +228,6 @@ def _solved(normals: Points3, covariance: Float) -> tuple[Float, Float]:
 
 
 def _plain_residuals(normals: Points3, covariance: Float) -> Float:
-    """Return the covariance (n, n) of the unweighted fit's residuals."""
     rows = _rows(normals)
     left = np.eye(len(rows)) - rows @ np.linalg.pinv(rows)
     residuals: Float = left @ covariance @ left.T

@@ -10,13 +10,7 @@ from ocmm_core.errors import CalibrationError
 
 
 def mounted_records(store: ProbeStore, tip: str) -> TipRecords:
-    """Return the records in force for the mounted tip.
-
-    Raises
-    ------
-    CalibrationError
-        The tip was never calibrated, or another one is mounted.
-    """
+    """Return a tip's records; CalibrationError if never calibrated, or not mounted."""
     store.refresh()
     records = store.active(tip)
     if records is None:

@@ -87,21 +87,10 @@ class TipQualificationProcedure(TouchProcedure[TipOutcome, TipBegun]):
     ) -> TipQualificationProcedure:
         """Start a session.
 
-        Parameters
-        ----------
-        nominal_mm
-            Nominal ball diameter; None is that of the document.
-        cameras
-            Calibrations of the rig, to warn if the same sphere was used there.
-        hold_s
-            Additional rest of the ball, so that the hand can settle.
-
-        Raises
-        ------
-        CalibrationError
-            The tip is not mounted or was never calibrated, or the sphere may not be used.
-        StorageError
-            The session file cannot be written.
+        ``nominal_mm``: ball diameter, default that of the document; ``cameras``: to warn if the
+        same sphere was used there; ``hold_s``: additional rest of the ball. CalibrationError if the
+        tip is not mounted or was never calibrated, or the sphere may not be used; StorageError if
+        the session file cannot be written.
         """
         chosen = limits or TipLimits()
         return cls._begin(
@@ -113,7 +102,6 @@ class TipQualificationProcedure(TouchProcedure[TipOutcome, TipBegun]):
 
     @property
     def view(self) -> TipView:
-        """Return the snapshot."""
         with self._lock:
             return self._snapshot(TipView, outcome=self._outcome)
 

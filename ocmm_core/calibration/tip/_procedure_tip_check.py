@@ -1,8 +1,4 @@
-"""Guided quick check, one minute, that the mounted tip is still the qualified one.
-
-Steps: ``prepare``, ``sphere`` (13 points), ``cone`` (five attitudes), ``result``. An inconclusive
-check requires more points; it never passes because of too large an uncertainty.
-"""
+"""Guided quick check (one minute): ``sphere`` (13 points), ``cone`` (five attitudes)."""
 
 from __future__ import annotations
 
@@ -83,16 +79,10 @@ class TipCheckProcedure(TouchProcedure[TipCheckOutcome, TipCheckBegun]):
         cameras: CalibrationStore | None = None,
         hold_s: float = 0.0,
     ) -> TipCheckProcedure:
-        """Start a session; parameters as `TipQualificationProcedure.begin`.
+        """Start a session as `TipQualificationProcedure.begin`, with the qualified limits.
 
-        Diameter and limits are those of the qualification.
-
-        Raises
-        ------
-        CalibrationError
-            The tip is not mounted or was never qualified, or the sphere may not be used.
-        StorageError
-            The session file cannot be written.
+        CalibrationError if the tip is not mounted or was never qualified, or the sphere may not be
+        used; StorageError if the session file cannot be written.
         """
         records = mounted_records(store, tip)
         qualification = _qualified(records, None)
@@ -104,7 +94,6 @@ class TipCheckProcedure(TouchProcedure[TipCheckOutcome, TipCheckBegun]):
 
     @property
     def view(self) -> TipCheckView:
-        """Return the snapshot."""
         with self._lock:
             decision = self._decide_now()
             return self._snapshot(

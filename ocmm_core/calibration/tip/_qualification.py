@@ -25,8 +25,7 @@ class TipLimits:
     """Permissible difference of the ball's diameter from its nominal one, mm."""
     diameter_sigma: float = 0.007
     """Sufficient standard uncertainty of the diameter, mm: comparison with the nominal one is then
-    as certain as in a quick check.
-    """
+    as certain as in a quick check."""
     points: int = 25
     places: int = 21
     """Minimum number of places of the layout; a stem may hide some."""
@@ -87,10 +86,7 @@ def nearest_to_limit(checks: Sequence[Check]) -> int:
 def sphere_warnings(
     sphere: Sphere, calibration: CameraRecord | None, verifications: Sequence[VerificationRecord]
 ) -> tuple[Finding, ...]:
-    """Return warnings if the sphere was also used for calibration or verification.
-
-    ISO 10360-5: the test sphere differs from the one used to qualify the tip.
-    """
+    """Return warnings if the sphere was used for calibration or verification (ISO 10360-5)."""
     use = sphere.artefact.use
     found = []
     if calibration is not None and rests_on(calibration.artefacts, use.serial):

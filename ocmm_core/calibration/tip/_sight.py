@@ -26,10 +26,7 @@ _APART_MM, _APART_RAD = 2.0, np.radians(8.0)
 
 
 class Sight:
-    """Averages the spots of a resting ball and reports what prevents recording.
-
-    The ball must rest ``hold_s`` longer once it is recordable.
-    """
+    """Averages spots of a ball that rests ``hold_s`` longer, or reports what prevents recording."""
 
     def __init__(self, state: TouchState, hold_s: float) -> None:
         self._state, self._hold_s = state, hold_s

@@ -1,8 +1,7 @@
 """Touch layouts on a sphere about a pole, and assignment of points to places.
 
-The qualification uses the layout of ISO 10360-5 (25 points over half a sphere). The quick check
-concentrates its points for the diameter: on the equator, and there left and right as seen by the
-cameras, which are most accurate across their view.
+The qualification uses ISO 10360-5 (25 points over half a sphere). The quick check concentrates on
+the diameter: on the equator, left and right as seen by the cameras, the most accurate directions.
 """
 
 from __future__ import annotations
@@ -123,10 +122,7 @@ def cone_layout(frame: LayoutFrame) -> Layout:
 
 
 def match_places(directions: Points3, layout: Layout, tolerance: float = TOLERANCE) -> Int:
-    """Return the place of each direction (n, 3), -1 if none.
-
-    Each place is assigned once; minimises the sum of squared angles.
-    """
+    """Return the place of each direction (n, 3), -1 if none, once each: least squared angles."""
     places = np.full(len(directions), -1, dtype=np.int64)
     if not len(directions):
         return places

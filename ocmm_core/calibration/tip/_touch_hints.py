@@ -71,7 +71,6 @@ def judge_in_cone(state: TouchState, touch: RestingTouch) -> str:
 
 
 def places_gate(state: TouchState) -> Gate:
-    """Return whether enough of the layout on the sphere was touched."""
     progress, wanted = state.sphere, state.wanted
     touched = len(progress.places) - len(progress.missing)
     left = max(wanted.points - len(progress.tips_world), wanted.places_needed - touched)
@@ -83,7 +82,6 @@ def places_gate(state: TouchState) -> Gate:
 
 
 def attitudes_gate(state: TouchState) -> Gate:
-    """Return whether all attitudes in the cone were recorded."""
     attitudes, wanted = state.cone.attitudes, state.cone.next_attitude
     missing = sum(one.point is None for one in attitudes)
     if wanted is None:

@@ -1,8 +1,4 @@
-"""Common part of the guided procedures for tip qualification and quick tip check.
-
-Steps ``prepare``, ``sphere``, ``cone``, ``result``. The program drops no point; the user may remove
-any, which the session file records.
-"""
+"""Common part of tip qualification and quick check; only the user may remove points."""
 
 from __future__ import annotations
 
@@ -80,8 +76,7 @@ class TouchProcedure(ProbeProcedure[TouchEvent, Q], Generic[Q, B]):
 
     `watch` frames; whenever ``view.base.live.ready`` is set, `take`; when the gate of the step is
     open, `advance`; in the last step `compute`, then `accept` (which also stores failed results) or
-    `keep`. `drop` removes the last point, `take_back` any. The ball must rest ``hold_s`` longer
-    once it is recordable.
+    `keep`. `drop` removes the last point, `take_back` any.
     """
 
     sessions: SessionFormat[TouchEvent, B]
@@ -129,7 +124,6 @@ class TouchProcedure(ProbeProcedure[TouchEvent, Q], Generic[Q, B]):
         hold_s: float,
         **own: object,
     ) -> Self:
-        """Start a session with the records in force for the tip."""
         let_pass(sphere.artefact.judge(sphere.diameter, limit_mm, now, temperature), force=False)
         chain, begun = cls.sessions.begin(
             folder, rig, now, running=record_hash(records.calibration), who=who,
@@ -149,14 +143,10 @@ class TouchProcedure(ProbeProcedure[TouchEvent, Q], Generic[Q, B]):
         cameras: CalibrationStore | None = None,
         hold_s: float = 0.0,
     ) -> Self:
-        """Continue the session of a file; the file names tip and sphere.
+        """Continue the session of a file, which names tip and sphere.
 
-        Raises
-        ------
-        CalibrationError
-            It is empty, or was started with another rig, probe, calibration or qualification.
-        StorageError
-            The file was changed.
+        CalibrationError if empty, or of another rig, probe, calibration or qualification;
+        StorageError if it was changed.
         """
         chain, begun = cls.sessions.resume(path)
         records = continued_records(store, begun, path)
@@ -164,7 +154,6 @@ class TouchProcedure(ProbeProcedure[TouchEvent, Q], Generic[Q, B]):
 
     @property
     def sphere(self) -> Sphere:
-        """Return the sphere of the session."""
         return self._begun.sphere
 
     def watch(self, block: FrameBlock) -> None:
@@ -174,15 +163,7 @@ class TouchProcedure(ProbeProcedure[TouchEvent, Q], Generic[Q, B]):
                 record_shock(self._store, datetime.now(UTC))
 
     def take_shot(self, uv: Float, sigma_px: float, now: datetime) -> None:
-        """Add recorded averaged spots (C, L, 2), px, as the next observation.
-
-        Raises
-        ------
-        CalibrationError
-            This step records nothing.
-        TrackingError
-            The spots determine no pose.
-        """
+        """Add averaged spots (C, L, 2), px; CalibrationError if not due, TrackingError: no pose."""
         with self._lock:
             if not self._wants():
                 raise CalibrationError(
@@ -193,13 +174,7 @@ class TouchProcedure(ProbeProcedure[TouchEvent, Q], Generic[Q, B]):
             self._append(self._event(Average(uv, sigma_px), utc_text(now)))
 
     def take_back(self, point: int, now: datetime) -> None:
-        """Remove an observation of the current step by its index in the snapshot; for tests.
-
-        Raises
-        ------
-        CalibrationError
-            Unknown index.
-        """
+        """Remove an observation of this step by its index; CalibrationError if unknown."""
         with self._lock:
             if not 0 <= point < self._count(self._step):
                 raise CalibrationError(
@@ -226,7 +201,6 @@ class TouchProcedure(ProbeProcedure[TouchEvent, Q], Generic[Q, B]):
         """Return the result; raise CalibrationError if data are insufficient."""
 
     def _sphere_said(self) -> Gate:
-        """Return whether the sphere was touched enough."""
         gate, progress = places_gate(self._state), self._state.sphere
         known, limit = progress.diameter_sigma_mm, progress.diameter_sigma_limit_mm
         return gate if not gate.open or known <= limit else self._diameter_unknown(known, limit)

@@ -58,8 +58,7 @@ class SphereProgress:
     """Index of the next place; None after the last."""
     also_world: Float | None
     """(3,): most useful direction of one more point if the complete layout leaves the diameter too
-    uncertain; otherwise None.
-    """
+    uncertain; otherwise None."""
     tips_world: Points3
     """(n, 3), mm: ball centres."""
     directions_world: Points3
@@ -72,14 +71,12 @@ class SphereProgress:
     """(n,): predicted standard deviations of one point along its normal."""
     doubtful: tuple[int, ...]
     """Indices of significantly inconsistent points. They are used unless the user removes them
-    (`drop`: the last one, `take_back`: any).
-    """
+    (`drop`: the last one, `take_back`: any)."""
     diameter_mm: float
     """Ball; NaN until determined by the points."""
     diameter_sigma_mm: float
     """Its predicted standard uncertainty with the present points; in a check, that of its
-    difference from the qualified one; infinite until determined.
-    """
+    difference from the qualified one; infinite until determined."""
     diameter_sigma_end_mm: float
     """The same for the complete layout; NaN before the first point."""
     diameter_sigma_limit_mm: float
@@ -121,20 +118,17 @@ class ConeProgress:
     """(n, 3), mm: tips less their mean."""
     spread_2s_mm: float
     largest_mm: float
-    """`spread_2s_mm`, `largest_mm`: Two standard deviations, and largest distance from the mean;
-    NaN before two."""
+    """`spread_2s_mm`, `largest_mm`: Two standard deviations, and largest from mean; else NaN."""
     half_range_mm: Float
     """(3,): half of largest less smallest per world axis; NaN before two."""
     spread_limit_mm: float
     largest_limit_mm: float
     """`spread_limit_mm`, `largest_limit_mm`: Allowed by the stated uncertainties (exceeded once in
-    a thousand); NaN before two.
-    """
+    a thousand); NaN before two."""
     length_error_mm: float
     length_sigma_mm: float
     """`length_error_mm`, `length_sigma_mm`: True less calibrated distance of the ball from the
-    handle, and its standard uncertainty; NaN and infinite until determined by the attitudes.
-    """
+    handle, and its standard uncertainty; NaN and infinite until determined by the attitudes."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -170,8 +164,7 @@ class TipOutcome:
     residuals_mm: Float
     directions_world: Points3
     """`residuals_mm`, `directions_world`: (n,) and (n, 3): radius residuals and directions of all
-    points.
-    """
+    points."""
     cone_off_world: Points3
     """(m, 3), mm: tips of all attitudes in the cone, less their mean."""
 

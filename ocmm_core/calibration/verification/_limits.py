@@ -19,8 +19,7 @@ class Limits:
     constant: float = 0.040
     per_length: float = 5e-5
     largest: float = 0.080
-    """`constant`, `per_length`, `largest`: E(L) = min(constant + per_length L, largest), mm, for
-    lengths."""
+    """E(L) = min(`constant` + `per_length` L, `largest`), mm, for lengths."""
     diameter: float = 0.040
     """For the diameter of a sphere (P_Size), mm."""
     rule: Rule = "guarded"
@@ -35,7 +34,6 @@ class Limits:
         return min(self.constant + self.per_length * length, self.largest)
 
     def passes(self, check: Check) -> bool:
-        """Return whether a check conforms."""
         guard = check.expanded_mm if self.rule == "guarded" else 0.0
         return abs(check.error_mm) + guard <= check.limit_mm
 

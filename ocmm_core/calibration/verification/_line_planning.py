@@ -1,8 +1,7 @@
 """Plan bar placements with test lengths into all corners (VDI/VDE 2634 part 1).
 
-The corner rule has priority. Placements that serve two corners are chosen so that the fewest lines
-reach all eight; then follow lines along the axes and two space diagonals, if they fit, and the rest
-in the directions that differ most from all others.
+First the fewest lines that reach all eight corners, then lines along the axes and two space
+diagonals, if they fit, and the rest in the directions that differ most from all others.
 """
 
 from __future__ import annotations
@@ -80,10 +79,7 @@ def corner_distances(points_world: Points3, volume_world: Float) -> Float:
 def plan_lines(volume_world: Float, length: float) -> LinePlanning:
     """Return seven or more placements of a bar in a volume (2, 3), mm.
 
-    Raises
-    ------
-    CalibrationError
-        The bar is too short to test the volume, or too long for seven directions in it.
+    CalibrationError if too short to test the volume, or too long for seven directions in it.
     """
     planning = _planned(volume_world, length)
     if planning is None:
@@ -153,7 +149,6 @@ def _fewest(candidates: Sequence[PlannedLine]) -> list[PlannedLine]:
 
 
 def _corner_candidates(volume_world: Float, length: float) -> list[PlannedLine]:
-    """Return placements that end in one corner, or in two if the length matches."""
     middle, extent = volume_world.mean(axis=0), _INSIDE * np.ptp(volume_world, axis=0)
     inset = middle + (_BITS - 0.5) * extent
     found = []

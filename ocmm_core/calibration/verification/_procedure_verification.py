@@ -1,9 +1,8 @@
 """Guided verification: seats, bar lines, spheres, seats again, verdict.
 
-The ball of the probe is put into every nest of the bar; averaged spots are kept, so that lengths
-can be recomputed. All observations count: before the verdict, a line may be removed only if
-misplaced, and one line in total may be repeated once if it failed. Two seats fixed to the table are
-visited first and last to detect motion in between.
+The ball is put into every nest of the bar; averaged spots are kept. All observations count: before
+the verdict, a line may be removed only if misplaced, and one in total may be repeated once if it
+failed. Two seats fixed to the table are visited first and last to detect motion in between.
 """
 
 from __future__ import annotations
@@ -116,13 +115,9 @@ class VerificationProcedure(CameraProcedure[VerificationEvent, VerificationOutco
     ) -> VerificationProcedure:
         """Start a session; ``two_places`` touches every sphere in the near and the far third.
 
-        Raises
-        ------
-        CalibrationError
-            The rig does not use the calibration in force, an artefact may not be used or gave the
-            calibration its scale, or the bar does not suit the volume.
-        StorageError
-            The session file cannot be written.
+        CalibrationError if the rig does not use the calibration in force, an artefact may not be
+        used or gave it its scale, or the bar does not suit the volume; StorageError if the session
+        file cannot be written.
         """
         if rig.identity != store.active_hash:
             raise CalibrationError(
@@ -161,28 +156,20 @@ class VerificationProcedure(CameraProcedure[VerificationEvent, VerificationOutco
     ) -> VerificationProcedure:
         """Continue the session of a file.
 
-        Raises
-        ------
-        StorageError
-            The file was changed.
-        CalibrationError
-            It is empty, or was started with another calibration or probe.
+        StorageError if changed; CalibrationError if empty, or of another calibration or probe.
         """
         return cls(*_SESSIONS.resume(path), rig, body, store)
 
     @property
     def bar(self) -> LengthBar:
-        """Return the bar of the session."""
         return self._begun.bar
 
     @property
     def spheres(self) -> tuple[Sphere, ...]:
-        """Return the spheres of the session."""
         return self._begun.spheres
 
     @property
     def view(self) -> VerificationView:
-        """Return the snapshot."""
         with self._lock:
             state, wanted = self._state, len(self._begun.bar.nests)
             places = np.array(self._begun.bar.nests)
@@ -221,10 +208,7 @@ class VerificationProcedure(CameraProcedure[VerificationEvent, VerificationOutco
             self._probe.feed(block)
 
     def take_shot(self, uv: Float, sigma_px: float, now: datetime) -> None:
-        """Add recorded averaged spots (C, L, 2), px, as the next observation.
-
-        Raises CalibrationError if this step has nothing left to record.
-        """
+        """Add spots (C, L, 2), px, as the next observation; CalibrationError if none is due."""
         with self._lock:
             if not self._wants():
                 raise CalibrationError(
@@ -235,13 +219,7 @@ class VerificationProcedure(CameraProcedure[VerificationEvent, VerificationOutco
             self._append(self._event(Average(uv, sigma_px), utc_text(now)))
 
     def repeat_line(self, line: int, now: datetime) -> None:
-        """Repeat a line that is misplaced, or once if it failed.
-
-        Raises
-        ------
-        CalibrationError
-            It is neither misplaced nor failed, or was already repeated.
-        """
+        """Repeat a line that is misplaced, or once if it failed; else CalibrationError."""
         with self._lock:
             state = self._state
             wrong = bool(state.hint(line)) or state.is_begun(line)
@@ -264,10 +242,7 @@ class VerificationProcedure(CameraProcedure[VerificationEvent, VerificationOutco
     def excuse_corner(self, corner: str, reason: str, now: datetime) -> None:
         """Set the reason why no test length can end in a corner; an empty one removes it.
 
-        Raises
-        ------
-        CalibrationError
-            The corner is none of `CORNER_NAMES`, ignoring case and blanks.
+        CalibrationError if the corner is none of `CORNER_NAMES`, ignoring case and blanks.
         """
         name = next((one for one in CORNER_NAMES if _bare(one) == _bare(corner)), None)
         if name is None:
@@ -336,7 +311,6 @@ class VerificationProcedure(CameraProcedure[VerificationEvent, VerificationOutco
             self._state.remove(last)
 
     def _last_of(self, step: str) -> Taken | None:
-        """Return the observation of a step that may be removed."""
         state = self._state
         if step == LINES:
             # A complete line counts; see `repeat_line`.

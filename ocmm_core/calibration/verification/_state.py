@@ -46,15 +46,13 @@ PLACES = ("near third", "far third")
 """Parts of the volume as seen by the cameras, for spheres touched in two places."""
 
 _MOST_GAIN = 1.0
-"""Standard deviation of a diameter over that of a point; beyond, points are too close to the pole.
-"""
+"""Standard deviation of diameter over point; beyond, points are too close to the pole."""
 
 
 class VerificationBegun(Begun, frozen=True, kw_only=True):
     """First line."""
 
     probe_identity: str
-    """Hash of the probe's document."""
     bar: LengthBar
     spheres: tuple[Sphere, ...]
     """`bar`, `spheres`: Artefacts; a sphere touched in two places is listed twice."""
@@ -68,7 +66,6 @@ class NestTaken(SessionEvent, frozen=True, kw_only=True):
 
     line: int
     nest: int
-    """`line`, `nest`: Indices."""
     uv: Spots
     """(C, L), px."""
     sigma_px: float
@@ -104,8 +101,6 @@ Resting: TypeAlias = NestTaken | SphereTouched | SeatVisited
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Taken:
-    """An observation with the rest computed from its spots."""
-
     event: Resting
     rest: Rest
 
@@ -146,7 +141,6 @@ class VerificationState:
         self._on_lines = None
 
     def last(self, kind: type[Resting]) -> Taken | None:
-        """Return the latest observation of a kind, or None."""
         return next((one for one in reversed(self.taken) if isinstance(one.event, kind)), None)
 
     def remove(self, one: Taken) -> None:
@@ -164,7 +158,6 @@ class VerificationState:
         self._on_lines = None
 
     def excuse(self, event: CornerExcused) -> None:
-        """Set or remove the reason for an unreached corner."""
         self.excused.pop(event.corner, None)
         if event.reason:
             self.excused[event.corner] = event.reason
@@ -190,15 +183,12 @@ class VerificationState:
         return np.array([one.tip for one in self.line_taken(line)]).reshape(-1, 3)
 
     def is_complete(self, line: int) -> bool:
-        """Return whether all nests of a line were recorded."""
         return len(self.line_taken(line)) == len(self.begun.bar.nests)
 
     def is_begun(self, line: int) -> bool:
-        """Return whether some but not all nests of a line were recorded."""
         return len(self.line_taken(line)) > 0 and not self.is_complete(line)
 
     def current_line(self) -> int | None:
-        """Return the first incomplete line, or None."""
         return next((i for i in range(len(self.plans)) if not self.is_complete(i)), None)
 
     def hint(self, line: int) -> str:
@@ -213,7 +203,6 @@ class VerificationState:
         return judge_placement(plan, ends, others, self.rig.volume_world)
 
     def lengths(self, line: int) -> tuple[Check, ...]:
-        """Return the test lengths of a complete line."""
         return length_checks(
             self.plans[line].name,
             self.line_tips(line),
@@ -223,7 +212,6 @@ class VerificationState:
         )
 
     def has_failed(self, line: int) -> bool:
-        """Return whether a test length of a line does not conform."""
         return self.is_complete(line) and not all(
             self.begun.limits.passes(check) for check in self.lengths(line)
         )
@@ -247,7 +235,6 @@ class VerificationState:
         return np.array(own).reshape(-1, 3)
 
     def current_sphere(self) -> int | None:
-        """Return the first sphere that lacks points, or None."""
         return next(
             (
                 number
@@ -258,14 +245,12 @@ class VerificationState:
         )
 
     def sphere_name(self, sphere: int) -> str:
-        """Return the name of a sphere in checks."""
         place = self.begun.places[sphere] or f"place {sphere + 1}"
         return f"{self.begun.spheres[sphere].artefact.use.name}, {place}"
 
     # Seats.
 
     def visits(self, seat: int) -> list[int]:
-        """Return the indices in ``taken`` of all visits to a seat."""
         return [
             i
             for i, one in enumerate(self.taken)
@@ -273,7 +258,6 @@ class VerificationState:
         ]
 
     def unvisited_seat(self) -> int | None:
-        """Return the first unvisited seat, or None."""
         return next((seat for seat in range(SEATS) if not self.visits(seat)), None)
 
     def seat_to_repeat(self) -> int | None:
@@ -302,11 +286,9 @@ class VerificationState:
     # Gates.
 
     def seats_gate(self) -> Gate:
-        """Return whether the seats were visited first."""
         return first_gate(self.unvisited_seat())
 
     def again_gate(self) -> Gate:
-        """Return whether the seats were visited again after all else."""
         return again_gate(self.seat_to_repeat())
 
     def lines_gate(self) -> Gate:

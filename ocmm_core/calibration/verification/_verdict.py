@@ -1,9 +1,9 @@
 """Verdict of a verification: its checks, motion in between, and causes of a failure.
 
-Possible causes are another tip or a wrong scale. The ball of line i rests at p_i + s_j u_i in nest
-j, s_j as certified. A tip displaced by d in the probe moves it by R_ij d, so that lines bend as the
-probe is turned; a wrong scale of calibration or certificate stretches all lines equally. Each is a
-linear least-squares problem, together with place and direction of every line.
+Causes are another tip or a wrong scale. The ball of line i rests at p_i + s_j u_i in nest j, s_j as
+certified. A tip displaced by d in the probe moves it by R_ij d, so that lines bend as the probe is
+turned; a wrong scale stretches all lines equally. Each is a linear least-squares problem, together
+with place and direction of every line.
 """
 
 from __future__ import annotations
@@ -169,20 +169,10 @@ _REMEDY = "Find what moved (camera, frame, table or seat), fix it, and verify ag
 def verdict(
     state: VerificationState, reused: Sequence[Finding], good_utc: str, made_utc: str
 ) -> VerificationRecord:
-    """Return the record of the observations.
+    """Return the record of the observations; CalibrationError if incomplete or misplaced.
 
-    Parameters
-    ----------
-    reused
-        Objections to the artefacts.
-    good_utc, made_utc
-        Last good verification of the calibration, empty without one, and time of the calibration;
-        ISO 8601 text.
-
-    Raises
-    ------
-    CalibrationError
-        Something is missing or misplaced.
+    ``reused``: objections to artefacts; ``good_utc`` (empty: none), ``made_utc``: last good
+    verification, and time of the calibration, ISO 8601.
     """
     gates = (state.seats_gate(), state.lines_gate(), state.spheres_gate(), state.again_gate())
     for gate in gates:
@@ -224,7 +214,6 @@ def verdict(
 
 
 def _camera_notes(state: VerificationState) -> tuple[str, ...]:
-    """Return unproven properties of the cameras, for the record and its reports."""
     return tuple(f"{UNPROVEN_CAMERAS}: {one}" for one in doubts_by_name(state.rig.device))
 
 
@@ -285,7 +274,6 @@ def _first_seen(
 
 
 def _in_order(state: VerificationState) -> list[Taken]:
-    """Return all observations, also replaced ones, in time order."""
     return sorted([*state.taken, *state.replaced], key=lambda one: one.event.utc)
 
 

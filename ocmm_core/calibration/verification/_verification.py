@@ -1,10 +1,9 @@
 """Verify a calibration with calibrated lengths and spheres (after VDI/VDE 2634 part 1).
 
-A bar with nests is placed along the lines of `_line_planning`; the ball is put into every nest, and
-the distances of all nests from the first one are five test lengths on each line. Spheres are
-touched at 25 points each, and judged by size and form. A check passes if its error plus the
-uncertainty of the artefact is within the limit (ISO 14253-1, proof of conformity). The procedure
-follows the guideline; it does not replace an acceptance test according to it.
+The distances of all nests from the first one are five test lengths on each line (`_line_planning`).
+Spheres are touched at 25 points each, and judged by size and form. A check passes if its error plus
+the uncertainty of the artefact is within the limit (ISO 14253-1, proof of conformity). It does not
+replace an acceptance test according to the guideline.
 """
 
 from __future__ import annotations
@@ -41,7 +40,7 @@ def judge_placement(
 ) -> str:
     """Return the objection to a placement, or empty text.
 
-    ``ends_world`` (2, 3), mm, are first and last nest; ``others`` those of the recorded lines.
+    ``ends_world`` (2, 3), mm: first and last nest; ``others``: those of the recorded lines.
     """
     direction = ends_world[1] - ends_world[0]
     for other in others:
@@ -73,8 +72,8 @@ def judge_placement(
 def judge_nest(plan: PlannedLine, tip_world: Float, taken_world: Points3, bar: LengthBar) -> str:
     """Return why a resting ball is not in the next nest of a line; empty if it may be.
 
-    A skipped nest must not be mistaken for the next one: on a bar of equal steps it would show only
-    at the end of the line. Positions are in mm; ``taken_world`` (n, 3) are the recorded nests.
+    A skipped nest would otherwise show only at the end of the line. mm; ``taken_world`` (n, 3):
+    recorded nests.
     """
     nest = len(taken_world)
     if not nest:
@@ -130,8 +129,7 @@ def sphere_checks(
 ) -> tuple[Check, Check]:
     """Return size and form of a sphere, both from one fit of all points (ISO 10360-5).
 
-    ``tips_world`` (n, 3), mm, are ball centres all around; ``ball`` is radius and standard
-    uncertainty, mm.
+    ``tips_world`` (n, 3), mm: ball centres; ``ball``: radius and standard uncertainty, mm.
     """
     centre, radius, _ = fit_sphere(tips_world)
     certified, expanded = sphere.artefact.at(sphere.diameter, temperature)
@@ -162,9 +160,8 @@ def form_of(points: Points3, centre: Float) -> float:
 def fit_sphere(points: Points3) -> tuple[Float, float, float]:
     """Return centre (3,), radius and gain of the least-squares sphere.
 
-    Gauss-Newton from the linear sphere. The gain is the standard deviation of the diameter over
-    that of one point's distance; 0.65 for 25 points over half a sphere. Raises CalibrationError if
-    the points do not determine a sphere.
+    Gain: standard deviation of the diameter over that of one distance; 0.65 for 25 points over half
+    a sphere. CalibrationError if the points do not determine a sphere.
     """
     mean = points.mean(axis=0)
     at = points - mean
@@ -193,9 +190,9 @@ def fit_sphere(points: Points3) -> tuple[Float, float, float]:
 def reached_corners(
     nests_world: Points3, volume_world: Float, reasons: Mapping[str, str]
 ) -> tuple[Corner, ...]:
-    """Return the corners of a volume (2, 3), mm, as reached by ends of test lengths.
+    """Return the corners of a volume (2, 3), mm, as reached by nests (n, 3), mm.
 
-    Every nest (n, 3), mm, is such an end; ``reasons`` for unreached corners are by name.
+    Every nest ends a test length; ``reasons`` for unreached corners are by name.
     """
     shares = corner_distances(nests_world, volume_world).min(axis=0)
     return tuple(

@@ -36,8 +36,7 @@ def parts_of_batch(
 ) -> tuple[BatchPart, ...]:
     """Return the parts of a batch in a folder, oldest first, also running ones.
 
-    Unreadable files are left out, and ``passed_over`` gets the fault of each: a list must never
-    prevent measuring.
+    ``passed_over`` gets the fault of each unreadable file: a list must never prevent measuring.
     """
     found, batch = [], normal_name(batch)
     paths: list[Path] = []
@@ -87,10 +86,9 @@ def require_new_serial(
     serial: str,
     passed_over: Callable[[OcmmError], object] = lambda fault: None,
 ) -> None:
-    """Raise InputError if the batch has a part of this serial number already.
+    """Raise InputError if the batch has this serial number: it would count twice in statistics.
 
-    It would count twice in all statistics of the batch. ``passed_over`` gets the faults of
-    unreadable files.
+    ``passed_over`` gets the faults of unreadable files.
     """
     if not batch or serial == NOT_GIVEN:
         return

@@ -1,10 +1,9 @@
 """Points of a job that are suspect because of the cameras, by the history of the calibration.
 
 A suspicion - an alarm of the monitor, a verification by a wrong artefact - holds the points since
-the last good check; a passed verification releases them. After a failed verification the start of
-the error is unknown: the points since the last good one stay held, regardless of later checks,
-until a recall decides. So do those of a suspicion that was never checked because another
-calibration was put in force.
+the last good check; a passed verification releases them. After a failed one the start of the error
+is unknown: points since the last good one stay held until a recall decides. So do those of a
+suspicion never checked because another calibration was put in force.
 """
 
 from __future__ import annotations
@@ -21,14 +20,8 @@ def points_in_doubt(
 ) -> Doubts:
     """Return the points of a job that must not count because of its calibration.
 
-    Parameters
-    ----------
-    events
-        Of the rig, oldest first, also about its other calibrations.
-    calibration
-        Hash of the record that the points were measured with.
-    taken
-        When each point was stored, by number.
+    ``events`` of the rig, oldest first; ``calibration``: hash of the record of the points;
+    ``taken``: when each was stored, by number.
     """
     failed: dict[int, str] = {}
     good: datetime | None = None

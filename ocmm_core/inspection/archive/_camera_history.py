@@ -1,9 +1,8 @@
 """Later findings on the calibration of the cameras of a job.
 
-A failed verification makes every job since the last good one suspect, and so do a suspicion and a
-wrong artefact. The history is on the computers that measure with the calibration. It is used only
-if it contains the very record of the job; otherwise the job stands by its own file, with a note
-that the history is missing here.
+A failed verification, a suspicion or a wrong artefact makes every job since the last good one
+suspect. The history, on the computers that measure with the calibration, is used only if it
+contains the very record of the job; otherwise a note reports it missing here.
 """
 
 from __future__ import annotations
@@ -56,17 +55,8 @@ def settle_cameras(
 ) -> bool:
     """Hold and release points by the history of their calibration; return whether any changed.
 
-    Parameters
-    ----------
-    calibration
-        Hash of the record that the points were measured with.
-
-    Raises
-    ------
-    StorageError
-        It could not be made durable; points are held until the program ends.
-    CalibrationError
-        The record of a recall was changed.
+    ``calibration``: hash of the record of the points. StorageError if not durable (points are held
+    until the program ends), CalibrationError if the record of a recall was changed.
     """
     recalled = points_released(store, calibration, job)
     return _settle(session, job, CameraHistory(calibration, store.events, recalled))
@@ -101,10 +91,8 @@ def ask_cameras(
 ) -> CameraHistory:
     """Return the history of a job's calibration on this computer, if present.
 
-    `job`: Own copy of a job file.
-    `record`: Calibration of the job; None for a rig document, which has no history.
-    `folder`: Folder of calibrations, one subfolder per rig.
-    `store`: That of the rig, if already read.
+    `record`: None for a rig document, which has no history. `folder`: calibrations, one subfolder
+    per rig. `store`: that of the rig, if already read.
     """
     if record is None:
         return CameraHistory()
@@ -158,11 +146,10 @@ def _without(points: dict[int, str], numbers: frozenset[int]) -> dict[int, str]:
 
 
 def _known_alarms(events: Sequence[Event], calibration: str, job: JobFile) -> dict[int, bool]:
-    """Return the points that the monitor held for a suspicion in the history.
+    """Return the points held by the monitor, each with whether a good check resolved it since.
 
-    The monitor also holds points for causes that no verification resolves (moved part, changed
-    probe): an alarm belongs to the history only with the same words at the same time. The value is
-    whether a good check has resolved it since.
+    An alarm belongs to the history only with the same words at the same time: the monitor also
+    holds points for causes that no verification resolves (moved part, changed probe).
     """
     own = [one for one in events if one.calibration == calibration]
     checked = [datetime.fromisoformat(one.utc) for one in own if one.kind is EventKind.PASSED]

@@ -35,13 +35,7 @@ def compare_folder(
     probes: Path | None = None,
     calibrations: Path | None = None,
 ) -> Comparison:
-    """Compare the jobs of a folder; as `compare_files`.
-
-    Raises
-    ------
-    InputError
-        There is no such folder, it cannot be read, or it has fewer than two jobs of one plan.
-    """
+    """Compare a folder's jobs as `compare_files`; InputError if unreadable, or fewer than two."""
     if not folder.is_dir():
         raise InputError("compare.folder", f"{folder}: folder not found.", "Check the name.")
     return compare_files(files_of_folder(folder, SUFFIX), progress, probes, calibrations)
@@ -57,21 +51,10 @@ def compare_files(
 ) -> Comparison:
     """Compare jobs: those by the plan of the latest one.
 
-    Parameters
-    ----------
-    paths
-        Job files; read-only, many in parallel processes. Unreadable ones are left out and named.
-    probes, calibrations
-        Folders of histories, as for `reopen_job`.
-    processes
-        Reading processes; None: one per core, or this process alone for few jobs.
-    site
-        Where to compute; without workers and scheduler ``processes`` applies.
-
-    Raises
-    ------
-    InputError
-        There are fewer than two jobs of one plan, or a job occurs twice.
+    ``paths`` are read in parallel; unreadable ones are left out and named. ``probes``,
+    ``calibrations``: folders of histories, as for `reopen_job`. ``processes``: None for one per
+    core, or this one alone for few jobs; not used if ``site`` has workers or a scheduler.
+    InputError if there are fewer than two jobs of one plan, or a job occurs twice.
     """
     jobs: list[PartJob] = []
     unread: list[str] = []
@@ -122,22 +105,16 @@ def compare_files(
 
 
 def compare_jobs(jobs: Sequence[ReopenedJob]) -> tuple[Trend, ...]:
-    """Compare open jobs of one plan, characteristic by characteristic.
+    """Compare open jobs of one plan, characteristic by characteristic; for scripts and tests.
 
-    For scripts and tests; commands and the window read files (`compare_files`). Values with suspect
-    points or from an uncalibrated machine are shown but not counted, nor are simulated values in a
-    comparison with real ones.
-
-    Raises
-    ------
-    InputError
-        There are fewer than two jobs, they are of different plans, or two are the same job.
+    Values with suspect points or from an uncalibrated machine are shown but not counted, nor are
+    simulated values in a comparison with real ones. InputError if there are fewer than two jobs,
+    they are of different plans, or two are the same job.
     """
     return trends_of([_part_job(job) for job in jobs])
 
 
 def _read_content(path: Path, file: bytes, known: bytes) -> PartJob:
-    """Return the comparison data of a job, on any computer."""
     return _part_job(reopen_content(path, file, known_from(known)))
 
 
@@ -146,9 +123,9 @@ def _read_all(
 ) -> Iterator[PartJob | OcmmError]:
     """Yield the result of each file in order, reading in parallel if that pays.
 
-    The time per job (0.03 s with 14 points, 0.2 s with 91 and thirteen characteristics) decides
-    more than their number: two are read here, the second one with everything loaded, and processes
-    are started if the rest takes longer than their start.
+    The time per job (0.03 s with 14 points, 0.2 s with 91) decides more than their number: two are
+    read here, the second with everything loaded; processes start if the rest takes longer than they
+    do.
     """
 
     def read(some: Sequence[Path], many: int, before: int) -> Iterator[PartJob | OcmmError]:

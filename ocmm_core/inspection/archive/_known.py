@@ -1,7 +1,7 @@
 """Knowledge about a job outside its file, so that another computer opens it identically.
 
-Histories of calibrations and tips, trusted keys, and the last known end of the job are on the
-querying computer. A worker elsewhere gets the bytes of the job and this; it looks nothing up.
+Histories of calibrations and tips, trusted keys, and the last known end of the job. A worker
+elsewhere gets this and the bytes of the job, and looks nothing up.
 """
 
 from __future__ import annotations
@@ -57,12 +57,7 @@ def known_here(
 ) -> KnownOfJob:
     """Return this computer's knowledge of a job, and remember its end.
 
-    Parameters
-    ----------
-    job
-        Own copy of the file.
-    store
-        Of the rig of the job in ``calibrations``, if already read.
+    ``job``: own copy of the file; ``store``: of its rig in ``calibrations``, if already read.
     """
     stored = StoredDocuments(path, job.head)
     seal = job.seal(keys)
@@ -80,10 +75,7 @@ def known_here(
 def content_and_known(
     path: Path, probes: Path | None, calibrations: Path | None
 ) -> tuple[bytes, bytes]:
-    """Return all that another computer needs to open a job: its bytes, and the knowledge.
-
-    Raises OcmmError if the job cannot be read.
-    """
+    """Return a job's bytes and the knowledge to open it elsewhere; OcmmError if unreadable."""
     try:
         with JobFile.read(path) as job:
             known = known_here(job, path, probes, calibrations)

@@ -44,7 +44,6 @@ class LastJob:
 
     @property
     def complete(self) -> bool:
-        """Return whether no feature is left."""
         return 0 < self.features <= self.finished
 
 
@@ -57,8 +56,7 @@ def last_jobs(
 ) -> tuple[LastJob, ...]:
     """Return the most recently changed jobs of a folder and of ``also``, newest first.
 
-    At most ``most`` files are opened. Damaged files are listed with their fault; a missing folder
-    has no jobs.
+    At most ``most`` files are opened. Damaged files are listed with their fault.
     """
     found: dict[Path, float] = {}
     for path in (*_in_folder(folder), *also):
@@ -112,8 +110,8 @@ def previous_part_pose(
 ) -> RigidTransform | None:
     """Return the motion from the world to the nominals by the last part of a batch.
 
-    None without a previous part of the same plan and cameras, for one relative to a reference body,
-    or if its part frame is unknown. For guidance only: unreadable files are ignored.
+    None without one of the same plan and cameras, for one relative to a reference body, or if its
+    frame is unknown. For guidance only: unreadable files are ignored.
     """
     before = [p for p in parts_of_batch(folder, batch) if p.plan_identity == plan_identity]
     if not batch or not before:

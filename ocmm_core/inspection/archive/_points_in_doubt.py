@@ -1,8 +1,4 @@
-"""Shared by the histories of cameras and tips: suspect spans of time, and held points.
-
-A history is a sequence of events; some start a suspect span. `points_between` returns the points of
-the job within spans, `hold` holds them, and `sentences_of` explains it.
-"""
+"""Suspect spans of time, and points held in them: for the histories of cameras and tips."""
 
 from __future__ import annotations
 
@@ -54,10 +50,8 @@ def points_between(
 ) -> dict[int, str]:
     """Return the points within spans up to a moment, with the reason of the span.
 
-    `taken`: When each point was stored, by number.
-    `spans`: Oldest first.
-    `end`: Points from then on are not suspect; None without end.
-    `reason`: Span that gives the reason for a point in several: the first or the last one.
+    `taken`: storing times by number. `spans`: oldest first. `end`: points from then on are not
+    suspect. `reason`: which of several spans gives it.
     """
     return {
         number: span.why
@@ -71,8 +65,7 @@ def points_between(
 def first_taken(job: JobFile) -> dict[int, datetime]:
     """Return when the observation of each point was first stored, also of annulled ones.
 
-    Restored or flipped points are new rows; their observation keeps its age. The audit of the rows
-    is not checked.
+    Restored or flipped points are new rows with the old age. The rows' audit is not checked.
     """
     return first_stored(job.observed())
 
@@ -96,10 +89,7 @@ def sentences_of(session: InspectionSession, *hold_reasons: HoldReason) -> tuple
 
 
 def hold(session: InspectionSession, points: Mapping[int, str], hold_reason: HoldReason) -> bool:
-    """Hold points, each for its reason; return whether any was not held before.
-
-    Raises StorageError if it could not be made durable; points are held until the program ends.
-    """
+    """Hold points for their reasons; return whether any is new. StorageError if not durable."""
     changed = False
     for reason in dict.fromkeys(points.values()):
         numbers = [number for number, why in points.items() if why == reason]
@@ -108,7 +98,6 @@ def hold(session: InspectionSession, points: Mapping[int, str], hold_reason: Hol
 
 
 def _sentences(held: Mapping[int, str], hold_reason: HoldReason) -> list[str]:
-    """Return a sentence per reason: number of suspect points, and remedy."""
     reasons = list(held.values())
     return [
         f"{why} {_counted(reasons.count(why))} suspect. {hold_reason.remedy}"

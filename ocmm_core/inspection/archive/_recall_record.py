@@ -1,8 +1,7 @@
 """Record of a recall: verdicts that change, hold or cannot be known, and the evidence.
 
-It is a sealed record (`calibration.sealed`) in the store of its calibration, and named in that
-calibration's chain of events: decisions cannot be altered, or applied to other points. Job files
-are never written.
+Sealed (`calibration.sealed`) and named in its calibration's chain of events: decisions cannot be
+altered, or applied to other points. Job files are never written.
 """
 
 from __future__ import annotations
@@ -44,8 +43,7 @@ class RecalledCharacteristic(msgspec.Struct, frozen=True, kw_only=True, forbid_u
     name: str
     before: RecalledValue
     after: RecalledValue | None
-    """`before`, `after`: By the calibration of the job, and by the one that its spots support; None
-    if unknown."""
+    """`before`, `after`: By the job's calibration; by the one its spots support; or None."""
     outcome: Outcome
     reason: str
     """`outcome`, `reason`: And why, in a sentence."""
@@ -105,8 +103,7 @@ class RecallRecord(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fie
     made_utc: str
     made_by: str
     software: str
-    """`made_utc`, `made_by`, `software`: Time, name (empty for a trial, which decides nothing) and
-    version."""
+    """`made_utc`, `made_by`, `software`: Time, name (empty: undecided trial) and version."""
     folders: tuple[str, ...]
     looked_at: int
     """Number of opened job files."""
@@ -136,9 +133,8 @@ def points_digest(points: Sequence[MeasuredPoint], numbers: Collection[int]) -> 
 def points_released(store: CalibrationStore, calibration: str, job: JobFile) -> frozenset[int]:
     """Return the points of a job released by the last recall about it.
 
-    `calibration`: Hash of the record that the points were measured with.
-
-    Raises CalibrationError if the record of a recall is missing or was changed.
+    `calibration`: hash of the record of the points. CalibrationError if that of a recall is missing
+    or was changed.
     """
     events = store.events
     for at in range(len(events) - 1, -1, -1):
@@ -156,7 +152,6 @@ def points_released(store: CalibrationStore, calibration: str, job: JobFile) -> 
 
 
 def _is_overtaken(since: Sequence[Event], job: RecalledJob) -> bool:
-    """Return whether later findings overtake a recall."""
     against = (EventKind.FAILED, EventKind.SUSPECTED, EventKind.FALLEN)
     return any(
         (one.calibration == job.calibration and one.kind in against)

@@ -1,10 +1,9 @@
 """Reopen a job read-only from its own file, recalculate it and compare with the stored results.
 
-Plan, cameras, probe, reference body and temperatures are in the job file; no other document, record
-or clock is needed. Only later findings on tip and cameras come from their histories on this
-computer (`_tip_history`, `_camera_history`, together in `_known`). The file is read in memory
+No other document, record or clock is needed; later findings on tip and cameras come from their
+histories (`_tip_history`, `_camera_history`, together in `_known`). The file is read in memory
 (`storage.read_job`): it can be write-protected, from another computer or an older version, or in
-use by another program.
+use.
 """
 
 from __future__ import annotations
@@ -52,8 +51,7 @@ class ReopenedJob:
     plan: Plan
     rig: Rig
     body: ProbeBody
-    """`plan`, `rig`, `body`: By the file alone. ``body`` has the geometry at the job's
-    temperatures."""
+    """`plan`, `rig`, `body`: By the file alone; ``body`` at the job's temperatures."""
     options: SessionOptions
     """Limits, temperatures, contact and reference body of the job."""
     view: JobView
@@ -136,27 +134,11 @@ def reopen_job(
 ) -> ReopenedJob:
     """Open a job read-only and recalculate everything in it.
 
-    Parameters
-    ----------
-    probes
-        Folder of probe histories; None is the folder of this user.
-    tell
-        Receives progress, for jobs with many points.
-    calibrations
-        Folder of calibration histories; None is the folder of this user.
-    alone
-        By its file alone: without histories and this computer's memory of its end.
-    known
-        Knowledge of another computer (`known_here`); nothing is looked up here.
-
-    Raises
-    ------
-    StorageError
-        The file is missing, no job file, newer than this program, damaged or cannot be read.
-    InputError
-        A document in the file cannot be used.
-    OcmmError
-        The points do not belong to the documents in the file.
+    ``probes``, ``calibrations``: folders of histories, None for those of this user. ``alone``:
+    without histories and this computer's memory of its end. ``known``: of another computer
+    (`known_here`); nothing is looked up here. StorageError: the file is missing, no job file, newer
+    than this program, damaged or unreadable. InputError: a document in it cannot be used.
+    OcmmError: the points do not belong to its documents.
     """
     path = Path(path)
     tell("Copying the job", 0.0)
@@ -185,7 +167,6 @@ def reopen_alone(path: Path, job: JobFile) -> ReopenedJob:
 
 @contextlib.contextmanager
 def _told_of(path: Path) -> Iterator[None]:
-    """Name the job in errors."""
     try:
         yield
     except OcmmError as error:
@@ -258,7 +239,7 @@ def _differences(
 ) -> list[str]:
     """Return the differences from the stored points.
 
-    `anew`: For every point its tips from the raw spots, by each method used in the job.
+    `anew`: for every point its tips from the raw spots, by each method used in the job.
     """
     found = []
     known = {feature.name for feature in plan.features}

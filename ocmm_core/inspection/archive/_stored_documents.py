@@ -109,7 +109,6 @@ class StoredDocuments:
         )
 
     def _from_text(self, what: str, text: str, load: Callable[[Path], T]) -> T:
-        """Load a document of the job; ``load`` reads a file."""
         try:
             found: T = _loaded(text, load)
             return found
@@ -141,7 +140,6 @@ def named(error: OcmmError, name: str, told: str) -> OcmmError:
 
 
 def about(error: OcmmError, path: Path) -> OcmmError:
-    """Return an error that names the file of the job."""
     if str(path) in error.what:
         return error
     return type(error)(error.code, f"{path}: {error.what}", error.remedy)

@@ -2,7 +2,7 @@
 
 A suspicion - a shock, a long pause, a mounted tip - holds the points since the tip was last found
 good, or since the shock; a passed check releases them. After a failed check the start of the error
-is unknown: the points since the last good check must be measured again, regardless of later checks.
+is unknown: points since the last good one must be measured again.
 """
 
 from __future__ import annotations
@@ -25,15 +25,7 @@ def last_good_utc(events: Sequence[TipEvent], tip: str) -> datetime | None:
 
 
 def points_in_doubt(events: Sequence[TipEvent], tip: str, taken: Mapping[int, datetime]) -> Doubts:
-    """Return the points of a job that must not count because of its tip.
-
-    Parameters
-    ----------
-    tip
-        Tip of the points.
-    taken
-        When each point was stored, by number.
-    """
+    """Return the points that must not count because of the ``tip``; ``taken``: storing times."""
     doubts = Doubts({}, {})
     good: datetime | None = None
     failures: list[Span] = []

@@ -1,8 +1,7 @@
 """Later findings on the tip of a job.
 
-A failed check makes every job since the last good one suspect. The history of a probe is on the
-computers that measure with it. It is used only if it contains the very calibration of the job;
-otherwise the job stands by its own file.
+A failed check makes every job since the last good one suspect. The history, on the computers that
+measure with the probe, is used only if it contains the very calibration of the job.
 """
 
 from __future__ import annotations
@@ -42,17 +41,9 @@ class TipHistory:
 def settle_tip(
     session: InspectionSession, job: JobFile, events: Sequence[TipEvent], tip: str
 ) -> bool:
-    """Hold and release the points of a job by its tip's history; return whether any changed.
+    """Hold and release points by the history of their ``tip``; return whether any changed.
 
-    Parameters
-    ----------
-    tip
-        Tip of the points.
-
-    Raises
-    ------
-    StorageError
-        It could not be made durable; points are held until the program ends.
+    StorageError if it could not be made durable; points are held until the program ends.
     """
     doubts = points_in_doubt(events, tip, first_taken(job))
     changed = [hold(session, doubts.failed, HoldReason.FAILED_TIP)]
@@ -66,12 +57,7 @@ def settle_tip(
 def ask_tip(probe: ProbeText | None, folder: Path) -> TipHistory:
     """Return the history of a job's probe on this computer, if present.
 
-    Parameters
-    ----------
-    probe
-        Records of the job's probe; None without records, and so without history.
-    folder
-        Folder of probe records, one subfolder per probe.
+    ``probe``: None without records, and so without history; ``folder``: one subfolder per probe.
     """
     if probe is None:
         return TipHistory()

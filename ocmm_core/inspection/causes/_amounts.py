@@ -14,7 +14,6 @@ def limits_of(item: Characteristic, result: CharacteristicResult) -> tuple[float
 
 
 def is_low(item: Characteristic, result: CharacteristicResult) -> bool:
-    """Return whether the lower limit is the nearer one."""
     low, high = limits_of(item, result)
     value = result.measured
     return value is not None and low - value > value - high

@@ -1,9 +1,8 @@
 """Choice of the cause of a characteristic that is NOT CONFORM or NOT PROVEN.
 
 A cause needs evidence in the points of the whole job, and the value must be good, or much nearer to
-it, without it. The second is computed, not estimated: points are omitted, moved or flipped, and the
-characteristic is evaluated again. The first cause with both is named, the most specific first; the
-part is the last resort.
+it, without it, as evaluated again with points omitted, moved or flipped. The first with both is
+named, the most specific first; the part is the last resort.
 """
 
 from __future__ import annotations
@@ -40,10 +39,7 @@ _OTHER_PLACE = 0.5
 
 
 def cause_of(inquiry: Inquiry, item: Characteristic, result: CharacteristicResult) -> CauseFinding:
-    """Return the cause that the evidence supports, and the remedy.
-
-    `item`, `result`: The characteristic in question, NOT CONFORM or NOT PROVEN.
-    """
+    """Return the cause that the evidence supports, and the remedy."""
     if inquiry.is_doubted(item, result):
         return CauseFinding(Cause.DOUBT, (), (), result.note)
     for ask in (

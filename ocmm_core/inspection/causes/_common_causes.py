@@ -1,7 +1,6 @@
 """Errors shared by a whole job: the ball, the part's temperature, the frame, the noise.
 
-Each is accepted only if several otherwise unrelated features show it and none contradicts it. What
-one feature alone shows may as well be the part.
+Each is accepted only if several unrelated features show it and none contradicts it.
 """
 
 from __future__ import annotations
@@ -36,8 +35,7 @@ _REMAINS = 0.75
 _GAIN, _MANY = 0.3, 3
 """Relative gain of a witness of a pattern; and witnesses required per feature made worse."""
 _FOLLOWS, _STRAYS = 1.5, 2.5
-"""Misfit, relative to the usual one, up to which a feature follows a pattern, and beyond which not.
-"""
+"""Misfit over the usual one, up to which a feature follows a pattern; beyond which not."""
 _LEAST_WITNESSES, _LEAST_SIZES = 2, 3
 _NOTHING = 1e-12
 _NOISY = 5.0
@@ -69,10 +67,7 @@ class Common:
 
 
 def common_causes(job: EvaluatedJob, left_out: Collection[int]) -> Common | None:
-    """Return the common errors of the features of a job; None while its pose is unknown.
-
-    `left_out`: Indices of points contradicted by their feature.
-    """
+    """Return the common errors of features; None if the pose is unknown. `left_out`: outliers."""
     found = whereabouts(job.plan, job.found)
     surfaces = surfaces_of(job.actual, left_out)
     if found is None or not surfaces:

@@ -1,9 +1,8 @@
 """Deviations of all points of a job from the nominal surfaces, and patterns common to features.
 
-A bad feature is bad alone. A wrong ball, a warm part or a wrong frame moves the points of all
-features in one pattern: all away from the material, all away from one place, all rigidly. Patterns
-are fitted so that features which follow none of them have little weight (Geman and McClure's
-estimator, a weight per feature), because one of them may be the defect of the part.
+A wrong ball, a warm part or a wrong frame moves the points of all features in one pattern: away
+from the material, away from one place, rigidly. Features which follow no pattern get little weight
+(Geman and McClure's estimator, a weight per feature): one may be the defect of the part.
 """
 
 from __future__ import annotations
@@ -49,16 +48,9 @@ class TouchedSurface:
     """(3,), unit, world: mean direction from the material as probed."""
 
     def lies(self, T_nominal_from_world: RigidTransform) -> tuple[Float, Float, Float]:
-        """Return the distances of its points from the nominal material.
+        """Return deviations (n,), mm, positive outside; normals (n, 3), out; balls (n, 3), mm.
 
-        Returns
-        -------
-        deviations
-            (n,), mm, positive outside of the material.
-        normals
-            (n, 3), unit: out of the material, frame of the nominals.
-        balls
-            (n, 3), mm: ball centres in that frame.
+        In the frame of the nominals; balls are their centres.
         """
         balls = T_nominal_from_world.apply(self.tips)
         geometry = self.geometry
@@ -169,8 +161,8 @@ def _fitted(
 ) -> Pattern:
     """Return motion and amount of a pattern, by Gauss-Newton with a weight per feature.
 
-    `pattern`: From normals and contact points, (n, 3) each, frame of the nominals, to the change of
-      the deviations per unit of the amount, (n,).
+    `pattern`: from normals and contact points, (n, 3) each, frame of the nominals, to the change of
+    the deviations per unit of the amount, (n,).
     """
     T, amount, sigma = start, 0.0, 0.0
     owner = np.repeat(np.arange(len(surfaces)), [len(item.tips) for item in surfaces])

@@ -1,7 +1,4 @@
-"""Explanations: why a characteristic is NOT CONFORM or NOT PROVEN, and the remedy.
-
-Computed on demand: it evaluates the job several times.
-"""
+"""Explanations: why a characteristic is NOT CONFORM or NOT PROVEN, and the remedy."""
 
 from __future__ import annotations
 
@@ -31,12 +28,9 @@ def explanations(
     body: ProbeBody,
     options: SessionOptions,
 ) -> tuple[Explanation, ...]:
-    """Return an explanation for every result that is NOT CONFORM or NOT PROVEN, in order.
+    """Explain every result that is NOT CONFORM or NOT PROVEN; evaluates the job several times.
 
-    Parameters
-    ----------
-    points, sensitivities, rig, body, options
-        As `evaluation.evaluate_job`: the points that count, as stored.
+    Arguments as `evaluation.evaluate_job`: the points that count, as stored.
     """
     if not any(result.verdict in EXPLAINED for result in view.characteristics):
         return ()

@@ -104,7 +104,6 @@ def scatter(
 
 
 def _own_shape(inquiry: Inquiry, names: Sequence[str]) -> str | None:
-    """Return the feature whose surface alone scatters; None if others do also."""
     samples = {item.feature: scatter_ratio(item) for item in inquiry.job.samples}
     usual = float(np.median(list(samples.values())))
     rough = [name for name in names if samples.get(name, 0.0) > _ROUGH * usual]
@@ -112,7 +111,6 @@ def _own_shape(inquiry: Inquiry, names: Sequence[str]) -> str | None:
 
 
 def _by_chance(inquiry: Inquiry, item: Characteristic, result: CharacteristicResult) -> bool:
-    """Return whether this scatter may give the value by chance."""
     evaluation, beyond = inquiry.job.evaluations.get(item.name), beyond_limit(item, result)
     if evaluation is None or beyond is None:
         return False

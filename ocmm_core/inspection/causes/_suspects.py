@@ -1,9 +1,9 @@
 """Points of one feature contradicted by the others: one, two, or a group of neighbours.
 
-`features.outliers` removes the worst point first, so that a burr under two or three neighbouring
-points can hide: each supports the others. Here groups are judged as a whole, by the decrease of the
-sum of squared residuals without them (R. D. Cook and S. Weisberg, Residuals and Influence in
-Regression, 1982, 2.2.2), with Bonferroni's bound over all groups of that size.
+Points on a burr support each other, so `features.outliers` can miss them. Here groups are judged as
+a whole, by the decrease of the sum of squared residuals without them (R. D. Cook and S. Weisberg,
+Residuals and Influence in Regression, 1982, 2.2.2), with Bonferroni's bound over all groups of that
+size.
 """
 
 from __future__ import annotations
@@ -58,11 +58,9 @@ def suspects_of(
 ) -> Suspects | None:
     """Return the points of a feature contradicted by the others; None if all agree.
 
-    `noise`: mm^2: mean square of a residual by the noise of the points alone; less scatter is
-      chance.
-    `usual`: mm^2: mean square of the residuals of the other features of the job. If a feature
-      scatters no more without some points, it counts as if seen on some points more (a prior of
-      `_PRIOR` degrees of freedom), because few remaining points are weak evidence.
+    `noise`, mm^2: mean square of a residual by the noise of the points; less scatter is chance.
+    `usual`, mm^2: that of the other features of the job; one that scatters no more without some
+    points gets a prior of `_PRIOR` degrees of freedom, as few remaining points are weak evidence.
     """
     touches = feature.touches
     fit = _least_squares(feature)

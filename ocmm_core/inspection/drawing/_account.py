@@ -54,7 +54,6 @@ class Account(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=T
         return tuple(item for item in self.items if item.group in groups)
 
     def counts(self) -> dict[Group, dict[Status, int]]:
-        """Return the number of items per group and status."""
         found = Counter((item.group, item.status) for item in self.items)
         words: tuple[Status, ...] = ("taken", "partly", "refused")
         return {

@@ -24,15 +24,7 @@ _LONGEST = 60
 
 
 class Context:
-    """A growing plan; characteristics that could not be measured are refused.
-
-    Attributes
-    ----------
-    plan
-        Current plan.
-    surfaces
-        Features of the faces of the model.
-    """
+    """A growing plan; characteristics that could not be measured are refused."""
 
     def __init__(self, plan: Plan, surfaces: Surfaces) -> None:
         self.plan, self.surfaces = plan, surfaces
@@ -44,10 +36,7 @@ class Context:
         self._nominals = nominal_geometries(plan.features, plan.constructions)
 
     def checked(self, items: Sequence[Characteristic]) -> list[Characteristic]:
-        """Return characteristics that can be measured and match the surfaces as drawn.
-
-        Raises RefusedError if one cannot be measured, or its nominal is not that of the model.
-        """
+        """Return characteristics; RefusedError if unmeasurable, or not of the model's nominal."""
         probed = {feature.name for feature in self.plan.features}
         for item in items:
             fault = characteristic_fault(

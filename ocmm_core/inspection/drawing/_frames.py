@@ -33,10 +33,7 @@ _MOST = 100
 
 
 class Frames:
-    """Datums of a model, as features of the plan if possible.
-
-    `context`: The plan; it gets a middle plane for a datum of two opposite faces.
-    """
+    """Datums of a model; two opposite faces give a middle plane in the plan."""
 
     def __init__(
         self, context: Context, datums: Sequence[Datum], targets: Sequence[DatumTarget]
@@ -50,7 +47,6 @@ class Frames:
             self._items.append(self._take(datum))
 
     def account(self) -> list[AccountItem]:
-        """Return the results of datums and targets."""
         found = [
             AccountItem(
                 group="datum target", name=one.name, kind=f"{one.word} of datum {one.datum}",
@@ -64,7 +60,7 @@ class Frames:
     def names_of(self, references: Sequence[DatumReference]) -> list[str]:
         """Return the features named by datum references, in order.
 
-        Raises RefusedError if one has a modifier, is a common datum, or is no feature of the plan.
+        RefusedError for a modifier, a common datum, or one that is no feature of the plan.
         """
         names = []
         for reference in references:
@@ -91,10 +87,7 @@ class Frames:
         return names
 
     def open_motions(self, names: Sequence[str]) -> tuple[str, ...]:
-        """Return the motions left open by datums, in words; empty if they hold the part.
-
-        Raises RefusedError if even the part as drawn could not be held by them.
-        """
+        """Return motions left open, in words; RefusedError if even the drawn part is not held."""
         plan = self._context.plan
         nominals = nominal_geometries(plan.features, plan.constructions)
         try:
@@ -105,7 +98,7 @@ class Frames:
     def align(self, tolerances: Sequence[Tolerance]) -> str:
         """Align the plan to the datum system of most tolerances; return a sentence about it.
 
-        Only a system without open motions becomes the alignment; an existing alignment is kept.
+        Only a system without open motions, and only if the plan has no alignment.
         """
         if self._context.plan.alignment is not None:
             return "The plan keeps its alignment; tolerances name their datums themselves."
@@ -191,7 +184,6 @@ class Frames:
         return name
 
     def _middle(self, letter: str, features: tuple[NominalFeature, ...]) -> str:
-        """Add the middle plane of two opposite faces to the plan and return it."""
         plan = self._context.plan
         name = self._free(letter)
         middle = Bisector(name=name, features=tuple(feature.name for feature in features))
@@ -203,7 +195,6 @@ class Frames:
 
 
 def _are_one_plane(features: Sequence[NominalFeature]) -> bool:
-    """Return whether features are coplanar planes with targets and equal normals."""
     if any(one.shape is not Shape.PLANE or not one.targets for one in features):
         return False
     first = np.array(features[0].direction)
@@ -213,7 +204,6 @@ def _are_one_plane(features: Sequence[NominalFeature]) -> bool:
 
 
 def _face_away(first: NominalFeature, second: NominalFeature) -> bool:
-    """Return whether two features are parallel planes with opposite normals."""
     if first.shape is not Shape.PLANE or second.shape is not Shape.PLANE:
         return False
     return float(np.dot(first.direction, second.direction)) < _OPPOSITE

@@ -29,18 +29,9 @@ _UNITS = {"length": "mm", "angle": "deg"}
 def with_account(
     plan: Plan, model: StepModel, account: Account, file: Path, without: str = ""
 ) -> Plan:
-    """Return the plan with the account of its model.
+    """Return the plan with the account of its model; InputError if it is not readable any more.
 
-    Parameters
-    ----------
-    without
-        Reason for importing features without tolerances, part of a sentence; no item is then in
-        the plan.
-
-    Raises
-    ------
-    InputError
-        The model can no longer be read.
+    ``without``: why features have no tolerances, part of a sentence; no item is then in the plan.
     """
     if not account.items or model.pmi is None:
         return plan
@@ -85,7 +76,6 @@ def _requirement(
 def _numbers(
     one: Dimension | Tolerance | None,
 ) -> tuple[float | None, float | None, float | None, str]:
-    """Return nominal, deviations and unit in the file."""
     if isinstance(one, Dimension):
         return one.nominal, one.lower, one.upper, _UNITS.get(one.of, "")
     if one is None or one.size is None:
@@ -104,25 +94,10 @@ _Named: TypeAlias = Dimension | Tolerance | Datum | DatumTarget | Annotation
 def plan_with_tolerances(plan: Plan, model: StepModel, general: str = "") -> tuple[Plan, Account]:
     """Return a plan with the tolerances of its model.
 
-    Parameters
-    ----------
-    plan
-        With features of the model; missing features of the model were left out.
-    general
-        General tolerance for sizes and distances without their own: a word of `CLASSES`; empty for
-        none.
-
-    Returns
-    -------
-    Plan
-        With characteristics, and with an alignment if it had none and a datum system holds it.
-    Account
-        All items of the model, each imported or refused with its reason.
-
-    Raises
-    ------
-    InputError
-        The general tolerance is unknown.
+    ``plan``: with features of the model. ``general``: tolerance for sizes and distances without
+    their own, a word of `CLASSES` or empty; InputError if unknown. The plan gets characteristics,
+    and an alignment if it had none and a datum system holds it. The account has all items of the
+    model, each imported or refused with its reason.
     """
     asked = general_of(general)
     pmi = model.pmi
@@ -154,7 +129,6 @@ def plan_with_tolerances(plan: Plan, model: StepModel, general: str = "") -> tup
 
 
 def _all_refused(pmi: Pmi) -> Account:
-    """Return an account in which all items are refused, by name."""
     why = f"nothing of the model's tolerances can be used: {pmi.fault}"
     groups: tuple[tuple[Group, Sequence[_Named]], ...] = (
         ("dimension", pmi.dimensions), ("tolerance", pmi.tolerances), ("datum", pmi.datums),
@@ -214,7 +188,6 @@ def _annotation(
     labels: Mapping[str, object],
     by_name: Mapping[str, AccountItem],
 ) -> AccountItem:
-    """Return the result of a label: that of its item, or it is a note."""
     if not one.shows:
         text = one.text if len(one.text) <= _LONGEST_NOTE else one.text[:_LONGEST_NOTE] + "…"
         return AccountItem(

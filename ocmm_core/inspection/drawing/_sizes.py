@@ -58,12 +58,9 @@ _LEAST = 5
 
 
 def fit_limits(code: str, size: float) -> tuple[float, float, bool]:
-    """Return lower and upper deviation of a fit, mm, and whether it is a hole.
+    """Return lower and upper deviation, mm, of ``H7``, ``g6``, and whether it is a hole.
 
-    `code`: Such as ``H7`` or ``g6``.
-    `size`: Nominal diameter, mm.
-
-    Raises RefusedError if the tables do not have it.
+    `size`: nominal diameter, mm. RefusedError if the tables do not have it.
     """
     found = _CODE.fullmatch(code)
     letter, grade = (found.group(1), int(found.group(2))) if found else ("", 0)
@@ -170,7 +167,6 @@ class Sizes:
         return Found(tuple(both), (), ())
 
     def _with_limits(self, item: Dimension, found: Found) -> tuple[Dimension, str]:
-        """Return a dimension with limits, its own or general ones, and a remark."""
         for note in item.notes:
             if note in _REFERENCE:
                 raise RefusedError("it is a reference dimension, which has no tolerance")
@@ -196,7 +192,6 @@ class Sizes:
         return msgspec.structs.replace(item, lower=-off, upper=off), words
 
     def _with_fit(self, item: Dimension, found: Found) -> tuple[Dimension, str]:
-        """Return a diameter with the limits of its fit, and a remark."""
         if item.nominal is None:
             raise RefusedError(f"its limits are the fit {item.fit}, and the file gives it no value")
         if item.word != "diameter" or item.of != "length" or item.lower is not None or item.notes:

@@ -103,9 +103,8 @@ class Zones:
     ) -> Tolerance:
         """Return the lower segment of a composite tolerance on its own (ASME Y14.5).
 
-        It controls form and orientation and leaves the location to the upper one. A profile without
-        datums is one; for one face or axis the rest is an orientation. The locations within a
-        pattern are neither.
+        It leaves the location to the upper one. A profile without datums is one; for one face or
+        axis the rest is an orientation. Locations within a pattern are neither.
         """
         if item.word == "surface profile" and not datums:
             return item
@@ -192,7 +191,6 @@ class Zones:
 def _plain(
     item: Tolerance, feature: NominalFeature, datums: list[str], several: bool
 ) -> Characteristic:
-    """Return a form, run-out or coaxiality."""
     if item.word in _FORM:
         if datums:
             raise RefusedError(f"a {item.word} has no datums")
@@ -244,7 +242,6 @@ def _system(item: Tolerance) -> tuple[tuple[str, ...], ...]:
 
 
 def _words(item: Tolerance) -> str:
-    """Return a tolerance in words, as in its frame on a drawing."""
     sign = {"cylinder": "Ø", "sphere": "SØ"}.get(_ZONES.get(item.zone, ""), "")
     said = item.word
     if item.size is not None:

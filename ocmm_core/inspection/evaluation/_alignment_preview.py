@@ -24,15 +24,7 @@ def alignment_of_points(
 ) -> AlignmentReport:
     """Return residuals, their uncertainty and open degrees of freedom of the plan's alignment.
 
-    Parameters
-    ----------
-    points, sensitivities
-        Of the job so far, as stored; in the same order.
-
-    Raises
-    ------
-    InputError
-        The plan has no alignment.
+    ``sensitivities`` in the order of ``points``. InputError if the plan has no alignment.
     """
     bound = plan.bound_alignment
     if bound is None:

@@ -1,12 +1,9 @@
 """Cache of a job's results, each with all its inputs.
 
-Results form a graph: features depend on points, frames on features, values on both. A node keeps
-its latest result and its inputs; it is valid while these are the identical objects, which are
-frozen: points, features, plans and options. So no number can outlive its inputs, and one more point
-recomputes only its dependents.
-
-Some inputs are not known beforehand: the direction of an axis may depend on any feature. So a node
-may also read from a mapping, and the entries read are among its inputs.
+Features depend on points, frames on features, values on both. A node's latest result is valid while
+its inputs are the identical frozen objects: points, features, plans, options. So one more point
+recomputes only its dependents. The direction of an axis may depend on any feature: a node may also
+read from a mapping, and the entries read are among its inputs.
 """
 
 from __future__ import annotations
@@ -21,23 +18,16 @@ V = TypeVar("V")
 
 
 class EvaluationCache:
-    """Keep one result per node; as many nodes as a plan has features and characteristics.
+    """Keep one result per node, as many as features and characteristics; thread-safe.
 
-    Thread-safe: concurrent callers with different points each get their correct result, and one of
-    them is kept.
+    Concurrent callers with different points each get their correct result; one is kept.
     """
 
     def __init__(self) -> None:
         self._nodes: dict[Hashable, _Node] = {}
 
     def known(self, key: Hashable, inputs: Sequence[object], make: Callable[[], T]) -> T:
-        """Return the result of a node.
-
-        Parameters
-        ----------
-        make
-            Computes it if not cached for these inputs; errors are not cached.
-        """
+        """Return a node's result, by ``make`` if not cached for these inputs; errors are not."""
         node = self._nodes.get(key)
         if node is None or not node.has(inputs):
             node = self._nodes[key] = _Node(tuple(inputs), make(), {}, None)
@@ -69,7 +59,6 @@ class _Node:
     names: tuple[str, ...] | None
 
     def has(self, inputs: Sequence[object]) -> bool:
-        """Return whether the inputs are these very objects."""
         return len(inputs) == len(self.inputs) and all(map(is_, inputs, self.inputs))
 
     def would_read(self, source: Mapping[str, V]) -> bool:

@@ -33,17 +33,10 @@ def coverage_of(
 ) -> Coverage:
     """Return the distribution of the points over a feature.
 
-    Round shapes are divided into sectors about their direction, planes into cells, lines into
-    stretches; a sphere into patches of the touched half. Sector edges avoid touches, so that evenly
-    spread touches fall one in each, wherever the first one is. If the extent of a plane or line and
-    its pose are known, all of it counts; else the area spanned by the points.
-
-    Parameters
-    ----------
-    fit
-        World frame.
-    T_nominal_from_world
-        None while the pose of the part is unknown.
+    Round shapes have sectors about their direction, planes cells, lines stretches; a sphere patches
+    of the touched half. Sector edges avoid touches: evenly spread ones fall one in each. If the
+    extent of a plane or line and its pose are known, all of it counts; else the area spanned by the
+    points. ``fit``: world frame; ``T_nominal_from_world``: None if unknown.
     """
     tips = np.array([point.tip_world for point in points])
     match fit.shape.spec.spread:
@@ -68,12 +61,9 @@ def _coverage(cells: Sequence[bool], kind: str, warning: str, start: float = 0.0
 def _dial(turns: Float, count: int) -> tuple[NDArray[np.bool_], float]:
     """Return which of ``count`` sectors are touched, and the start of the first, rad.
 
-    The edges lie in the middle of the widest gap between the touches, all sectors superposed: no
-    touch is nearer to an edge than half a sector divided by the number of touches, so that neither
-    rounding nor an unsteady hand moves it across. Among equally wide gaps, the one with the fewest
-    touched sectors is used.
-
-    `turns`: (n,), angles of the touches about the axis, rad.
+    The edges lie in the middle of the widest gap between the touches, all sectors superposed:
+    neither rounding nor an unsteady hand moves one across. Among equally wide gaps, that with the
+    fewest touched sectors. `turns`: (n,), rad.
     """
     places = turns / (2.0 * np.pi) * count
     if not places.size:

@@ -1,7 +1,4 @@
-"""A job with all intermediate quantities, and its results with modified points.
-
-Budgets and causes need the features, parts of the uncertainty and gradients behind the results.
-"""
+"""A job with all intermediate quantities, for budgets and causes, also with modified points."""
 
 from __future__ import annotations
 
@@ -64,13 +61,7 @@ class EvaluatedJob:
     def results_of(
         self, items: Sequence[Characteristic], points: Sequence[MeasuredPoint] | None = None
     ) -> tuple[CharacteristicResult, ...]:
-        """Return the results of characteristics, as measured or for other points.
-
-        Parameters
-        ----------
-        points
-            As many as the job has, in their order; None for those of the job.
-        """
+        """Return results of characteristics, for as many ``points`` as the job has, or its own."""
         if points is None:
             found, alignment = self.found, self.alignment
         else:
@@ -81,7 +72,6 @@ class EvaluatedJob:
     def results_without(
         self, items: Sequence[Characteristic], numbers: Collection[int]
     ) -> tuple[CharacteristicResult, ...]:
-        """Return the results of characteristics without some points."""
         kept = [i for i, point in enumerate(self.points) if point.number not in numbers]
         found = checked_features(self.plan, [self.points[i] for i in kept], self.options)
         alignment = alignment_of(self.plan, found)
@@ -112,10 +102,7 @@ def evaluated_job(
 ) -> EvaluatedJob:
     """Return a job with all intermediate quantities; arguments as `evaluation.evaluate_job`.
 
-    Parameters
-    ----------
-    probe
-        Separates temperature and weight of the probe from its calibration; None joins them.
+    ``probe`` separates temperature and weight of the probe from its calibration; None joins them.
     """
     noise, rig = noise_of_job(points, rig, body)
     reported = tuple(reported_points(points, options.climate.part))

@@ -79,12 +79,7 @@ def evaluate_job(
 ) -> JobResults:
     """Return features and results of the points of a job.
 
-    Parameters
-    ----------
-    sensitivities
-        Per point, in their order.
-    cache
-        Of earlier evaluations of the same job; None computes everything.
+    ``sensitivities`` in the order of the points; ``cache`` of earlier evaluations of the same job.
     """
     cache = cache or EvaluationCache()
     graph = FeatureGraph(plan, options, cache)
@@ -133,8 +128,8 @@ class _Probed:
     def as_far(self, item: Characteristic, result: CharacteristicResult) -> CharacteristicResult:
         """Return a result without a verdict if a feature it depends on is not done.
 
-        It is PROVISIONAL once one of its own features has points. It is NOT MEASURED before that,
-        and if a feature was skipped or is done without a number: nothing more will come.
+        PROVISIONAL once one of its own features has points. NOT MEASURED before that, and if one
+        was skipped or is done without a number.
         """
         below = self.below.rests_on[item.name]
         open_ = [name for name in below if name not in self.done]
@@ -163,10 +158,7 @@ class _Probed:
 def checked_features(
     plan: Plan, points: Sequence[MeasuredPoint], options: SessionOptions
 ) -> dict[str, ActualFeature | FitError]:
-    """Return every feature of a plan, probed or constructed, or why it is unknown.
-
-    Points are as reported; rows of jacobians refer to them by index.
-    """
+    """Return every feature of a plan, or why unknown; rows of jacobians are points by index."""
     touched = Touched.of(points, range(len(points)))
     return FeatureGraph(plan, options, EvaluationCache()).features(touched)
 
@@ -182,10 +174,7 @@ def measured_frame(
 def alignment_of(
     plan: Plan, actual: Mapping[str, ActualFeature | FitError]
 ) -> BoundAlignment | None:
-    """Return the alignment used for results: bound to nominals, senses settled.
-
-    While its features are not measured the senses are left open.
-    """
+    """Return the alignment for results, bound to nominals; senses are open until measured."""
     return FeatureGraph(plan, SessionOptions(), EvaluationCache()).alignment(actual)
 
 

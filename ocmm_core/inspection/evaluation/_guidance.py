@@ -1,7 +1,4 @@
-"""Next target, and the cue that guides the ball there.
-
-Guidance needs only a rough pose of the part: no result depends on it.
-"""
+"""Next target, and the cue to it, by a rough pose of the part: no result depends on it."""
 
 from __future__ import annotations
 
@@ -44,8 +41,7 @@ class Cue:
 def cue(distance_mm: float) -> Cue:
     """Return ring and tone for a distance, mm: the ring shrinks and the tone rises.
 
-    Both follow the logarithm of the distance, so that the last millimetres are as distinct as the
-    first hundred. NaN counts as the largest distance.
+    By the logarithm: the last millimetres are as distinct as the first hundred. NaN is farthest.
     """
     distance = distance_mm if np.isfinite(distance_mm) else FAR_MM
     share = float(np.log(np.clip(distance, NEAR_MM, FAR_MM) / NEAR_MM) / np.log(FAR_MM / NEAR_MM))
@@ -68,8 +64,7 @@ class Whereabouts:
 def whereabouts(plan: Plan, actual: Mapping[str, ActualFeature | FitError]) -> Whereabouts | None:
     """Return the pose of the nominals by the features measured so far; None if undetermined.
 
-    By the alignment of the plan once its datums are measured; before that by any planes and centres
-    that leave no freedom.
+    By the alignment, or before its datums are measured by planes and centres that leave no freedom.
     """
     aligned = aligned_nominals(plan, actual)
     if aligned is not None:
@@ -83,8 +78,7 @@ def aligned_nominals(
 ) -> RigidTransform | None:
     """Return the motion from the world to the frame of the nominals, by the plan's alignment.
 
-    Nominals may be in another frame than that of the alignment; the alignment of the nominals
-    themselves relates the two.
+    That of the alignment may be another one; the alignment of the nominals relates the two.
     """
     T_part_from_world = frame_of(plan, actual)
     bound = plan.bound_alignment
@@ -161,16 +155,8 @@ def targets_of(
 ) -> tuple[Target, ...]:
     """Return the open targets of a feature, the one nearest to the last point first.
 
-    Parameters
-    ----------
-    points
-        Points of the feature; each covers the target nearest to it.
-    place
-        Pose of the nominals; no targets if unknown.
-    tip_radius
-        mm.
-    last_world
-        (3,), mm: ball centre of the last point of the job, or None.
+    Each of its ``points`` covers the nearest target. Without the pose ``place`` there are none.
+    ``tip_radius``, mm; ``last_world`` (3,), mm: ball centre of the last point of the job, or None.
     """
     if place is None:
         return ()

@@ -1,13 +1,12 @@
 """Features of a job and its values as nodes of a graph, recomputed when their inputs change.
 
-Points lead to features, features and sensitivities to the record of each feature (uncertainty,
-form), all of these to frames and values. A node reads only its inputs: see `EvaluationCache`.
+Points lead to features, these and sensitivities to the record of each feature (uncertainty, form),
+all of these to frames and values. A node reads only its inputs: see `EvaluationCache`.
 
-Single points are compensated along the direction of the plan once the part frame is known. The fit
-of any other shape gives the normal of the surface; a point has only its approach, which is as
-straight as the hand: a slant compensates too little of the ball radius, always to the same side.
-The plan's direction is better if it can be transformed to the world. A point that came from far off
-it, because the ball slid into place, gives no number.
+Single points are compensated along the direction of the plan once the part frame is known: a point
+has only its approach, as straight as the hand, and a slant compensates too little of the ball
+radius, always to the same side. A point that came from far off that direction, because the ball
+slid into place, gives no number.
 """
 
 from __future__ import annotations
@@ -58,8 +57,7 @@ def compensate_by_plan(
 ) -> dict[str, ActualFeature | FitError]:
     """Return the single points of a plan, compensated along its directions, by name.
 
-    `nominals`: Features of the plan; other shapes are ignored.
-    `points`: All points of the job, or those of these features.
+    Other shapes are ignored. `points`: of the job, or those of these features.
     """
     single = [item for item in nominals if item.shape is Shape.POINT]
     to_world = T_part_from_world.rotation.T

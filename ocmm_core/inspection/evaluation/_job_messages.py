@@ -1,9 +1,4 @@
-"""Headlines of a job on every page, sheet and file.
-
-States are limitations of a job: simulated, unproven cameras, incomplete. They come from the job
-itself (`JobView.simulated`, `JobView.camera_doubts`, `JobView.part_verdict`), so that all outputs
-agree.
-"""
+"""Headlines of a job, from itself: simulated, unproven cameras, incomplete; all outputs agree."""
 
 from __future__ import annotations
 
@@ -22,8 +17,7 @@ PARTIAL_PLAN = "PARTIAL PLAN"
 """The source of the plan has more requirements than the plan."""
 NO_REAL_PART = "No real part was measured."
 SIMULATED_LINE = "SIMULATED: No real part was measured."
-"""A literal, because catalogues translate whole sentences; a test compares it with the two above.
-"""
+"""A literal, to translate the whole sentence; a test compares it with the two above."""
 
 
 def job_states(view: JobView) -> tuple[str, ...]:

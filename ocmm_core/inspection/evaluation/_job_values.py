@@ -42,8 +42,8 @@ class ValueGraph:
     ) -> tuple[CharacteristicResult, ...]:
         """Return a result for every characteristic of the plan, in order.
 
-        `touched`, `actual`: The points, and their features by `FeatureGraph`.
-        `sensitivities`: Of the points of each feature, in order.
+        `touched`, `actual`: points and features by `FeatureGraph`. `sensitivities`: of each
+        feature's points, in order.
         """
         plan, alignment = self._graph.plan, self._graph.alignment(actual)
         blocks = {name: self._factors(name, touched, own) for name, own in sensitivities.items()}
@@ -122,11 +122,9 @@ class _Known:
         self.actual = _Features(records)
 
     def touching(self, places: Sequence[int]) -> set[str]:
-        """Return the features of the points with these indices."""
         return {self._owners[place] for place in places}
 
     def factors(self, names: Collection[str]) -> PointFactors:
-        """Return the uncertainty of the points of these features."""
         found = [self._records[name].factors for name in names]
         return joined_factors([factors for factors in found if factors is not None])
 

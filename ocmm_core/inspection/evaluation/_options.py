@@ -1,8 +1,7 @@
 """Options of a session, and its limits as stored in the job file.
 
-Limits are not in the plan: other limits would give other results for the same points. A job is
-recalculated with the last limits. Files of older versions lack the event; they were measured with
-the default limits.
+Not in the plan: other limits give other results. A job is recalculated with the last ones; files of
+older versions lack the event and have the default limits.
 """
 
 from __future__ import annotations
@@ -40,8 +39,7 @@ class SessionOptions:
     reference: ReferenceBody | None = None
     """Reference body of all points; None without one."""
     near: RigidTransform | None = None
-    """Rough motion from the world to the nominals of the plan, from a previous part; for guidance
-    only."""
+    """Rough motion from the world to the nominals, from a previous part; guidance only."""
     method: Method = "gauss-newton"
     """Computation of the poses of touches; results of ``"thesis"`` prove nothing."""
 
@@ -76,10 +74,7 @@ def with_stored_limits(options: SessionOptions, events: Sequence[JobEvent]) -> S
 
 
 def methods_used(events: Sequence[JobEvent]) -> tuple[Method, ...]:
-    """Return the methods of a job's poses, without repeats; InputError as above.
-
-    A job may be resumed with another method, so its points may differ in it.
-    """
+    """Return the methods of a job's poses, each once; a resumed job may mix them."""
     found = [_read(event.text).method for event in events if event.kind == LIMITS_EVENT]
     return tuple(dict.fromkeys(found)) or (SessionOptions().method,)
 

@@ -28,10 +28,7 @@ their touches, on which no search of this feature shall wait."""
 
 
 def outliers(feature: ActualFeature) -> tuple[int, ...]:
-    """Return the numbers of the points contradicted by the others.
-
-    Flags and never removes; see `features.outliers`. Constructed features have no points.
-    """
+    """Return the numbers of contradicted points, for flags only; see `features.outliers`."""
     if feature.raw is None or feature.touches is None:
         return ()
     fit, tips = feature.raw, feature.touches.tips
@@ -49,14 +46,9 @@ def commanding(
     points: Sequence[MeasuredPoint],
     actual: Mapping[str, ActualFeature | FitError],
 ) -> CommandingPoints | None:
-    """Return the points of a probed feature that command its fit; None if none does.
+    """Return the points of a probed feature that command its fit, or prevent it; or None.
 
-    Also for a feature that has no fit because of them.
-
-    Parameters
-    ----------
-    actual
-        All features: the plane it is projected onto, and the scatter to be expected.
+    ``actual``, all features: the plane it is projected onto, and the scatter to be expected.
     """
     scatters = scatters_of(actual)
     plane = actual.get(nominal.projection)

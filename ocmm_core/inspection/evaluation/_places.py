@@ -1,7 +1,7 @@
 """Touch points on the nominal surface, one function for each kind of surface.
 
-All is in the frame of the plan's nominals. The ``point`` of a feature is the middle of the touched
-region: of the length of a line, cylinder or cone, of the area of a plane.
+In the frame of the plan's nominals. A feature's ``point`` is the middle of the touched region: of
+the length of a line, cylinder or cone, of the area of a plane.
 """
 
 from __future__ import annotations
@@ -27,8 +27,7 @@ class Places:
     points: Float
     """(n, 3), mm, on the surface; empty if the plan has no size of the feature."""
     normals: Float
-    """(n, 3), unit, from the material towards the probe; zero for a line, whose plan does not name
-    its face."""
+    """(n, 3), unit, from the material to the probe; zero for a line, whose face is unknown."""
 
 
 NOWHERE = Places(np.empty((0, 3)), np.empty((0, 3)))
@@ -153,7 +152,6 @@ def on_torus(
 def _on_outline(
     flat: tuple[Float, Float], nominal: NominalFeature, centre: Float, axis: Float, sign: float
 ) -> Places:
-    """Return places on an outline in 3D from places in its plane."""
     along = across_of(nominal)
     points, normals = flat
     basis = np.stack([along, np.cross(axis, along)])

@@ -1,8 +1,7 @@
 """Progress of a job: features done, skipped, and the active one.
 
-Points alone do not determine it: an inspector finishes a feature with fewer points, skips one, or
-reopens one. Every such decision is an event `STANDING_EVENT` of the job file, so that a reopened
-job resumes where it was.
+An inspector finishes a feature with fewer points, skips one, or reopens one: each decision is an
+event `STANDING_EVENT` of the job file, so that a reopened job resumes where it was.
 """
 
 from __future__ import annotations
@@ -44,8 +43,7 @@ class Progress:
     """`done`, `skipped`: Complete features, and omitted ones."""
     probing: Probing = "plan"
     methods: Mapping[str, str] = field(default_factory=dict)
-    """Compensation (`measuring.compensation.METHODS`) of features for which the inspector overrides
-    the plan."""
+    """Compensation (`measuring.compensation.METHODS`) by the inspector instead of the plan."""
 
     def advanced(self) -> Progress:
         """Return a copy with the first open feature after the active one active."""
@@ -71,10 +69,7 @@ class Progress:
         return replace(self, active=name, done=self.done - {name}, skipped=self.skipped - {name})
 
     def reopened(self, name: str) -> Progress:
-        """Return a copy with a feature reopened, and active if no other is.
-
-        A skipped feature stays so: deleting a point from it does not reopen it.
-        """
+        """Return a copy with a feature reopened (not if skipped), and active if no other is."""
         changed = replace(self, done=self.done - {name})
         if changed.active or name in self.skipped:
             return changed
@@ -92,7 +87,6 @@ class Progress:
 
 
 def progress_from(written: WrittenProgress, names: tuple[str, ...]) -> Progress:
-    """Return stored progress for the features of a plan."""
     return Progress(
         names,
         written.active if written.active in names else "",

@@ -1,10 +1,8 @@
 """Held points: stored and shown, but proving nothing until released.
 
-A whole job is withdrawn if its results are unknown, so that none may look current.
-
-If calibration or tip became suspect during a job, the points since the last good check may be
-wrong. The events of the job file alone determine which ones, so that they stay held when the job is
-reopened.
+If calibration or tip became suspect, the points since the last good check may be wrong. The events
+of the job file alone determine which ones, so that they stay held when it is reopened. A whole job
+is withdrawn if its results are unknown.
 """
 
 from __future__ import annotations
@@ -28,8 +26,7 @@ WITHDRAWN = "Result withdrawn."
 class HoldReason(Enum):
     """Reason for holding points, and so the condition of their release.
 
-    Each has its own kinds of events; their text names the points, then the reason:
-    ``5,6,7: reason``.
+    Each has its own kinds of events, with the text ``5,6,7: reason``: points, then the reason.
     """
 
     CAMERAS = (

@@ -1,8 +1,7 @@
 """Nominal surface of a feature: where to touch it, and the distance of a ball from it.
 
-All is in the frame of the plan's nominals. The ``point`` of a feature is the middle of the touched
-region: of the length of a line, cylinder or cone, of the area of a plane. `SURFACES` is the
-registry: one entry per shape.
+In the frame of the plan's nominals. A feature's ``point`` is the middle of the touched region: of
+the length of a line, cylinder or cone, of the area of a plane. `SURFACES` has one entry per shape.
 """
 
 from __future__ import annotations
@@ -158,8 +157,8 @@ SURFACES = {
 def places_of(nominal: NominalFeature, count: int) -> Places:
     """Return ``count`` places on the nominal surface.
 
-    The targets of the plan, maybe fewer; without targets, or if one is off the surface because it
-    was changed since, places spread over it.
+    The targets of the plan, maybe fewer; places spread over it if there are none, or if one is off
+    the surface, changed since.
     """
     named = _named(nominal, count)
     if named is not None:
@@ -171,8 +170,7 @@ def places_of(nominal: NominalFeature, count: int) -> Places:
 def nearness(nominal: NominalFeature, ball: Float, radius: float) -> Nearness:
     """Return the nearness of a ball at ``ball`` (3,), mm, with ``radius``, mm, to the surface.
 
-    A circle is the bore or shaft that it is touched in: depth does not count up to ten millimetres.
-    Lengths of the plan bound the surface, else it is infinite.
+    A circle is a bore or shaft: depth counts beyond ten millimetres. Lengths bound the surface.
     """
     arm, axis = ball - np.array(nominal.point), unit(np.array(nominal.direction))
     return SURFACES[nominal.shape].nearness(nominal, arm, axis, _sign(nominal), radius)

@@ -100,14 +100,9 @@ def frame_covariance(
     """Return the covariance of the frame of the nominals that a job would save, (6, 6).
 
     Of a small rotation, rad, about the axes of the frame through its origin, and a shift, mm, along
-    them: from the errors of the points, and from the form of the features if points show it. None
-    for a reused frame whose own uncertainty is unknown or not propagated: control points, and fits
-    that only start at a saved frame.
-
-    Raises
-    ------
-    OcmmError
-        The features do not determine the pose of the part.
+    them: from the errors of the points, and the form of the features if shown. None for a reused
+    frame of unknown uncertainty: control points, and fits that only start at a saved frame.
+    OcmmError if the features do not determine the pose.
     """
     climate = options.climate
     reported = reported_points(points, climate.part)

@@ -55,8 +55,7 @@ class ReferenceView:
     """LEDs now seen by two cameras."""
     moved_mm: float | None
     turned_rad: float | None
-    """`moved_mm`, `turned_rad`: Motion of body and part relative to the cameras since the start of
-    the job; None if unknown."""
+    """`moved_mm`, `turned_rad`: Of body and part against the cameras since start, or None."""
     leds_world: Float | None
     """(R, 3), mm, world of the job; None before its pose is known."""
 
@@ -74,8 +73,7 @@ class LiveView:
     """mm, k = 2, of one averaged point at this place; None together with ``tip_world``."""
     rotation_world_from_probe: Float | None
     origin_world: Float | None
-    """`rotation_world_from_probe`, `origin_world`: (3, 3) and (3,); None together with
-    ``tip_world``."""
+    """`rotation_world_from_probe`, `origin_world`: (3, 3), (3,); None with ``tip_world``."""
     spots: Float
     """(C, S, 2), px: spot of every slot, NaN without spot."""
     slot_leds: Int
@@ -88,8 +86,7 @@ class LiveView:
     """Over the last second of bus time."""
     acquisition: AcquisitionStatus
     slot_references: Int | None = None
-    """(C, S) int64: LED of the reference body in the slot, -1 for none; None without such a body.
-    """
+    """(C, S) int64: reference LED of the slot, -1 for none; None without such a body."""
     reference: ReferenceView | None = None
     faults: tuple[str, ...] = ()
     """Failures outside the measurement, a sentence each; they remain until restart."""
@@ -117,8 +114,7 @@ class Coverage:
     fraction: float
     """0 to 1: share of the sectors, cells or stretches that have a point."""
     cells: tuple[bool, ...]
-    """Per sector (counter-clockwise about the direction of the fit), cell or stretch: has a point.
-    """
+    """Per sector (counter-clockwise about the fit's direction), cell, stretch: has a point."""
     words: str
     """"5 of 8 sectors"."""
     warning: str = ""
@@ -157,8 +153,7 @@ class PlannedFeature:
     supposed: bool
     """Pose unknown: the part is shown upright in the middle of the volume."""
     targets: tuple[Target, ...] = ()
-    """Targets in the assumed pose. Neither ring nor tone guides to them, and no touch is checked
-    against them."""
+    """In the assumed pose: neither ring nor tone guides to them, no touch is checked."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -173,8 +168,7 @@ class FeatureView:
     points: tuple[MeasuredPoint, ...]
     """Points that count, oldest first."""
     fit: Fit | None
-    """Compensated fit in the world frame (`features.shapes.Fit`; diameters without the ball); None
-    with too few points."""
+    """Compensated, world (`features.shapes.Fit`; without the ball); None: too few points."""
     note: str
     """Why there is no fit, or why its points prove nothing; else empty."""
     outliers: tuple[int, ...] = ()
@@ -184,8 +178,7 @@ class FeatureView:
     deleted: tuple[DeletedPoint, ...] = ()
     coverage: Coverage | None = None
     targets: tuple[Target, ...] = ()
-    """Open targets, the best next one first; empty if the pose of the part or the size of the
-    feature is unknown."""
+    """The best next one first; empty if the pose of the part or the size is unknown."""
     text: str = ""
     picture: str = ""
     """`text`, `picture`: Instruction of the plan, and its picture file next to the plan."""
@@ -311,12 +304,11 @@ class JobView:
 
     @property
     def shown(self) -> FeatureView | None:
-        """Return the feature that screens show.
+        """Return the feature that screens show: the one under review, else the active one.
 
-        That is the one under review, else the active one. But a feature just done stays until the
-        next one has its first point, so that its result is seen, and one whose only point was
-        deleted stays, so that the point can be restored. At the end it is the one that decides over
-        the part, unless CONFORM. None if no feature was touched and none is active.
+        One just done stays until the next one has its first point, and one whose only point was
+        deleted stays, so that it can be restored. At the end it is the one that decides over the
+        part, unless CONFORM. None if no feature was touched and none is active.
         """
         named = {item.name: item for item in self.features}
         if self.looked_at in named:

@@ -1,16 +1,15 @@
 """The plan: its document, its checks, its changes, and imports.
 
-In: a TOML document, a table in text, or the measurement of a master part.
-Out: a checked plan, and TOML that reads back to the same plan.
+In: a TOML document, a table in text, or the measurement of a master part. Out: a checked plan, and
+TOML that reads back to the same plan.
 
 Read `_plan` (features and characteristics), `_file` (the document), `_step_checks` and `_findings`
 (contradictions), `_environment` (required and noted ambient conditions), `_edit` (changes: a plan
 in, another one out), `_shelf` (plans of a folder), `_file_beside` (files that it names),
-`_picture`, `_cad_model` (the part that is shown).
-Imports: `_csv`, `_teach` and `_surface_profile` (of faces of the model). `_stored_plan` reads the
-plan of a job file; `_plan_release` releases a plan by name; `_requirements` keeps the account of
-imported files.
-It must not know points or sessions.
+`_picture`, `_cad_model` (the part that is shown). Imports: `_csv`, `_teach` and `_surface_profile`
+(of faces of the model). `_stored_plan` reads the plan of a job file; `_plan_release` releases a
+plan by name; `_requirements` keeps the account of imported files. It must not know points or
+sessions.
 """
 
 from __future__ import annotations

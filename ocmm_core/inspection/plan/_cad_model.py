@@ -1,8 +1,7 @@
 """CAD model of a plan, stored next to it, and the cache of parts made from models.
 
-Cached parts are named by the hash of their model. The cache is expendable: damaged entries, and
-those of another version or model are remade. If the folder of the plan is not writable, the user's
-cache is used.
+Cached parts are named by the hash of their model; damaged entries, and those of another version are
+remade. If the folder of the plan is not writable, the user's cache is used.
 """
 
 from __future__ import annotations
@@ -96,24 +95,10 @@ def with_model(
 ) -> Plan:
     """Return the plan with a CAD model; the file is copied next to the plan.
 
-    A file in the folder of the plan is referenced as it is. Nothing is overwritten: a copy whose
-    name is in use is numbered.
-
-    Parameters
-    ----------
-    plan_file
-        Existing or future path of the plan; None if it was never saved.
-    source
-        A STEP file in whose frame the nominals are.
-    part
-        The part already read from it, for the cache.
-
-    Raises
-    ------
-    InputError
-        The plan has no file, or the source is no STEP file, or ``part`` is not of it.
-    StorageError
-        It cannot be copied.
+    A file in that folder is referenced as it is; a copy whose name is in use is numbered. The plan
+    file may not exist yet. ``source``: a STEP file in whose frame the nominals are; ``part``:
+    already read from it, for the cache. InputError if the plan has no file, the source is no STEP
+    file, or ``part`` is not of it; StorageError if it cannot be copied.
     """
     if plan_file is None:
         raise InputError(
@@ -145,7 +130,7 @@ def with_model(
 def _kept_together(files: ModelFiles, folder: Path) -> str:
     """Return the name of an assembly, whose files are copied to a folder of their own.
 
-    The files name each other, so that only the folder can be renamed: it is numbered if in use.
+    They name each other: only the folder can be renamed, and is numbered if in use.
     """
     stem = _MODEL.stem(files.top)
     for number in range(1, MOST_NAMES):
@@ -174,12 +159,7 @@ def without_model(plan: Plan) -> Plan:
 def carry_model(plan: Plan, old: Path, new: Path) -> None:
     """Copy the CAD model of a plan to another folder; existing files are kept.
 
-    Raises
-    ------
-    StorageError
-        It cannot be copied.
-    InputError
-        Its files cannot be read.
+    StorageError if it cannot be copied, InputError if its files cannot be read.
     """
     if plan.model is None:
         return
@@ -200,12 +180,7 @@ def part_of_plan(
 ) -> PartOfPlan:
     """Return the part named by a plan, cached or read from its model; never raises.
 
-    Parameters
-    ----------
-    folder
-        Of the plan; None if unknown.
-    given_up, progress
-        As of `read_part`; not called if the part is cached.
+    ``folder`` of the plan, None if unknown; ``given_up``, ``progress`` as of `read_part`.
     """
     if plan.model is None or folder is None:
         return PartOfPlan()

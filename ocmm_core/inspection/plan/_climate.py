@@ -24,13 +24,8 @@ def material_expansion(plan: Plan) -> Expansion | None:
 def climate_for(climate: Climate, before: Plan, plan: Plan) -> Climate:
     """Return the climate of a job after a change of the plan.
 
-    An expansion entered by the operator is kept; one from the old plan is replaced by the new
-    one's.
-
-    Raises
-    ------
-    InputError
-        Results are to be reported at 20 °C, and the plan names no material.
+    The operator's expansion is kept, the plan's replaced by the new one. InputError if results are
+    to be reported at 20 °C, and the plan names no material.
     """
     if climate.part.expansion != material_expansion(before):
         return climate

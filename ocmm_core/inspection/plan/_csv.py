@@ -104,10 +104,7 @@ class _Cell:
 def feature_table(path: Path | str, options: TableOptions | None = None) -> FeatureTable:
     """Return the features of a table, and the account of the reader.
 
-    Raises
-    ------
-    InputError
-        The file cannot be read, or a cell cannot be used; names line and column.
+    InputError, with line and column, if the file or a cell cannot be used.
     """
     wanted = NamedColumns(NEEDED, _NUMBERS, (*NEEDED, *OPTIONAL))
     table = read_table(path, wanted, options, LARGEST_BYTES)

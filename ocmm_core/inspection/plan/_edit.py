@@ -1,7 +1,6 @@
 """Changes of a plan: each takes a plan and returns another one; nothing is changed in place.
 
-The editor of the window and scripts call the same functions. A change that would make the plan
-unmeasurable is refused with the message of `load_plan`.
+A change that would make the plan unmeasurable is refused with the message of `load_plan`.
 """
 
 from __future__ import annotations
@@ -72,13 +71,8 @@ def replace_item(
 ) -> Plan:
     """Return the plan with a feature, construction or characteristic replaced.
 
-    A new name is carried to all references. Changed limits of a characteristic count as set, no
-    longer as proposed.
-
-    Raises
-    ------
-    InputError
-        The item is unknown, or the plan would become unmeasurable.
+    A new name is carried to all references. Changed limits count as set, no longer as proposed.
+    InputError if the item is unknown, or the plan would become unmeasurable.
     """
     group = _group_of(item)
     items = list(getattr(plan, group))
@@ -98,10 +92,7 @@ def with_alignment(plan: Plan, rule: Alignment | None) -> Plan:
 
 
 def with_head(plan: Plan, head: Plan) -> Plan:
-    """Return the plan with the common data of another: name, part, rules, material, climate.
-
-    Raises InputError if one of them cannot be used.
-    """
+    """Return the plan with name, part, rules, material, climate of another; InputError if bad."""
     changes = {field: getattr(head, field) for field in HEAD_FIELDS}
     return _checked(msgspec.structs.replace(plan, **changes))
 
@@ -109,12 +100,8 @@ def with_head(plan: Plan, head: Plan) -> Plan:
 def remove_item(plan: Plan, name: str, group: str = "") -> Plan:
     """Return the plan without a feature, construction or characteristic.
 
-    ``group`` is its list, for a characteristic with the name of a feature.
-
-    Raises
-    ------
-    InputError
-        The item is unknown, or others need it: they are named.
+    ``group``: its list, for a characteristic with the name of a feature. InputError if the item is
+    unknown, or others need it: they are named.
     """
     group = group or group_of_name(plan, name)
     items = [item for item in getattr(plan, group) if item.name != name]
@@ -139,12 +126,7 @@ def move_item(plan: Plan, name: str, place: int, group: str = "") -> Plan:
 
 
 def rename_item(plan: Plan, old: str, new: str) -> Plan:
-    """Return the plan with an item renamed, including references.
-
-    For tests only.
-
-    Raises InputError if the item is unknown, or ``new`` is taken or no name.
-    """
+    """Rename an item, also in references, for tests; InputError if unknown, taken, no name."""
     if new == old:
         return plan
     return _checked(_renamed(plan, group_of_name(plan, old), old, new))
@@ -209,7 +191,6 @@ def _renamed(plan: Plan, group: str, old: str, new: str) -> Plan:
 
 
 def _replaced(data: Any, keys: frozenset[str], old: str, new: str, key: str = "") -> Any:
-    """Return plain data with a name replaced in the fields that hold names of features."""
     if isinstance(data, Mapping):
         return {name: _replaced(value, keys, old, new, name) for name, value in data.items()}
     if isinstance(data, list | tuple):

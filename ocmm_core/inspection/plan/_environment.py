@@ -1,9 +1,8 @@
 """Ambient conditions of a job: limits of the plan, noted readings, and violations.
 
-A reading is an event of the job file with the number of points so far and the number of the next
-point, so that start and end are determined without user input. The start is what was noted before
-the first point, the end what was noted after the last one. A reading without measurements after it
-is superseded by the next one; both stay in the file, and both are reported.
+A reading is an event with the number of points so far and of the next point: the start is what was
+noted before the first point, the end after the last one. A reading without measurements after it is
+superseded by the next one; both stay in the file, and both are reported.
 """
 
 from __future__ import annotations
@@ -35,8 +34,7 @@ class EnvironmentLimits(msgspec.Struct, frozen=True, kw_only=True, forbid_unknow
     temperature_c: tuple[float, float] | None = None
     humidity_percent: tuple[float, float] | None = None
     pressure_hpa: tuple[float, float] | None = None
-    """`temperature_c`, `humidity_percent`, `pressure_hpa`: Of the air at the machine, not of part
-    or probe."""
+    """`temperature_c`, `humidity_percent`, `pressure_hpa`: Of the air at the machine."""
 
 
 _DEMANDS = (
@@ -127,15 +125,7 @@ def note_room_in(job: JobFile, typed: TypedRoom, who: str = "", doubt: str = "")
 
 
 def noted_rooms(events: Sequence[JobEvent]) -> tuple[NotedRoom, ...]:
-    """Return the noted readings, oldest first.
-
-    Raises
-    ------
-    StorageError
-        An event does not have its form.
-    InputError
-        It contains an invalid reading.
-    """
+    """Return noted readings, oldest first; StorageError if malformed, InputError if invalid."""
     found = tuple(
         event_value(one.kind, one.text, NotedRoom)
         for one in events
@@ -152,12 +142,7 @@ def environment_doubt(
 ) -> str:
     """Return why ambient conditions invalidate a job, and the remedy; empty if they do not.
 
-    Parameters
-    ----------
-    last_point
-        Largest number of a point that counts; zero without any.
-    complete
-        The job is measured: the end must have been noted.
+    ``last_point``: largest number that counts, or zero; ``complete``: the end must have been noted.
     """
     if limits is None:
         return ""

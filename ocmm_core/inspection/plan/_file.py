@@ -19,12 +19,8 @@ _LISTS = ("features", "constructions", "characteristics", "sources", "requiremen
 def save_plan(plan: Plan, path: Path | str) -> None:
     """Write a plan atomically; comments of the old file are lost.
 
-    Raises
-    ------
-    InputError
-        The plan is unmeasurable; nothing is written.
-    StorageError
-        The file cannot be written, or does not hold what was written.
+    InputError if it is unmeasurable (nothing is written), StorageError if the file cannot be
+    written, or does not hold what was written.
     """
     path = Path(path)
     check_plan(path, plan)

@@ -25,10 +25,7 @@ class FileKind:
     def kept(self, source: Path, content: bytes, folder: Path) -> str:
         """Return the name of a file in the folder of a plan; it is copied if outside.
 
-        A copy gets a portable name. Nothing is overwritten: a copy whose name is in use is
-        numbered.
-
-        Raises StorageError if it cannot be copied.
+        A copy gets a portable, unused name. StorageError if it cannot be copied.
         """
         return self.inside(source, folder) or self._copied(source, content, folder)
 

@@ -254,7 +254,6 @@ def _nominal(item: Characteristic, value: float, unit: str, slack: float) -> Ite
 
 
 def _is_length(item: Characteristic) -> bool:
-    """Return whether the value is an absolute length between two features."""
     spec = spec_of(item.kind)
     return spec.folds and spec.unit == "mm" and not item.axis
 

@@ -21,20 +21,9 @@ _PICTURE = FileKind("picture", "picture", PICTURES)
 def with_picture(plan: Plan, plan_file: Path | None, feature: str, source: Path) -> Plan:
     """Return the plan with a picture for a feature; the file is copied next to the plan.
 
-    A file in the folder of the plan is referenced as it is. Nothing is overwritten: a copy whose
-    name is in use is numbered.
-
-    Parameters
-    ----------
-    plan_file
-        None if the plan was never saved.
-
-    Raises
-    ------
-    InputError
-        The plan has no file or no such feature, or the file is no picture.
-    StorageError
-        It cannot be copied.
+    A file in that folder is referenced as it is; a copy whose name is in use is numbered.
+    InputError if the plan has no file (was never saved) or no such feature, or the file is no
+    picture; StorageError if it cannot be copied.
     """
     if plan_file is None:
         raise InputError(

@@ -48,8 +48,7 @@ class CadModel(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=
     file: str
     """Relative to the folder of the plan, and inside it."""
     sha256: str
-    """Of the bytes of the file, or of the names and bytes of all files of an assembly: 64 hex
-    digits."""
+    """Of the file, or of the names and bytes of all files of an assembly: 64 hex digits."""
 
 
 class Plan(Document, frozen=True, kw_only=True):
@@ -75,21 +74,16 @@ class Plan(Document, frozen=True, kw_only=True):
     model: CadModel | None = None
     """The CAD model in whose frame the nominals are; shown only, nothing is computed from it."""
     cameras: Literal["proven", "unproven"] = "proven"
-    """``"proven"``: only cameras whose data prove their age and order; ``"unproven"``: also others,
-    knowingly."""
+    """``"proven"``: data prove their age and order; ``"unproven"``: also others, knowingly."""
     environment: EnvironmentLimits | None = None
     """Ambient limits from the first to the last point; None for none."""
     sources: list[PlanSource] = msgspec.field(default_factory=list)
     requirements: list[Requirement] = msgspec.field(default_factory=list)
-    """`sources`, `requirements`: Imported files, and the account of their requirements; both are
-    empty in a plan made by hand."""
+    """`sources`, `requirements`: Imported files and their account; empty if made by hand."""
 
     @classmethod
     def completed(cls, data: dict[str, Any]) -> dict[str, Any]:
-        """Return ``data`` with the kind of alignment that the first plans omitted.
-
-        Text is normalised to NFC, so that names typed on different systems are equal.
-        """
+        """Return ``data`` in NFC, with the kind of alignment that the first plans omitted."""
         data = normal_text(data)
         alignment = data.get("alignment")
         if isinstance(alignment, dict):
@@ -135,13 +129,7 @@ class Plan(Document, frozen=True, kw_only=True):
 
 
 def load_plan(path: Path | str) -> Plan:
-    """Return the plan of the document at ``path``.
-
-    Raises
-    ------
-    InputError
-        The document is malformed or unmeasurable; names the field.
-    """
+    """Return the plan of a document; InputError, with the field, if malformed or unmeasurable."""
     plan = load_document(path, Plan, SCHEMA)
     check_plan(Path(path), plan)
     return plan

@@ -1,7 +1,7 @@
 """Requirements of a model, QIF document or table, and their presence in the plan.
 
-A plan stores the account of each import. Whether a requirement is in the plan is computed at each
-reading: a characteristic that was deleted, changed or widened no longer counts.
+The plan stores the account of each import; presence is computed at each reading, so that a deleted,
+changed or widened characteristic no longer counts.
 """
 
 from __future__ import annotations
@@ -87,10 +87,7 @@ def source_of(kind: SourceKind, file: PurePath | str, sha256: str) -> PlanSource
 
 
 def with_requirements(plan: Plan, source: PlanSource, found: Sequence[Requirement]) -> Plan:
-    """Return the plan with the account of a source added.
-
-    A file that was imported before keeps one account: existing requirements of the plan are kept.
-    """
+    """Return the plan with the account of a source added; one per file, the old one is kept."""
     if not found:
         return plan
     sources = list(plan.sources)
@@ -192,7 +189,6 @@ def _contents(plan: Plan) -> _Contents:
 
 
 def _fault(contents: _Contents, one: Requirement) -> str:
-    """Return the reason why a requirement is not in a plan, or an empty text."""
     if one.why:
         return one.why
     if absent := contents.lacks(one):

@@ -61,8 +61,7 @@ def picture_fault(picture: str) -> str:
 def file_fault(name: str, what: str, endings: Sequence[str]) -> str:
     """Return the fault of the name of a file next to the plan; empty if none.
 
-    It must stay within the plan's folder: an absolute path or ``..`` would read any file of the
-    computer, on every computer another one.
+    An absolute path or ``..`` would read any file of the computer, on every computer another one.
     """
     if not stays_inside(name):
         return f"is {shortened(name)}, which does not stay beside the plan"

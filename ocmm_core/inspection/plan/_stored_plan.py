@@ -8,13 +8,7 @@ from ocmm_core.storage import JobHead
 
 
 def stored_plan(head: JobHead) -> Plan:
-    """Return the plan in the head of a job file, by which a job is resumed.
-
-    Raises
-    ------
-    InputError
-        The plan is of another version of the program and cannot be used.
-    """
+    """Return the plan to resume a job by; InputError if of another version and unusable."""
     with scratch_folder("plan") as folder:
         path = folder / "plan_of_the_job.toml"
         path.write_text(head.plan_text, encoding="utf-8")

@@ -45,21 +45,9 @@ def surface_profile(
 ) -> tuple[list[NominalFeature], Characteristic]:
     """Return single points spread over faces of the model, and their profile.
 
-    Parameters
-    ----------
-    name
-        Of the characteristic; the points are called ``NAME 1`` and so on.
-    tolerance
-        mm: width of the zone.
-    count
-        Total number of points, shared by the faces.
-    ball_radius
-        mm: of the largest ball.
-
-    Raises
-    ------
-    InputError
-        The model has no surface of a face, or too few places have room for the ball.
+    ``name`` of the characteristic; points are ``NAME 1`` and so on, ``count`` in total.
+    ``tolerance``, mm: width of the zone; ``ball_radius``, mm: of the largest ball. InputError if
+    the model has no surface of a face, or too few places have room for the ball.
     """
     held = tuple(nominal_face(face) for face in faces)
     shares = [count // len(held) + (i < count % len(held)) for i in range(len(held))]
@@ -76,18 +64,9 @@ def surface_profile(
 def with_profiles(plan: Plan, free_forms: Sequence[FreeForm], tolerance: float) -> Plan:
     """Return a plan with free-form faces of its model: their points, and a profile of each.
 
-    The profiles are in the datum system of the plan's alignment. A plan without one gets the best
-    fit to these faces, and each profile is best-fitted: without datums it does not locate a face.
-
-    Parameters
-    ----------
-    tolerance
-        mm: width of their zones.
-
-    Raises
-    ------
-    InputError
-        A name is taken, or the tolerance is invalid.
+    In the datum system of the plan's alignment. A plan without one gets the best fit to these
+    faces, and each profile is best-fitted: without datums it does not locate a face. ``tolerance``,
+    mm: width of their zones. InputError if a name is taken, or the tolerance is invalid.
     """
     if not free_forms:
         return plan
@@ -121,20 +100,9 @@ def with_model_fit(
 ) -> Plan:
     """Return a plan whose alignment is the best fit to faces of its model.
 
-    Existing single points on the faces are used. A face with fewer than its share gets more, spread
-    over it and named after it.
-
-    Parameters
-    ----------
-    count
-        Total number of points, shared by the faces.
-    ball_radius
-        mm: of the largest ball.
-
-    Raises
-    ------
-    InputError
-        No face is given, the model has no surface of one, or too few places have room for the ball.
+    Existing single points on the faces are used; a face with fewer than its share of ``count`` gets
+    more, named after it. ``ball_radius``, mm: of the largest ball. InputError if no face is given,
+    the model has no surface of one, or too few places have room for the ball.
     """
     if not faces:
         raise InputError(
@@ -176,7 +144,6 @@ def _lying_on(points: Sequence[NominalFeature], faces: Sequence[NominalFace]) ->
 
 
 def _named(stem: str, taken: Collection[str]) -> str:
-    """Return a stem that no item of the plan starts with."""
     words = "".join(sign if sign.isalnum() or sign in " _.-" else " " for sign in stem).strip()
     stem = words[:_LONGEST] or "FACE"
     every = (stem, *(f"{stem} {number}" for number in range(2, len(taken) + 3)))

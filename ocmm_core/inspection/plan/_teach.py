@@ -23,17 +23,8 @@ def taught_plan(
 ) -> Plan:
     """Return the plan with the nominals of all measured features, in the part frame.
 
-    Parameters
-    ----------
-    actual
-        Features as measured on the master part, world frame.
-    decimals
-        Of lengths, mm.
-
-    Raises
-    ------
-    InputError
-        The part frame is not measured: nominals in the world would be meaningless.
+    ``actual``: as measured on the master part, world frame; ``decimals`` of mm. InputError if the
+    part frame is not measured: nominals in the world would be meaningless.
     """
     if T_part_from_world is None:
         raise InputError(

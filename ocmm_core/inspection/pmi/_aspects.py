@@ -45,11 +45,9 @@ class Aspects:
         ]
 
     def faces(self, aspect: int, *, is_note: bool = False) -> Faces:
-        """Return the faces of an aspect and of its components.
+        """Return the faces of an aspect (`is_note`: of a note) and of its components.
 
-        `is_note`: The aspect is of a note, which has no meaning for tolerances.
-
-        Raises BadEntityError if a visited entity is missing, cannot be read, or is not supported.
+        BadEntityError if a visited entity is missing, cannot be read, or is not supported.
         """
         found: dict[int, None] = {}
         others: dict[str, None] = {}
@@ -81,7 +79,6 @@ class Aspects:
         return Faces(tuple(sorted(found)), tuple(others), derived)
 
     def _check(self, aspect: int, role: str) -> None:
-        """Refuse an invalid aspect, or one with relations other than to its parts."""
         check_entity(self._file, aspect, role)
         for by_first, of in ((self._usages, "usage"), (self._children, "relation")):
             for word, found in by_first:

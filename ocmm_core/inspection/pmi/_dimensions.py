@@ -35,7 +35,6 @@ class Dimensions:
         self._tolerances = file.users("PLUS_MINUS_TOLERANCE", 1)
 
     def all(self) -> tuple[Dimension, ...]:
-        """Return the dimensions of the file in order."""
         return tuple(self._dimension(number) for number in self._file.all_of(*DIMENSIONS))
 
     def _dimension(self, number: int) -> Dimension:
@@ -162,7 +161,6 @@ def _with_found(item: Dimension, found: dict[str, Measure], notes: tuple[str, ..
 
 
 def _checked(item: Dimension) -> Dimension:
-    """Return a dimension with valid limits; BadEntityError otherwise."""
     if item.nominal is None or item.lower is None or item.upper is None:
         msg = "the file gives it a tolerance and no value"
         raise BadEntityError(msg)
@@ -177,7 +175,6 @@ def _checked(item: Dimension) -> Dimension:
 
 
 def _own_name(records: dict[str, Any]) -> Any:
-    """Return the name of a representation item, simple or complex."""
     for word in ("REPRESENTATION_ITEM", "MEASURE_REPRESENTATION_ITEM"):
         if records.get(word):
             return records[word][0]
@@ -185,7 +182,6 @@ def _own_name(records: dict[str, Any]) -> Any:
 
 
 def _notes(file: Part21, number: int) -> list[str]:
-    """Return the notes of a value, also of a compound one."""
     records = file.records(number)
     if "DESCRIPTIVE_REPRESENTATION_ITEM" in records:
         name, text = map(plain, file.arguments(number, "DESCRIPTIVE_REPRESENTATION_ITEM")[:2])

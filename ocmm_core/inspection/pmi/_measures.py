@@ -61,12 +61,9 @@ def qualifiers_of(file: Part21, number: int) -> list[str]:
 
 
 def measure_of(file: Part21, number: int, *, is_qualified: bool = False) -> Measure:
-    """Return the value of a measure with a unit.
+    """Return the value of a measure with a unit. `is_qualified`: the caller reads its qualifiers.
 
-    `is_qualified`: The caller reads its qualifiers.
-
-    Raises BadEntityError if it has no number or unit, the unit is unknown or contradicts its name,
-    or the value is implausibly large.
+    BadEntityError without number or known unit, if it contradicts its name, or if implausible.
     """
     check_entity(file, number, "measure")
     odd = [] if is_qualified else qualifiers_of(file, number)
@@ -85,11 +82,7 @@ def measure_of(file: Part21, number: int, *, is_qualified: bool = False) -> Meas
 
 
 def unit_of(file: Part21, number: int, depth: int = 0) -> MeasureUnit:
-    """Return the unit of length or angle that an entity defines.
-
-    Raises BadEntityError if it is no length or angle, is unknown, or its factor contradicts its
-    name.
-    """
+    """Return a unit of length or angle; BadEntityError if other, unknown or contradictory."""
     if depth > _DEEPEST:
         msg = f"its unit #{number} refers to itself"
         raise BadEntityError(msg)
@@ -148,7 +141,6 @@ def _value_and_unit(file: Part21, number: int) -> tuple[float, int]:
 
 
 def _check_kind(file: Part21, value: Typed, unit: int, number: int) -> None:
-    """Refuse a length with a unit of angles, and vice versa."""
     types = file.types(unit)
     for word, wanted in (("LENGTH", "LENGTH_UNIT"), ("ANGLE", "PLANE_ANGLE_UNIT")):
         if word in value.name and wanted in types:

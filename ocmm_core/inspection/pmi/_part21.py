@@ -147,7 +147,7 @@ class Part21:
 def read_part21(text: str) -> Part21:
     """Return the entities of the text of a file; their arguments are read when asked for.
 
-    Raises BadEntityError if the text has no data section, or more entities than a model can have.
+    BadEntityError without a data section, or with more entities than a model can have.
     """
     if "/*" in text:
         text = _without_comments(text)

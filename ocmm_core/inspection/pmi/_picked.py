@@ -1,6 +1,6 @@
 """Selected entities and units of a STEP file, without reading all of it.
 
-The geometry library assumes millimetres and radians for a file without units, or with a factor that
+The geometry library assumes millimetres and radians without units, or with a factor that
 contradicts its name. Here such a file is refused.
 """
 
@@ -16,10 +16,9 @@ _UNITS, _CONTEXT = "GLOBAL_UNIT_ASSIGNED_CONTEXT", "GEOMETRIC_REPRESENTATION_CON
 
 
 def picked_entities(content: bytes, words: Sequence[str]) -> Part21:
-    """Return the entities of a file whose text has any of some words.
+    """Return the entities whose text has any of some words; BadEntityError as `read_part21`.
 
-    A semicolon inside a text may truncate an entity: then the whole file is read. Raises
-    BadEntityError as `read_part21`.
+    A semicolon inside a text may truncate an entity: then the whole file is read.
     """
     wanted = re.compile("|".join(map(re.escape, words)).encode(), re.IGNORECASE)
     begin = content.find(b"DATA")

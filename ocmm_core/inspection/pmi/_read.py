@@ -1,7 +1,4 @@
-"""Reader of all tolerances in the text of a STEP file, with its faces.
-
-Includes datums with their features and targets, labels with their items, and texts of notes.
-"""
+"""Reader of all tolerances in a STEP text: faces, datum features and targets, labels, notes."""
 
 from __future__ import annotations
 
@@ -81,10 +78,7 @@ class Labels:
         return tuple(found)
 
     def _shown(self, callout: int) -> tuple[int, ...]:
-        """Return the items depicted by a callout.
-
-        An explicit link wins over that to the aspect at the leader's end, which may be a datum's.
-        """
+        """Return the items of a callout; an explicit link wins over that at the leader's end."""
         about = self._said.get(callout) or self._about.get(callout, [])
         return tuple(dict.fromkeys(one for one in about if self._is_item(one)))
 
@@ -245,18 +239,12 @@ class FaceText:
 
 
 def may_say_tolerances(text: str) -> bool:
-    """Return whether a text has any word that tolerances require.
-
-    Reading all entities of a large file takes seconds, and most large files have no tolerances.
-    """
+    """Return whether a text has words of tolerances: most large files, read slowly, have none."""
     return any(word in text for word in (*DIMENSIONS, "DATUM", "CALLOUT", "_TOLERANCE"))
 
 
 def read_pmi(text: str) -> tuple[Pmi, tuple[FaceText, ...]]:
-    """Return the tolerances of a file, and its faces in the order of the file.
-
-    Never raises for contents of the file: faults are stored in the items.
-    """
+    """Return the tolerances of a file and its faces, in order; faults are in the items."""
     try:
         file = read_part21(text)
     except BadEntityError as error:

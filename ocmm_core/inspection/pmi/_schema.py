@@ -1,7 +1,6 @@
-"""Entity types of the schema (ISO 10303-242) that readers understand; others refuse the item.
+"""Entity types (ISO 10303-242) understood, or without influence; `check_entity` refuses others.
 
 A part of its entity, an argument or a referring entity can change the meaning of a tolerance.
-`check_entity` accepts those that the readers understand, and those without an influence.
 """
 
 from __future__ import annotations

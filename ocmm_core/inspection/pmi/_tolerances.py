@@ -42,7 +42,6 @@ class Tolerances:
         return tuple(self._tolerance(number) for number in self._file.all_of(*_ALL))
 
     def _composites(self) -> tuple[dict[int, str], dict[int, str]]:
-        """Return the segments of composite tolerances, and other relations."""
         word = "GEOMETRIC_TOLERANCE_RELATIONSHIP"
         segments: dict[int, str] = {}
         related: dict[int, str] = {}

@@ -39,8 +39,7 @@ def grow(triangles: Float, boxes: Float, links: Int, order: Int) -> int:
     """Fill in the tree of ``triangles`` (n, 3, 3), and return its number of boxes.
 
     ``boxes`` (2 n, 6): least and greatest coordinates. ``links`` (2 n, 2): the first of two
-    consecutive children, and -1; or the first of the triangles of a leaf in ``order`` (n,), and
-    their number. All three are outputs.
+    consecutive children, and -1; or first and number of a leaf's triangles in ``order`` (n,).
     """
     n = len(triangles)
     middles = np.empty((n, 3))

@@ -39,8 +39,8 @@ class Obstacle:
 def make_obstacle(triangles: Float, faces: Int, n_faces: int, deflection_mm: float) -> Obstacle:
     """Return a part as an obstacle.
 
-    `triangles`: (n, 3, 3), mm, n > 0. `faces`: (n,), face of each, from 0, less than `n_faces`.
-    `deflection_mm`: bound of the distance of the mesh from the faces.
+    `triangles`: (n, 3, 3), mm, n > 0. `faces`: (n,), from 0, less than `n_faces`. `deflection_mm`:
+    bound of the distance of the mesh from the faces.
     """
     # Read-only arrays, e.g. from a pipe, are another type to the compiler: it would recompile all
     # loops, which takes longer than thousands of queries.
@@ -59,8 +59,8 @@ def make_obstacle(triangles: Float, faces: Int, n_faces: int, deflection_mm: flo
 def _without_long(triangles: Float, faces: Int) -> tuple[Float, Int]:
     """Return triangles with the longest ones divided, and the face of each.
 
-    A face with thousands of holes has triangles as long as the part. One of them makes the box of
-    its leaf as large, and every near body is tested against all triangles in it.
+    A face with thousands of holes has triangles as long as the part, so that every near body would
+    be tested against all in their leaf.
     """
     longest = _longest(triangles)
     least = _LONG * float(np.median(longest))
@@ -79,7 +79,6 @@ def _without_long(triangles: Float, faces: Int) -> tuple[Float, Int]:
 
 
 def _longest(triangles: Float) -> Float:
-    """Return the longest edge of each, (n,), mm."""
     edges = triangles - triangles[:, [1, 2, 0]]
     found: Float = np.sqrt((edges * edges).sum(axis=2).max(axis=1))
     return found

@@ -64,8 +64,8 @@ class Places:
 class Reach:
     """Queries of one part: does the probe reach targets, and do the cameras see it.
 
-    `ball_radius`: mm. `setting`: probe, cameras and placement; None for the ball alone.
-    `axes_part`: (m, 3), unit, of bores, into which the handle may be held along.
+    `ball_radius`: mm. `setting`: None for the ball alone. `axes_part`: (m, 3), unit, of bores, into
+    which the handle may be held along.
     """
 
     def __init__(

@@ -1,7 +1,4 @@
-"""Compiled: for each target the first collision-free attitude that enough cameras see.
-
-All places are in the frame of the part; the cameras are transformed to it.
-"""
+"""Compiled: first collision-free attitude that enough cameras see; all in the part frame."""
 
 from __future__ import annotations
 
@@ -29,10 +26,7 @@ def _ball_way(
     point: Float, normal: Float, radius: float, ways: Float, limits: Float, ball: Float,
     triangles: Float, faces: Int, surfaces: Int, own: int, boxes: Float, links: Int, order: Int,
 ) -> tuple[float, int]:  # fmt: skip
-    """Return the longest free way (w,), mm, of the ball along the normal, or a face.
-
-    The ways decrease; 0 and the touched face if none is free.
-    """
+    """Return the longest free of decreasing ways (w,), mm, along the normal; 0 and the face hit."""
     face = FREE
     ball[:] = 0.0
     ball[tree.AT_START], ball[tree.AT_END] = radius, radius
@@ -163,12 +157,11 @@ def search(
 ) -> None:  # fmt: skip
     """Fill in the progress of the search and its attitude for each target.
 
-    ``points`` and ``normals`` (n, 3). ``turns`` (d, y, 3, 3): part from probe, for directions of
-    the handle and turns about it. ``ranks`` (n, d): directions, the most natural first; -1 ends
-    them. ``surfaces`` (f,): surface of each face; ``own`` (n,): touched surface of each target,
-    equal ones consecutive. ``found`` (n, 5): stage, face against it, direction, turn, LEDs seen by
-    two cameras; ``way_of`` (n,), mm, free along the normal. Without cameras (0, 21) sight is not
-    checked.
+    ``points``, ``normals`` (n, 3). ``turns`` (d, y, 3, 3): part from probe, for directions of the
+    handle and turns about it. ``ranks`` (n, d): directions, the most natural first; -1 ends them.
+    ``surfaces`` (f,): of each face; ``own`` (n,): of each target, equal ones consecutive. ``found``
+    (n, 5): stage, face against it, direction, turn, LEDs seen by two cameras; ``way_of`` (n,), mm,
+    free along the normal. Without cameras (0, 21) sight is not checked.
     """
     body = np.empty(tree.N_COLUMNS)
     centre = np.empty(3)

@@ -76,10 +76,7 @@ class Setting:
 
 
 def handle_directions(tilt_deg: float, more_world: Float) -> Float:
-    """Return directions of the handle (d, 3), world: upright first, and ``more_world`` (m, 3).
-
-    Those that lean farther than the tilt are left out.
-    """
+    """Return directions of the handle (d, 3), world, within the tilt: upright, ``more_world``."""
     tilts = np.radians(np.arange(_TILT_STEP_DEG, tilt_deg + 1e-9, _TILT_STEP_DEG))
     around = 2.0 * np.pi * np.arange(_ROUND) / _ROUND
     grid = np.stack(
@@ -99,7 +96,7 @@ def handle_directions(tilt_deg: float, more_world: Float) -> Float:
 def attitudes(setting: Setting, directions_world: Float, middle_world: Float) -> Float:
     """Return rotations world from probe (d, y, 3, 3): LEDs towards the cameras, and nearby.
 
-    Attitudes excluded by a rule of the probe are NaN, and all of a direction if its first is.
+    NaN if excluded by a rule of the probe, and all of a direction if its first is.
     `directions_world`: (d, 3), unit, of the handle. `middle_world`: (3,), mm, of the part.
     """
     towards = np.array(_FROM_THE_FRONT)

@@ -1,7 +1,6 @@
 """Compiled: whether a body comes near the triangles of a part, by the tree of boxes over them.
 
-Bodies are rows of `N_COLUMNS` numbers, in the frame of the triangles: a round bar is the hull of
-two balls, a panel is a flat prism with four corners.
+Bodies are rows of `N_COLUMNS` numbers: a round bar is the hull of two balls, a panel a prism.
 """
 
 from __future__ import annotations
@@ -31,8 +30,8 @@ _STEPS = 22
 def point_triangle(px: float, py: float, pz: float, t: Float) -> float:
     """Return the distance of a point from a triangle (3, 3).
 
-    By the region of the triangle that the point projects to (Ericson 2005, 5.1.5); in scalars,
-    because arrays of three would be allocated a million times a second.
+    By the region that the point projects to (Ericson 2005, 5.1.5); in scalars, as arrays of three
+    would be allocated a million times a second.
     """
     ax, ay, az = t[0, 0], t[0, 1], t[0, 2]
     abx, aby, abz = t[1, 0] - ax, t[1, 1] - ay, t[1, 2] - az
@@ -73,8 +72,7 @@ def point_triangle(px: float, py: float, pz: float, t: Float) -> float:
 def _bar_near(body: Float, t: Float, gap: float) -> bool:
     """Return whether a triangle comes nearer to a bar than ``gap``, mm.
 
-    The distance of a point on a straight line from a triangle is convex, also less a linearly
-    changing radius: a golden section finds the minimum.
+    The distance of a point on a line, less a linear radius, is convex: golden section.
     """
     x, y, z = body[START], body[START + 1], body[START + 2]
     wx, wy, wz = body[END] - x, body[END + 1] - y, body[END + 2] - z
@@ -150,8 +148,7 @@ def _parted_by(
 def _panel_near(corners: Float, t: Float, gap: float) -> bool:
     """Return whether a triangle may come nearer to a prism (8, 3) than ``gap``, mm.
 
-    Separating axes: normals of both, and products of their edges. Conservative: two corners facing
-    each other count as near even a little beyond the gap.
+    Separating axes: normals, products of edges; conservative for corners facing each other.
     """
     c = corners
     # Bits of the number of a corner: thickness, width, length. Edges: 0-1, 0-2, and both sides.
@@ -194,8 +191,8 @@ def first_near(
 ) -> int:  # fmt: skip
     """Return a face that comes nearer to a body than ``gap``, mm; FREE if none does.
 
-    ``surfaces`` (f,): surface of each face; for those of ``own`` ``own_gap`` holds instead, which
-    is no greater. ``faces`` (n,): of each triangle. The others as of `_grow_kernel.grow`.
+    ``surfaces`` (f,): of each face; for ``own`` the ``own_gap``, no greater, holds. ``faces`` (n,):
+    of each triangle. The others as of `_grow_kernel.grow`.
     """
     corners = np.empty((8, 3))
     start, way, across, thick = np.empty(3), np.empty(3), np.empty(3), np.empty(3)

@@ -47,10 +47,7 @@ class Doubting:
             return False
 
     def of_file(self, path: Path) -> DoubtedJob | None:
-        """Return a job of this computer with its suspect points; None without any.
-
-        Raises OcmmError if the job or the history cannot be read, or the history is missing.
-        """
+        """Return a job with suspect points, or None; OcmmError if job or history is unreadable."""
         with JobFile.read(path) as job:
             return self._of(path, job, lambda store: known_here(
                 job, path, self._probes, self._calibrations, store, self._keys
@@ -111,10 +108,7 @@ class Doubting:
 
 
 def later_than(store: CalibrationStore, record: CameraRecord, now: datetime) -> Later:
-    """Return the calibration to recalculate jobs of an earlier one, or why there is none.
-
-    It is the one in force, if it was verified and is of the same cameras.
-    """
+    """Return the calibration in force, if verified and of these cameras, or why none."""
     try:
         later = store.active()
         if later is None or store.active_hash == record_hash(record):

@@ -1,8 +1,8 @@
 """Recall: which verdicts of older jobs hold after their calibration was found wrong.
 
-Every job with suspect points is recalculated from its raw spots with the calibration now in force,
-which was made later (`_recall_job`); the cases that the spots exclude decide which of both counts
-(`_recall_judge`). Job files are only read, in copies.
+Every suspect job is recalculated from its raw spots with the calibration now in force
+(`_recall_job`); the cases that the spots exclude decide which of both counts (`_recall_judge`). Job
+files are only read, in copies.
 """
 
 from __future__ import annotations
@@ -61,17 +61,8 @@ def recall(
 ) -> RecallRecord:
     """Return the outcome of all suspect jobs; changes nothing, unlike `decide`.
 
-    Parameters
-    ----------
-    processes
-        Computing processes; None: one per core, or this process alone for few jobs.
-    site
-        Where to compute without ``processes``; the record is the same.
-
-    Raises
-    ------
-    InputError
-        There is no such folder or file, or no job in it.
+    ``processes``: None for one per core, or this process alone for few jobs; without them ``site``
+    computes the same record. InputError without such a folder, file, or a job in it.
     """
     paths, left_out = _paths(places.jobs)
     touched, unread = _touched(paths, places, now, tell)
@@ -96,7 +87,6 @@ def recall(
 
 
 def _paths(jobs: Sequence[Path]) -> tuple[list[Path], list[str]]:
-    """Return the job files, and sentences about folders that are left out."""
     found: dict[Path, None] = {}
     left_out: list[str] = []
     for place in jobs:
@@ -124,7 +114,6 @@ def _paths(jobs: Sequence[Path]) -> tuple[list[Path], list[str]]:
 def _touched(
     paths: Sequence[Path], places: KeptPlaces, now: datetime, tell: Tell
 ) -> tuple[list[DoubtedJob], list[str]]:
-    """Return the suspect jobs, each with its later calibration, and faults."""
     doubting = Doubting(places.calibrations, places.probes, now)
     touched: list[DoubtedJob] = []
     unread: list[str] = []
@@ -149,12 +138,7 @@ def recall_doubted(
 ) -> tuple[tuple[RecalledJob, ...], list[str]]:
     """Return the outcome of suspect jobs, and why some could not be opened.
 
-    Parameters
-    ----------
-    contents
-        Returns the bytes of a job, with the steps of its log.
-    site
-        Where each job is computed; all are judged here, together.
+    ``contents``: bytes of a job, with the steps of its log. ``site`` computes; all are judged here.
     """
     found: list[JobFindings] = []
     failed: list[str] = []
@@ -179,7 +163,6 @@ def content_of_file(job: DoubtedJob) -> tuple[bytes]:
 
 
 def _judged(found: Sequence[JobFindings]) -> Iterator[RecalledJob]:
-    """Yield the judged jobs, in the order of their starts."""
     ordered = sorted(found, key=lambda job: (job.begun_utc, str(job.path)))
     groups: dict[tuple[str, str, str], list[tuple[JobFindings, Anew]]] = {}
     for job in ordered:
@@ -233,19 +216,9 @@ def _as_record(
 def decide(record: RecallRecord, places: KeptPlaces, who: str, now: datetime) -> RecallRecord:
     """Release the points whose results hold, and return the signed recall.
 
-    It is stored with the calibrations that it is about, in their histories.
-
-    Parameters
-    ----------
-    record
-        The reviewed result of `recall`.
-
-    Raises
-    ------
-    InputError
-        No name, or the calibrations have changed since.
-    StorageError, CalibrationError
-        It cannot be stored.
+    ``record``: the reviewed result of `recall`; stored with its calibrations, in their histories.
+    InputError without a name, or if the calibrations have changed since; StorageError,
+    CalibrationError if it cannot be stored.
     """
     if not who:
         raise InputError(

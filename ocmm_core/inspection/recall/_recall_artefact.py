@@ -1,8 +1,8 @@
 """An artefact found wrong invalidates everything based on it.
 
-A wrong certified value of a bar or sphere makes every later calibration and verification with it
-wrong. Each gets an entry in the history of its rig, from which its state, points and jobs follow
-(`calibration.history.judgements`, `inspection.camera_doubts`).
+Every later calibration and verification with a bar or sphere gets an entry in the history of its
+rig, from which its state, points and jobs follow (`calibration.history.judgements`,
+`inspection.camera_doubts`).
 """
 
 from __future__ import annotations
@@ -33,21 +33,9 @@ def artefact_wrong(
 ) -> tuple[Fallen, ...]:
     """Invalidate all that is based on an artefact since a moment, once; return what was.
 
-    Parameters
-    ----------
-    calibrations
-        Folder of calibrations, one subfolder per rig.
-    serial
-        Of the artefact, as in its document; see `serials.same_serial`.
-    since
-        Start of the error: earlier records are not affected.
-
-    Raises
-    ------
-    InputError
-        No record here is based on such an artefact since then.
-    OcmmError
-        A history or a record cannot be read, or written.
+    ``calibrations``: one subfolder per rig; ``serial``: as in its document, see
+    `serials.same_serial`; ``since``: start of the error. InputError if no record here is based on
+    it since then; OcmmError if a history or a record cannot be read, or written.
     """
     folders = [folder for folder in files_of_folder(calibrations, "") if folder.is_dir()]
     stores = [CalibrationStore(one) for one in folders if files_of_folder(one, "events.jsonl")]

@@ -1,10 +1,9 @@
 """Fit of a calibration to the raw spots of a job, point by point.
 
-Three things explain the residuals of all points: the poses of the probe, the errors of the
-parameters within their own covariance, and the noise of the spots. The rest is a chi-square (the
-generalised least squares of a model with a prior; GUM 5.2.2 and Searle, Linear Models, 2.5). A
-calibration that does not describe the cameras leaves more than noise does; a movement without
-effect on residuals leaves nothing, and then both calibrations fit.
+Residuals have three reasons: poses of the probe, parameter errors within their covariance, and
+noise. The rest is a chi-square (generalised least squares with a prior; GUM 5.2.2 and Searle,
+Linear Models, 2.5). A calibration that does not describe the cameras leaves more than noise; after
+a movement without effect on residuals both calibrations fit.
 """
 
 from __future__ import annotations
@@ -28,13 +27,11 @@ class Misfit:
     poses: PoseBatch
     first: Float
     last: Float
-    """`first`, `last`: (n + 1,): chi-square of the points before, and of those from, each index on.
-    """
+    """`first`, `last`: (n + 1,): chi-square of points before, and from, each index on."""
     dof: Float
     """(n + 1,): degrees of freedom of the points before each index."""
     alike: float
-    """Mean number of spots that share one error (>= 1), by which the effective number of
-    observations is smaller."""
+    """Mean number of spots that share one error (>= 1): divides the number of observations."""
 
     @property
     def whole(self) -> float:
@@ -44,13 +41,10 @@ class Misfit:
 def misfit_of(
     points: Sequence[MeasuredPoint], rig: Rig, body: ProbeBody, scale: float = 1.0
 ) -> Misfit:
-    """Return the fit of points to a calibration.
+    """Return the fit of points to a calibration; TrackingError if a pose is undetermined.
 
-    `points`: At least one, in their order.
-    `scale`: Of the noise of the spots, in standard deviations: the calibration's own residual
-      beyond the noise of the rig.
-
-    Raises TrackingError if the spots of a point do not determine a pose.
+    `points`: one or more. `scale`: of the spots' noise, in standard deviations: the calibration's
+    own residual beyond the noise of the rig.
     """
     spots = np.stack([point.spots for point in points])
     poses = solve(spots, rig, body, spot_sigma_px(rig))
@@ -142,9 +136,8 @@ def _courses(normal: Float, right: Float, squares: Float) -> Float:
 def _alike(spots: Float, rig: Rig) -> float:
     """Return the mean sum of correlations of a spot with all spots of its camera.
 
-    The errors of a wrong calibration change little from spot to spot. The variance of a mean of n
-    equal errors with this correlation is this multiple of that of n independent ones, so that n
-    spots are worth n divided by this.
+    The variance of a mean of n equal errors with this correlation is this multiple of that of n
+    independent ones: n spots are worth n divided by this.
     """
     noise = rig.noise
     if noise.pattern_px <= 0.0:

@@ -1,9 +1,4 @@
-"""One job under two calibrations: its own, and a later one.
-
-Both times everything is computed from the raw spots: poses, ball centres, their joint covariance
-with that of the calibration, features, frame and characteristics. `_recall_judge` decides which of
-the two describes the cameras during the job.
-"""
+"""One job from its raw spots under two calibrations: its own, and a later one."""
 
 from __future__ import annotations
 
@@ -110,15 +105,13 @@ class DoubtedJob:
     in_doubt: Mapping[int, str]
     """Suspect points by the history of its calibration, and why."""
     known: KnownOfJob
-    """Knowledge outside its file; of its calibration only whether it can be read, because
-    ``in_doubt`` has the rest."""
+    """Outside its file; of the calibration whether it can be read (``in_doubt`` has the rest)."""
 
 
 def findings_of(doubted: DoubtedJob, file: bytes) -> JobFindings:
     """Return a job under both calibrations, without files or histories of this computer.
 
-    `file`: bytes of the job, with the steps of its log. Raises OcmmError if the job cannot be
-    opened, see `reopen_job`.
+    `file`: bytes of the job, with the steps of its log. OcmmError as `reopen_job`.
     """
     path, later, in_doubt = doubted.path, doubted.later, doubted.in_doubt
     job = reopen_content(path, file, doubted.known)
@@ -214,7 +207,6 @@ def _results(
 def _moved(
     job: ReopenedJob, own: Misfit, later: Misfit, rig: Rig
 ) -> tuple[list[MeasuredPoint], tuple[TipSensitivity, ...]]:
-    """Return the points by a later calibration, with their sensitivities."""
     sensitivities = tip_sensitivities(
         np.stack([point.spots for point in job.points]), rig, job.body
     )

@@ -1,13 +1,9 @@
 """State of the cameras during a job, and its consequence for the verdicts.
 
-Between the last good check and the failed one the cameras changed once, at an unknown time. A job
-of that time was measured before, after, or across the change. The spots exclude a case that they
-fit clearly worse than noise allows, or clearly worse than another case. A verdict holds only if it
-is the same in every remaining case: a movement without effect on residuals excludes nothing, and
-then both calibrations must agree.
-
-A job across the change has points of two worlds. The place of the change is estimated from all jobs
-together, because it happened once: jobs before and after narrow it down.
+Between the last good check and the failed one the cameras changed once, at an unknown time: before,
+after, or during a job. The spots exclude a case that they fit clearly worse than noise allows, or
+clearly worse than another case. A verdict holds only if it is the same in every remaining case. The
+place of the change is estimated from all jobs together: jobs before and after narrow it down.
 """
 
 from __future__ import annotations
@@ -36,8 +32,7 @@ _SAME_VERDICT = {
     (True, False): "Same verdict with the calibration before the change.",
     (False, True): "Same verdict with the calibration after the change.",
 }
-"""By whether a job may have been measured before the change, and after it; whole sentences, for
-translation."""
+"""By: measured before the change, and after it; whole sentences, for translation."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,9 +65,9 @@ def cases_of(jobs: Sequence[tuple[JobFindings, Anew]]) -> list[Cases]:
 
 
 def _course(anew: Anew) -> Float:
-    """Return the chi-square, corrected for correlation, of a change before each index, (n + 1,).
+    """Return chi-square by index of a change, (n + 1,), corrected for correlation.
 
-    The first is that of a job after the change, the last that of one before it.
+    First: job after the change, last: before it.
     """
     course: Float = (anew.own_fit.first + anew.later_fit.last) / anew.own_fit.alike
     return course

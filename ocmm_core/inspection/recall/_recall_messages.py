@@ -97,7 +97,6 @@ def row(one: RecalledCharacteristic, speech: Speech = _ENGLISH) -> tuple[str, st
 
 
 def worst_first(jobs: Sequence[RecalledJob]) -> list[RecalledJob]:
-    """Return the jobs in order of urgency."""
     order = {Outcome.CHANGES: 0, Outcome.UNKNOWN: 1, Outcome.HOLDS: 2}
     return sorted(jobs, key=lambda job: (order[job.outcome], job.created_utc))
 

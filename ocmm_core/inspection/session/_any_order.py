@@ -1,9 +1,8 @@
 """Recognition of the touched feature: by the place of the ball, its paths, and open features.
 
-Nothing is guessed. A planned point on a planned surface is the one case in which a touch belongs to
-both; it is assigned to the point while that is open, because a point is a place and the surface may
-be touched anywhere else. This is not done if unsafe: the surface has a target there also, or was
-just selected.
+A touch of a planned point on a planned surface belongs to both; it is assigned to the point while
+that is open, because the surface may be touched anywhere else; not if unsafe: the surface has a
+target there also, or was just selected.
 """
 
 from __future__ import annotations
@@ -76,10 +75,7 @@ def touched_feature(
     progress: Progress,
     selected: str = "",
 ) -> str | Refusal:
-    """Return the name of the touched feature, or why it is ambiguous.
-
-    `selected`: feature selected by the inspector for this touch, or empty.
-    """
+    """Return the touched feature, or why ambiguous; `selected` by the inspector, or empty."""
     ball = T_nominal_from_world.apply(contact.tip_world)
     ways = [T_nominal_from_world.rotation @ way for way in contact.ways_world]
     found = _within_reach(plan, ball, ways, contact.radius, progress)
@@ -112,7 +108,6 @@ def touched_feature(
 def _within_reach(
     plan: Plan, ball: Float, ways: Sequence[Float], radius: float, progress: Progress
 ) -> list[_Near]:
-    """Return the candidate features, the nearest first."""
     found = []
     for feature in plan.features:
         near = nearness(feature, ball, radius)
@@ -166,7 +161,6 @@ def _lies_on(point: NominalFeature, surface: NominalFeature) -> bool:
 
 
 def _is_wanted_at(surface: NominalFeature, ball: Float, radius: float) -> bool:
-    """Return whether a target of a surface is so near that it may be aimed at."""
     places = places_of(surface, surface.points)
     balls = places.points + radius * places.normals
     return bool(len(balls)) and float(np.linalg.norm(balls - ball, axis=1).min()) < APART_MM

@@ -42,12 +42,7 @@ def wrong_face(
 ) -> Refusal | None:
     """Return why a touch was not on the face of a feature; None if it may have been.
 
-    Parameters
-    ----------
-    T_nominal_from_world
-        Place of the part; None before it is known.
-    points
-        Of the job, that count.
+    ``T_nominal_from_world``: None before it is known; ``points`` of the job, that count.
     """
     feature, ways = plan.feature(name), contact.ways_world
     if not ways:
@@ -91,7 +86,6 @@ def wrong_face(
 
 
 def _angle(first: Float, second: Float) -> float:
-    """Return the angle between unit vectors, degrees."""
     return float(np.degrees(np.arccos(np.clip(first @ second, -1.0, 1.0))))
 
 
@@ -114,8 +108,8 @@ def _least_slant(
 ) -> float:
     """Return the least angle, degrees, of a way off the normals of a feature, by one known plane.
 
-    The normals of a feature form a cone about its direction; turned about the normal of the plane
-    it covers an interval of angles to that normal.
+    The normals form a cone about the feature's direction; turned about the normal of the plane it
+    covers an interval of angles to that normal.
     """
     if not np.any(feature.direction):
         return 0.0
@@ -161,8 +155,7 @@ class TouchAssigner:
     ) -> MeasuredPoint | Refusal:
         """Return the point from a touch, or why it gives none.
 
-        `ways`: unit vectors (3,), world, of approach and retract, if known. `wanted`: feature of a
-        script; None for a person's touch.
+        `ways`: approach and retract, unit (3,), world, if known. `wanted`: feature of a script.
         """
         ledger, progress = self._ledger, self._ledger.progress
         meant = assign_touch(
@@ -189,8 +182,8 @@ def assign_touch(
 ) -> TouchAssignment | Refusal:
     """Return the feature of a touch and the method of its side, or why it is ambiguous.
 
-    `nominals`: only evaluated if needed. `wanted`: feature of a script; None for a person's touch.
-    `selected`: feature selected by the inspector for this touch, or empty.
+    `nominals`: evaluated on demand. `wanted`: feature of a script. `selected`: by the inspector for
+    this touch, or empty.
     """
     if wanted is not None and wanted not in progress.names:
         return Refusal(

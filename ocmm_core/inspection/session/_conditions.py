@@ -1,7 +1,6 @@
 """Conditions of a job's points as events of its file, each valid from then on.
 
-Calibration, probe, temperatures and limits: the last one holds. Reasons against the proof of a job
-hold for good.
+Calibration, probe, temperatures and limits. Reasons against the proof of a job hold for good.
 """
 
 from __future__ import annotations
@@ -36,12 +35,8 @@ def is_simulated(events: Sequence[JobEvent]) -> bool:
 class Conditions:
     """Conditions of a job; thread-safe.
 
-    The methods that store raise StorageError if it could not be made durable.
-
-    `ledger`: The job; changes invalidate its view.
-    `options`: Current options.
-
-    Raises MeasuringError if existing points have other temperatures.
+    `ledger`: its view is invalidated by changes. StorageError of methods that store if not durable;
+    MeasuringError if existing points have other temperatures.
     """
 
     def __init__(self, ledger: JobLedger, options: SessionOptions, *, begun: bool) -> None:
@@ -91,8 +86,8 @@ class Conditions:
     def note_calibration(self, calibration: str, probe: str, unproven: str) -> None:
         """Store the calibration and probe of the points from now on.
 
-        `calibration`, `probe`: words on them, with the hashes of their records. `unproven`: why
-        this job proves nothing from now on, for good, or empty.
+        Words, with the hashes of records. `unproven`: why this job proves nothing, for good, or
+        empty.
         """
         with self._ledger.lock:
             self._store(_CALIBRATION, calibration)
@@ -153,7 +148,6 @@ class Conditions:
         self._last[kind] = text
 
     def _require_same_climate(self) -> None:
-        """Raise MeasuringError if existing points have other temperatures."""
         stored = self._last.get(CLIMATE_EVENT)
         before = climate_of_text(stored) if stored is not None else Climate()
         if before.record() != self._options.climate.record():

@@ -19,11 +19,7 @@ from ocmm_core.tracking import ProbeBody
 
 
 class TouchIntake:
-    """Make durable points of touches; thread-safe; the first of three steps.
-
-    A touch passes from its ball at rest (here) to the assignment of its feature (`TouchAssigner`),
-    then to the side of the material and the point (`Acceptance`).
-    """
+    """Make durable points of touches (rest, `TouchAssigner`, `Acceptance`); thread-safe."""
 
     def __init__(
         self,

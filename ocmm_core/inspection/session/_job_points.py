@@ -1,7 +1,7 @@
 """Points of a job: valid, deleted, and held ones.
 
-Nothing in a job file is changed or removed. A point is deleted by a row that annuls it, and
-restored by a new row with a new number that repeats its observation; the event names the old one.
+Nothing in a job file is changed or removed: a row annuls a point, a new row with a new number
+repeats its observation, and the event names the old one.
 """
 
 from __future__ import annotations
@@ -146,8 +146,8 @@ class JobPoints:
     ) -> Change:
         """Delete points, each for its reason, and restore others, in one transaction.
 
-        Raises MeasuringError if a point to be deleted does not count, or one to be restored was not
-        deleted; StorageError if it could not be made durable; nothing is changed.
+        MeasuringError if one to be deleted does not count, or one to be restored was not deleted;
+        StorageError if not durable; nothing is changed.
         """
         if not (annul or restore or events):
             return Change((), ())
@@ -188,10 +188,7 @@ class JobPoints:
         self._inherit(renamed)
 
     def hold_back(self, numbers: Iterable[int], reason: str, hold_reason: HoldReason) -> list[int]:
-        """Hold points; return those newly held.
-
-        Raises StorageError if not durable; the points are then held until the program ends.
-        """
+        """Hold points; return new ones. StorageError: not durable, held until the program ends."""
         new = [number for number in numbers if number not in self.held[hold_reason]]
         self.held[hold_reason] |= dict.fromkeys(new, reason)
         if new:
@@ -245,7 +242,6 @@ class JobPoints:
         return item.point
 
     def _held_events(self, renamed: Sequence[tuple[int, int]]) -> list[tuple[str, str]]:
-        """Return the events that hold points which repeat a held one."""
         return [
             (hold_reason.held, event_text([new], held[old]))
             for old, new in renamed
@@ -254,7 +250,6 @@ class JobPoints:
         ]
 
     def _inherit(self, renamed: Sequence[tuple[int, int]]) -> None:
-        """Copy sensitivities and holds to points that repeat an observation."""
         for old, new in renamed:
             if old in self._sensitivities:
                 self._sensitivities[new] = self._sensitivities[old]

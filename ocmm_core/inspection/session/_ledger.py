@@ -57,7 +57,6 @@ class JobLedger:
         restore: Sequence[int] = (),
         events: Sequence[tuple[str, str]] = (),
     ) -> None:
-        """Carry out a step; see `StepLog.do`."""
         self.log.do(words, after, annul, restore, events)
         self.changed()
 

@@ -61,9 +61,8 @@ def planned_feature(
 ) -> PlannedFeature:
     """Return a feature by its nominals, to be shown before it is measured.
 
-    While the pose of the part is unknown, the feature and its targets are where the part is shown.
-    They are assumed, and not used for guidance. `points`: of the feature, each replaces a target.
-    `tip_radius`: mm.
+    While the part's pose is unknown it is where the part is shown, not for guidance. Each of
+    `points` replaces a target. `tip_radius`: mm.
     """
     nominal = plan.feature(name)
     if place is not None:
@@ -86,14 +85,12 @@ def planned_feature(
 
 
 def _box_of(plan: Plan) -> Float:
-    """Return the bounding box (2, 3), mm, of all touches of a plan."""
     places = [places_of(one, one.points).points for one in plan.features]
     every = np.concatenate([*places, [one.point for one in plan.features]])
     return np.stack([every.min(axis=0), every.max(axis=0)])
 
 
 def _in_the_middle(box: Float, rig: Rig) -> RigidTransform:
-    """Return the motion of a part, z upwards, into the middle of the volume."""
     # Upright is opposite to the columns of the sensors.
     columns = np.mean([camera.T_camera_from_world.rotation[1] for camera in rig.cameras], axis=0)
     axis = int(np.argmax(np.abs(columns)))

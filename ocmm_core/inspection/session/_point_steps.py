@@ -36,9 +36,8 @@ class PointSteps:
     def delete_point(self, number: int, reason: str) -> None:
         """Delete a point for a reason; its observation stays in the job file.
 
-        The feature is fitted without it, and takes points again if it has fewer than planned;
-        `finish` accepts it with fewer. Raises MeasuringError if the point is unknown, or without a
-        reason.
+        The feature takes points again if it has fewer than planned; `finish` accepts it with fewer.
+        MeasuringError if the point is unknown, or without a reason.
         """
         self.delete_points([number], reason)
 
@@ -65,7 +64,6 @@ class PointSteps:
 
 
 def _checked_reason(reason: str) -> str:
-    """Return the reason of a deletion on one line; MeasuringError if empty."""
     line = " ".join(reason.split())[:_LONGEST_REASON]
     if not line or not line.isprintable():
         raise MeasuringError(

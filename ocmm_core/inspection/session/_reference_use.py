@@ -28,8 +28,8 @@ from ocmm_core.tracking import (
 class ReferenceUse:
     """Keep a job with its initial reference body.
 
-    Raises MeasuringError if the points of the job are relative to another reference body, or to
-    none, or if the cameras were recalibrated since.
+    MeasuringError if its points are relative to another reference body, or none, or if the cameras
+    were recalibrated since.
     """
 
     def __init__(
@@ -71,10 +71,7 @@ class ReferenceUse:
             self.home = home_of(stored.spots, stored.n_frames, rig, reference)
 
     def keep(self, home: ReferenceHome) -> None:
-        """Make the first pose of the reference body durable, once.
-
-        Raises StorageError if that fails; no point may be recorded then.
-        """
+        """Make the first pose of the body durable, once; StorageError: no point may be recorded."""
         if self.home is None and self._reference is not None:
             self._job.store_reference(JobReference(self._reference.text, home.spots, home.n_frames))
             self.home = home
@@ -82,8 +79,7 @@ class ReferenceUse:
     def sensitivity(self, spots: Float, reference_spots: Float | None) -> TipSensitivity:
         """Return the tip of mean spots (C, L, 2) and (C, R, 2), px, with its derivatives.
 
-        Raises TrackingError if the spots do not determine a pose; MeasuringError if the point is
-        not relative to the reference body of the job.
+        TrackingError if no pose; MeasuringError if not relative to the reference body of the job.
         """
         return self.sensitivities([(spots, reference_spots)])[0]
 
@@ -108,11 +104,7 @@ class ReferenceUse:
         )
 
     def thesis_tip(self, spots: Float, reference_spots: Float | None) -> Float:
-        """Return the tip (3,), mm, of mean spots by the method of the thesis.
-
-        NaN if the spots do not determine a pose, or the point is not relative to the reference body
-        of the job.
-        """
+        """Return the tip (3,), mm, by the thesis; NaN without pose or the job's reference body."""
         if (self._reference is None) != (reference_spots is None):
             return np.full(3, np.nan)
         pose = self._thesis(spots, self._body.leds_probe, self._body.tip_probe)
@@ -132,7 +124,6 @@ class ReferenceUse:
 
 
 def _stacked(spots: Sequence[Float]) -> Float:
-    """Return the spots of n points as one array; MeasuringError if shapes differ."""
     shapes = sorted({one.shape for one in spots})
     if len(shapes) > 1:
         words = " and of ".join(" x ".join(str(n) for n in shape) for shape in shapes)

@@ -1,7 +1,7 @@
 """A running job: touches become points, points features, features results.
 
-The session has no threads and no clock of its own. Its methods may be called from any thread; one
-lock guards them, and every change makes a new frozen `JobView`.
+No threads or clock of its own. Any thread may call; one lock guards it, and every change makes a
+new frozen `JobView`.
 """
 
 from __future__ import annotations
@@ -49,10 +49,7 @@ class HeldPoints:
     def hold_back(self, since_s: float | None, reason: str) -> list[int]:
         """Hold the points since a moment of this run, and return them.
 
-        `since_s`: Bus time, s; None for all points of this run.
-
-        Raises StorageError if it could not be made durable; the points are held until the program
-        ends.
+        `since_s`: bus time, s; None for all. StorageError: not durable, held till the program ends.
         """
         with self._ledger.lock:
             numbers = self._ledger.points.taken_since(since_s)
@@ -75,11 +72,9 @@ class HeldPoints:
             }
 
     def release(self, reason: str, hold_reason: HoldReason = HoldReason.CAMERAS) -> list[int]:
-        """Release held points and return them.
+        """Release held points and return them; StorageError, and they stay held, if not durable.
 
         Points held for the cameras in an earlier run stay held.
-
-        Raises StorageError if it could not be made durable; they stay held.
         """
         with self._ledger.lock:
             self._ledger.view = None
@@ -112,17 +107,9 @@ class MeasuredFrame:
 class InspectionSession:
     """Carry out a plan, point by point.
 
-    Parameters
-    ----------
-    job
-        Makes points durable before they are reported. Existing points and decisions about
-        features are used, so that an interrupted job resumes.
-
-    Raises
-    ------
-    MeasuringError
-        The job holds points of another probe or tip, of other cameras, or relative to another
-        reference body.
+    ``job`` makes points durable before they are reported; its points and decisions are used, so
+    that an interrupted job resumes. MeasuringError if it holds points of another probe or tip, of
+    other cameras, or relative to another reference body.
     """
 
     def __init__(
@@ -174,10 +161,9 @@ class InspectionSession:
 
     @property
     def view(self) -> JobView:
-        """Return the current job; computed at the first read after a change.
+        """Return the current job; computed at the first read after a change, in up to some seconds.
 
-        That takes up to some seconds. One thread computes at a time, without blocking points or
-        decisions: concurrent changes are in the next view.
+        One thread computes at a time, without blocking: concurrent changes are in the next view.
         """
         with self._evaluating:
             with self._ledger.lock:
@@ -203,10 +189,7 @@ class InspectionSession:
         return view
 
     def explanations(self) -> tuple[Explanation, ...]:
-        """Return why results are NOT CONFORM or NOT PROVEN, and the remedies.
-
-        It takes some tenths of a second without locks, and is cached until a change.
-        """
+        """Return why results are NOT CONFORM or NOT PROVEN, and remedies; some 0.1 s, cached."""
         while True:
             view = self.view
             with self._ledger.lock:
@@ -225,13 +208,7 @@ class InspectionSession:
         return found
 
     def remove_commanding(self, name: str = "") -> tuple[int, ...]:
-        """Delete the points that command the fit of a feature, or of the one shown; one step.
-
-        Raises
-        ------
-        MeasuringError
-            No point commands the fit.
-        """
+        """Delete the points that command a fit, in one step; MeasuringError if none does."""
         view = self.view
         feature = view.feature(name) if name else view.shown
         found = None if feature is None else feature.commanding
@@ -250,13 +227,7 @@ class InspectionSession:
         return self._reference.home
 
     def keep_reference(self, home: ReferenceHome) -> None:
-        """Make the first pose of the reference body durable; the first one counts.
-
-        Raises
-        ------
-        StorageError
-            It could not be; no point may be recorded then.
-        """
+        """Make the first pose of the body durable, once; StorageError: no point may be recorded."""
         with self._ledger.lock:
             self._reference.keep(home)
 
@@ -279,13 +250,7 @@ class InspectionSession:
             self._ledger.view = None
 
     def accept_alignment(self, words: str) -> None:
-        """Make the acceptance of the alignment durable, with its displayed words.
-
-        Raises
-        ------
-        StorageError
-            It could not be made durable.
-        """
+        """Make the acceptance of the alignment durable, with its words, or raise StorageError."""
         with self._ledger.lock:
             self._ledger.job.append_event("alignment", words)
 

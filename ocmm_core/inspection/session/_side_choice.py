@@ -34,10 +34,9 @@ def awaits_pull(plan: Plan, progress: Progress) -> bool:
 
 
 def chosen_methods(plan: Plan, progress: Progress, method: str, name: str) -> dict[str, str]:
-    """Return the choices after a change for one feature, or for all that allow the method.
+    """Return the choices after a change for one feature, or (`name` empty) for all that allow it.
 
-    `method`: one of `measuring.compensation.METHODS`. `name`: of the feature; empty for all. Raises
-    MeasuringError if the method is unknown, or does not suit the shape.
+    MeasuringError if not one of `measuring.compensation.METHODS`, or unsuitable for the shape.
     """
     if method not in METHODS:
         raise MeasuringError(

@@ -1,8 +1,7 @@
 """Points and progress of a job, changed together, durable, with undo.
 
-A step changes the valid points and the progress. Both go into the job file together with the step
-itself, so that a reopened job is in the state before the step or after it, and knows its undo
-steps.
+Both go into the job file together with the step itself, so that a reopened job is in the state
+before the step or after it, and knows its undo steps.
 """
 
 from __future__ import annotations
@@ -40,7 +39,6 @@ class UndoStep:
     change: Change
     before: Progress
     after: Progress
-    """`before`, `after`: Progress."""
 
     def undone_by(self, change: Change) -> UndoStep:
         """Return the step of this change of points, which undoes this one."""
@@ -89,17 +87,13 @@ class _Written(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     removed: tuple[int, ...]
     before: WrittenProgress
     after: WrittenProgress | None
-    """`way`, `words`, `added`, `removed`, `before`, `after`: See `Way` and `UndoStep`; ``after`` is
-    None if the progress is unchanged."""
+    """See `Way` and `UndoStep`; ``after`` is None if the progress is unchanged."""
     next_number: int
     """Of the first point after this step."""
 
 
 def deed_event(way: Way, step: UndoStep, next_number: int) -> tuple[str, str]:
-    """Return the event, kind and text, of a step.
-
-    `step`: of an undo, the reverse step. `next_number`: of the next point before this step.
-    """
+    """Return kind and text of a step (of an undo: reversed); ``next_number`` before it."""
     written = _Written(
         way,
         step.words,
@@ -117,9 +111,9 @@ def deeds_from(
 ) -> UndoHistory:
     """Return the steps of a job that can be undone or redone.
 
-    Empty if the points differ from the result of the steps: then a program without such events has
-    continued the job, and the last step is unknown. `events`: oldest first. `names`: all features,
-    in the order of the plan. `counting`: numbers of the points that count.
+    Empty if the points differ from their result: a program without such events has continued the
+    job. `events`: oldest first. `names`: all features, in the order of the plan. `counting`: points
+    that count.
     """
     deeds = UndoHistory()
     counts: dict[int, bool] = {}
@@ -142,10 +136,7 @@ _UNDONE = "undone by the operator"
 
 
 class StepLog:
-    """Carry out and undo steps; callers hold a lock.
-
-    Every method raises StorageError, without a change, if the step could not be made durable.
-    """
+    """Carry out and undo steps; callers hold a lock. StorageError: not durable, no change."""
 
     def __init__(self, plan: Plan, job: JobFile) -> None:
         events = job.events()
@@ -193,8 +184,7 @@ class StepLog:
     ) -> None:
         """Carry out a step without a new point.
 
-        `words`: for the undo button. `after`: new progress. `annul`, `restore`: points to delete,
-        each for its reason, and to restore. `events`: written with it.
+        `words`: for the undo button. `annul`: each for its reason. `events`: written with it.
         """
         step = UndoStep(words, self.points.planned(annul, restore), self.progress, after)
         self.points.change(annul, restore, [*events, *self._events_of(step)])
@@ -224,7 +214,6 @@ class StepLog:
         self.progress = step.after
 
     def _events_of(self, step: UndoStep, way: Way = "did") -> list[tuple[str, str]]:
-        """Return the events of a step: itself, and the new progress."""
         return [deed_event(way, step, self.points.next_number()), *self._status_events(step.after)]
 
     def _status_events(self, after: Progress) -> list[tuple[str, str]]:
@@ -242,7 +231,6 @@ class StepLog:
         return reverse
 
     def _last_point(self) -> UndoStep | None:
-        """Return the last point as a step, for a job without stored steps."""
         if not self.points.counting:
             return None
         last = self.points.counting[-1]

@@ -30,10 +30,7 @@ class JobSteps:
             self._ledger.changed()
 
     def skip(self, name: str = "") -> None:
-        """Skip a feature, or the active one; dependent results are not measured.
-
-        Raises MeasuringError if the feature is unknown, or none is active.
-        """
+        """Skip a feature, or the active one; dependents are not measured. Or MeasuringError."""
         ledger = self._ledger
         with ledger.lock:
             name = ledger.known(name or ledger.require_active())
@@ -42,10 +39,7 @@ class JobSteps:
             )
 
     def repeat(self, name: str = "") -> None:
-        """Remeasure a feature, or the active one: all its points are deleted.
-
-        Raises MeasuringError if the feature is unknown, or none is active.
-        """
+        """Remeasure a feature, or the active one: delete its points; MeasuringError if none."""
         ledger = self._ledger
         with ledger.lock:
             name = ledger.known(name or ledger.require_active())
@@ -61,7 +55,7 @@ class JobSteps:
     def finish(self) -> None:
         """Accept the active feature with the points it has and go to the next one.
 
-        Raises MeasuringError if none is active, or its shape needs more points.
+        MeasuringError if none is active, or its shape needs more points.
         """
         ledger = self._ledger
         with ledger.lock:
@@ -81,11 +75,9 @@ class JobSteps:
             )
 
     def select(self, name: str) -> None:
-        """Review a feature; one that still takes points also gets the next touch.
+        """Review a feature, or the active one if empty; if it still takes points, the next touch.
 
-        A feature that is done or skipped stays so: verdicts and counts do not change. `reopen` lets
-        it take points again. An empty name returns to the active feature. Raises MeasuringError if
-        the feature is unknown.
+        Done or skipped, it stays so, with verdicts; see `reopen`. MeasuringError if unknown.
         """
         ledger = self._ledger
         with ledger.lock:
@@ -100,8 +92,7 @@ class JobSteps:
     def reopen(self, name: str = "") -> None:
         """Let a feature that is done or skipped, or the one under review, take points again.
 
-        Raises MeasuringError if the feature is unknown, none is under review, or it takes points
-        already.
+        MeasuringError if unknown, none is under review, or it takes points already.
         """
         ledger = self._ledger
         with ledger.lock:
@@ -114,10 +105,7 @@ class JobSteps:
             ledger.selected = name
 
     def set_order(self, probing: Probing) -> None:
-        """Probe in the order of the plan, or in any: touched features are then recognised.
-
-        The order of the plan applies until the part frame is known.
-        """
+        """Probe in plan order or, once the part frame is known, in any, with recognition."""
         with self._ledger.lock:
             self._ledger.stand(replace(self._ledger.progress, probing=probing))
 
@@ -133,10 +121,9 @@ class JobSteps:
             ]
 
     def set_compensation(self, method: str, name: str = "") -> None:
-        """Set the side detection of a feature, or of all that allow the method.
+        """Set the side detection of a feature, or of all that allow it (empty name).
 
-        `method`: one of `measuring.compensation.METHODS`. `name`: of the feature; empty for all.
-        MeasuringError if either is unknown, or the method does not suit the shape.
+        `method`: one of `measuring.compensation.METHODS`. MeasuringError if unknown, or unsuitable.
         """
         ledger = self._ledger
         with ledger.lock:

@@ -19,8 +19,7 @@ class StepSurface(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fiel
     targets: tuple[Triple, ...] = ()
     """mm, on the trimmed faces, each as far as possible from the earlier ones."""
     held: tuple[Triple, ...] = ()
-    """Attitude of the probe at each target: rotation vector, rad, frame of the model from that of
-    the probe. Empty if not computed."""
+    """Attitude of the probe at each target: rotation vector, rad, model from probe; or empty."""
     ways: tuple[float, ...] = ()
     """mm: free straight way along the normal at each target."""
     against: str = ""
@@ -34,15 +33,13 @@ class StepFreeForm(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fie
 
     number: int
     name: str = ""
-    """Name in the file."""
     face: NominalFace | None = None
     """The face itself; None if refused."""
     targets: tuple[Triple, ...] = ()
     normals: tuple[Triple, ...] = ()
     held: tuple[Triple, ...] = ()
     ways: tuple[float, ...] = ()
-    """`targets`, `normals`, `held`, `ways`: As in `StepSurface`, with normals out of the material.
-    """
+    """These four as in `StepSurface`, with normals out of the material."""
     against: str = ""
     """Why it cannot be measured, as a part of a sentence; empty if it can."""
 

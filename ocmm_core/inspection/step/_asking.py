@@ -153,10 +153,7 @@ class _Reading:
                 raise step_error(self._path, what, LESS)
 
     def _is_too_long(self) -> bool:
-        """Return whether the reader exceeded its limit of CPU time.
-
-        Wall time depends on other programs. A reader that waits idle is given up later.
-        """
+        """Return whether CPU time, independent of other programs, is exceeded; later if idle."""
         limit, took = self._asking.timeout_s, time.monotonic() - self._begun
         if took <= limit:
             return False
@@ -173,7 +170,6 @@ class _Reading:
 
 
 def _checked(path: Path, said: StepAnswer) -> StepAnswer:
-    """Return the answer, or raise its error."""
     if said.error is not None:
         raise InternalError(*said.error)
     if said.fault == "MISSING":

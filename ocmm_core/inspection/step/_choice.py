@@ -21,8 +21,7 @@ class Offer:
     """A surface of a model that can become a feature."""
 
     feature: NominalFeature
-    """The resulting feature, without targets if there is a reason against it. A free form becomes
-    one point per target."""
+    """Without targets if there is a reason against it; a free form: one point per target."""
     faces: tuple[int, ...]
     """Numbers of its faces, see `ModelFace`."""
     against: str = ""
@@ -85,7 +84,6 @@ def chosen(offers: Sequence[Offer], choice: Choice) -> tuple[Offer, ...]:
 
 
 def _why_none(offers: Sequence[Offer], choice: Choice) -> str:
-    """Return why no offer is selected: the reasons against the requested ones."""
     whys = Counter(
         offer.against or "it is a free form, which needs the zone of its profile"
         for offer in offers

@@ -64,19 +64,10 @@ def ask_for_chosen(
     progress: Callable[[str], None] = lambda _: None,
     limit_s: float = LIMIT_S,
 ) -> ChosenReach:
-    """Check selected surfaces that were not checked when their model was read.
+    """Check selected surfaces that were not checked when their (large) model was read.
 
-    Smaller models were checked completely and are returned unchanged.
-
-    Parameters
-    ----------
-    limit_s
-        CPU time of this thread, after which the rest is not checked.
-
-    Raises
-    ------
-    InputError
-        It was cancelled, or none of them can be measured.
+    ``limit_s``: CPU time of this thread, after which the rest is not checked. InputError if
+    cancelled, or none of them can be measured.
     """
     with_targets = [one for one in taken if one.feature.targets]
     if model.unasked is None or not with_targets:
@@ -122,7 +113,6 @@ def _reach_on(part: PartModel, setting: Setting, offers: Sequence[Offer]) -> Rea
 
 
 def _asked(offer: Offer, reach: Reach) -> Offer | LeftOut:
-    """Return an offer with its reachable targets, or why there are too few."""
     feature, own = offer.feature, [number - 1 for number in offer.faces]
     points = np.array(feature.targets)
     if offer.free_form is not None:
@@ -153,7 +143,6 @@ def _free_form_asked(offer: Offer, form: FreeForm, reach: Reach) -> Offer | Left
 
 
 def _face_of(feature: NominalFeature) -> StepFace:
-    """Return the surface of a feature, as far as its normals need."""
     return StepFace(
         shape=feature.shape.value, point=_triple(feature.point),
         direction=_triple(feature.direction), radius=0.5 * feature.diameter,
@@ -171,7 +160,6 @@ def _triples(rows: np.ndarray[tuple[int, ...], np.dtype[np.float64]]) -> tuple[T
 
 
 def _listed(names: Sequence[str]) -> str:
-    """Return names for a sentence, truncated."""
     more = len(names) - _NAMED
     return ", ".join(names[:_NAMED]) + (f" (+{more})" if more > 0 else "")
 

@@ -23,8 +23,7 @@ class FacesAccount:
     """Of the file, of all components of an assembly."""
     taken: int
     left_out: tuple[tuple[str, int], ...]
-    """Reasons, each a part of a sentence, and number of faces, the most frequent first. With
-    ``taken`` they sum up to all faces."""
+    """Reasons, parts of a sentence, and numbers, most first; with ``taken``, all faces."""
     recognised: tuple[tuple[str, float], ...] = ()
     """Features that are splines in the file, and their largest distance from these, mm."""
 
@@ -47,15 +46,7 @@ class FacesAccount:
 def faces_account(
     model: StepModel, taken: Sequence[Offer], refused: Iterable[LeftOut] = ()
 ) -> FacesAccount:
-    """Return the result of each face of a model.
-
-    Parameters
-    ----------
-    taken
-        Offers of the model that became features.
-    refused
-        Selected surfaces refused later, see `ask_for_chosen`.
-    """
+    """Return the result of each face; ``refused``: after selection, see `ask_for_chosen`."""
     names = {one.feature.name for one in taken}
     whys = {one.feature.name: one.why for one in refused}
     counts: Counter[str] = Counter(model.not_measured)

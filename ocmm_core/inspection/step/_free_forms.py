@@ -1,8 +1,7 @@
 """Free-form faces of a model, with places for a ball; needs OCP.
 
-A free form is no element: its requirement is the profile of a surface (decision 60). The face
-itself is returned exactly, and its places lie inside its edges, as far apart as possible, within
-reach of the probe and in sight of the cameras.
+A free form is no element: its requirement is the profile of a surface (decision 60). Places lie
+inside its edges, as far apart as possible, within reach of the probe and in sight of the cameras.
 """
 
 from __future__ import annotations
@@ -32,13 +31,7 @@ _MOST_NUMBERS = 1_000_000
 
 @dataclass(frozen=True, slots=True, eq=False)
 class FreeFormRoom:
-    """A free-form face, and room for a ball on it as far as the face itself determines.
-
-    Attributes
-    ----------
-    number, name, face, against
-        As in `StepFreeForm`.
-    """
+    """A free-form face, and room for a ball by the face itself; fields as `StepFreeForm`."""
 
     number: int
     name: str
@@ -58,8 +51,8 @@ def free_form_rooms(
 ) -> list[FreeFormRoom]:
     """Return the free-form faces of a part, each with places or a reason against it.
 
-    Without the mesh. `faces`: all with a surface, in order. `taken`: numbers, from 1, of planes,
-    cylinders and so on. `ball_radius`: mm.
+    Without mesh. `faces`: with a surface. `taken`: numbers, from 1, of planes etc. `ball_radius`,
+    mm.
     """
     others = [number for number in range(1, len(faces) + 1) if number not in taken]
     if len(others) > _MOST:
@@ -84,11 +77,7 @@ def free_form_rooms(
 def free_forms_of(
     rooms: Sequence[FreeFormRoom], reach: Reach | None, doing: Callable[[str], None], inside: Inside
 ) -> list[StepFreeForm]:
-    """Return free forms with targets.
-
-    `reach`: None to skip. `doing`: receives the current step. `inside`: checks all places before
-    targets are selected.
-    """
+    """Return free forms with targets (``reach``: None to skip; ``inside``: checks all places)."""
     found = []
     for place, room in enumerate(rooms, start=1):
         if not room.against:

@@ -42,13 +42,7 @@ _SPARE = 2
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Room:
-    """A surface, and room for a ball on it as far as its own edges determine.
-
-    Attributes
-    ----------
-    face, numbers, against
-        As in `StepSurface`.
-    """
+    """A surface, and room for a ball by its own edges; fields as `StepSurface`."""
 
     face: StepFace
     numbers: tuple[int, ...]
@@ -60,10 +54,7 @@ class Room:
 def rooms_of(
     faces: Sequence[RawFace], ball_radius: float, doing: Callable[[str], None] = lambda _: None
 ) -> list[Room]:
-    """Return the surfaces of faces and the room for a ball on each, without the mesh.
-
-    `ball_radius`: mm. `doing`: receives the current surface.
-    """
+    """Return surfaces and the room for a ball, `ball_radius` mm, without the mesh."""
     groups = _groups(faces)
     hollow = _hollow_rims(faces, groups)
     rooms = []
@@ -82,9 +73,8 @@ def surfaces_of(
 ) -> list[StepSurface]:
     """Return surfaces with targets.
 
-    `reach`: None to skip. `doing`: receives the current surface. `inside`: checks each target
-    before it is delivered; if one fails, all places of that surface are checked and its targets
-    selected again.
+    `reach`: None to skip. `inside`: checks each target; if one fails, all places of that surface
+    are checked and its targets selected again.
     """
     surfaces = []
     for start in range(0, len(rooms), _AT_ONCE):
@@ -122,7 +112,6 @@ def bore_axes(faces: Sequence[StepFace]) -> Float:
 
 
 def _groups(faces: Sequence[RawFace]) -> list[list[int]]:
-    """Return the faces of each surface, in the order of their first."""
     owner = list(range(len(faces)))
 
     def root(index: int) -> int:
@@ -185,8 +174,7 @@ def _marks(rims: Sequence[Rim]) -> Float:
 def _hollow_rims(faces: Sequence[RawFace], groups: Sequence[Sequence[int]]) -> list[list[Float]]:
     """Return for each face the edges that a target must keep away from: first those that fall away.
 
-    The rest, where the material goes on or rises beyond, comes second. Seams, and edges between
-    faces of one surface, are none.
+    Then those beyond which material rises. Seams, and edges inside one surface, are none.
     """
     group_of = {index: number for number, group in enumerate(groups) for index in group}
     owners = [(i, rim) for i, one in enumerate(faces) for rim in one.rims]
@@ -289,8 +277,7 @@ def _against(face: StepFace, places: Float, ball_radius: float) -> str:
 def _ball_fits(face: StepFace, places: Float, ball_radius: float) -> NDArray[np.bool_]:
     """Return the places where a ball touches no other side of the same surface.
 
-    Near the tip of a hollow cone, such as the end of a drilled hole, its centre would lie beyond
-    the axis. A margin for the accuracy of a hand is included.
+    Near the tip of a hollow cone its centre would lie beyond the axis; with a margin for a hand.
     """
     if face.shape != "Cone" or not face.inner:
         return np.ones(len(places), dtype=np.bool_)

@@ -49,8 +49,7 @@ class Reached:
     faces: tuple[int, ...] = ()
     """Numbers of its faces, see `ModelFace`."""
     held: tuple[Triple, ...] = ()
-    """Attitude of the probe at each target: rotation vector, rad, frame of the model from that of
-    the probe. Empty if not computed."""
+    """Attitude of the probe at each target: rotation vector, rad, model from probe; or empty."""
     ways: tuple[float, ...] = ()
     """mm: free straight way along the normal at each target."""
 
@@ -70,8 +69,7 @@ class StepModel:
     pmi: Pmi | None = None
     """Tolerances of the file; None if not read."""
     faces: dict[int, tuple[str, ...]] = field(default_factory=dict)
-    """Surfaces (of both lists) of each face of the file, by its number there; several for a part
-    that occurs more than once in an assembly."""
+    """Surfaces (of both lists) by face number in the file; several for a repeated part."""
     face_words: dict[int, str] = field(default_factory=dict)
     """Kind of surface of every face of the file, by its number there."""
     reached: tuple[Reached, ...] = ()
@@ -85,11 +83,9 @@ class StepModel:
     face_count: int = 0
     """Of the file, of all components of an assembly."""
     recognised: dict[str, float] = field(default_factory=dict)
-    """Surfaces that are splines in the file, by name: their largest distance from the spline, mm.
-    """
+    """Surfaces that are splines in the file, by name: largest distance from the spline, mm."""
     unasked: Setting | None = None
-    """Probe, cameras and placement that only selected surfaces are checked with, see
-    `ask_for_chosen`; None if all were, or nothing was requested."""
+    """To check selected surfaces with, see `ask_for_chosen`; None if all were, or no request."""
 
 
 def read_model(
@@ -105,32 +101,13 @@ def read_model(
     """Return planes, cylinders, cones, spheres, tori and free forms of a model, in its own frame.
 
     Faces of one round surface are joined if they touch or are adjacent about its axis; two bores on
-    one axis stay two. A separate, expendable process reads the file.
-
-    Parameters
-    ----------
-    ball_mm
-        Diameter of the ball, mm: it needs room on a face and in a bore.
-    timeout_s
-        Limit of CPU time.
-    given_up
-        Polled some twenty times a second; True cancels.
-    progress
-        Receives the current step, as a part of a sentence.
-    with_part
-        Also make the part.
-    request
-        Probe, cameras and placement to choose targets by; its ball overrides ``ball_mm``. Without
-        it only room for the ball is checked.
-    setting
-        The same from loaded objects; overrides the others.
-
-    Raises
-    ------
-    InputError
-        The extra is not installed, the file is no readable STEP file, it has no such surfaces, or
-        reading takes too long or was cancelled. With a request it may be that no surface is within
-        reach: then all are left out.
+    one axis stay two. A separate, expendable process reads the file. ``ball_mm``: diameter that
+    needs room on a face and in a bore. ``timeout_s``: CPU time. ``given_up``: polled some twenty
+    times a second. ``progress``: the current step, part of a sentence. ``request``: probe, cameras
+    and placement to choose targets by, else only room for the ball is checked; its ball overrides
+    ``ball_mm``. ``setting``: the same from loaded objects; overrides the others. InputError: the
+    extra is not installed, no readable STEP file, no such surfaces, too slow or cancelled. With a
+    request all may be left out, out of reach.
     """
     path = Path(path)
     asking = Asking(timeout_s, given_up, progress)
@@ -151,7 +128,7 @@ def read_part(
 ) -> PartModel:
     """Return the part in a STEP file, in the frame of the file and in mm.
 
-    It has all faces of the solids, of all components of an assembly; parameters and errors as of
+    All faces of the solids, of all components of an assembly; parameters and errors as of
     `read_model`.
     """
     path = Path(path)
@@ -214,7 +191,6 @@ def _fault(feature: NominalFeature, surface: StepSurface) -> str:
 
 
 def _no_plan_of(said: StepAnswer, count: int) -> tuple[str, str]:
-    """Return the fault of a number of usable surfaces, and the remedy."""
     reasons = Counter(one.against for one in said.surfaces if one.against)
     reasons.update(one.against for one in said.free_forms if one.against)
     reasons.update(said.faults)
@@ -235,7 +211,6 @@ def _no_plan_of(said: StepAnswer, count: int) -> tuple[str, str]:
 
 
 def _said_of(surface: StepSurface, names: dict[int, str]) -> str:
-    """Return the name in the model of the first named face of a surface."""
     return next(filter(None, (names.get(number, "") for number in surface.numbers)), "")
 
 
@@ -248,7 +223,6 @@ def _in_file(owners: dict[int, str], entities: dict[int, int]) -> dict[int, tupl
 
 
 def _with_owners(part: PartModel | None, owners: dict[int, str]) -> PartModel | None:
-    """Return a part whose faces name their features."""
     if part is None:
         return None
     faces = (replace(face, feature=owners.get(face.number, "")) for face in part.faces)

@@ -1,6 +1,6 @@
 """Files of a model: an assembly may name part files in its folder.
 
-All are read, checked and hashed here, and the geometry library reads a copy: the hash is of what it
+All are checked and hashed here, and the geometry library reads a copy: the hash is of what it
 reads, and no name leads out of the folder.
 """
 
@@ -79,11 +79,8 @@ class ModelFiles:
 def model_files(path: Path) -> ModelFiles:
     """Return a STEP file with all files that it names, directly or through another one.
 
-    Raises
-    ------
-    InputError
-        It is no STEP file; a part file is missing, outside of its folder, no regular file or no
-        STEP file. The message names it.
+    InputError, with the name: it is no STEP file; a part file is missing, outside of its folder, no
+    regular file or no STEP file.
     """
     content = read_bytes(path)
     if not content.lstrip().startswith(_HEAD):
@@ -190,7 +187,6 @@ def _own_name(file: Part21, number: int) -> str:
 
 
 def _names_by_document(file: Part21) -> dict[int, list[str]]:
-    """Return the names assigned to documents, and their sources, by document."""
     found: dict[int, list[str]] = {}
     for number in file.all_of(f"APPLIED_{_NAMED}", f"CC_DESIGN_{_NAMED}", _NAMED):
         records = file.records(number)

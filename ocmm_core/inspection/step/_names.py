@@ -37,7 +37,6 @@ def feature_names(features: Sequence[NominalFeature], said: Sequence[str]) -> li
 
 
 def _usable(word: str) -> str:
-    """Return a word of the model as a valid name; may be empty."""
     return usable_name(word, LONGEST_NAME - _ROOM_FOR_NUMBER)
 
 

@@ -1,7 +1,4 @@
-"""Compiled: spread of places, distances from edges, and edges that fall away.
-
-Models have thousands of faces, so that call overhead of numpy would dominate.
-"""
+"""Compiled, for thousands of faces: spread of places, edge distances, edges that fall away."""
 
 from __future__ import annotations
 
@@ -11,8 +8,7 @@ from ocmm_core.camera import compiled
 from ocmm_core.geometry import Float, Int
 
 _BESIDE = 0.25
-"""Squared cosine to the perpendicular direction, within which a place is beside an edge: 60
-degrees."""
+"""Squared cosine to the perpendicular, within which a place is beside an edge: 60 degrees."""
 
 
 @compiled()
@@ -51,9 +47,8 @@ def spread(places: Float, rows: Int) -> int:
 def nearest(places: Float, axis: int, stretches: Float, far: float, squares: Float) -> None:
     """Lower ``squares`` (n,), mm2, to squared distances of places (n, 3) from stretches.
 
-    ``stretches`` (m, 2, 3). The nearest point is the projection, clipped to the ends; a stretch
-    without length is its start. Places are sorted along ``axis``: those farther than ``far`` beyond
-    both ends along it are skipped.
+    ``stretches`` (m, 2, 3); one without length is its start. Places are sorted along ``axis``:
+    those farther than ``far`` beyond both ends along it are skipped.
     """
     n = len(places)
     for k in range(len(stretches)):
@@ -83,8 +78,7 @@ def nearest(places: Float, axis: int, stretches: Float, far: float, squares: Flo
 def distances(places: Float, stretches: Float, far: float) -> Float:
     """Return the distances of places (n, 3) from the nearest of stretches (m, 2, 3), mm.
 
-    Distances beyond ``far`` are infinite. Places are sorted along the longest side of their box, so
-    that each stretch is compared with nearby places only.
+    Infinite beyond ``far``. Places sorted along their box: only nearby ones are compared.
     """
     n = len(places)
     found = np.full(n, np.inf)
@@ -113,8 +107,7 @@ def distances(places: Float, stretches: Float, far: float) -> Float:
 def gaps_about(point: Float, axis: Float, places: Float) -> Float:
     """Return the angular gaps between consecutive places (n, 3) about an axis, (n,), rad.
 
-    ``point`` and ``axis`` (3,), unit. Angles are counted from the coordinate axis that is farthest
-    from the axis, projected perpendicular to it.
+    ``point`` and ``axis`` (3,), unit. From the coordinate axis farthest from it, projected.
     """
     least = 0
     for a in range(1, 3):
@@ -145,9 +138,9 @@ def gaps_about(point: Float, axis: Float, places: Float) -> Float:
 def leans_inward(middle: Float, along: Float, normal: Float, places: Float, beyond: Float) -> float:
     """Return the cosine by which the normal beyond an edge leans towards this face.
 
-    ``middle`` (3,) of the edge, ``along`` (3,) it; ``normal`` (3,) and ``places`` (n, 3) of this
-    face, ``beyond`` (3,) the normal of the other. The direction into the face is perpendicular to
-    edge and normal, on the side of the nearest place beside the edge; 1 without such a place.
+    ``middle``, ``along`` (3,) of the edge; ``normal`` (3,), ``places`` (n, 3) of this face,
+    ``beyond`` (3,) the other normal. The direction into the face is perpendicular to edge and
+    normal, towards the nearest place; 1 without such a place.
     """
     x = normal[1] * along[2] - normal[2] * along[1]
     y = normal[2] * along[0] - normal[0] * along[2]

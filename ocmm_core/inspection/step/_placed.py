@@ -103,8 +103,7 @@ def taken_of(
 ) -> Placed:
     """Return up to ``wanted`` of the places that can be touched.
 
-    `points`: (n, 3), mm. `reached`: result of each. `least`: minimum for a measurement. `why_not`:
-    returns the most frequent obstacle.
+    `points`: (n, 3), mm. `least`: for a measurement. `why_not`: the most frequent obstacle.
     """
     nobody = np.empty((0, 3))
     can = np.flatnonzero(reached.stage == 0)
@@ -124,10 +123,7 @@ def taken_of(
 
 
 def reached_places(points: Float, reached: Reached) -> tuple[NDArray[np.int64], Float]:
-    """Return the indices of a free form's targets, and the attitudes of the probe there.
-
-    Empty if fewer than `LEAST` can be touched. The second is (n, 3) as `Placed.held`.
-    """
+    """Return indices of a free form's targets, and `Placed.held` (n, 3); empty below `LEAST`."""
     can = np.flatnonzero(reached.stage == 0)
     nobody = np.empty((0, 3))
     if len(can) < LEAST:

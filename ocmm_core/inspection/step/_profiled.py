@@ -29,8 +29,7 @@ class FreeForm:
     face: NominalFace
     targets: tuple[Triple, ...]
     normals: tuple[Triple, ...]
-    """`targets`, `normals`: mm and unit, out of the material: places on it, each as far as possible
-    from the earlier ones."""
+    """`targets`, `normals`: mm; unit, out: places, each as far as possible from earlier ones."""
     held: tuple[Triple, ...] = ()
     ways: tuple[float, ...] = ()
     """`held`, `ways`: As in `Reached`."""

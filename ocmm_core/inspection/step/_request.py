@@ -37,13 +37,7 @@ class StepRequest(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fiel
 def usual_request(
     probe: Path | None = None, rig: Path | None = None, *, ball_mm: float | None = None
 ) -> StepRequest:
-    """Return a request by documents, by default the shipped ones, with the part upright.
-
-    Raises
-    ------
-    InputError
-        The probe cannot be used.
-    """
+    """Return a request, by default with shipped documents, upright; InputError for a bad probe."""
     probe = resource("probes", "standard.toml") if probe is None else probe
     rig = resource("rigs", "recommended.toml") if rig is None else rig
     ball = 2.0 * load_probe(probe).tip_radius if ball_mm is None else ball_mm
@@ -77,7 +71,7 @@ def up_of(word: str) -> Triple:
 def setting_of(request: StepRequest) -> Setting | None:
     """Return probe, cameras and placement of a request; None for the ball alone.
 
-    Raises InputError if a document cannot be used, or no direction points up.
+    InputError if a document cannot be used, or no direction points up.
     """
     sizes = (*request.up, *request.offset_world, request.turn_deg, request.tilt_deg)
     if not np.isfinite(sizes).all() or np.linalg.norm(request.up) < 1e-6:

@@ -1,7 +1,7 @@
 """Reading of a STEP file in a separate process.
 
-The geometry kernel is C++ that reads untrusted files: if it crashes or hangs, the calling program
-continues, and knows what was being read.
+The geometry kernel is C++ that reads untrusted files: if it crashes or hangs, the caller continues,
+and knows what was being read.
 """
 
 from __future__ import annotations
@@ -75,7 +75,6 @@ class Wanted:
     papers: tuple[str, ...] = ()
     """Documents without geometry named by the file."""
     limit_s: float = 120.0
-    """Limit of CPU time."""
 
 
 def read_step(path: str, wanted: Wanted, to: Connection) -> None:
@@ -206,7 +205,6 @@ def _with_targets(
     aside: MeshAside,
     doing: Callable[[str], None],
 ) -> tuple[tuple[StepSurface, ...], tuple[StepFreeForm, ...]]:
-    """Return surfaces and free forms with targets that can be reached and seen."""
     # Steps without the mesh come first: the other process makes it meanwhile.
     radius = 0.5 * wanted.ball_mm
     rooms = rooms_of(found.faces, radius, doing)
@@ -228,7 +226,6 @@ def _with_targets(
 
 
 def _be_silent() -> None:
-    """Discard the output of the geometry kernel."""
     nothing = os.open(os.devnull, os.O_WRONLY)
     for descriptor in (1, 2):
         os.dup2(nothing, descriptor)

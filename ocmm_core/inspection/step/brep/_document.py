@@ -31,13 +31,7 @@ _NO_NAME = frozenset(("", "none", "face", "advanced_face", "shell", "solid", "co
 
 @dataclass(frozen=True, slots=True)
 class Said:
-    """Attributes of a face in the file; may be empty.
-
-    Attributes
-    ----------
-    name, layer
-        Words.
-    """
+    """Words of a face in the file; may be empty."""
 
     name: str = ""
     colour: str = ""
@@ -74,19 +68,9 @@ def read_document(
 ) -> StepDocument:
     """Return the document of a STEP file.
 
-    Parameters
-    ----------
-    parts
-        Part files that it names, relative to its folder: all must be read.
-
-    Raises
-    ------
-    ImportError
-        The extra is not installed.
-    ValueError
-        The file is not complete, or contains no shape.
-    InputError
-        It scales or mirrors bodies, or its units are missing or contradictory.
+    ``parts``: files that it names, relative to its folder: all must be read. ImportError without
+    the extra; ValueError if it is not complete, or contains no shape; InputError if it scales or
+    mirrors bodies, or its units are missing or contradictory.
     """
     import OCP.collections as held
     from OCP.IFSelect import IFSelect_RetDone
@@ -156,7 +140,6 @@ def _model_of(path: str) -> Any:
 
 
 def _refuse_unread(reader: Any, parts: Sequence[str]) -> None:
-    """Refuse an assembly if the library has read other part files than it names."""
     from OCP.IFSelect import IFSelect_RetDone
 
     files = reader.ExternFiles()
@@ -176,10 +159,7 @@ def _refuse_unread(reader: Any, parts: Sequence[str]) -> None:
 
 
 def _refuse_scaled_and_mirrored(model: Any) -> None:
-    """Refuse a model that scales or mirrors bodies.
-
-    The library divides by the scale instead of multiplying, and rotates instead of mirroring.
-    """
+    """Refuse scaled and mirrored bodies: the library divides by the scale, and rotates."""
     for index in range(1, model.NbEntities() + 1):
         entity = model.Value(index)
         if type(entity).__name__ != "StepGeom_CartesianTransformationOperator3d":
@@ -214,8 +194,7 @@ def most_edges(content: bytes) -> int:
 def _without_crossings(reader: Any) -> None:
     """Disable the library's search for outlines that cross themselves or each other.
 
-    It compares all pairs of holes, copying the face for each, and all pairs of edges of an outline:
-    thousands of them take minutes. All other repairs remain.
+    It compares all pairs of holes and of edges: thousands take minutes. Other repairs remain.
     """
     from OCP.DE import DE_ShapeFixParameters
     from OCP.TCollection import TCollection_AsciiString
@@ -322,7 +301,6 @@ def _name_of(label: Any) -> str:
 
 
 def _word(text: str) -> str:
-    """Return a word of the file on one printable line."""
     return " ".join("".join(sign if sign.isprintable() else " " for sign in text).split())[
         :_LONGEST
     ]

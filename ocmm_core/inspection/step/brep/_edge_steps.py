@@ -28,10 +28,7 @@ class EdgeSteps:
         self._kept: dict[tuple[SameShape, float, float], tuple[Float, Place]] = {}
 
     def of(self, edge: Any, first: float, last: float) -> tuple[Float, Place]:
-        """Return the result of `edge_steps`, and the place of the middle one on the edge, mm.
-
-        NaN for a degenerate edge, such as the tip of a cone.
-        """
+        """Return `edge_steps` (NaN if degenerate), and the place of the middle one, mm."""
         key = SameShape(edge), first, last
         kept = self._kept.get(key)
         if kept is None:
@@ -60,8 +57,7 @@ def _tools() -> tuple[Any, Any, Any, Any, Any]:
 def edge_steps(edge: Any, first: float, last: float) -> Float:
     """Return an odd number of parameters along an edge between which it is nearly straight.
 
-    They are denser where a spline bends or its parameter runs fast; even steps would leave the edge
-    there. An edge of two faces gets the same ones on both.
+    Denser where a spline bends or its parameter runs fast. Both faces of an edge get the same ones.
     """
     degenerated, adaptor, bent_curve, line, circle = _tools()
     inner: list[float] = []
@@ -87,8 +83,7 @@ def edge_steps(edge: Any, first: float, last: float) -> Float:
 def chords_of(radius: float, turn: float) -> int:
     """Return the number of chords of an arc, limiting deflection and angle.
 
-    A chord over the angle a is off by r (1 - cos(a / 2)). For a radius above 1e14 mm that cosine is
-    1 and the angle 0.
+    A chord over the angle a is off by r (1 - cos(a / 2)). Above r = 1e14 mm the cosine is 1, a 0.
     """
     cosine = max(1.0 - DEFLECTION_MM / radius, 0.0) if radius > 0.0 else 0.0
     angle = min(BEND_RAD, 2.0 * math.acos(cosine))
@@ -98,8 +93,7 @@ def chords_of(radius: float, turn: float) -> int:
 def parameters_on(curve: Any, along: Float) -> Float:
     """Return the parameters (n, 2) of a face at ``along`` (n,) of an edge of it.
 
-    Lines and circles, the most frequent, are computed here; the library evaluates others. `curve`:
-    `BRepAdaptor_Curve2d` of the edge on the face.
+    Lines and circles are computed here. `curve`: `BRepAdaptor_Curve2d` of the edge on the face.
     """
     kind, numbers = curve_numbers(curve)
     if kind == kernel.LINE:

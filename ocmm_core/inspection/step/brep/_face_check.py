@@ -17,10 +17,7 @@ _ON_EDGE = 1e-7
 
 
 class FaceCheck:
-    """Whether places lie on faces and inside their edges, by the library's surface and classifier.
-
-    `faces`: with a surface, in order; numbers count from 1.
-    """
+    """Whether places lie on faces, numbered from 1, inside edges, by surface and classifier."""
 
     def __init__(self, faces: Sequence[Any]) -> None:
         self._faces = faces

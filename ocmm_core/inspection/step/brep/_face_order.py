@@ -25,23 +25,9 @@ def tolerances_of(
 ) -> tuple[Pmi, dict[int, int], dict[int, str]]:
     """Return the tolerances of a file, and the face of the file for each face.
 
-    If the identification is ambiguous, no faces are returned, and the first has the reason.
-
-    Parameters
-    ----------
-    reader
-        Has read the file.
-    with_surface
-        Faces of the library, of which `RawFace` has the numbers, from 1.
-
-    Returns
-    -------
-    Pmi
-        Of the text.
-    dict
-        Number in the file by the number of the face.
-    dict
-        Kind of surface of every face of the file, by its number there.
+    ``reader`` has read the file; ``with_surface``: faces of the library, of which `RawFace` has the
+    numbers, from 1. Returns tolerances; number in the file by face number; kind of surface by
+    number in the file. If ambiguous, no faces are returned, and the first has the reason.
     """
     doing("the tolerances of the model")
     if not may_say_tolerances(text):
@@ -63,8 +49,7 @@ def order_fault(
 ) -> str:
     """Return why faces cannot be those of the text, as a part of a sentence; empty if they can.
 
-    Kinds of surface must match, and radii in one unit for all. `order`: index of the face of the
-    text by the number of a face. `texts`: in the order of the text.
+    Kinds must match, and radii in one unit for all. `order`: index in the text by face number.
     """
     scales: list[float] = []
     for raw in faces:

@@ -52,11 +52,7 @@ def _word_of(kind: Any) -> str:
 
 
 def is_turned(face: Any) -> bool:
-    """Return whether the material lies in the direction of d/du times d/dv.
-
-    True for a reversed face, and for a mirrored one: the product of two mirrored directions is not
-    the mirrored product.
-    """
+    """Return whether the material lies along d/du times d/dv: for a reversed or mirrored face."""
     from OCP.TopAbs import TopAbs_REVERSED
 
     reverse = bool(face.Orientation() == TopAbs_REVERSED)

@@ -1,8 +1,4 @@
-"""Meshes of a model, made by a fork in parallel to the reading of faces; needs OCP.
-
-The fork sends numbers. If it is missing or fails, this process makes the meshes on demand, and
-reports faults of the model here.
-"""
+"""Meshes of a model, by a fork parallel to the reading of faces, else here; needs OCP."""
 
 from __future__ import annotations
 
@@ -78,7 +74,6 @@ class MeshAside:
         return SolidMesh(*triangles_of(raw_meshes(self._faces)), deflection)
 
     def _work(self, send: Callable[[bytes], None]) -> None:
-        """Make and send both, in the fork."""
         mesh = self._made()
         send(mesh.triangles.tobytes())
         send(mesh.owners.tobytes())

@@ -56,11 +56,7 @@ _TRIED = 24
 def part_of(
     document: StepDocument, source: tuple[str, str], doing: Callable[[str], None]
 ) -> PartModel:
-    """Return the part of a document.
-
-    `source`: name of the file, without its folder, and its hash. `doing`: receives the next step.
-    Raises ValueError if no face has a surface.
-    """
+    """Return the part; ``source``: name (no folder), hash. ValueError if no face has a surface."""
     from OCP.BRepLib import BRepLib_ToolTriangulatedShape
 
     faces, _ = faces_with_surface(document.shape)
@@ -164,10 +160,7 @@ def _meshed(document: StepDocument, faces: Sequence[Any]) -> float:
 
 
 def _kept_deflection(faces: Sequence[Any]) -> float:
-    """Return the deflection of an existing mesh for targets, mm; 0 without one.
-
-    Meshing a large model again takes seconds. Too many triangles cannot be displayed.
-    """
+    """Return the deflection of an existing, displayable mesh for targets, mm; 0 without one."""
     meshes = [triangulation(face)[0] for face in faces]
     made = [one for one in meshes if one is not None]
     if not made or sum(one.NbTriangles() for one in made) > MOST_TRIANGLES:
@@ -330,7 +323,6 @@ def _loops(face: Any, surface: Any, steps: EdgeSteps) -> list[Float]:
 
 
 def _piece(edge: Any, face: Any, steps: EdgeSteps) -> Float | None:
-    """Return an edge in the parameters of the face, in its sense."""
     from OCP.BRepAdaptor import BRepAdaptor_Curve2d
     from OCP.TopAbs import TopAbs_REVERSED
 

@@ -101,8 +101,7 @@ def faces_of(
 ) -> FoundFaces:
     """Return the faces with a plane, cylinder, cone, sphere or torus, and counts of the others.
 
-    Placements of assemblies are applied; the library converts all units to millimetres. An unusable
-    face is a fault of its own, not of the model.
+    Placed as in assemblies, in mm. An unusable face is a fault of its own, not of the model.
     """
     found: list[RawFace] = []
     others: Counter[str] = Counter()
@@ -129,8 +128,7 @@ def faces_of(
 def faces_with_surface(shape: Any) -> tuple[list[Any], Counter[str]]:
     """Return the faces of a part with an exact surface, and counts of the others.
 
-    If there are solids, faces outside of them are construction geometry, and only counted. Raises
-    ValueError if there are none, or more than a part can have.
+    Beside solids, faces are construction geometry, only counted. ValueError if none, or too many.
     """
     from OCP.BRep import BRep_Tool
 
@@ -238,10 +236,7 @@ class _Curves:
     """(m, 3), mm: the middle of each edge, by its curve in space; NaN for a point."""
 
     def refuse_off(self, lines: Float) -> None:
-        """Raise ValueError if edges (n, 3), mm, computed on the surface leave their own curves.
-
-        Then surface or edges are damaged, and neither can be trusted.
-        """
+        """Raise ValueError for a damaged face: edges (n, 3), mm, off their own curves."""
         at = self.starts[:-1] + np.diff(self.starts) // 2
         off = np.linalg.norm(lines[at] - self.middles, axis=1)
         for row in np.flatnonzero(off > _GAP_MM).tolist():
@@ -304,7 +299,6 @@ def _curves(face: Any, steps: EdgeSteps) -> _Curves:
 def _edges(
     curves: _Curves, surface: tuple[int, Float, Float], reverse: bool
 ) -> tuple[tuple[Rim, ...], Float]:
-    """Return the edges of a face, and places (n, 3), mm, inside them."""
     count, length = len(curves.kinds), len(curves.uv)
     if not count:
         return (), np.empty((0, 3))
@@ -323,7 +317,7 @@ def rims_of(
 ) -> tuple[Rim, ...]:
     """Return the edges of a face that are edges in space, see `_surface_kernel.run_along`.
 
-    Raises ValueError for an edge without a place: a target could lie on it unnoticed.
+    ValueError for an edge without a place: a target could lie on it unnoticed.
     """
     if not np.isfinite(lengths).all():
         msg = "the place of an edge is not a number"

@@ -1,7 +1,7 @@
 """Planes and round surfaces stored as splines; needs OCP.
 
-Many programs export bores as B-splines. The library recognises them; its result is checked here on
-places and edges of the face, and used only within `RECOGNISED_MM`.
+The library recognises them; the result is checked on places and edges of the face, and used only
+within `RECOGNISED_MM`.
 """
 
 from __future__ import annotations
@@ -37,23 +37,9 @@ def recognised_face(
 ) -> tuple[StepFace, Float, Float, Float, Float] | None:
     """Return the surface of a spline, places inside its edges, and its edges; None if free form.
 
-    Parameters
-    ----------
-    surface
-        `BRepAdaptor_Surface` of the face.
-    uv, starts
-        Its edges in its parameters, as in `kernel.run_along`.
-
-    Returns
-    -------
-    StepFace
-        The surface, with ``deviation_mm``.
-    places
-        (n, 3), mm: on that surface, inside the edges.
-    lines
-        (len(uv), 3), mm: the edges on the spline.
-    normals, lengths
-        Of each edge, as in `kernel.run_along`.
+    ``surface``: `BRepAdaptor_Surface` of the face; ``uv``, ``starts``: edges as in
+    `kernel.run_along`. Returns the surface, with ``deviation_mm``; places (n, 3), mm, on it; edges
+    (len(uv), 3), mm, on the spline; their normals and lengths, as in `kernel.run_along`.
     """
     if kind_of(surface) not in _KINDS:
         return None
@@ -100,7 +86,6 @@ def _found_by_library(face: Any) -> tuple[str, Any] | None:
 
 
 def _as_face(word: str, canonical: Any, samples: Float) -> StepFace | None:
-    """Return a recognised surface over the extent of samples (n, 3), mm."""
     from OCP.GeomAdaptor import GeomAdaptor_Surface
 
     frame = canonical.Position()
@@ -120,7 +105,6 @@ def _as_face(word: str, canonical: Any, samples: Float) -> StepFace | None:
 
 
 def _turned(face: StepFace) -> StepFace:
-    """Return a surface with the material on its other side."""
     if face.shape != "Plane":
         return msgspec.structs.replace(face, inner=not face.inner)
     x, y, z = face.direction

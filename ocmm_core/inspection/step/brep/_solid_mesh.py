@@ -72,9 +72,8 @@ def make_mesh(shape: Any, faces: Sequence[Any]) -> float:
 def raw_meshes(faces: Sequence[Any], *, with_normals: bool = False) -> dict[int, RawMesh]:
     """Return the existing meshes by index of the face.
 
-    Reading node by node costs more than meshing, so the library writes all at once. Its output is
-    used if the counts of meshes, nodes and triangles match, and each mesh has the same first node;
-    else nodes are read one by one. `with_normals`: they were computed before.
+    The library writes all at once, faster than node by node; used if counts match, and each mesh
+    has the same first node. `with_normals`: they were computed before.
     """
     asked = {place: mesh for place, face in enumerate(faces) if (mesh := mesh_of(face))}
     whose: dict[SameShape, int] = {}
@@ -109,9 +108,9 @@ def mesh_of(face: Any) -> tuple[Any, Float | None] | None:
 def _written(meshes: Sequence[Any], with_normals: bool) -> list[RawMesh] | None:
     """Return meshes as written by the library (its binary format, version 4); None if it differs.
 
-    Of each: numbers of nodes and triangles (int32), flags for parameters and normals (bytes), the
-    deflection; nodes (float64), parameters of nodes (float64), triangles (int32, from 1), normals
-    (float32). Little-endian on every computer.
+    Of each: numbers of nodes and triangles (int32), flags for parameters and normals (bytes),
+    deflection; nodes, parameters of nodes (float64), triangles (int32, from 1), normals (float32).
+    Little-endian on every computer.
     """
     from OCP.BinTools import BinTools, BinTools_FormatVersion_VERSION_4
     from OCP.BRep import BRep_Builder

@@ -28,8 +28,7 @@ class StepFace(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=
     """`radius`, `second`, `half_angle`: As in `features.shapes.element`, mm and rad."""
     low: float = 0.0
     high: float = 0.0
-    """`low`, `high`: mm: extent along ``direction`` from ``point`` for round faces, along
-    ``across`` for planes."""
+    """`low`, `high`: mm: extent from ``point`` along ``direction`` (round), ``across`` (plane)."""
     width: float = 0.0
     """mm: extent of a plane perpendicular to ``across``."""
     inner: bool = False

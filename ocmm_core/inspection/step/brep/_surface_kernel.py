@@ -1,7 +1,4 @@
-"""Compiled: edges of an elementary face in space, and places inside them.
-
-A model has tens of thousands of edges: evaluation by the library would be far slower.
-"""
+"""Compiled, for tens of thousands of edges: elementary faces' edges, and places inside."""
 
 from __future__ import annotations
 
@@ -25,8 +22,7 @@ _THIN = 1.0 / 40.0
 def _outline(kind: int, a: float, b: float, v: float) -> tuple[float, float, float, float]:
     """Return radius and height of the profile turned about an axis at ``v``, and both by ``v``.
 
-    ``a`` and ``b``: radius of a cylinder or sphere; radius at the start and half the angle of a
-    cone; radius of the ring and of the tube of a torus.
+    ``a``, ``b``: radius of a cylinder, sphere; start radius, half angle of a cone; torus radii.
     """
     if kind == CYLINDER:
         return a, v, 0.0, 1.0
@@ -79,11 +75,11 @@ def run_along(
 ) -> None:  # fmt: skip
     """Fill in the edges of a face: parameters, places, the normal in their middle, their length.
 
-    ``frame`` (4, 3): origin, x, y and axis. A mirrored one is left-handed: y is stored, not
-    computed. ``sizes`` (2,): see `_outline`. ``side``: 1, or -1 for a reversed face. ``curves`` (m,
-    6): start and direction of a line; middle, x and y of a ring, both scaled by its radius.
-    ``starts`` (m + 1,): start of each edge in ``along`` (n,), ``uv`` (n, 2), which is given for
-    other curves, and ``lines`` (n, 3). ``normals`` (m, 3), ``lengths`` (m,), mm.
+    ``frame`` (4, 3): origin, x, y, axis; left-handed if mirrored. ``sizes`` (2,): see `_outline`.
+    ``side``: 1, or -1 for a reversed face. ``curves`` (m, 6): start and direction of a line;
+    middle, x and y of a ring, both scaled by its radius. ``starts`` (m + 1,): of each edge in
+    ``along`` (n,), ``uv`` (n, 2), given for other curves, and ``lines`` (n, 3). ``normals`` (m, 3),
+    ``lengths`` (m,), mm.
     """
     a, b = sizes[0], sizes[1]
     for m in range(len(curve_kinds)):
@@ -115,9 +111,9 @@ def inside(us: Float, vs: Float, loops: Float, found: NDArray[np.bool_]) -> None
     """Fill in which pairs of ``us`` (r,) and ``vs`` (c,), both rising, lie inside closed loops.
 
     ``loops`` (m, 2, 2): stretches. ``found`` (r, c) is initially false. A ray from an inside pair
-    towards greater u crosses the loops an odd number of times. Each crossing is noted at the last
-    pair before it, and finally all pairs before a note are toggled: the time grows with places plus
-    crossings, not with their product.
+    towards greater u crosses an odd number of times. Each crossing is noted at the last pair before
+    it; finally all pairs before a note are toggled: time grows with places plus crossings, not
+    their product.
     """
     for k in range(len(loops)):
         u0, v0, u1, v1 = loops[k, 0, 0], loops[k, 0, 1], loops[k, 1, 0], loops[k, 1, 1]
@@ -139,9 +135,8 @@ def inside(us: Float, vs: Float, loops: Float, found: NDArray[np.bool_]) -> None
 def closed_loops(uv: Float, starts: Int) -> Float:
     """Return the stretches (m, 2, 2) of all edges, and those that close gaps between their ends.
 
-    Ray counting needs loops closed bit for bit: rounding leaves a gap at the corner of two arcs,
-    and a ray through it misses a crossing. Each end is joined to the nearest free end; ends are
-    sorted along u, so that few are compared.
+    Ray counting needs loops closed bit for bit: a ray through the gap of rounding at a corner
+    misses a crossing. Each end is joined to the nearest free end; sorted along u, few are compared.
     """
     edges = len(starts) - 1
     ends = np.empty((2 * edges, 2))
@@ -181,7 +176,7 @@ def closed_loops(uv: Float, starts: Int) -> Float:
 def places_inside(kind: int, frame: Float, sizes: Float, uv: Float, starts: Int) -> Float:
     """Return places (n, 3) of a face inside its edges: more are tried if few are inside.
 
-    They form a grid of similar spacing in space in both directions. Parameters as in `run_along`.
+    A grid of similar spacing in space in both directions. Parameters as in `run_along`.
     """
     a, b = sizes[0], sizes[1]
     loops = closed_loops(uv, starts)

@@ -14,7 +14,6 @@ from ocmm_core.inspection.step.brep._library import kind_of
 
 @cache
 def _kinds() -> dict[Any, tuple[int, str]]:
-    """Return kind and method of each elementary surface."""
     from OCP import GeomAbs
 
     return {
@@ -27,10 +26,7 @@ def _kinds() -> dict[Any, tuple[int, str]]:
 
 
 def surface_numbers(surface: Any) -> tuple[int, Float, Float]:
-    """Return kind, frame (4, 3) and sizes (2,) of a surface, see `_surface_kernel.run_along`.
-
-    Raises ValueError for a surface of another kind.
-    """
+    """Return kind, frame (4, 3), sizes (2,) as for `_surface_kernel.run_along`, or ValueError."""
     known = _kinds().get(surface.GetType())
     if known is None:
         msg = f"a {kind_of(surface)} is not written out"

@@ -1,9 +1,8 @@
 """The surface of a face as one rational B-spline over the range of the face.
 
 Planes, cylinders, cones, spheres, tori, and surfaces turned or extruded from a line, an arc or a
-spline are rational B-splines exactly. Splines of the library are used unchanged. Each comes with
-two functions from the parameters of the library to those of the spline, because an arc of a
-rational spline has no constant speed.
+spline are exact. Two functions lead from the library's parameters to those of the spline, because
+an arc of a rational spline has no constant speed.
 """
 
 from __future__ import annotations
@@ -48,8 +47,7 @@ class MappedSurface:
 def surface_of(surface: Any, bounds: tuple[float, float, float, float]) -> MappedSurface | None:
     """Return the spline of a surface; None if impossible.
 
-    `surface`: `BRepAdaptor_Surface` of a face, with its place. `bounds`: first and last u, first
-    and last v of the face.
+    `surface`: placed `BRepAdaptor_Surface` of a face. `bounds`: first and last u, v.
     """
     kind = kind_of(surface)
     make = _MAKERS.get(kind, _by_library)
@@ -187,7 +185,6 @@ def _by_library(surface: Any, u0: float, u1: float, v0: float, v1: float) -> Map
 
 
 def _is_clamped(spline: Any) -> bool:
-    """Return whether a spline of the library is clamped in both directions."""
     u, v = spline.UDegree() + 1, spline.VDegree() + 1
     return bool(
         spline.UMultiplicity(1) == u
@@ -223,10 +220,9 @@ def _arc(first: float, last: float) -> _Row:
     """Return the arc of a unit circle between two angles, rad.
 
     In segments of at most a quarter, each the quadratic with the weights 1, cos a, 1 where a is
-    half its angle (Piegl and Tiller, The NURBS Book, 7.3). With the angle p from the middle of a
-    segment its parameter is t = (1 + tan(p / 2) / tan(a / 2)) / 2: the rational parameter of a
-    circle is the tangent of half the angle, and a Moebius map that keeps both ends and the middle
-    is linear.
+    half its angle (Piegl and Tiller, The NURBS Book, 7.3). With the angle p from its middle its
+    parameter is t = (1 + tan(p / 2) / tan(a / 2)) / 2: a circle's rational parameter is the tangent
+    of half the angle, and a Moebius map that keeps both ends and the middle is linear.
     """
     count = max(1, int(np.ceil((last - first) / _WIDEST - 1e-9)))
     ends = np.linspace(first, last, count + 1)
@@ -254,7 +250,6 @@ def _with_poles(row: _Row, poles: Float) -> _Row:
 
 
 def _curve(curve: Any, first: float, last: float) -> _Row | None:
-    """Return a curve in space; None if impossible."""
     from OCP.Geom import Geom_TrimmedCurve
     from OCP.GeomAdaptor import GeomAdaptor
     from OCP.GeomConvert import GeomConvert
@@ -304,8 +299,7 @@ def _knots(
 def _shifted(first: float, last: float, low: float, high: float) -> Map:
     """Return the map onto an equal range, or one that differs by start or length.
 
-    Parameters inside the range of the spline are kept. The library returns periodic ones shifted by
-    whole periods.
+    Parameters inside the spline's range are kept; periodic ones come shifted by whole periods.
     """
     spare = 1e-6 * (high - low)
     if first >= low - spare and last <= high + spare:
