@@ -57,11 +57,8 @@ _ANEW = "The position is measured again: {hint}"
 class AcceptanceProcedure:
     """A test from first page to stored verdict; thread-safe.
 
-    Parameters
-    ----------
-    charted
-        Adds the record of an interim check to its chart before it counts as stored; None for other
-        tests.
+    `charted`: adds the record of an interim check to its chart before it counts as stored; None for
+    other tests.
     """
 
     def __init__(
@@ -157,12 +154,8 @@ class AcceptanceProcedure:
     def take(self, now: datetime) -> None:
         """Record the current probe position as the next point of the plan.
 
-        Raises
-        ------
-        CalibrationError
-            Nothing is ready, or the point is refused, which is logged.
-        StorageError
-            It could not be stored; nothing was recorded.
+        CalibrationError: nothing is ready, or the point is refused, which is logged. StorageError:
+        it could not be stored; nothing was recorded.
         """
         with self._lock:
             if self._ready is None:

@@ -207,13 +207,8 @@ def note_check(
 ) -> InterimChart:
     """Add a check's record to its chart; if out, mark the calibration suspect.
 
-    Void checks are not added.
-
-    Parameters
-    ----------
-    store
-        Calibrations of the rig: measurements since the last good check become suspect there until a
-        verification passes. None if not kept.
+    Void checks are not added. `store`: calibrations of the rig: measurements since the last good
+    check become suspect there until a verification passes. None if not kept.
     """
     check = check_of(record)
     if record.void_reasons:

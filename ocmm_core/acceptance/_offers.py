@@ -203,16 +203,9 @@ def finished_tests(
 def typed_entry(fields: Mapping[str, str]) -> ArtefactEntry:
     """Return a register entry from typed fields or those of a certificate.
 
-    Parameters
-    ----------
-    fields
-        Texts by name: those of `ArtefactEntry`; ``sizes`` separated by blanks or semicolons, mm;
-        ``due_utc`` as a date. Empty fields with a default use it.
-
-    Raises
-    ------
-    InputError
-        A field is not a number, or implausible.
+    `fields`: texts by name: those of `ArtefactEntry`; ``sizes`` separated by blanks or semicolons,
+    mm; ``due_utc`` as a date. Empty fields with a default use it. InputError: a field is not a
+    number, or implausible.
     """
 
     def number(name: str) -> float:

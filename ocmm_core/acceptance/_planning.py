@@ -55,10 +55,7 @@ def vectors(values: Iterable[Float]) -> tuple[Vector3, ...]:
 def plan_length(stage: Stage, numbers: LengthTest) -> Planned:
     """Plan the lines of a bar: corners by set cover, axes, diagonals, new directions.
 
-    Raises
-    ------
-    CalibrationError
-        The bar has too few nests, or is too short or long for the volume.
+    CalibrationError: the bar has too few nests, or is too short or long for the volume.
     """
     bar = stage.only("bar")
     if len(bar.sizes) < numbers.lengths + 1:
@@ -192,10 +189,7 @@ def plan_spat(stage: Stage, numbers: SpatTest) -> Planned:
 def plan_e0(stage: Stage, numbers: E0Test) -> Planned:
     """Plan the four space diagonals and three more directions, axes first.
 
-    Raises
-    ------
-    CalibrationError
-        The bar has too few nests, or is too short for a diagonal.
+    CalibrationError: the bar has too few nests, or is too short for a diagonal.
     """
     bar, volume = stage.only("bar"), stage.volume
     length, extent = bar.sizes[-1] - bar.sizes[0], np.ptp(volume, axis=0)

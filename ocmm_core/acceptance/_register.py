@@ -215,12 +215,8 @@ class ArtefactRegister:
     def add(self, entry: ArtefactEntry, who: str, now: datetime, *, replace: bool = False) -> None:
         """Add an artefact, or replace its certificate by a newer one.
 
-        Raises
-        ------
-        InputError
-            A field is implausible, the certificate expired, or the id is in use.
-        StorageError
-            It cannot be written.
+        InputError: a field is implausible, the certificate expired, or the id is in use.
+        StorageError: it cannot be written.
         """
         check_entry(entry, "artefact")
         if _moment(entry.due_utc) <= now:
@@ -327,16 +323,9 @@ def read_temperature(
 ) -> Temperature | None:
     """Return a typed temperature with the uncertainty of its thermometer.
 
-    Parameters
-    ----------
-    stated
-        U (k = 2) in kelvin, or the id of a thermometer in the register.
-
-    Raises
-    ------
-    InputError
-        The uncertainty is missing, a number is implausible, or the thermometer is unknown, expired,
-        or not certified for that temperature.
+    `stated`: U (k = 2) in kelvin, or the id of a thermometer in the register. InputError: the
+    uncertainty is missing, a number is implausible, or the thermometer is unknown, expired, or not
+    certified for that temperature.
     """
     stated = stated.strip()
     if celsius is None or not stated:

@@ -68,22 +68,11 @@ class AcceptanceSession:
     ) -> AcceptanceSession:
         """Start a test in a new file; warnings go into its notes.
 
-        Parameters
-        ----------
-        calibration_artefacts, qualification_artefacts
-            Artefacts of the calibration and the tip.
-        reserved
-            `spots_hash` of observations behind the calibration and the tip.
-        air
-            Humidity and pressure; None if not measured.
-
-        Raises
-        ------
-        CalibrationError
-            An artefact is missing, expired, too coarse, unsuitable for the volume, or was used for
-            the calibration; or the calibration may not be used.
-        InputError
-            The file exists.
+        `calibration_artefacts`, `qualification_artefacts`: artefacts of the calibration and the
+        tip. `reserved`: `spots_hash` of observations behind the calibration and the tip. `air`:
+        humidity and pressure; None if not measured. CalibrationError: an artefact is missing,
+        expired, too coarse, unsuitable for the volume, or was used for the calibration; or the
+        calibration may not be used. InputError: the file exists.
         """
         if path.exists():
             raise InputError(
@@ -149,10 +138,8 @@ class AcceptanceSession:
     ) -> str:
         """Record the next point; return why the position must be repeated, or empty.
 
-        Raises
-        ------
-        CalibrationError
-            The point is refused, with the reason, which is logged; or no point is due.
+        CalibrationError: the point is refused, with the reason, which is logged; or no point is
+        due.
         """
         with self._lock:
             self.state.require_open()

@@ -148,14 +148,8 @@ def volumetric_values(errors: Float) -> VolumetricValues:
 def block_length(first: Points3, second: Points3, direction: Float, radius: float) -> float:
     """Return the length of a block probed from both sides, mm.
 
-    Parameters
-    ----------
-    first, second
-        Ball centres (n, 3), mm, on each face; averaged.
-    direction
-        (3,): unit vector of the certified direction, from the first face to the second.
-    radius
-        Ball radius, mm.
+    `first`, `second`: ball centres (n, 3), mm, on each face; averaged. `direction`: (3,): unit
+    vector of the certified direction, from the first face to the second. `radius`: ball radius, mm.
     """
     between = second.mean(axis=0) - first.mean(axis=0)
     return float(between @ direction) - 2.0 * radius

@@ -38,19 +38,9 @@ def best_fit(
 ) -> RigidTransform:
     """Return the motion from world to part frame that fits centres to nominals.
 
-    Parameters
-    ----------
-    rule
-        Points, weights, and motions fixed by ``start``.
-    geometries, nominals
-        Geometry vectors (12,), mm, world and part frame, by name.
-    start
-        ``T_part_from_world`` of the preceding alignment.
-
-    Raises
-    ------
-    FitError
-        A nominal is missing, or the points leave a motion free.
+    `rule`: points, weights, and motions fixed by ``start``. `geometries`, `nominals`: geometry
+    vectors (12,), mm, world and part frame, by name. `start`: ``T_part_from_world`` of the
+    preceding alignment. FitError: a nominal is missing, or the points leave a motion free.
     """
     missing = [name for name in rule.points if name not in nominals]
     if missing:
@@ -90,18 +80,8 @@ def fit_points(measured: Points3, wanted: Points3, weights: Float) -> RigidTrans
     """Return the rigid motion of closest points, in closed form.
 
     Weighted orthogonal Procrustes with the determinant (S. Umeyama, IEEE PAMI 13, 1991).
-
-    Parameters
-    ----------
-    measured, wanted
-        (n, 3), mm, in two frames.
-    weights
-        (n,), positive, of the squared distances.
-
-    Raises
-    ------
-    FitError
-        Collinear points.
+    `measured`, `wanted`: (n, 3), mm, in two frames. `weights`: (n,), positive, of the squared
+    distances. FitError: collinear points.
     """
     shares = weights / weights.sum()
     a, b = shares @ measured, shares @ wanted
@@ -122,12 +102,8 @@ def fit_points_locked(
     """Return the best fit that differs from ``start`` by motions that are not locked.
 
     The difference is a rotation vector and a shift of the origin, both in the part frame, with
-    locked entries zero. Gauss-Newton from ``start``.
-
-    Raises
-    ------
-    FitError
-        The points leave a motion free, or no convergence.
+    locked entries zero. Gauss-Newton from ``start``. FitError: the points leave a motion free, or
+    no convergence.
     """
     free = [index for index, name in enumerate(MOTIONS) if name not in locked]
     if len(free) == len(MOTIONS):

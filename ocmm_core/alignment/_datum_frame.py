@@ -115,10 +115,7 @@ def freedoms_left(
 ) -> tuple[int, ...]:
     """Return the degrees of freedom open before the first datum and after each, by the nominals.
 
-    Raises
-    ------
-    FitError
-        A datum has no nominal, or hardly constrains the part.
+    FitError: a datum has no nominal, or hardly constrains the part.
     """
     elements = [_element(name, nominals, shapes, nominals) for name in datums]
     cuts = (elements[:count] for count in range(len(elements) + 1))

@@ -72,12 +72,8 @@ def frame_document(
 ) -> FrameDocument:
     """Return the document of a frame.
 
-    Parameters
-    ----------
-    control_world
-        Centres (3,), mm, world, of features to be touched again, by name.
-    covariance
-        (6, 6), rad and mm, of the frame; None if unknown.
+    `control_world`: centres (3,), mm, world, of features to be touched again, by name.
+    `covariance`: (6, 6), rad and mm, of the frame; None if unknown.
     """
     rows = [_vector(row) for row in T_frame_from_world.rotation]
     document = FrameDocument(
@@ -131,10 +127,7 @@ def save_frame(path: Path, document: FrameDocument) -> None:
 def load_frame(path: Path) -> FrameDocument:
     """Return the frame of the document at ``path``.
 
-    Raises
-    ------
-    InputError
-        Malformed, not a rotation, or changed after it was saved.
+    InputError: malformed, not a rotation, or changed after it was saved.
     """
     document = load_document(path, FrameDocument, SCHEMA)
     rotation = document.T_frame_from_world.rotation

@@ -85,17 +85,9 @@ class Held:
 def turn_to(held: Held, direction_world: Float, nominal: Float, sense: float, name: str) -> Held:
     """Return the frame turned, as far as free, until a measured direction is nominal.
 
-    Parameters
-    ----------
-    direction_world, nominal
-        (3,), unit: as measured in the world, and nominal in the frame.
-    sense
-        1.0, or -1.0 to reverse the measured direction.
-
-    Raises
-    ------
-    FitError
-        The direction is nearly parallel to the free rotation axis.
+    `direction_world`, `nominal`: (3,), unit: as measured in the world, and nominal in the frame.
+    `sense`: 1.0, or -1.0 to reverse the measured direction. FitError: the direction is nearly
+    parallel to the free rotation axis.
     """
     freedom = held.freedom
     direction = sense * (held.T_frame_from_world.rotation @ direction_world)
@@ -117,20 +109,10 @@ def turn_to(held: Held, direction_world: Float, nominal: Float, sense: float, na
 def move_to(held: Held, point_world: Float, nominal: Float, rows: Float, name: str) -> Held:
     """Return the frame moved, as far as free, until a measured point is nominal.
 
-    By sliding if possible, else by rotation about the centre.
-
-    Parameters
-    ----------
-    point_world, nominal
-        (3,), mm: as measured in the world, and nominal in the frame.
-    rows
-        (m, 3): orthonormal located directions of the datum: one for a plane, two for an axis, three
-        for a point.
-
-    Raises
-    ------
-    FitError
-        The datum hardly determines position or rotation of the part.
+    By sliding if possible, else by rotation about the centre. `point_world`, `nominal`: (3,), mm:
+    as measured in the world, and nominal in the frame. `rows`: (m, 3): orthonormal located
+    directions of the datum: one for a plane, two for an axis, three for a point. FitError: the
+    datum hardly determines position or rotation of the part.
     """
     freedom = held.freedom
     fixed_centre = not _slides_square_to_turns(freedom)

@@ -81,12 +81,7 @@ def refit_under_precedence(
     """Return the features in the form used by a part frame.
 
     Datums after the first are re-associated if the rule has datums in precedence; all else is as
-    measured.
-
-    Raises
-    ------
-    FitError
-        A datum is not measured, or does not determine the frame.
+    measured. FitError: a datum is not measured, or does not determine the frame.
     """
     if not isinstance(rule, BoundAlignment):
         return ConstrainedAssociation(actual, {})
@@ -123,19 +118,9 @@ def in_precedence(
     """Return all features with datums in precedence, and the frame of the datums.
 
     Constructed datums, points and balls stay unchanged; so do the direction across of a slot, and
-    datums after one without a direction.
-
-    Parameters
-    ----------
-    datums
-        Names, primary first.
-    shapes, nominals, choice
-        See `datum_frame.datum_frame`.
-
-    Raises
-    ------
-    FitError
-        As `datum_frame.datum_frame`, or a datum is not determined under the constraint.
+    datums after one without a direction. `datums`: names, primary first. `shapes`, `nominals`,
+    `choice`: see `datum_frame.datum_frame`. FitError as `datum_frame.datum_frame`, or a datum is
+    not determined under the constraint.
     """
     again: dict[str, ActualFeature] = {}
     found = Instead(again, actual)

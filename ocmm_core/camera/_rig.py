@@ -160,12 +160,9 @@ class Rig:
 def load_rig(path: Path | str) -> Rig:
     """Return the rig of the document at ``path``.
 
-    Raises
-    ------
-    InputError
-        The document is malformed, has duplicate cameras, serials or aliases, fewer than two or more
-        than `MAX_CAMERAS` cameras, an implausible value, or a calibration that does not determine
-        its cameras.
+    InputError: the document is malformed, has duplicate cameras, serials or aliases, fewer than two
+    or more than `MAX_CAMERAS` cameras, an implausible value, or a calibration that does not
+    determine its cameras.
     """
     document = load_document(path, RigDocument, SCHEMA)
     _check(Path(path), document)
@@ -196,12 +193,7 @@ def known_points_covariance(path: Path, camera: CameraModel, design: Calibration
     """Return the covariance (14, 14) of a calibration with known points.
 
     The points are spread evenly over the design volume; with exact reference positions the cameras
-    are independent (measured: ratio 1.000).
-
-    Raises
-    ------
-    InputError
-        The design does not determine the camera.
+    are independent (measured: ratio 1.000). InputError: the design does not determine the camera.
     """
     low, high = np.array(design.volume_min), np.array(design.volume_max)
     points = low + (high - low) * np.random.default_rng(0).random((design.points, 3))

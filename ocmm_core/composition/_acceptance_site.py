@@ -193,10 +193,8 @@ def require_recorded(
 ) -> Instrument:
     """Return the instrument of a recording; simulated if it is of a virtual rig.
 
-    Raises
-    ------
-    CalibrationError
-        Real cameras or a real probe were recorded, but only a document describes them.
+    CalibrationError: real cameras or a real probe were recorded, but only a document describes
+    them.
     """
     for fault in (
         checked_for_replay(cameras, recorded).fault,

@@ -28,18 +28,9 @@ def choose_calibration(
 ) -> CalibrationInUse:
     """Return the calibration of a source: the rig document or a stored record.
 
-    Parameters
-    ----------
-    folder
-        Calibration store; None is this user's store for real cameras and the rig document for
-        virtual ones.
-    uncalibrated
-        Accept points whatever the state of the calibration.
-
-    Raises
-    ------
-    InputError
-        The source is unknown or the rig document is invalid.
+    `folder`: calibration store; None is this user's store for real cameras and the rig document for
+    virtual ones. `uncalibrated`: accept points whatever the state of the calibration. InputError:
+    the source is unknown or the rig document is invalid.
     """
     if folder is None and is_real(source):
         folder = default_folder()

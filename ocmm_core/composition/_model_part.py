@@ -40,18 +40,9 @@ def part_as_planned(
 ) -> PartDocument:
     """Return the nominal part of a plan.
 
-    Parameters
-    ----------
-    folder
-        Folder of the plan and its CAD model. The part is centred in the volume by the model if
-        present, else by its touch points.
-    placement
-        Orientation in the volume; upright if None.
-
-    Raises
-    ------
-    InputError
-        A feature has no touch points.
+    `folder`: folder of the plan and its CAD model. The part is centred in the volume by the model
+    if present, else by its touch points. `placement`: orientation in the volume; upright if None.
+    InputError: a feature has no touch points.
     """
     entries = [_entry(feature) for feature in plan.features]
     model = part_of_plan(plan, folder).model

@@ -21,18 +21,9 @@ def write_together(
 
     Everything is first written and synced under temporary names. If a rename fails after others
     succeeded, the replaced files are restored. Temporary files of a killed program are removed here
-    and at the next start (`leftovers`).
-
-    Parameters
-    ----------
-    check
-        Receives the read-back content before any file is replaced; may raise.
-
-    Raises
-    ------
-    StorageError
-        Something cannot be written; the folder then holds its former files, or the error names
-        those that could not be restored.
+    and at the next start (`leftovers`). `check`: receives the read-back content before any file is
+    replaced; may raise. StorageError: something cannot be written; the folder then holds its former
+    files, or the error names those that could not be restored.
     """
     staged: dict[Path, Path] = {}
     replaced: list[tuple[Path, bytes | None]] = []

@@ -82,12 +82,8 @@ def seal_of(
 def check_report_seal(path: Path, keys: KeyFolder) -> ReportSealFound:
     """Return the state of a seal at ``path``, and of the files next to it.
 
-    Raises
-    ------
-    InputError
-        It is no seal of a report, or cannot be read.
-    StorageError
-        The key ring cannot be read.
+    InputError: it is no seal of a report, or cannot be read. StorageError: the key ring cannot be
+    read.
     """
     try:
         seal = msgspec.json.decode(read_bytes(path), type=ReportSeal)

@@ -83,15 +83,8 @@ def model_to_bytes(model: PartModel) -> bytes:
 def model_from_bytes(content: bytes, where: str) -> PartModel:
     """Return the model that ``content`` holds.
 
-    Parameters
-    ----------
-    where
-        Name of the file or job in error sentences.
-
-    Raises
-    ------
-    InputError
-        The content is not a model, of another version, damaged, or inconsistent.
+    `where`: name of the file or job in error sentences. InputError: the content is not a model, of
+    another version, damaged, or inconsistent.
     """
     if len(content) > LARGEST_MODEL:
         raise _damaged(where, f"it has more than {LARGEST_MODEL / 1e6:.0f} MB")
@@ -121,12 +114,7 @@ def model_from_bytes(content: bytes, where: str) -> PartModel:
 def write_model_file(path: Path, model: PartModel) -> None:
     """Write a model to a file atomically.
 
-    Raises
-    ------
-    InputError
-        The model is inconsistent or too large.
-    OSError
-        The folder cannot be written.
+    InputError: the model is inconsistent or too large. OSError: the folder cannot be written.
     """
     write_atomic(path, model_to_bytes(model))
 

@@ -108,15 +108,8 @@ def searched_face(face: ModelFace) -> SearchedFace:
 def nearest_feet(points: Points3, faces: Sequence[SearchedFace]) -> Feet:
     """Return the nearest places of trimmed faces.
 
-    Parameters
-    ----------
-    points
-        (n, 3), mm, frame of the model.
-
-    Raises
-    ------
-    InputError
-        A point is not finite, or ``faces`` is empty.
+    `points`: (n, 3), mm, frame of the model. InputError: a point is not finite, or ``faces`` is
+    empty.
     """
     points = np.asarray(points, dtype=np.float64).reshape(-1, 3)
     if not faces or not np.all(np.isfinite(points)):

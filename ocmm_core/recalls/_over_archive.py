@@ -109,17 +109,9 @@ def recall_archive(
 ) -> RecallRecord:
     """Return the outcome of all suspect archived jobs; changes nothing.
 
-    Parameters
-    ----------
-    site
-        Where jobs are computed. Workers receive bytes and never access the archive.
-    finding
-        A finding in addition to the histories; None: histories alone.
-
-    Raises
-    ------
-    InputError, StorageError
-        The archive or the site cannot be used, or the archive has no job.
+    `site`: where jobs are computed. Workers receive bytes and never access the archive. `finding`:
+    a finding in addition to the histories; None: histories alone. InputError or StorageError: the
+    archive or the site cannot be used, or the archive has no job.
     """
     with open_archive(places.address, password=places.password, read_only=True) as archive:
         rows = [_archived(row) for row in archive.ask(_JOBS).rows]

@@ -26,14 +26,8 @@ def finer(
 
     Edges that are too long and nearer to a point than ``reach_mm`` are halved, the longest of a
     triangle first, on both sides: surface and outline stay the same, without gaps. Beyond ``most``
-    new triangles, edges stay longer.
-
-    Parameters
-    ----------
-    rows
-        (m,): triangles that may be divided.
-    points, longest_mm
-        (k, 3), mm, and (k,): maximum length of the edges nearest to a point.
+    new triangles, edges stay longer. `rows`: (m,): triangles that may be divided. `points`,
+    `longest_mm`: (k, 3), mm, and (k,): maximum length of the edges nearest to a point.
 
     Returns
     -------
@@ -137,14 +131,9 @@ def value_field(
     distance to the nearest other point, 10 mm at most. A place has a value if it is reached and
     surrounded by points, or within 2 mm of one: no extrapolation. Values are means of the points in
     reach, weighted by the inverse square of the distance, with weights vanishing at the end of each
-    reach (Franke and Nielson 1980), so within the range of the points.
-
-    Parameters
-    ----------
-    points, values, good
-        (k, 3), mm, in the frame of the mesh, (k,) and (k,); non-finite ones are ignored.
-    owners
-        Feature of each face of the model; empty for none.
+    reach (Franke and Nielson 1980), so within the range of the points. `points`, `values`, `good`:
+    (k, 3), mm, in the frame of the mesh, (k,) and (k,); non-finite ones are ignored. `owners`:
+    feature of each face of the model; empty for none.
     """
     kept = np.isfinite(points).all(axis=1) & np.isfinite(values)
     points, values = points[kept], values[kept]

@@ -36,18 +36,10 @@ def draw_lines(
 ) -> None:  # fmt: skip
     """Draw the polylines ``start`` to ``stop`` antialiased, fainter behind the part.
 
-    Parameters
-    ----------
-    places, starts
-        (k, 3), and (e + 1,) start index of each line.
-    half_px
-        Half the width.
-    shown, hidden
-        Opacity of a line before and behind the part, 0 to 1.
-    bias
-        mm: a line that lies on the surface is not hidden by it.
-    depth, image
-        (height, width); the image is changed in place.
+    `places`, `starts`: (k, 3), and (e + 1,) start index of each line. `half_px`: half the width.
+    `shown`, `hidden`: opacity of a line before and behind the part, 0 to 1. `bias`: mm: a line that
+    lies on the surface is not hidden by it. `depth`, `image`: (height, width); the image is changed
+    in place.
     """
     height, width = depth.shape
     for line in range(start, stop):
@@ -96,12 +88,8 @@ def draw_segments(
 ) -> None:  # fmt: skip
     """Draw bundles of segments with individual width and colour, in one call.
 
-    Parameters
-    ----------
-    places
-        (2 n, 3): two per segment.
-    firsts, half_px, colours
-        (k + 1,) first segment of each bundle, and (k,) half width and colour.
+    `places`: (2 n, 3): two per segment. `firsts`, `half_px`, `colours`: (k + 1,) first segment of
+    each bundle, and (k,) half width and colour.
     """
     pairs = np.empty(len(places) // 2 + 1, dtype=np.int32)
     for number in range(len(pairs)):

@@ -67,15 +67,9 @@ class RenderStyle:
 class Rendering:
     """Paint a mesh into a canvas; `go_on` continues until the time is up.
 
-    Parameters
-    ----------
-    matrix, offset
-        (3, 3) and (3,): ``vertex @ matrix + offset`` is x and y, px, and the height towards the
-        eye, mm; the third column of ``matrix`` is a unit vector.
-    canvas
-        Cleared first.
-    colours
-        (n, 3) of its vertices, from `RenderMesh.vertex_colours`.
+    `matrix`, `offset`: (3, 3) and (3,): ``vertex @ matrix + offset`` is x and y, px, and the height
+    towards the eye, mm; the third column of ``matrix`` is a unit vector. `canvas`: cleared first.
+    `colours`: (n, 3) of its vertices, from `RenderMesh.vertex_colours`.
     """
 
     def __init__(
@@ -249,12 +243,8 @@ def draw_bundles(canvas: Canvas, bundles: Sequence[Bundle], bias: float, hidden:
 def is_hidden(mesh: RenderMesh, point: Float, toward: Float, least_mm: float) -> bool:
     """Return whether the part is between a point and a distant eye.
 
-    Parameters
-    ----------
-    point, toward
-        (3,), mm, and (3,), unit: in the frame of the mesh.
-    least_mm
-        Ignores nearer surfaces, such as the one with the point.
+    `point`, `toward`: (3,), mm, and (3,), unit: in the frame of the mesh. `least_mm`: ignores
+    nearer surfaces, such as the one with the point.
     """
     return hides(
         mesh.vertices, mesh.triangles, np.ascontiguousarray(point, dtype=np.float64),

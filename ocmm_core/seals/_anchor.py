@@ -41,15 +41,8 @@ class _SignedHeads(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 def signed_heads(keys: KeyFolder, kept: Sequence[str] = ()) -> str:
     """Return the signed ends of all histories in the memory; empty if there is nothing new.
 
-    Parameters
-    ----------
-    kept
-        Existing lists; one of this station with the same ends is not made again.
-
-    Raises
-    ------
-    StorageError
-        The key of the station cannot be used.
+    `kept`: existing lists; one of this station with the same ends is not made again. StorageError:
+    the key of the station cannot be used.
     """
     known = (one for one in _known_ends() if one.thing or one.first)
     content = _Heads(heads=tuple(sorted(known, key=lambda one: one.name)[:_MOST]))
@@ -89,15 +82,8 @@ def _own_lists(keys: KeyFolder, kept: Sequence[str]) -> Iterator[_Heads]:
 def learn_heads(text: str, place: str, keys: KeyFolder) -> int:
     """Add ends beyond those in the memory; return their number.
 
-    Parameters
-    ----------
-    text
-        From `signed_heads` of this or a trusted station.
-
-    Raises
-    ------
-    StorageError
-        The text is not a list of ends, or not signed by a trusted station.
+    `text`: from `signed_heads` of this or a trusted station. StorageError: the text is not a list
+    of ends, or not signed by a trusted station.
     """
     try:
         found = msgspec.json.decode(text, type=_SignedHeads)

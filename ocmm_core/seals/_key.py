@@ -64,10 +64,7 @@ class KeyFolder:
     def station_key(self) -> StationKey:
         """Return the key of this station; made at the first call.
 
-        Raises
-        ------
-        StorageError
-            The key cannot be read or made, is damaged, or others can read it.
+        StorageError: the key cannot be read or made, is damaged, or others can read it.
         """
         found = self._stored_key()
         return self._make() if found is None else found
@@ -94,12 +91,8 @@ class KeyFolder:
     def trust(self, public: bytes, name: str, who: str, reason: str, now: datetime) -> KnownKey:
         """Trust the key of another station from now on.
 
-        Raises
-        ------
-        InputError
-            Name, person or reason is missing, or it is the key of this station.
-        StorageError
-            The ring cannot be read or written.
+        InputError: name, person or reason is missing, or it is the key of this station.
+        StorageError: the ring cannot be read or written.
         """
         check_names(name, who)
         if public == self.own_public():
@@ -120,18 +113,8 @@ class KeyFolder:
         """Make a new key for this station; signatures of the old one still verify.
 
         The old key goes to the ring first, so that at no moment a key is in force whose predecessor
-        is
-        unknown.
-
-        Parameters
-        ----------
-        token
-            Token that makes the new key; None makes it in a file.
-
-        Raises
-        ------
-        StorageError
-            The key or the ring cannot be read or written, or the token makes none.
+        is unknown. `token`: token that makes the new key; None makes it in a file. StorageError:
+        the key or the ring cannot be read or written, or the token makes none.
         """
         self.station_key()
         with changing(self.folder):
@@ -152,10 +135,7 @@ class KeyFolder:
     def token_place(self) -> TokenPlace | None:
         """Return the token of the key of this station; None for a key in a file.
 
-        Raises
-        ------
-        StorageError
-            The token record is damaged, cannot be read, or others can read it.
+        StorageError: the token record is damaged, cannot be read, or others can read it.
         """
         found = self._token_key()
         return None if found is None else found.place

@@ -1,11 +1,10 @@
 """Memory of the station: last recorded end of each chain, and the latest time seen.
 
 A chain that was cut at its end, or replaced by an older copy, carries a good signature. The memory
-of this user on this computer holds the last end of each chain, keyed by the identity of the
-thing (job, history, cameras, probe), never by a path. A copy is recognized in any folder.
-
-Everything that this station signs is in its memory before it is signed. So a missing memory is
-recognized by the signature, except for files from before a `start_memory` by name.
+of this user on this computer holds the last end of each chain, keyed by the identity of the thing
+(job, history, cameras, probe), never by a path. A copy is recognized in any folder. Everything that
+this station signs is in its memory before it is signed. So a missing memory is recognized by the
+signature, except for files from before a `start_memory` by name.
 """
 
 from __future__ import annotations
@@ -75,10 +74,8 @@ class _SignedStart(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 def recall(name: str) -> KnownEnd | None:
     """Return the last recorded end of a chain; None if the station has never seen it.
 
-    Raises
-    ------
-    StorageError
-        The memory exists but cannot be trusted: damaged, unreadable, or writable by others.
+    StorageError: the memory exists but cannot be trusted: damaged, unreadable, or writable by
+    others.
     """
     folder = memory_folder()
     _migrate(folder)
@@ -88,11 +85,8 @@ def recall(name: str) -> KnownEnd | None:
 def remember(seen: KnownEnd, *, sync: bool = True) -> None:
     """Store the end of a chain. Failures are ignored: the missing memory is reported later.
 
-    Parameters
-    ----------
-    sync
-        Flush to disk. Without it the memory may lag behind the chain after a power cut, never be
-        ahead of it; a new file is flushed always, because a power cut could leave it empty.
+    `sync`: flush to disk. Without it the memory may lag behind the chain after a power cut, never
+    be ahead of it; a new file is flushed always, because a power cut could leave it empty.
     """
     path = memory_folder() / _file_name(seen.name)
     try:
@@ -127,10 +121,7 @@ def set_station_clock(utc: str) -> None:
 def memory_loss(name: str, last_utc: str, keys: KeyFolder) -> StorageError | None:
     """Return why a chain that this station signed is not in its memory; None if that is in order.
 
-    Parameters
-    ----------
-    last_utc
-        Time of its last line, ISO 8601 text; empty if unknown.
+    `last_utc`: time of its last line, ISO 8601 text; empty if unknown.
     """
     start = _read_start(keys)
     if start is not None and _order(last_utc) <= _order(start.utc):
@@ -160,14 +151,8 @@ def memory_start(keys: KeyFolder) -> str:
 def start_memory(keys: KeyFolder, who: str, reason: str, now: datetime) -> str:
     """Accept everything signed up to now without memory, by name; return the time as stored.
 
-    For a key that was moved to another computer or user without the memory.
-
-    Raises
-    ------
-    InputError
-        Name or reason is missing.
-    StorageError
-        The memory cannot be written, or the station has no key.
+    For a key that was moved to another computer or user without the memory. InputError: name or
+    reason is missing. StorageError: the memory cannot be written, or the station has no key.
     """
     check_names(THIS_STATION, who)
     if not reason.strip():

@@ -18,7 +18,6 @@ def guarded_content(path: Path, what: str, *, secret: bool = False) -> bytes | N
     """Return the content of a file that other users cannot have written; None if missing.
 
     `what`: Noun for the file in messages. `secret`: Other users must not read it; may be a link.
-
     Raises StorageError if it cannot be read, is no regular file, or other users have more rights.
     """
     try:

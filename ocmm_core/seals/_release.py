@@ -72,12 +72,8 @@ def release_path(path: Path) -> Path:
 def release_file(path: Path, kind: Signed, who: str, reason: str = "") -> Release:
     """Sign a file by name with the key of this station; replaces an earlier release.
 
-    Raises
-    ------
-    InputError
-        Name or reason cannot be used, or the file cannot be read.
-    StorageError
-        The release cannot be written, or the key of this station cannot be used.
+    InputError: name or reason cannot be used, or the file cannot be read. StorageError: the release
+    cannot be written, or the key of this station cannot be used.
     """
     texts = (who, reason)
     if not who.strip() or any(len(x) > _LONGEST or not x.isprintable() for x in texts):

@@ -43,15 +43,8 @@ class DocumentKey:
 def document_key(key: StationKey, what: str) -> DocumentKey:
     """Return a new key for one document.
 
-    Parameters
-    ----------
-    what
-        Name of the document, truncated to fit into the certificate.
-
-    Raises
-    ------
-    StorageError
-        The token with the key of the station does not answer.
+    `what`: name of the document, truncated to fit into the certificate. StorageError: the token
+    with the key of the station does not answer.
     """
     private, station = ec.generate_private_key(ec.SECP256R1()), station_certificate(key)
     usage = x509.KeyUsage(True, True, False, False, False, False, False, False, False)
@@ -88,10 +81,7 @@ def write_station_certificate(path: Path, keys: KeyFolder) -> None:
 def station_of(certificate: x509.Certificate, names: Mapping[str, str]) -> SealState | None:
     """Return the state of a station by its certificate; None if it is of something else.
 
-    Parameters
-    ----------
-    names
-        Names of trusted stations by their public keys, as `KeyFolder.believed`.
+    `names`: names of trusted stations by their public keys, as `KeyFolder.believed`.
     """
     public = certificate.public_key()
     if isinstance(public, Ed25519PublicKey):

@@ -43,10 +43,8 @@ _REMEDY = "Fasten the cameras and verify the calibration; if that fails, calibra
 class ChangeWatch:
     """Feed the monitor and act on its findings; `feed` belongs to the reconstruction thread.
 
-    `session`, `job`: Hold the points.
-    `clock`: Local time with its zone.
-
-    Raises CalibrationError if the baseline learned for this calibration is damaged.
+    `session`, `job`: Hold the points. `clock`: Local time with its zone. Raises CalibrationError if
+    the baseline learned for this calibration is damaged.
     """
 
     def __init__(

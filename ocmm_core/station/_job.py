@@ -25,12 +25,7 @@ _EVALUATION = "The evaluation"
 class StationJob:
     """Show and change the current job; thread-safe.
 
-    Parameters
-    ----------
-    looks
-        Tells whether a point can be recorded now.
-    frames
-        Records it.
+    `looks`: tells whether a point can be recorded now. `frames`: records it.
     """
 
     def __init__(
@@ -125,12 +120,8 @@ class StationJob:
     def change(self, verb: Callable[[InspectionSession], object]) -> None:
         """Apply an action to the session, such as ``session.steps.skip()``, and report it.
 
-        An unexpected error leaves the job uncertain: the station is FAILED then.
-
-        Raises
-        ------
-        OcmmError
-            From the session; nothing is reported then.
+        An unexpected error leaves the job uncertain: the station is FAILED then. OcmmError: from
+        the session; nothing is reported then.
         """
         try:
             verb(self._current.now.session)

@@ -46,15 +46,8 @@ class StationMaintenance:
         """Note that a tip, maybe the same one, was mounted; it must be checked.
 
         With another tip than that of this job no more points are recorded: the geometry of a job
-        does not
-        change.
-
-        Raises
-        ------
-        CalibrationError
-            The probe has no records, or was never calibrated with this tip.
-        StorageError
-            It could not be made durable.
+        does not change. CalibrationError: the probe has no records, or was never calibrated with
+        this tip. StorageError: it could not be made durable.
         """
         self._current.now.probe.mount(tip)
         self._events.emit(self._events.changed)
@@ -73,14 +66,8 @@ class StationMaintenance:
     def write_to_cameras(self) -> None:
         """Store the intrinsics of the calibration in the cameras and read them back.
 
-        Takes up to some seconds: not for the thread of a window.
-
-        Raises
-        ------
-        CalibrationError
-            There is nothing to write, or nowhere to write to.
-        BusError
-            A camera refuses them.
+        Takes up to some seconds: not for the thread of a window. CalibrationError: there is nothing
+        to write, or nowhere to write to. BusError: a camera refuses them.
         """
         self._calibration.write_to_cameras()
 
@@ -113,12 +100,7 @@ class StationMaintenance:
     def save_bus_text(self, path: Path) -> None:
         """Write the report of the bus as text for support.
 
-        Raises
-        ------
-        InputError
-            There is nothing to report on.
-        StorageError
-            The file cannot be written.
+        InputError: there is nothing to report on. StorageError: the file cannot be written.
         """
         write_together({path: bus_text(self._bus, self._rig).encode("utf-8")})
 

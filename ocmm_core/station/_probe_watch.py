@@ -38,9 +38,8 @@ _USABLE = (CalibrationStatus.VALID, CalibrationStatus.DUE)
 class ProbeWatch:
     """Judge the probe in use repeatedly; `feed` belongs to the reconstruction thread.
 
-    `session`, `job`: Hold the points.
-    `pause`: Time without a point or a check after which the tip must be checked.
-    `clock`: Local time with its zone.
+    `session`, `job`: Hold the points. `pause`: Time without a point or a check after which the tip
+    must be checked. `clock`: Local time with its zone.
     """
 
     def __init__(

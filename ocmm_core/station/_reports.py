@@ -24,14 +24,9 @@ class Reports:
     def data(self) -> ReportData:
         """Return the report data of the current job.
 
-        Takes up to some seconds: not for the thread of a window.
-
-        Raises
-        ------
-        MeasuringError
-            The job changes faster than it can be reported.
-        OcmmError
-            The job file cannot be read, or is not on the disk under its name.
+        Takes up to some seconds: not for the thread of a window. MeasuringError: the job changes
+        faster than it can be reported. OcmmError: the job file cannot be read, or is not on the
+        disk under its name.
         """
         for _ in range(_TRIES):
             job = self._current.now

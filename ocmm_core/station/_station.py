@@ -140,12 +140,8 @@ class MeasuringStation:
     def start(self) -> None:
         """Start acquisition and reconstruction, and the stream if configured.
 
-        Raises
-        ------
-        MeasuringError
-            The address of the stream is unavailable; nothing runs then.
-        InternalError
-            Unexpected; the station is FAILED then, as after any other error.
+        MeasuringError: the address of the stream is unavailable; nothing runs then. InternalError:
+        unexpected; the station is FAILED then, as after any other error.
         """
         # psygnal inspects all modules when a listener first fails: done here, that delays no frame;
         # in the reconstruction thread of a busy computer it takes 0.3 s.

@@ -168,11 +168,9 @@ def connection_in_memory(
 ) -> Iterator[GuardedConnection]:
     """Yield a connection to the bytes of a job file without a log, closed on errors.
 
-    `path`: Name for messages; no file is touched.
-    `content`: Of this version or an earlier one, which is updated in memory.
-    `whole`: Check all pages; else only those that a list reads, in the file's own version.
-
-    Raises StorageError if it is not a job file, or damaged.
+    `path`: Name for messages; no file is touched. `content`: Of this version or an earlier one,
+    which is updated in memory. `whole`: Check all pages; else only those that a list reads, in the
+    file's own version. Raises StorageError if it is not a job file, or damaged.
     """
     if not content.startswith(_MAGIC):
         raise no_job(path)

@@ -129,11 +129,8 @@ class JobFile(JobReader):
     def create(cls, path: Path | str, head: JobHead) -> JobFile:
         """Make a new job file and return it open.
 
-        Raises
-        ------
-        StorageError
-            The file exists already, it cannot be written, or this station has no key to sign it;
-            nothing is left behind then.
+        StorageError: the file exists already, it cannot be written, or this station has no key to
+        sign it; nothing is left behind then.
         """
         path, key = Path(path), KeyFolder().station_key()
 
@@ -152,11 +149,8 @@ class JobFile(JobReader):
     def open(cls, path: Path | str, *, read_only: bool = False) -> JobFile:
         """Open a job file for writing, or by `read` if ``read_only``.
 
-        Raises
-        ------
-        StorageError
-            The file is missing, no job file, newer than this program, damaged, cannot be read or
-            written, is in use by another program, or a file next to it is refused.
+        StorageError: the file is missing, no job file, newer than this program, damaged, cannot be
+        read or written, is in use by another program, or a file next to it is refused.
         """
         path = Path(path)
         if read_only:
@@ -172,12 +166,8 @@ class JobFile(JobReader):
     def read(cls, path: Path, *, read_only: bool = False) -> JobFile:
         """Return the current job at ``path`` in memory; its file is not touched again.
 
-        Additions go to this copy alone, unless it is ``read_only``.
-
-        Raises
-        ------
-        StorageError
-            As of `read_job`, or it is damaged.
+        Additions go to this copy alone, unless it is ``read_only``. StorageError as of `read_job`,
+        or it is damaged.
         """
         content = read_job(path)
         made = cls.in_memory(path, content.file, content.left_out, read_only=read_only)
@@ -218,10 +208,7 @@ class JobFile(JobReader):
     ) -> None:
         """Annul points, each for its reason, store new ones and events, in one transaction.
 
-        Raises
-        ------
-        StorageError
-            As `annul_point`, `append_point` and `append_event`; nothing is changed then.
+        StorageError as `annul_point`, `append_point` and `append_event`; nothing is changed then.
         """
         with self._transaction() as db:
             for number, reason in annul.items():
@@ -234,10 +221,7 @@ class JobFile(JobReader):
     def store_reference(self, reference: JobReference) -> None:
         """Store the reference body of the job and its first pose, durably.
 
-        Raises
-        ------
-        StorageError
-            The job has one already, or the file cannot be written.
+        StorageError: the job has one already, or the file cannot be written.
         """
         with self._transaction() as db:
             insert_reference(db, self.path, reference)
@@ -245,12 +229,8 @@ class JobFile(JobReader):
     def store_part(self, part: PartModel) -> None:
         """Store the nominal part of the CAD model, durably.
 
-        Raises
-        ------
-        StorageError
-            The job has one already, or the file cannot be written.
-        InputError
-            It is inconsistent, or too large.
+        StorageError: the job has one already, or the file cannot be written. InputError: it is
+        inconsistent, or too large.
         """
         with self._transaction() as db:
             insert_part(db, self.path, part)
@@ -259,13 +239,8 @@ class JobFile(JobReader):
         """Adopt unsigned steps by name; every reader sees person, reason and content.
 
         Only for a job of a version that did not sign, for an older copy if no newer one is left, or
-        for a
-        job that this station signed and has no memory of.
-
-        Raises
-        ------
-        StorageError
-            As `require_adoptable`.
+        for a job that this station signed and has no memory of. StorageError as
+        `require_adoptable`.
         """
         with self._reading() as db:
             seal = self._sealed(db)
@@ -278,10 +253,7 @@ class JobFile(JobReader):
     def backup(self, path: Path | str) -> None:
         """Write a complete copy; works also after the disk of the job has failed. For tests only.
 
-        Raises
-        ------
-        StorageError
-            The file exists already, or cannot be written.
+        StorageError: the file exists already, or cannot be written.
         """
         path = Path(path)
         if path.exists():

@@ -70,10 +70,7 @@ class JobReader:
     def points(self) -> list[MeasuredPoint]:
         """Return the points that are not annulled, in chronological order.
 
-        Raises
-        ------
-        StorageError
-            An observation differs from the stored one; see `verify`.
+        StorageError: an observation differs from the stored one; see `verify`.
         """
         with self._reading() as db:
             return stored_points(db, self.path, annulled=False)
@@ -81,12 +78,7 @@ class JobReader:
     def observed(self) -> list[Observed]:
         """Return times of observation and storage of each point, also annulled ones, by number.
 
-        Much cheaper than `points`, which check the observations.
-
-        Raises
-        ------
-        StorageError
-            A time is invalid.
+        Much cheaper than `points`, which check the observations. StorageError: a time is invalid.
         """
         with self._reading() as db:
             return stored_observations(db, self.path)
@@ -106,10 +98,7 @@ class JobReader:
     def reference(self) -> JobReference | None:
         """Return the reference body of the points, or None.
 
-        Raises
-        ------
-        StorageError
-            It differs from the stored one; see `verify`.
+        StorageError: it differs from the stored one; see `verify`.
         """
         with self._reading() as db:
             return stored_reference(db, self.path)
@@ -137,10 +126,7 @@ class JobReader:
     def verify(self, seal: JobSeal | None = None) -> list[str]:
         """Return the faults of the file against its audit chain and signature, a sentence each.
 
-        Parameters
-        ----------
-        seal
-            Judged by the requesting computer; None: by the trusted keys.
+        `seal`: judged by the requesting computer; None: by the trusted keys.
         """
         with self._reading() as db:
             return [*find_faults(db), *(seal or self._sealed(db)).doubts]

@@ -82,10 +82,7 @@ def make_head(
 ) -> JobHead:
     """Return the head of a new job, with the documents as they are now and a new UUID.
 
-    Raises
-    ------
-    InputError
-        A document cannot be read; documents are loaded and checked before this.
+    InputError: a document cannot be read; documents are loaded and checked before this.
     """
     return JobHead(
         job_uuid=str(uuid.uuid4()),

@@ -81,10 +81,7 @@ def study_jobs(
 ) -> StudyReport:
     """Return the studies of the jobs in a folder.
 
-    Raises
-    ------
-    InputError
-        There is no such folder, or it has fewer than two jobs of one plan.
+    InputError: there is no such folder, or it has fewer than two jobs of one plan.
     """
     if not folder.is_dir():
         raise InputError("msa.folder", f"{folder}: folder not found.", "Check the name.")

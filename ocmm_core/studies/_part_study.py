@@ -91,10 +91,7 @@ class PartStudy(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields
 def load_task(path: Path | str) -> PartTask:
     """Return the task of a document.
 
-    Raises
-    ------
-    InputError
-        It is malformed, or a field is empty: empty fields are similar to everything.
+    InputError: it is malformed, or a field is empty: empty fields are similar to everything.
     """
     task = load_document(path, TaskDocument, TASK_SCHEMA).task
     wrong = [
@@ -149,11 +146,8 @@ def make_part_study(
 ) -> PartStudy:
     """Return the study of a part that was reclamped for every result.
 
-    Raises
-    ------
-    InputError
-        There are fewer results or cycles than the procedure requires, the part is not the task's,
-        or the room was outside the rated temperatures.
+    InputError: there are fewer results or cycles than the procedure requires, the part is not the
+    task's, or the room was outside the rated temperatures.
     """
     rule, numbers, digest = part_procedure(procedure)
     least = max(numbers.results, numbers.cycles)

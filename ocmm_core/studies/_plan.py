@@ -103,12 +103,7 @@ def _entries(values: Mapping[str, object]) -> str:
 def store_plan(path: Path, plan: StudyPlan) -> None:
     """Write a plan to a new file: an existing one belongs to a running study.
 
-    Raises
-    ------
-    InputError
-        The file exists.
-    StorageError
-        It cannot be written.
+    InputError: the file exists. StorageError: it cannot be written.
     """
     try:
         write_new(path, plan_text(plan).encode("utf-8"))

@@ -66,17 +66,8 @@ def type1_study(
 ) -> Type1Study:
     """Return the type-1 study of results.
 
-    Parameters
-    ----------
-    reference, tolerance
-        Certified value and the whole width T.
-    share, width
-        K and L.
-
-    Raises
-    ------
-    InputError
-        There are fewer than 25 results, they do not scatter, or T is not above zero.
+    `reference`, `tolerance`: certified value and the whole width T. `share`, `width`: K and L.
+    InputError: there are fewer than 25 results, they do not scatter, or T is not above zero.
     """
     x = np.asarray(results, dtype=np.float64)
     if len(x) < LEAST_TYPE1 or not np.all(np.isfinite(x)):
@@ -239,17 +230,9 @@ class StatedScatter:
 def compare_stated(values: Float, stated: Float, confidence: float = 0.99) -> StatedScatter:
     """Return whether repeats scatter as stated by their standard uncertainty.
 
-    Parameters
-    ----------
-    values
-        (cells, r): repeats.
-    stated
-        (cells,): standard uncertainty of one result, without contributions common to all repeats.
-
-    Raises
-    ------
-    InputError
-        There is no repeat, or a stated uncertainty that is not above zero.
+    `values`: (cells, r): repeats. `stated`: (cells,): standard uncertainty of one result, without
+    contributions common to all repeats. InputError: there is no repeat, or a stated uncertainty
+    that is not above zero.
     """
     x, u = np.asarray(values, dtype=np.float64), np.asarray(stated, dtype=np.float64)
     if x.ndim != 2 or x.shape[1] < 2 or not np.all(u > 0.0):

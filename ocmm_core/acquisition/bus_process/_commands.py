@@ -80,14 +80,8 @@ class LineBuffer:
 class CommandPort:
     """Queues of requests and replies.
 
-    Parameters
-    ----------
-    input_, output
-        Descriptors; they stay open.
-    on_end
-        Called once from another thread when the input ends.
-    on_failure
-        Called before that with an unexpected error of the thread.
+    `input_`, `output`: descriptors; they stay open. `on_end`: called once from another thread when
+    the input ends. `on_failure`: called before that with an unexpected error of the thread.
     """
 
     def __init__(
@@ -145,10 +139,7 @@ class CommandPort:
         return number in self._cancelled
 
     def reply(self, reply: ObjectReply) -> None:
-        """Send a reply; never waits.
-
-        If replies are not read, progress is dropped first.
-        """
+        """Send a reply; never waits. If replies are not read, progress is dropped first."""
         room = MAX_REPLIES if reply.finished else MAX_REPLIES // 2
         if self._closing or len(self._replies) >= room:
             self.dropped += 1

@@ -64,17 +64,8 @@ class EthercatSource:
 
     Bus faults do not end it: cycles are lost or refused until the cameras are in operation again,
     after a new bring-up if needed. The cycle follows the bus clock, so that frames are exchanged
-    right after a block of exposures ends.
-
-    Parameters
-    ----------
-    publish
-        Receives the encoded `BusReport`, at every change and 20 times a second.
-
-    Raises
-    ------
-    BusError
-        A waiting time was given for a physical interface.
+    right after a block of exposures ends. `publish`: receives the encoded `BusReport`, at every
+    change and 20 times a second. BusError: a waiting time was given for a physical interface.
     """
 
     def __init__(

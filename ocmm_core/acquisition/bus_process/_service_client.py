@@ -30,12 +30,8 @@ _RING_MODE = 0o660
 class ServiceBus(ChildProcess):
     """The service ``ocmm-acq``, as an `Acquisition`.
 
-    Parameters
-    ----------
-    config
-        The interface is ignored: the service sets it.
-    ring
-        The ring named in `config`; writable by the group of the service from `start` on.
+    `config`: the interface is ignored: the service sets it. `ring`: the ring named in `config`;
+    writable by the group of the service from `start` on.
     """
 
     def __init__(self, config: BusConfig, ring: FrameRing, address: Path = SERVICE_SOCKET) -> None:

@@ -113,12 +113,8 @@ def leave_error(ring: FrameRing, error: Exception) -> None:
 class AcquisitionWorker:
     """Run a source until it ends, fails or is asked to stop.
 
-    `run` may be called directly (as in the bus process) or in a thread by `start`.
-
-    Parameters
-    ----------
-    stop
-        External stop event; None creates one.
+    `run` may be called directly (as in the bus process) or in a thread by `start`. `stop`: external
+    stop event; None creates one.
     """
 
     def __init__(

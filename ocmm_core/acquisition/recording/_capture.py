@@ -115,10 +115,8 @@ class _Track:
 class BusCapture:
     """Frames of the cameras in a capture.
 
-    Parameters
-    ----------
-    n_cameras
-        Number of cameras, if the capture does not start with their bring-up; 0: from the capture.
+    `n_cameras`: number of cameras, if the capture does not start with their bring-up; 0: from the
+    capture.
     """
 
     def __init__(self, path: Path, n_cameras: int = 0) -> None:

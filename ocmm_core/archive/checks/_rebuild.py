@@ -40,19 +40,9 @@ def rebuild(
 ) -> Rebuilt:
     """Fill an empty archive from job files.
 
-    Parameters
-    ----------
-    contents
-        Name and bytes of each file; may include all versions of a job.
-    stations
-        Name of the station by the fingerprint of its key, or a prefix of it.
-
-    Raises
-    ------
-    InputError
-        The archive is not empty.
-    StorageError
-        It cannot be written.
+    `contents`: name and bytes of each file; may include all versions of a job. `stations`: name of
+    the station by the fingerprint of its key, or a prefix of it. InputError: the archive is not
+    empty. StorageError: it cannot be written.
     """
     if archive.ask("SELECT 1 FROM job LIMIT 1").rows:
         raise InputError(

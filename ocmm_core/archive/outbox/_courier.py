@@ -76,10 +76,7 @@ def _signature(what: Signed, content: bytes) -> Signature:
 class Courier:
     """Deliver the jobs of an outbox; for one thread, and one process per box.
 
-    Parameters
-    ----------
-    connect
-        Opens the archive; called again after every failure.
+    `connect`: opens the archive; called again after every failure.
     """
 
     def __init__(

@@ -31,13 +31,7 @@ _END_S = 2.0
 
 @dataclass(frozen=True, slots=True)
 class ArchivePlace:
-    """Places of archive and outbox.
-
-    Attributes
-    ----------
-    address, password
-        As for `open_archive`.
-    """
+    """Places of archive and outbox. `address`, `password`: as for `open_archive`."""
 
     address: str
     station: str

@@ -2,7 +2,6 @@
 
 Measuring programs queue complete job files; a separate process delivers them. Files are kept until
 acknowledged, and a copy for some time after that, for an archive that is restored from a backup.
-
 Files are named by their SHA-256. A row is written after its file, so that no row lacks a file, and
 a file without a row is a leftover.
 """
@@ -38,10 +37,7 @@ def default_outbox() -> Path:
 class Outbox(OutboxFile):
     """Queued jobs; for one thread, many processes.
 
-    Raises
-    ------
-    StorageError
-        It cannot be read or written, is damaged, or of a later version.
+    StorageError: it cannot be read or written, is damaged, or of a later version.
     """
 
     def put(self, path: Path) -> Item | None:

@@ -37,12 +37,8 @@ class ArchiveAnswer:
 def export_answer(answer: ArchiveAnswer, path: Path) -> None:
     """Write the table of an answer: CSV, or Parquet by the suffix.
 
-    Raises
-    ------
-    InputError
-        Unknown suffix, or Parquet without pyarrow.
-    StorageError
-        The file cannot be written.
+    InputError: unknown suffix, or Parquet without pyarrow. StorageError: the file cannot be
+    written.
     """
     kind = path.suffix.lower()
     if kind == ".csv":

@@ -33,10 +33,7 @@ from ocmm_core.tolerances.decisions import Verdict, capability, control_chart
 def trend(archive: Archive, asked: Asked) -> ArchiveAnswer:
     """Return the trend of a characteristic over stations: control chart, run rules, Cpk.
 
-    Raises
-    ------
-    InputError
-        Part or characteristic is missing or unknown.
+    InputError: part or characteristic is missing or unknown.
     """
     needs(asked, "part", "characteristic")
     values = _values(archive, asked, asked.most)
@@ -207,12 +204,8 @@ def rr(archive: Archive, asked: Asked) -> ArchiveAnswer:
     """Return the gauge R&R over stations: parts by serial number, each measured at every station.
 
     Stations replace operators. The same number of first measurements counts for each part and
-    station; parts not measured by all stations are left out.
-
-    Raises
-    ------
-    InputError
-        There are fewer than two parts, stations or trials.
+    station; parts not measured by all stations are left out. InputError: there are fewer than two
+    parts, stations or trials.
     """
     needs(asked, "part", "characteristic")
     found = _values(archive, asked, MOST_VALUES, repeated=True)

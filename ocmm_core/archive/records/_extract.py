@@ -51,10 +51,7 @@ Extract = Callable[[bytes, str, str, Mapping[int, str] | None], ExtractedJob]
 def snapshot(path: Path) -> bytes:
     """Return a consistent snapshot of a job file, even while it is being written.
 
-    Raises
-    ------
-    StorageError
-        It is missing, damaged, or changes too fast to be copied.
+    StorageError: it is missing, damaged, or changes too fast to be copied.
     """
     with JobFile.read(path) as job:
         return job.content()
@@ -65,16 +62,9 @@ def extract_job(
 ) -> ExtractedJob:
     """Return the rows of a job file.
 
-    Parameters
-    ----------
-    known
-        Hash of the audit by its number of rows, of versions already archived by this station: a
-        file that does not continue them was altered.
-
-    Raises
-    ------
-    OcmmError
-        It is no job file, damaged, or of a later version.
+    `known`: hash of the audit by its number of rows, of versions already archived by this station:
+    a file that does not continue them was altered. OcmmError: it is no job file, damaged, or of a
+    later version.
     """
     with JobFile.in_memory(_CALLED, content) as file:
         head, seal = file.head, file.seal()

@@ -81,11 +81,8 @@ def check_address(text: str) -> None:
 def parse_server(text: str, password_file: Path | None = None) -> PostgresAddress:
     """Return the address of a server.
 
-    Raises
-    ------
-    InputError
-        It cannot be used, contains a password, or would send jobs unencrypted over a network
-        without explicit ``sslmode=disable``.
+    InputError: it cannot be used, contains a password, or would send jobs unencrypted over a
+    network without explicit ``sslmode=disable``.
     """
     try:
         parts = urlsplit(text)

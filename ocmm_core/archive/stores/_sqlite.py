@@ -29,10 +29,9 @@ _WAIT_S = 5.0
 class SqliteArchive(SqlArchive):
     """An archive in a file.
 
-    `path`: Of the file; created if missing, and updated.
-    `read_only`: Nothing can be added by this connection.
-
-    Raises StorageError if it is no archive, of a later version, or cannot be read or written.
+    `path`: Of the file; created if missing, and updated. `read_only`: Nothing can be added by this
+    connection. Raises StorageError if it is no archive, of a later version, or cannot be read or
+    written.
     """
 
     _who = "'local'"

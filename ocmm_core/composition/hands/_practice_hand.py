@@ -32,10 +32,7 @@ class ShownRig(Protocol):
 class PracticeHand(Hand):
     """Hand at the virtual rig: performs the current step and waits until it counts.
 
-    Parameters
-    ----------
-    make
-        Returns a rig that shows the rest of the step; None if nothing is left to show.
+    `make`: returns a rig that shows the rest of the step; None if nothing is left to show.
     """
 
     def __init__(

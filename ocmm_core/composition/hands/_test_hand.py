@@ -21,10 +21,7 @@ class Starting(Protocol):
 
 
 class Source(Protocol):
-    """Source of frames: a feed of the composition.
-
-    Live sources deliver whether read or not.
-    """
+    """Source of frames: a feed of the composition. Live sources deliver whether read or not."""
 
     @property
     def ring(self) -> FrameRing:
@@ -45,11 +42,8 @@ class Source(Protocol):
 class TestHand(Hand):
     """A hand that makes the remaining touches of an acceptance test.
 
-    Parameters
-    ----------
-    make
-        Opens the frame source and returns it with the number of frames to show; infinite if the
-        source ends on its own.
+    `make`: opens the frame source and returns it with the number of frames to show; infinite if the
+    source ends on its own.
     """
 
     __test__ = False

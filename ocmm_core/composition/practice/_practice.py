@@ -139,10 +139,7 @@ def practice_folder() -> Path:
 class Practice:
     """Folders and hand for practice at a virtual rig.
 
-    Parameters
-    ----------
-    speed
-        Speed of the hand as a multiple of real time; zero is as fast as frames are processed.
+    `speed`: speed of the hand as a multiple of real time; zero is as fast as frames are processed.
     """
 
     def __init__(

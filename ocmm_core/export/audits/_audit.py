@@ -37,15 +37,8 @@ _STEPS = {
 def audit(path: Path, line: str = "") -> Audit:
     """Return the audit of a file, or of a folder with a history of calibrations.
 
-    Parameters
-    ----------
-    line
-        Text of the code on a report of the job; may be empty.
-
-    Raises
-    ------
-    OcmmError
-        It is none of these, or cannot be read.
+    `line`: text of the code on a report of the job; may be empty. OcmmError: it is none of these,
+    or cannot be read.
     """
     if path.is_dir():
         return _of_records(path)

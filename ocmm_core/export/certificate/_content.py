@@ -134,10 +134,7 @@ class CertificateValue:
 class Certificate:
     """A certificate of the machine.
 
-    Attributes
-    ----------
-    values, values_before
-        All other results, and the same before an adjustment, if known.
+    `values`, `values_before`: all other results, and the same before an adjustment, if known.
     """
 
     title: str

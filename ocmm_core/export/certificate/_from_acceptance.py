@@ -46,19 +46,9 @@ def certificate_of_acceptance(
     """Return the certificate of an acceptance test with the verdicts of its procedure.
 
     It is a calibration certificate only if the procedure names an accreditation, a real machine was
-    tested, and the test is not void.
-
-    Parameters
-    ----------
-    found
-        The same test as found, if ``record`` is after an adjustment.
-    not_found
-        Why there is none.
-
-    Raises
-    ------
-    InputError
-        ``found`` is no earlier test as found of the same machine and procedure.
+    tested, and the test is not void. `found`: the same test as found, if ``record`` is after an
+    adjustment. `not_found`: why there is none. InputError: ``found`` is no earlier test as found of
+    the same machine and procedure.
     """
     tested = record.instrument
     void = record.verdict is Verdict.VOID

@@ -57,17 +57,10 @@ def certificate_of_calibration(store: CalibrationStore, paper: Paper) -> Certifi
     """Return the certificate of the calibration of the cameras in use.
 
     The state as found is the last verification of the previous calibration, that after adjustment
-    the
-    first one of the current calibration. If one is missing, the certificate states "not
-    determined",
-    and the statement of conformity covers the state after adjustment alone.
-
-    Raises
-    ------
-    InputError
-        There is no calibration.
-    CalibrationError
-        A record was changed, or its covariance is invalid.
+    the first one of the current calibration. If one is missing, the certificate states "not
+    determined", and the statement of conformity covers the state after adjustment alone.
+    InputError: there is no calibration. CalibrationError: a record was changed, or its covariance
+    is invalid.
     """
     record = calibration_in(store)
     own, made = record_hash(record), store.verifications()

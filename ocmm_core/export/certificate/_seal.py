@@ -82,11 +82,8 @@ class DccFound:
 def write_certificate(paper: Certificate, folder: Path) -> Path:
     """Write the signed DCC of a certificate and return its path.
 
-    Raises
-    ------
-    StorageError
-        A number is not finite, the file read back differs, or the folder or the key of this
-        station cannot be used.
+    StorageError: a number is not finite, the file read back differs, or the folder or the key of
+    this station cannot be used.
     """
     name, content = _signed(paper)
     write_together({folder / name: content})
@@ -122,12 +119,8 @@ def signed_certificates(
 def check_dcc_seal(path: Path, keys: KeyFolder) -> DccFound:
     """Return a certificate with the state of its signatures.
 
-    Raises
-    ------
-    InputError
-        The certificate or its signature cannot be read.
-    StorageError
-        The key ring cannot be read.
+    InputError: the certificate or its signature cannot be read. StorageError: the key ring cannot
+    be read.
     """
     dcc = read_dcc(read_bytes(path, LARGEST), trusted_signers(keys))
     beside = path.with_name(path.name + SEAL_SUFFIX)

@@ -88,12 +88,8 @@ class TrustedSigners:
 def trusted_signers(keys: KeyFolder) -> TrustedSigners:
     """Return the trusted laboratories and stations.
 
-    Raises
-    ------
-    InputError
-        A file in the folder of laboratories is no certificate.
-    StorageError
-        The key ring cannot be read.
+    InputError: a file in the folder of laboratories is no certificate. StorageError: the key ring
+    cannot be read.
     """
     files = files_of_folder(keys.folder / _FOLDER, ".pem")
     return TrustedSigners(tuple(_loaded(path) for path in files), keys.believed())
@@ -102,12 +98,7 @@ def trusted_signers(keys: KeyFolder) -> TrustedSigners:
 def trust_laboratory(path: Path, keys: Path) -> x509.Certificate:
     """Trust the X.509 certificate of a laboratory, and return it.
 
-    Raises
-    ------
-    InputError
-        The file is no certificate.
-    StorageError
-        The folder cannot be written.
+    InputError: the file is no certificate. StorageError: the folder cannot be written.
     """
     found = _loaded(path)
     folder = keys / _FOLDER
@@ -137,12 +128,7 @@ def xml_signature(
 ) -> tuple[XmlSignature, etree._Element]:
     """Return the state of the signature in a document, and the document as signed.
 
-    Parameters
-    ----------
-    root
-        The document, read without entities and document types.
-    content
-        The same as bytes.
+    `root`: the document, read without entities and document types. `content`: the same as bytes.
 
     Returns
     -------

@@ -71,12 +71,8 @@ def account_file(plan: Plan, suffix: str) -> bytes:
 def write_account(plan: Plan, path: Path) -> Path:
     """Write the inspection plan as .csv or .xlsx, and return its path.
 
-    Raises
-    ------
-    InputError
-        The plan has no requirements, or the ending is another one.
-    StorageError
-        The file cannot be written.
+    InputError: the plan has no requirements, or the ending is another one. StorageError: the file
+    cannot be written.
     """
     if not plan.requirements:
         raise InputError(

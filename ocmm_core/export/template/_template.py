@@ -154,11 +154,8 @@ def standard_template() -> Path:
 def load_paper(path: Path | str, given: Particulars | None = None) -> Paper:
     """Return the template of the document at ``path`` with its logo.
 
-    Raises
-    ------
-    InputError
-        The document is malformed, omits a required section, repeats a section, is too long to be
-        printed, or its logo is no PNG or JPEG next to it.
+    InputError: the document is malformed, omits a required section, repeats a section, is too long
+    to be printed, or its logo is no PNG or JPEG next to it.
     """
     path = Path(path)
     try:

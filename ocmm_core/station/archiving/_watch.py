@@ -1,8 +1,7 @@
 """Thread that queues the job of a station in the outbox when it is finished or paused.
 
 It waits for a pause in changes, so that a burst of steps is one version. It does not slow
-measuring:
-it reads the job file as any other program may.
+measuring: it reads the job file as any other program may.
 """
 
 from __future__ import annotations

@@ -4,10 +4,9 @@ Individuals and moving ranges, as parts come one at a time. Sources: W. Shewhart
 of ISO 7870-2 for individuals (limits at 2.66 mean moving ranges), the four run rules of the Western
 Electric Statistical Quality Control Handbook (1956), the trend of L. Nelson, Journal of Quality
 Technology 16 (1984), the indices of ISO 22514-2, and the confidence interval of Cpk of A. Bissell,
-Applied Statistics 39 (1990), with the degrees of freedom of moving ranges.
-
-The scatter of the values includes that of the measurement, so a capability is never overestimated.
-The share of the measurement is reported with it.
+Applied Statistics 39 (1990), with the degrees of freedom of moving ranges. The scatter of the
+values includes that of the measurement, so a capability is never overestimated. The share of the
+measurement is reported with it.
 """
 
 from __future__ import annotations

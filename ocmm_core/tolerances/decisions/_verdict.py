@@ -224,10 +224,8 @@ def judge_part(
     """Return the verdict on a part from all characteristics, in the order of the plan.
 
     A part with a NOT CONFORM characteristic does not conform, even if incomplete. It conforms only
-    if every feature is complete and all characteristics CONFORM.
-
-    ``requirements`` is how many requirements of its sources the plan contains; it does not change
-    the word.
+    if every feature is complete and all characteristics CONFORM. ``requirements`` is how many
+    requirements of its sources the plan contains; it does not change the word.
     """
     summary = summarise(results)
     named = {

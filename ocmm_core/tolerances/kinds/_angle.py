@@ -143,12 +143,8 @@ def angle_rule(
 
     Between two faces it is the angle in the material, else the acute one, and in either case the
     supplement if that is clearly meant by the nominal. Near a right angle, where both are alike,
-    the directions of the plan decide.
-
-    Raises
-    ------
-    FitError
-        The part frame is needed, and its features do not determine it.
+    the directions of the plan decide. FitError: the part frame is needed, and its features do not
+    determine it.
     """
     names = characteristic.features
     flat = [shapes[name] is Shape.PLANE for name in names]
@@ -179,11 +175,7 @@ def angle_of_axes(
     """Return the evaluation of a nominally zero angle; None for other angles.
 
     It is the length of a vector: deviation of one direction from the other, in two directions.
-
-    Raises
-    ------
-    FitError
-        The angle has no side at this value, or its side is undetermined.
+    FitError: the angle has no side at this value, or its side is undetermined.
     """
     first, second = (actual[name] for name in characteristic.features)
     one = rule.senses[0] * first.fit.direction

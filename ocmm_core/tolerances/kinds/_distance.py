@@ -43,10 +43,7 @@ def distance(
 ) -> Evaluation:
     """Return the distance of two features, or the difference of their places on an axis.
 
-    Raises
-    ------
-    FitError
-        They coincide, there is no part frame, or two faces are not opposite.
+    FitError: they coincide, there is no part frame, or two faces are not opposite.
     """
     first, second = (actual[name] for name in characteristic.features)
     if characteristic.association:

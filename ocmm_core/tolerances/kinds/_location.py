@@ -104,10 +104,7 @@ def position(
 ) -> Evaluation:
     """Return the diameter or width of the smallest zone about the true place.
 
-    Raises
-    ------
-    FitError
-        A datum does not hold, or there is neither a datum nor a part frame.
+    FitError: a datum does not hold, or there is neither a datum nor a part frame.
     """
     name = characteristic.features[0]
     feature = actual[name]

@@ -131,11 +131,7 @@ def associated_size(characteristic: Characteristic, feature: ActualFeature) -> E
     """Return the size of one feature by the plan's association.
 
     Diameter or radius of circle, sphere and cylinder; length or width of slot and rectangle.
-
-    Raises
-    ------
-    FitError
-        The feature is constructed, no such element was found, or no two points are opposite.
+    FitError: the feature is constructed, no such element was found, or no two points are opposite.
     """
     association = characteristic.association
     if characteristic.kind in ("length", "width"):

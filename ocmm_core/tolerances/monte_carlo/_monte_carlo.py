@@ -4,10 +4,9 @@ All inputs are perturbed by their joint uncertainty and the whole evaluation is 
 nonlinearity (`_trials`); trials are added in batches until twice the standard errors of the mean,
 of the standard uncertainty and of both ends of the interval are below the numerical tolerance
 (7.9). Then the interval of linear propagation, y ± U, is compared with the simulated one (8.1),
-both for the probability 95.45 %, that of k = 2.
-
-The form of surfaces is drawn with the variance of the residuals; the uncertainty of this variance
-only widens the U of a result, and is excluded from both intervals here.
+both for the probability 95.45 %, that of k = 2. The form of surfaces is drawn with the variance of
+the residuals; the uncertainty of this variance only widens the U of a result, and is excluded from
+both intervals here.
 """
 
 from __future__ import annotations

@@ -37,11 +37,7 @@ def simulate_elsewhere(
     """Simulate in another process and wait for it; see `monte_carlo.simulate`.
 
     ``given_up`` is polled twenty times a second; the process is then ended within two seconds.
-
-    Raises
-    ------
-    OcmmError
-        It failed, was cancelled, or the process died.
+    OcmmError: it failed, was cancelled, or the process died.
     """
     # The child reads this before it imports numpy; its threads each have their own batches.
     use_one_thread()

@@ -68,10 +68,7 @@ def budget_of(
 ) -> Budget:
     """Return the budget of a value from all ``parts`` of the joint uncertainty.
 
-    Raises
-    ------
-    MeasuringError
-        Its elements are too poorly determined for an uncertainty.
+    MeasuringError: its elements are too poorly determined for an uncertainty.
     """
     spreads = spreads_of(characteristic, evaluation, actual, factors, samples)
     if not math.isfinite(spreads.growth):

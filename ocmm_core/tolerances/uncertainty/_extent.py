@@ -87,8 +87,6 @@ class Extent:
     def least(self, probability: float) -> float:
         """Return the lower confidence bound of the true value.
 
-        Notes
-        -----
         `beyond` supposes the worst part: every place measured beyond the limit truly lies at it.
         Noise lifts the maximum of n values at one limit by about sigma sqrt(2 ln n), so this bound
         is lower than necessary: U of profiles in a frame had a coverage of 97.8 % instead of 95.4,

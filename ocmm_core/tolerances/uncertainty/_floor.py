@@ -59,19 +59,10 @@ def least_greatest(deviations: Float, free: Float) -> Float:
 def bounds_of_least(deviations: Float, free: Float, steps: int) -> tuple[Float, Float]:
     """Return lower and upper bounds of the minimised greatest amount of each row, (b,).
 
-    Parameters
-    ----------
-    deviations
-        (b, n).
-    free
-        (n, k): any combination of the columns may be subtracted from each row.
-    steps
-        More steps give tighter bounds.
-
-    Notes
-    -----
-    Lawson's weights (C. Lawson, thesis, UCLA 1961): weighted least squares whose weights grow with
-    the residuals. The weighted mean square is a lower bound, the greatest residual an upper one.
+    `deviations`: (b, n). `free`: (n, k): any combination of the columns may be subtracted from each
+    row. `steps`: more steps give tighter bounds. Lawson's weights (C. Lawson, thesis, UCLA 1961):
+    weighted least squares whose weights grow with the residuals. The weighted mean square is a
+    lower bound, the greatest residual an upper one.
     """
     u, strengths, _ = np.linalg.svd(free, full_matrices=False)
     basis = u[:, strengths > _NOTHING * max(float(strengths[0]), 1e-300)]

@@ -21,12 +21,7 @@ def associated(start: Fit, points: Points3, criterion: Criterion, offset: float 
     """Return the element of points (n, 3), mm, by a criterion other than least squares.
 
     ``start`` is their least-squares fit; ``offset``, mm, the distance of the points outside an
-    ellipse, for its minimum zone.
-
-    Raises
-    ------
-    FitError
-        As `features.zones.fit_zone` and `fit_bounded`.
+    ellipse, for its minimum zone. FitError as `features.zones.fit_zone` and `fit_bounded`.
     """
     return _searched(_Search(start, points, criterion, offset))
 

@@ -35,12 +35,8 @@ _THICKEST = 0.35
 def derived_points(feature: ActualFeature, length: float = 0.0) -> tuple[DerivedPoint, ...]:
     """Return the centre of a feature, or both ends of its axis.
 
-    ``length``, mm, is about the middle of the probed part; zero for the probed length.
-
-    Raises
-    ------
-    FitError
-        An axis has no length.
+    ``length``, mm, is about the middle of the probed part; zero for the probed length. FitError: an
+    axis has no length.
     """
     geometry, jacobian = feature.fit.geometry, feature.jacobian
     if not feature.fit.shape.spec.is_long:
@@ -82,10 +78,7 @@ class Section:
 def sections(name: str, places: Float) -> tuple[Section, ...]:
     """Return the sections of probed points from heights along the axis, or radii (n,), mm.
 
-    Raises
-    ------
-    FitError
-        The points do not lie in sections, or a section has too few.
+    FitError: the points do not lie in sections, or a section has too few.
     """
     order = np.argsort(places, kind="stable")
     whole = float(np.ptp(places))

@@ -83,12 +83,8 @@ class Frames:
         """Return the frame of up to three datums in their precedence, or of none.
 
         Freedom left by the datums is set by the toleranced features, so that the search for the
-        smallest zone starts near it.
-
-        Raises
-        ------
-        FitError
-            A datum does not determine the frame, or its nominal place is unknown.
+        smallest zone starts near it. FitError: a datum does not determine the frame, or its nominal
+        place is unknown.
         """
         if not datums:
             started = self._started((), features, geometries_of(self._actual))
@@ -102,10 +98,7 @@ class Frames:
     def of_part(self, name: str) -> ZoneFrame:
         """Return the frame of the nominals, from the plan's alignment; ``name`` is for errors.
 
-        Raises
-        ------
-        FitError
-            There is no alignment, or its features do not determine the frame.
+        FitError: there is no alignment, or its features do not determine the frame.
         """
         if self._alignment is None:
             raise no_part_frame(name, "Name its datums, or add an alignment to the plan.")

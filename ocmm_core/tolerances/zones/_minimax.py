@@ -54,12 +54,8 @@ Numbers: (m,) and (m, k); vectors: (m, d) and (m, d, k).
 def smallest_zone(deviations: Deviations, size: int) -> Smallest:
     """Return the motion (size,), from zero on, that minimises the greatest deviation.
 
-    Deviations are numbers (m,), scaled to move by some mm per unit; ``size`` may be zero.
-
-    Raises
-    ------
-    FitError
-        No convergence.
+    Deviations are numbers (m,), scaled to move by some mm per unit; ``size`` may be zero. FitError:
+    no convergence.
     """
 
     def as_vectors(motion: Float) -> tuple[Float, Float]:

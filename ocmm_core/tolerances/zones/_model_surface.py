@@ -73,10 +73,7 @@ class ModelSurface:
     def checked(self, points: Float, rotation: Float) -> tuple[Float, Float]:
         """Return the same from a search over all faces.
 
-        Raises
-        ------
-        FitError
-            A nearest place is on an edge, ambiguous, or implausible for the touch.
+        FitError: a nearest place is on an edge, ambiguous, or implausible for the touch.
         """
         self._feet = nearest_feet(points, self._faces)
         values, normals = self._less_ball(self._feet)

@@ -80,10 +80,7 @@ def own_fit(feature: ActualFeature) -> tuple[Touches, Fit]:
 def least_squares(feature: ActualFeature) -> Fit:
     """Return the least-squares element of the ball centres, for any criterion.
 
-    Raises
-    ------
-    FitError
-        The feature is constructed, or its points do not determine the element.
+    FitError: the feature is constructed, or its points do not determine the element.
     """
     touches, raw = _own(feature)
     if raw.criterion is Criterion.LEAST_SQUARES:
