@@ -36,10 +36,7 @@ def begin_findings(
     calibration_artefacts: Sequence[ArtefactUse],
     qualification_artefacts: Sequence[ArtefactUse],
 ) -> list[Finding]:
-    """Return objections to starting a test.
-
-    Artefacts of calibration and tip qualification may not test themselves.
-    """
+    """Return objections; artefacts of calibration and tip qualification may not test themselves."""
     found = [*_instrument(stage, temperature.celsius)]
     for artefact in stage.artefacts:
         found += artefact_findings(
@@ -56,10 +53,7 @@ def artefact_findings(
     calibration_artefacts: Sequence[ArtefactUse],
     qualification_artefacts: Sequence[ArtefactUse],
 ) -> list[Finding]:
-    """Return objections to an artefact in a test; parameters as in `begin_findings`.
-
-    Artefacts that the test does not need have none.
-    """
+    """Return objections to a needed artefact; parameters as in `begin_findings`."""
     if artefact.role not in kind_of(stage).roles:
         return []
     known = Artefact(

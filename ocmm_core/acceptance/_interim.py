@@ -187,10 +187,7 @@ class InterimHistory:
 
 
 def check_of(record: AcceptanceRecord) -> InterimCheck:
-    """Return the chart entry of an interim check record.
-
-    The error of the length, or the value farthest beyond its limit if any is.
-    """
+    """Return the chart entry of a check: its length error, or the value farthest off its limit."""
     counted = [one for one in record.values if not one.superseded]
     value = max(counted, key=lambda one: abs(one.error_mm) / one.limit_mm)
     length = next(one for one in counted if one.quantity == "Interim_L")

@@ -1,7 +1,4 @@
-"""Choices before a test: procedures, artefacts, and unfinished tests.
-
-Unusable artefacts are offered with the reason.
-"""
+"""Choices before a test: procedures, artefacts (unusable ones with reason), open tests."""
 
 from __future__ import annotations
 
@@ -32,7 +29,6 @@ from ocmm_core.errors import InputError, OcmmError
 from ocmm_core.seals import SealState
 
 SESSIONS, RECORDS = "sessions", "records"
-"""Folders within the test folder."""
 MOST_SHOWN, _NEWEST = 200, 4
 MOST_READ = 100
 """Maximum number of sessions read, newest first: each takes milliseconds to hash."""

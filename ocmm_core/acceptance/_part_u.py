@@ -49,8 +49,7 @@ class PartUncertainty:
     u_cal: float
     u_workpiece: float
     u_expansion: float
-    """`u_cal`, `u_workpiece`, `u_expansion`: standard uncertainties of certificate, workpieces and
-    expansion."""
+    """`u_cal`, `u_workpiece`, `u_expansion`: of certificate, workpieces and expansion."""
     expanded: float
     """U (k = 2) of a bias-corrected result."""
     expanded_uncorrected: float
@@ -58,7 +57,6 @@ class PartUncertainty:
     normalized: float | None
     """E_n = |b| / sqrt(U_model^2 + U_cal^2); None without a U of the model."""
     results: int
-    """N."""
 
 
 def part_uncertainty(
@@ -135,9 +133,6 @@ def dissimilar(studied: PartTask, wanted: PartTask, numbers: PartTest = _USUAL) 
 
 
 def share_within(normalized: Sequence[float | None]) -> float | None:
-    """Return the share of characteristics with E_n <= 1; None if none was computed.
-
-    Below 0.95, the uncertainty stated by OCMM is too small.
-    """
+    """Return the share with E_n <= 1, or None; below 0.95 the U stated by OCMM is too small."""
     known = [one for one in normalized if one is not None]
     return sum(one <= 1.0 for one in known) / len(known) if known else None

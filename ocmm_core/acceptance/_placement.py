@@ -1,7 +1,4 @@
-"""Objections to a position as recorded: geometry only, never errors.
-
-A wrongly placed position is repeated, which is logged; its values were not inspected.
-"""
+"""Objections to a recorded position, by geometry only; its values are not inspected."""
 
 from __future__ import annotations
 

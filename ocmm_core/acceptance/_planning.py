@@ -1,8 +1,4 @@
-"""Positions of artefacts and points, for every kind of test.
-
-Each function returns all positions of one kind before the first point; `plan_of` in `_kinds` orders
-them.
-"""
+"""Positions of artefacts and points, all of one kind before the first point."""
 
 from __future__ import annotations
 

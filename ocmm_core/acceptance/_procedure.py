@@ -1,7 +1,6 @@
 """Procedure documents (`ocmm.acceptance/1`): every number of a test is a field.
 
-A procedure names its standard with edition, the limits, the decision rule, and who compared it with
-the standard clause by clause. Without such a comparison, every report reads "modelled on".
+Without a comparison with the standard, clause by clause, reports read "modelled on".
 """
 
 from __future__ import annotations
@@ -18,10 +17,7 @@ PROCEDURE_SCHEMA = "ocmm.acceptance/1"
 
 
 class Mpe(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """Permissible error: min(constant + per_length L, largest), mm.
-
-    ``largest`` None: A + L/K; ``per_length`` zero gives a constant.
-    """
+    """Permissible error min(constant + per_length L, largest), mm; ``largest`` None: A + L/K."""
 
     constant: float
     per_length: float = 0.0

@@ -1,8 +1,6 @@
 """Artefact register: this user's spheres, bars, gauge blocks and parts.
 
-One chain file in the user's data folder: nothing is overwritten, every line is bound to the
-previous one, and concurrent writers are detected. Entries are typed or read from a certificate
-file.
+One chain file: nothing is overwritten, concurrent writers are detected.
 """
 
 from __future__ import annotations
@@ -58,10 +56,7 @@ NOT_SIGNED_REMEDY = (
 
 
 class ArtefactEntry(Document, frozen=True, kw_only=True):
-    """A registered calibrated artefact; lengths in mm at 20 degrees, U with k = 2.
-
-    U of a thermometer is in kelvin.
-    """
+    """A registered calibrated artefact; mm at 20 degrees; U with k = 2, kelvin for thermometers."""
 
     id: str
     """Name in commands."""
@@ -72,8 +67,7 @@ class ArtefactEntry(Document, frozen=True, kw_only=True):
     laboratory: str
     certificate: str
     certificate_sha256: str = ""
-    """`laboratory`, `certificate`, `certificate_sha256`: issuer, number and file hash of the
-    certificate."""
+    """`laboratory`, `certificate`, `certificate_sha256`: issuer, number, hash of the file."""
     due_utc: str
     """Expiry, ISO 8601 text."""
     sizes: tuple[float, ...]

@@ -1,7 +1,6 @@
 """Engine of an acceptance test from plan to record, durable at every step.
 
-State follows from the lines of a chain file, each on disk before a method returns: whatever the
-operator was shown is stored. After a power cut the test resumes with the next point.
+Each line of a chain file is on disk before a method returns; a test resumes after a power cut.
 """
 
 from __future__ import annotations

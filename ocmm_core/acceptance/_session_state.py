@@ -1,7 +1,4 @@
-"""State of an acceptance test: a pure fold over the lines of its file.
-
-No writing and no locking here: `_session` does both.
-"""
+"""State of an acceptance test: a pure fold over the lines of its file."""
 
 from __future__ import annotations
 
@@ -40,10 +37,7 @@ S = TypeVar("S", bound=msgspec.Struct)
 
 
 class SessionState:
-    """State from the lines of a session file.
-
-    Retests are added to the plan; ``finished`` and ``abandoned`` are None while open.
-    """
+    """State from a session file, retests included; ``finished``, ``abandoned``: None while open."""
 
     def __init__(self, begun: Begun) -> None:
         self.begun = begun

@@ -149,10 +149,7 @@ def worst_of(verdicts: Sequence[Verdict]) -> Verdict:
 def certified_at(
     artefact: UsedArtefact, length: float, temperature: Temperature | None
 ) -> tuple[float, float]:
-    """Return a certified length at a temperature, and its U (k = 2), mm.
-
-    See `probe_design.certified_at`.
-    """
+    """Return a length at a temperature and U (k = 2), mm (`probe_design.certified_at`)."""
     expanded = artefact.expanded + artefact.expanded_per_length * abs(length)
     return probe_design.certified_at(
         length, expanded, artefact.expansion, artefact.expansion_sigma, temperature

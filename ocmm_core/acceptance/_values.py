@@ -1,8 +1,4 @@
-"""Test values of acceptance tests: pure functions of points and lengths.
-
-Each function returns one error or an array of errors, without limits. The tests of this file
-contain the statistics that noise alone produces.
-"""
+"""Test values without limits: pure functions of points and lengths."""
 
 from __future__ import annotations
 
@@ -174,10 +170,7 @@ def flatness(points: Points3) -> float:
 
 
 def thickness(bottom: Points3, top: Points3, radius: float) -> Float:
-    """Return the distances of points (n, 3) on top from the plane of the bottom, mm.
-
-    The ball radius, mm, is subtracted on both sides.
-    """
+    """Return distances of ball centres (n, 3) from the bottom plane, mm, less two ball radii."""
     centre = bottom.mean(axis=0)
     normal = np.linalg.svd(bottom - centre, full_matrices=False)[2][-1]
     distances = (top - centre) @ normal

@@ -19,9 +19,7 @@ MIN_TRIANGLE_MM = 5.0
 """Points closer to one line leave the rotation about it to noise."""
 
 LEAST_HOLD = 1e-3
-"""Least distance of the points from the axis of a free rotation, relative to the size of the point
-set.
-"""
+"""Least distance of the points from the axis of a free rotation, relative to their extent."""
 
 MOTIONS: tuple[LockedMotion, ...] = ("rx", "ry", "rz", "x", "y", "z")
 """Motions of the part frame in the order of (6,): rotations, rad, then shifts, mm."""

@@ -49,8 +49,7 @@ class DatumFrame:
     misfits: tuple[DatumMisfit, ...]
     """Of every datum, in order; zero for the first."""
     choice: int = 0
-    """Chosen senses of directions without one; passing it to `datum_frame` reproduces the choice.
-    """
+    """Chosen senses of directions without one; `datum_frame` with it reproduces the choice."""
 
 
 def datum_frame(

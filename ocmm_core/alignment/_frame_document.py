@@ -40,9 +40,7 @@ class FrameDocument(Document, frozen=True, kw_only=True):
     translation: Vector3
     """mm, frame."""
     control: tuple[ControlPoint, ...] = ()
-    """Points of the part with their places in the frame, to recover it after the part was moved.
-    May be empty.
-    """
+    """Points with their places in the frame, to recover it after the part moved; may be empty."""
     covariance: tuple[tuple[float, ...], ...] = ()
     """Six rows of six: of a small rotation, rad, about the axes of the frame through its origin,
     and a shift, mm, along them, from the job. Empty in older documents.
@@ -125,10 +123,7 @@ def save_frame(path: Path, document: FrameDocument) -> None:
 
 
 def load_frame(path: Path) -> FrameDocument:
-    """Return the frame of the document at ``path``.
-
-    InputError: malformed, not a rotation, or changed after it was saved.
-    """
+    """Return the frame at ``path``; InputError: malformed, no rotation, or changed after saving."""
     document = load_document(path, FrameDocument, SCHEMA)
     rotation = document.T_frame_from_world.rotation
     skewed = float(np.abs(rotation @ rotation.T - np.eye(3)).max())
@@ -181,10 +176,7 @@ def saved_frame(document: FrameDocument) -> SavedFrame:
 
 
 def relocation(document: FrameDocument, limit: float) -> Relocation:
-    """Return the alignment that recovers a frame from its control points.
-
-    Raises InputError for fewer than three.
-    """
+    """Return the alignment that recovers a frame from control points; InputError below three."""
     if len(document.control) < 3:
         raise InputError(
             "frame.no_control",

@@ -33,9 +33,7 @@ class Freedom:
     turn: Float
     """(0, 3), (1, 3) or (3, 3): free rotation axes: none, one, or any; unit, frame."""
     centre: Float
-    """(3,), mm, frame: the axes pass through it. Meaningless if sliding square to the axes is also
-    free.
-    """
+    """(3,), mm, frame: on the axes; meaningless if sliding square to them is also free."""
     slide: Float
     """(0 to 3, 3): orthonormal directions of free translations, frame."""
 

@@ -44,7 +44,6 @@ class ModelFit:
     normals: Float
     """(n, 3): of the faces at the feet, part frame."""
     locked: tuple[LockedMotion, ...]
-    """Motions fixed by the start."""
 
 
 def fit_to_faces(

@@ -48,7 +48,6 @@ class AlignmentReport:
     of rotations about, the axes of the frame.
     """
     advice: tuple[str, ...]
-    """Notes and advice, in sentences."""
 
     @property
     def can_be_accepted(self) -> bool:

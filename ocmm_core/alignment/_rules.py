@@ -1,7 +1,6 @@
-"""Alignment rules: every kind of alignment, as in a document.
+"""Alignment rules: every kind of alignment, as in a document (``docs/alignment.md``).
 
-A rule names features. Some kinds also need their nominal geometry; `BoundAlignment` combines both
-and is used for computation. ``docs/alignment.md`` has guidance on the choice.
+`BoundAlignment` adds the nominal geometry of the named features, for computation.
 """
 
 from __future__ import annotations
@@ -42,9 +41,7 @@ class DatumAlignment(
     to the second; or one line, axis or plane, x along it or its normal.
     """
     origin: str
-    """Feature whose centre is the origin, projected onto the primary and, if that is a single
-    feature, the secondary.
-    """
+    """Feature whose centre is the origin, projected onto the primary and a single secondary."""
     towards: str = ""
     """For x along a single line or axis: a feature at the positive side. Without it the nominals
     must determine the sense, which a measured axis lacks.
@@ -228,9 +225,7 @@ class Relocation(
     control: tuple[ControlPoint, ...]
     """At least three, not collinear."""
     limit: float = 0.1
-    """mm: a control point farther off after the best fit was moved, or touched wrongly; then there
-    is no frame.
-    """
+    """mm: a control point farther off after the best fit moved or is wrong: no frame."""
     simulated: bool = False
     """Measured on a virtual rig: nothing is proven in it about a real part."""
 

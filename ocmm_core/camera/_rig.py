@@ -130,7 +130,6 @@ class Rig:
     aliases: tuple[int, ...]
     """EtherCAT station alias of each camera."""
     frame_rate_hz: int
-    """Exposures a second."""
     noise: SpotNoise
     volume_world: Float
     """(2, 3), mm: corners of the calibrated volume."""

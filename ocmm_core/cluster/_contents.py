@@ -64,10 +64,7 @@ class Contents:
             del self.kept[sha256], self.users[sha256]
 
     def forget_failed(self, hashes: Sequence[str]) -> None:
-        """Drop contents that no worker could keep, to be sent with the next task.
-
-        Kept, they would fail every later task that needs them.
-        """
+        """Drop contents that no worker could keep: they would fail every later task."""
         for sha256 in hashes:
             future = self.kept.get(sha256)
             if future is not None and future.status == "error":

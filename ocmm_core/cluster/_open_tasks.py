@@ -137,8 +137,7 @@ class Tasks:
     """Indices to be submitted one by one, before new ones: of a bundle that failed as a whole, and
     of tasks open when the scheduler was lost."""
     suspects: deque[int] = field(default_factory=deque)
-    """Indices to be submitted while nothing else is open: a worker that ended took innocent waiting
-    tasks with it."""
+    """Indices to submit alone: a worker that ended took innocent waiting tasks with it."""
     asked_alone: set[int] = field(default_factory=set)
     """Those that were: if a worker ends then, they are the cause."""
     thing_s: float = math.inf

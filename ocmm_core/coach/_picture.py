@@ -36,8 +36,7 @@ class ProbePicture:
     turn: Turn | None
     """The turn to make; None if unknown."""
     known: bool = True
-    """Whether the attitude is that of the probe; otherwise upright, with its LEDs to the cameras.
-    """
+    """Whether the attitude is the probe's; else upright with its LEDs to the cameras."""
 
     def counts(self) -> tuple[tuple[str, int], ...]:
         """Return the name of each camera and the number of LEDs it sees."""

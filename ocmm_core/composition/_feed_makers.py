@@ -1,7 +1,4 @@
-"""Makers of frame sources, listed in `_sources`.
-
-The only place where the product uses the virtual rig.
-"""
+"""Makers of frame sources, listed in `_sources`: the only user of the virtual rig."""
 
 from __future__ import annotations
 

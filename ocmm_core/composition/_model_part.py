@@ -1,8 +1,6 @@
-"""Virtual part with the nominal geometry of a plan.
+"""Virtual part with the nominal geometry of a plan imported from a CAD model.
 
-A plan imported from a CAD model has no document of a true part. The virtual rig gets one here: each
-surface as drawn, with the touch points and outward normals on its trimmed faces, in the middle of
-the measuring volume.
+Surfaces as drawn, touch points and outward normals on trimmed faces, mid volume.
 """
 
 from __future__ import annotations

@@ -57,8 +57,7 @@ class SourceSpec:
     segment: Callable[[StationRequest, Plan, Rig], SegmentConfig] | None
     """Software cameras of its virtual wire; None without one."""
     scenes: Callable[[CalibratingScript, float], Feed] | None
-    """Makes the virtual rig with calibration scenes, at a multiple of real time; None if
-    unsupported."""
+    """Makes the virtual rig with calibration scenes, by speed; None if unsupported."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -179,7 +178,6 @@ SOURCES: tuple[SourceSpec, ...] = (
         scenes=None,
     ),
 )
-"""In the order of the help."""
 
 VIRTUAL_NAMES = tuple(
     sorted({spec.recorded_as for spec in SOURCES if spec.origin is Origin.VIRTUAL})

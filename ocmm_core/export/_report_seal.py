@@ -1,7 +1,6 @@
-"""Seal of a report: its job, the hashes of its files, and the signer.
+"""Seal of a report, ``NAME.seal.json``: its job, hashes of its files, and the signer.
 
-A file next to the report, ``NAME.seal.json``, signed by the writing station. Recipients can verify
-the files, and the step of the job file that was reported.
+Signed by the writing station; recipients verify the files and the reported step of the job.
 """
 
 from __future__ import annotations

@@ -112,10 +112,7 @@ def model_from_bytes(content: bytes, where: str) -> PartModel:
 
 
 def write_model_file(path: Path, model: PartModel) -> None:
-    """Write a model to a file atomically.
-
-    InputError: the model is inconsistent or too large. OSError: the folder cannot be written.
-    """
+    """Write a model atomically; InputError: inconsistent or too large; OSError."""
     write_atomic(path, model_to_bytes(model))
 
 

@@ -57,8 +57,7 @@ class Feet:
     normals: Points3
     """(n, 3), unit: out of the material; on an edge towards the point."""
     distances: Float
-    """(n,), mm: positive outside the material; on an edge the sign is that of the face beside it.
-    """
+    """(n,), mm: positive outside the material; on an edge the sign of the face next to it."""
     curvatures: Float
     """(n, 2), 1/mm: positive if the material bends away (a shaft)."""
     edge_gaps: Float

@@ -95,5 +95,4 @@ class PlacedPart:
     """In its own frame, which is that of the nominals of the plan."""
     T_world_from_model: RigidTransform
     is_rough: bool
-    """The position is not measured, or not completely as the alignment of the plan needs it;
-    displays must say so."""
+    """Not measured, or not completely as the alignment needs it; displays must say so."""

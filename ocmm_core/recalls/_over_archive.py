@@ -1,9 +1,7 @@
 """Archived jobs affected by a finding, and their outcome.
 
-A suspect calibration is found in its history; histories of several stations are sibling folders,
-and the one that has the calibration of a job decides. Artefacts and tips are found in the archive's
-records of use. If a job is affected and its history is missing here, its outcome is CANNOT BE
-KNOWN.
+Histories of stations are sibling folders; the one with the calibration of a job decides, else
+CANNOT BE KNOWN. Artefacts and tips: the archive's records of use.
 """
 
 from __future__ import annotations

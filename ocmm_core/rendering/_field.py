@@ -1,7 +1,4 @@
-"""Measured values as colours on a part, only near the touched points.
-
-Includes local mesh refinement.
-"""
+"""Measured values as colours on a part near touched points, with local refinement."""
 
 from __future__ import annotations
 

@@ -1,7 +1,6 @@
 """Compiled: a whole image of an opaque part in one call, for moving views.
 
-Calls the other kernels in sequence. A thread that releases the GIL waits for it after every call,
-next to an 8 kHz chain up to the switch interval of 1 ms; one call waits once.
+Releasing the GIL costs up to the switch interval (1 ms) a call, so one call waits once.
 """
 
 from __future__ import annotations

@@ -1,7 +1,4 @@
-"""Compiled: lines, outlines and translucent polygons against the depth buffer.
-
-See `_raster_kernel` for places and depths.
-"""
+"""Compiled: lines, outlines and translucent polygons, as places in `_raster_kernel`."""
 
 from __future__ import annotations
 
@@ -223,10 +220,7 @@ def blend_polygon(
 def merge_layers(
     front: Pixmap, back: Pixmap, start: int, stop: int, front_share: float, back_share: float
 ) -> None:
-    """Blend front over back layer, both translucent; rows ``start`` to ``stop``.
-
-    The result is in ``front``.
-    """
+    """Blend front over back layer in rows ``start`` to ``stop``, into ``front``."""
     for y in range(start, stop):
         for x in range(front.shape[1]):
             above, below = front[y, x], back[y, x]

@@ -1,7 +1,6 @@
-"""Signed list of the ends in the memory, kept outside this computer (an archive, another disk).
+"""Signed list of the ends in the memory, kept outside this computer (an archive, a disk).
 
-A second computer that trusts the station learns the ends of its histories from it, and the station
-detects that its own memory was set back.
+Trusting computers learn ends from it; the station detects that its memory was set back.
 """
 
 from __future__ import annotations
@@ -51,10 +50,7 @@ def signed_heads(keys: KeyFolder, kept: Sequence[str] = ()) -> str:
 
 
 def signed_job_heads(keys: KeyFolder, kept: Sequence[str] = ()) -> str:
-    """Return the signed ends of the latest jobs that are in none of the lists ``kept``.
-
-    Empty if there are none; errors as of `signed_heads`.
-    """
+    """Return signed ends of the latest jobs in no list ``kept``, or ""; errors: `signed_heads`."""
     latest = [one for one in _known_ends() if one.name.startswith(JOB)][:_MOST_JOBS]
     before = {one for content in _own_lists(keys, kept) for one in content.jobs} if latest else ()
     content = _Heads(jobs=tuple(one for one in latest if one not in before))

@@ -53,10 +53,7 @@ class StationKey:
 
 
 class KeyFolder:
-    """Folder with the key of this station and the ring of trusted keys; read anew at each call.
-
-    `folder` None is the folder of this user.
-    """
+    """Folder of the station key and trusted keys, read at each call; None: this user's."""
 
     def __init__(self, folder: Path | None = None) -> None:
         self.folder = platformdirs.user_data_path("ocmm") / "keys" if folder is None else folder

@@ -88,10 +88,7 @@ def _others_write(state: os.stat_result) -> bool:
 
 
 def private_temporary(path: Path, content: bytes) -> Path:
-    """Flush a private file next to ``path`` to disk; return its temporary name.
-
-    Raises StorageError if the folder cannot be written.
-    """
+    """Flush a private file next to ``path``, return its temporary name, or raise StorageError."""
     folder = path.parent
     try:
         folder.mkdir(parents=True, exist_ok=True, mode=0o700)

@@ -1,7 +1,4 @@
-"""Release of a file by name: a signed statement next to it, ``NAME.release.json``.
-
-The signature covers the hash of the file, its kind, who released it, when and why.
-"""
+"""Release of a file by name, ``NAME.release.json``: hash, kind, who, when and why; signed."""
 
 from __future__ import annotations
 

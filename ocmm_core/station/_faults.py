@@ -1,7 +1,6 @@
 """Signals and faults of a running station.
 
-A fault of the measuring chain makes the whole station FAILED until restart: no numbers, no points.
-Faults of other parts (stream, recording, listeners) are reported, and measuring continues.
+Of the measuring chain: FAILED until restart. Of stream, recording, listeners: reported only.
 """
 
 from __future__ import annotations

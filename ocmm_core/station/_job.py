@@ -102,10 +102,7 @@ class StationJob:
         return file.path, file.steps(after if file.path == job else 0)
 
     def take(self) -> None:
-        """Record a point now; the result comes by signal.
-
-        If the machine is not ready the result is a refusal; nothing is recorded later.
-        """
+        """Record a point now, result by signal; if not ready it is refused, not recorded later."""
         live = self._looks.live()
         if live.status not in (StatusWord.NOT_READY, StatusWord.FAILED):
             self._frames.arm()

@@ -74,10 +74,7 @@ def drop_job_without_points(path: Path) -> bool:
 
 
 def give_back(job: JobFile, *, made: bool) -> None:
-    """Close a job that is not measured after all; remove an empty one made for it.
-
-    Never raises: the caller reports the original error.
-    """
+    """Close a job not measured after all, remove it if new and empty; never raises."""
     try:
         if made:
             drop_if_empty(job)

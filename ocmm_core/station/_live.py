@@ -1,7 +1,4 @@
-"""The live snapshot: current state of the machine, and trust in its number.
-
-Includes the state of the reference body: present, and its motion.
-"""
+"""The live snapshot: current state of machine and reference body, and trust in it."""
 
 from __future__ import annotations
 
@@ -79,8 +76,7 @@ _STALE_S = 0.3
 """Tracking with a larger lag shows the past, even if the cameras deliver."""
 
 _WAITS_S = 2.0
-"""Of a source that waits for its reader: a busy computer may delay it for a while, but after this
-it has stopped."""
+"""A source that waits for its reader may be delayed for a while; after this it stopped."""
 
 _SHOWN_FRAMES = 80
 """The live position is the mean of the latest frames, 10 ms at 8 kHz."""
@@ -89,8 +85,7 @@ _SEEN_SHARE = 0.5
 """A spot in fewer of these frames is not seen: it flickers at the rim of its cone."""
 
 _UNCERTAINTY_EVERY_S = 0.2
-"""The uncertainty of the live tip changes slowly, costs milliseconds, and is not read more than
-five times a second."""
+"""The uncertainty changes slowly and costs milliseconds: at most five times a second."""
 
 
 class LiveState:

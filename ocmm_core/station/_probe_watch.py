@@ -63,10 +63,7 @@ class ProbeWatch:
         self._dropped: Blocker | None = None
 
     def start(self) -> None:
-        """Mount a tip requested by name; mark a tip suspect after a pause.
-
-        Raises OcmmError if an event of the tip could not be made durable.
-        """
+        """Mount a requested tip; suspect after a pause; OcmmError if an event is not durable."""
         store = self._store
         if store is not None and self.in_use.tip != store.mounted:
             self.mount(self.in_use.tip)

@@ -101,7 +101,6 @@ class MeasuringStation:
         self.instruments = instruments = Instruments(
             gear, watch, current, bus, faults, events, simulated=options.simulated
         )
-        """Equipment and trust in it."""
         self.maintenance = StationMaintenance(current, watch, bus, gear.rig.name, faults, events)
         self.looks = looks = Looks(ring, live, bus, instruments, self.maintenance, faults)
         self.coach = CoachWatch(

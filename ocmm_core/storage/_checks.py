@@ -79,10 +79,7 @@ def stamp_fault(what: str, number: int, time_utc: object) -> str:
 
 
 def point_fault(rows: Sequence[Sequence[Any]]) -> str:
-    """Return the fault of one of the rows of ``observation``; empty if none.
-
-    Arrays are checked in batches, so that large jobs open fast.
-    """
+    """Return the fault of a row of ``observation``, or ""; arrays are checked in batches."""
     for start in range(0, len(rows), _TOGETHER):
         some = rows[start : start + _TOGETHER]
         faults = (kind_fault("observation", row) or _place_fault(row) for row in some)

@@ -1,7 +1,6 @@
 """Connections to job files: opened safely, or refused with one sentence.
 
-A view in the place of a table, a trigger or a computed column would run code when the file is read.
-So every word of the schema is compared with that of this program before any table is read.
+Views, triggers and computed columns run code: the schema is compared word by word before.
 """
 
 from __future__ import annotations

@@ -1,7 +1,6 @@
 """Connections to untrusted files, with bounded reading.
 
-A job file is a kind of program: views, triggers and generated columns run when it is read. So its
-schema is not trusted, and its processing time is limited by its size.
+Views, triggers and generated columns run: no trusted schema, time limited by size.
 """
 
 from __future__ import annotations

@@ -54,10 +54,7 @@ LEFT_OUT = "left out"
 
 
 class JobFile(JobReader):
-    """An open job file; made by `create` or `open`; close it or use it in ``with``.
-
-    Thread-safe; see `JobReader`.
-    """
+    """An open job file from `create` or `open`; close it or use ``with``. Thread-safe."""
 
     def __init__(
         self,

@@ -27,7 +27,6 @@ RESCUED = "rescued"
 """Event in a new file with the steps of a job whose own file was lost."""
 
 Insert = tuple[str, tuple[object, ...]]
-"""An INSERT statement, and its values."""
 
 
 class JobKeeper:

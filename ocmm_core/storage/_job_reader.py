@@ -96,10 +96,7 @@ class JobReader:
             return read_steps(db, self.path, after, most)
 
     def reference(self) -> JobReference | None:
-        """Return the reference body of the points, or None.
-
-        StorageError: it differs from the stored one; see `verify`.
-        """
+        """Return the reference body, or None; StorageError if it differs from the stored one."""
         with self._reading() as db:
             return stored_reference(db, self.path)
 

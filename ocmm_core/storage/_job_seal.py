@@ -50,7 +50,6 @@ class JobSeal:
     head: str
     """`steps`, `head`: Rows of the audit, and the hash of the last one."""
     state: SealState
-    """State of the signature on the last row."""
     signature: Signature | None = None
     unsigned: int = 0
     """Number of initial rows stored without a signature."""
@@ -124,10 +123,7 @@ def read_seal(db: sqlite3.Connection, path: Path, job_uuid: str, keys: KeyFolder
 
 
 def judge_head(keys: KeyFolder, steps: int, head: str, signature: Signature | None) -> SealState:
-    """Return the state of a signature on the head of a job, without the job file.
-
-    Raises StorageError if the key ring cannot be read.
-    """
+    """Return the signature state of a head without the file; StorageError: unreadable key ring."""
     return judge_signature(keys, Signed.JOB, _content(steps, head), signature)
 
 

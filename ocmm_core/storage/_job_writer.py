@@ -23,8 +23,7 @@ class JobWriter:
         self.failed = False
         """The disk has failed: nothing is written or synced afterwards."""
         self.wrote_file = self.emptied_log = False
-        """Whether the last transaction was followed by a checkpoint, and whether that was complete.
-        """
+        """Whether the last transaction was followed by a checkpoint, and by a complete one."""
         self._steps = 0
 
     @contextlib.contextmanager

@@ -1,7 +1,6 @@
 """Versions of the job file as numbered migrations.
 
-Step n takes a file of version n - 1 to version n; version 0 is an empty file. Each step runs in a
-separate transaction, after a backup, and a file from a newer program is refused.
+Step n takes version n - 1 (0: empty) to n, each after a backup in a separate transaction.
 """
 
 from __future__ import annotations

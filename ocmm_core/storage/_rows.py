@@ -34,8 +34,7 @@ class JobHead:
     plan_text: str
     rig_text: str
     probe_text: str
-    """Complete documents, or the records in their place: the job can be recomputed from its file.
-    """
+    """Complete documents or records: the job can be recomputed from its file."""
 
     @property
     def plan_identity(self) -> str:

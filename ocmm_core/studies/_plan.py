@@ -38,7 +38,6 @@ class StudyPlan(Document, frozen=True, kw_only=True):
     name: str
     """Of the study; the batch of its jobs."""
     seed: int
-    """Of its random order."""
     runs: tuple[StudyRun, ...]
 
     @property

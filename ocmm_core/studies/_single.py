@@ -45,8 +45,7 @@ class Type1Study:
     """`t`, `p_value`, `biased`: Of the bias; whether it is significant at 5 %."""
     var_percent: float
     var_bias_percent: float
-    """`var_percent`, `var_bias_percent`: 100 K / Cg and 100 K / Cgk, of K = 0.2; infinite if Cgk is
-    not above zero."""
+    """`var_percent`, `var_bias_percent`: 100 K / Cg and Cgk, K = 0.2; infinite if Cgk <= 0."""
     least_tolerance: float
     """Smallest tolerance that meets both, without a bias."""
     resolution_good: bool | None

@@ -57,7 +57,6 @@ class ChildProcess:
         self._first_lines = first_lines
         self._ring = ring
         self._inherited: tuple[int, ...] = ()
-        """Descriptors that the process inherits."""
         self._process: subprocess.Popen[bytes] | None = None
         self._watch: threading.Thread | None = None
         self._stop_asked = False

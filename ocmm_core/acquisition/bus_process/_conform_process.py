@@ -1,7 +1,6 @@
-"""Conformance test of a camera in a process with the necessary rights.
+"""Conformance test of a camera in a process with the necessary rights; idle bus only.
 
-Reads one line of JSON from standard input and writes lines of JSON: progress, then the report. The
-bus must be idle.
+A line of JSON on standard input; lines of JSON as output: progress, then the report.
 """
 
 from __future__ import annotations

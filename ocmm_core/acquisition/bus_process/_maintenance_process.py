@@ -1,7 +1,6 @@
-"""Permanent changes to a camera, in a process with the necessary rights.
+"""Permanent changes to a camera in a process with the necessary rights; idle bus only.
 
-Reads one line of JSON from standard input and writes lines of JSON: progress, then the result. The
-bus must be idle.
+A line of JSON on standard input; lines of JSON as output: progress, then the result.
 """
 
 from __future__ import annotations

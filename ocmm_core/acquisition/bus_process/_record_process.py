@@ -30,7 +30,6 @@ class RecordConfig(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fie
     size_bytes: int
     """`seconds`, `size_bytes`: limits; the first one reached ends the recording."""
     program: str = "OCMM"
-    """Writing application named in the file."""
 
     def to_json(self) -> bytes:
         """Return the configuration as one line of JSON."""

@@ -1,8 +1,4 @@
-"""Camera objects in the application, through the bus process.
-
-Requests of several threads share the line to the bus process; each waits for replies with its
-number.
-"""
+"""Camera objects through the bus process; threads share its line, by numbered requests."""
 
 from __future__ import annotations
 

@@ -94,10 +94,7 @@ class RingHeaderField(IntEnum):
 
 
 class FrameRing:
-    """The mapped ring; use `create` (owner) or `attach` (other side).
-
-    The owner removes the file on `close`.
-    """
+    """The mapped ring, from `create` (owner; `close` removes the file) or `attach` (other side)."""
 
     def __init__(self, path: Path, *, owner: bool) -> None:
         self.path = path

@@ -18,7 +18,6 @@ class SourceDescription:
     camera_serials: tuple[int, ...]
     frame_period_ns: int
     cycle_period_ns: int
-    """Time between two reads, ns."""
     live: bool
     """Frames arrive whether or not they are read; other sources wait for the reader."""
     simulated: bool

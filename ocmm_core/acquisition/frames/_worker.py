@@ -55,8 +55,7 @@ class AcquisitionStatus:
     frames: int
     frames_lost: int
     overrun: int
-    """`frames`, `frames_lost`, `overrun`: frames delivered, never arrived, and overwritten before
-    reading."""
+    """`frames`, `frames_lost`, `overrun`: delivered, never arrived, overwritten before reading."""
     internal: bool = False
     """Stopped by an unexpected error, named in ``message``."""
     pace: float | None = None

@@ -1,7 +1,6 @@
 """Delivery of an outbox, with growing pauses, until acknowledged.
 
-Safe against kills at any moment: a job is marked as delivered after the archive has it, and the
-archive stores each job once.
+Safe against kills: marked as delivered after the archive has it, which stores each job once.
 """
 
 from __future__ import annotations
@@ -45,8 +44,7 @@ class Handed:
     sent: int = 0
     aside: int = 0
     again: int = 0
-    """`sent`, `aside`, `again`: Jobs delivered; refused by the archive; requeued because the
-    archive had lost them."""
+    """`sent`, `aside`, `again`: jobs delivered; refused; requeued as lost by the archive."""
     error: OcmmError | None = None
     """Why the round ended early; None if nothing waits."""
 
@@ -74,10 +72,7 @@ def _signature(what: Signed, content: bytes) -> Signature:
 
 
 class Courier:
-    """Deliver the jobs of an outbox; for one thread, and one process per box.
-
-    `connect`: opens the archive; called again after every failure.
-    """
+    """Deliver jobs of an outbox; one thread and process. `connect`: again after failures."""
 
     def __init__(
         self,

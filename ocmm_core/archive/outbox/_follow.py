@@ -1,7 +1,4 @@
-"""The delivering process, one per outbox: started by a window, a station or systemd.
-
-It runs at low priority, ends with its parent, and yields to another process on the same box.
-"""
+"""The delivering process, one per outbox; low priority, ends with its parent."""
 
 from __future__ import annotations
 

@@ -1,7 +1,6 @@
 """Notes of running jobs, so that none is lost with a killed program.
 
-A note is a file in the outbox that its program keeps locked. The job of an unlocked note is queued
-by the next sweep: its program ended between saving and queueing.
+A program locks its note; jobs of unlocked notes are queued by the next sweep.
 """
 
 from __future__ import annotations

@@ -35,10 +35,7 @@ def default_outbox() -> Path:
 
 
 class Outbox(OutboxFile):
-    """Queued jobs; for one thread, many processes.
-
-    StorageError: it cannot be read or written, is damaged, or of a later version.
-    """
+    """Queued jobs; one thread, many processes; StorageError: unreadable, damaged, or newer."""
 
     def put(self, path: Path) -> Item | None:
         """Queue a job in its current state; durable on return.

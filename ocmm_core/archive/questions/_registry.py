@@ -52,4 +52,3 @@ QUESTIONS = (
         "rr", "R&R over stations", ("part", "characteristic"), ("part", "characteristic"), rr
     ),
 )  # fmt: skip
-"""In the order offered."""

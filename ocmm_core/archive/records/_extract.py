@@ -1,7 +1,6 @@
 """Rows of a job, from its file alone: identical on every computer, with any keys.
 
-Histories of calibrations and tips are not used: later findings are marks or recalls in the archive,
-not rows. So an archive rebuilt from the files has the same rows.
+Later findings are marks in the archive, not rows: a rebuilt archive has the same rows.
 """
 
 from __future__ import annotations

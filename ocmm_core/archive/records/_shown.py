@@ -1,7 +1,6 @@
-"""Sanitise text of archived rows for display; used by every output.
+"""Sanitise text of rows for display: no escape sequences, no bidirectional marks.
 
-Any login of the archive can write any text into a row. Terminals would execute its escape
-sequences, and bidirectional marks would reorder table lines.
+Any login of the archive can write any text into a row.
 """
 
 from __future__ import annotations

@@ -1,7 +1,6 @@
 """Address of an archive, a file or a server, and the source of its password.
 
-Passwords are never stored in the settings, which others may read. They come from a private file, or
-from the sources of PostgreSQL's own programs: PGPASSFILE, ~/.pgpass or the environment.
+Passwords are not in the settings: a private file, PGPASSFILE, ~/.pgpass or the environment.
 """
 
 from __future__ import annotations
@@ -32,7 +31,6 @@ class PostgresAddress:
     """A server, a database and connection options."""
 
     options: dict[str, str]
-    """Options of libpq."""
     password_file: Path | None = None
     """None: libpq searches it."""
     connect_s: int = 5

@@ -1,7 +1,6 @@
-"""Interface of an archive for the rest of the program.
+"""Interface of an archive for the program: rows are only ever added.
 
-Rows are only ever added: a resumed job is a new version, a later finding is a mark. So stations
-need no right to change anything, and stored data stay.
+A resumed job is a new version, a finding a mark: stations need no right to change.
 """
 
 from __future__ import annotations
@@ -18,7 +17,6 @@ from ocmm_core.archive.records import Delivery, JobRecord, MarkRow, Sender
 Cell = str | float | int | bytes | None
 Row = tuple[Cell, ...]
 Kind = type | UnionType
-"""Type of a cell of an answer."""
 
 HEADS = "heads"
 """Kind of the findings with the signed ends of histories (`seals.signed_heads`)."""

@@ -1,7 +1,6 @@
 """Archive in a file of SQLite: the default, for one computer and all its users.
 
-Several programs may have it open: one writes, the others read (write-ahead log). Acknowledged rows
-are on the disk (``synchronous=FULL``).
+One program writes, others read (write-ahead log); acknowledged rows are on the disk.
 """
 
 from __future__ import annotations

@@ -88,10 +88,7 @@ class TestHand(Hand):
 
 
 class VirtualHand(TestHand):
-    """Hand at the virtual rig: moves to the requested points.
-
-    Its source is remade per request, with the touches missing then.
-    """
+    """Hand at the virtual rig; its source is remade per request, with the missing touches."""
 
     @property
     def named(self) -> str:

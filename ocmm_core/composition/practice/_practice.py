@@ -1,7 +1,4 @@
-"""Practice of guided procedures with a virtual hand, in separate folders.
-
-The virtual hand performs what remains of the current step.
-"""
+"""Practice of guided procedures: a virtual hand, in separate folders."""
 
 from __future__ import annotations
 

@@ -1,7 +1,6 @@
 """Audit of files of a station: authors, times, steps and integrity.
 
-Jobs and histories are here, other files in `_audit_files`. Nothing is written, and nothing is
-recomputed; `inspection.archive` does that for jobs.
+Other files than jobs and histories are in `_audit_files`. Nothing is written or recomputed.
 """
 
 from __future__ import annotations
@@ -31,7 +30,6 @@ _STEPS = {
     "reference": "reference body stored",
     "reference_observation": "reference body beside point {}",
 }
-"""Names of the rows of the audit, by table."""
 
 
 def audit(path: Path, line: str = "") -> Audit:

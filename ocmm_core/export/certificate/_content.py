@@ -89,11 +89,9 @@ class CertificateRun:
     temperature_c: float | None
     """Ambient; None if not measured."""
     rule: str
-    """Decision rule in words."""
     lines: tuple[CertificateLine, ...]
     """All that count, also failed ones."""
     passed: bool
-    """Verdict of the record, by its rule."""
     record: str
     data_sha256: str
     """`record`, `data_sha256`: Hashes of the record and of its observations."""
@@ -144,13 +142,11 @@ class Certificate:
     """From the hash of its record."""
     item: str
     identifications: tuple[tuple[str, str], ...]
-    """`item`, `identifications`: The item, with names and values of its serial numbers and hashes.
-    """
+    """`item`, `identifications`: names and values of serial numbers and hashes."""
     method: str
     norms: tuple[str, ...]
     """`method`, `norms`: In words, and by guideline."""
     software: str
-    """Version that made the record."""
     runs: tuple[CertificateRun, ...]
     """As found first. One if nothing was adjusted."""
     values: tuple[CertificateValue, ...]
@@ -167,10 +163,8 @@ class Certificate:
     accreditation: str = ""
     """As named in the procedure; may be empty."""
     simulated: bool = False
-    """No real machine was tested."""
     camera_doubts: tuple[str, ...] = ()
-    """Unproven properties of the cameras, in sentences; the certificate then states CAMERAS
-    UNPROVEN."""
+    """Unproven properties of cameras, in sentences; the certificate states CAMERAS UNPROVEN."""
     values_before: tuple[CertificateValue, ...] = ()
     climate: tuple[tuple[str, float], ...] = ()
     """Further temperatures by object, degrees Celsius."""

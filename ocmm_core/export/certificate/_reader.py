@@ -37,7 +37,6 @@ class DccQuantity:
     """Names in all languages and ``refType`` of each level, outermost first."""
     value: float
     unit: str
-    """`value`, `unit`: As written."""
     expanded: float | None
     k: float | None
     """`expanded`, `k`: Expanded uncertainty in the same unit, and its coverage factor, or None."""

@@ -93,10 +93,7 @@ def write_certificate(paper: Certificate, folder: Path) -> Path:
 def write_certificates(
     papers: Sequence[tuple[Certificate, Pages]], folder: Path
 ) -> tuple[Path, ...]:
-    """Write all files of `signed_certificates` or none, and return their paths.
-
-    Raises StorageError as `write_certificate`.
-    """
+    """Write all files of `signed_certificates` or none; StorageError as `write_certificate`."""
     files = signed_certificates(papers, folder)
     write_together(files)
     return tuple(files)
@@ -105,10 +102,7 @@ def write_certificates(
 def signed_certificates(
     papers: Sequence[tuple[Certificate, Pages]], folder: Path
 ) -> dict[Path, bytes]:
-    """Return pages and signed DCC of every certificate; the pages contain the DCC.
-
-    Errors as `write_certificate`, and those of ``papers``.
-    """
+    """Return pages with the DCC, and signed DCC, of all; errors as `write_certificate`."""
     files: dict[Path, bytes] = {}
     for paper, pages in papers:
         name, content = _signed(paper)

@@ -65,7 +65,6 @@ class XmlSignature:
     signer: str = ""
     """Subject of the signer's certificate."""
     why: str = ""
-    """Reason why it is INVALID."""
     station: SealState | None = None
     """State of the key, if a station signed it."""
 

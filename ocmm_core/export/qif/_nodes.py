@@ -199,10 +199,7 @@ def _three(node: Node) -> tuple[float, float, float]:
 
 
 class References:
-    """A document with its references, and the names of imported features.
-
-    Raises NotTakenError for contradictory units or duplicate ids.
-    """
+    """A document, its references and imported names; NotTakenError: units, duplicate ids."""
 
     def __init__(self, root: etree._Element) -> None:
         self.root, self._units = root, units_of(root, Q)

@@ -1,7 +1,4 @@
-"""Tables as delimited text by a profile, and back.
-
-Cells are never quoted: names are whitelisted before, and text loses characters that need it.
-"""
+"""Tables as delimited text by a profile, and back; cells are never quoted."""
 
 from __future__ import annotations
 

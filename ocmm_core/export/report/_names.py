@@ -1,7 +1,6 @@
 """Names and texts in files of other programs: names are checked, free text is cleaned.
 
-A name used as a command or a file name is never escaped: it is accepted or refused. Free text
-(operators, serial numbers, notes) is kept without control characters.
+Names for commands and files are accepted or refused; text has no control characters.
 """
 
 from __future__ import annotations

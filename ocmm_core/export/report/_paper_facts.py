@@ -1,7 +1,6 @@
-"""Required statements of a test report (ISO/IEC 17025:2017, 7.8.2 and 7.8.3), field by field.
+"""Required statements of a test report (ISO/IEC 17025:2017, 7.8.2 and 7.8.3).
 
-Each fact names its clause, so that a test can check the list. Unknown facts are `NOT_STATED`;
-nothing is guessed or omitted.
+Each names its clause; unknown facts are `NOT_STATED`, none is guessed or omitted.
 """
 
 from __future__ import annotations

@@ -71,7 +71,6 @@ class ReportedResult:
     """A result with the characteristic of the plan."""
 
     result: CharacteristicResult
-    """Value, uncertainty and verdict."""
     asked: Characteristic | None
     """None if the plan does not contain it."""
 
@@ -102,9 +101,7 @@ class ReportData:
     view: JobView
     """Features, results, points held back and reasons for unproven verdicts."""
     head: JobHead
-    """Operator, part, serial number, documents."""
     plan: Plan
-    """Plan of the job, with the decision rule."""
     T_part_from_world: RigidTransform | None
     """Alignment; without it (None) measured values are in the world frame."""
     features: tuple[ReportedFeature, ...]
@@ -118,10 +115,8 @@ class ReportData:
     calibration: Instrument
     probe: Instrument
     reference: Instrument
-    """`calibration`, `probe`, `reference`: States and hashes. The label of ``reference`` is empty
-    without a reference body."""
+    """`calibration`, `probe`, `reference`: states, hashes; no label without a reference body."""
     climate: Climate
-    """Temperatures and compensations."""
     notes: tuple[str, ...] = ()
     """Sentences about suspect parts of the file."""
     taken_back: tuple[tuple[MeasuredPoint, str], ...] = ()

@@ -1,7 +1,4 @@
-"""Lengths in reports: mm or inch, with the unit in every head.
-
-Machine-readable files (QIF, DCC, Q-DAS, JSON, PolyWorks tables) keep the unit of their format.
-"""
+"""Lengths in reports: mm or inch in every head; machine-readable files keep theirs."""
 
 from __future__ import annotations
 
@@ -25,7 +22,6 @@ class PaperLengths:
     """Format of lengths, and U, in a report."""
 
     unit: LengthUnit = "mm"
-    """Of all lengths of its tables and plots."""
 
     @property
     def word(self) -> str:

@@ -105,8 +105,7 @@ class Particulars:
     order: str = ""
     drawing: str = ""
     revision: str = ""
-    """`order`, `drawing`, `revision`: Of the ordered part; ``order`` is used if the job has none.
-    """
+    """`order`, `drawing`, `revision`: of the order; ``order`` only if the job has none."""
     machine: str = ""
     """The machine that made the part, for statistics."""
     place: str = ""
@@ -121,7 +120,6 @@ class Particulars:
     deviations: tuple[str, ...] = ()
     """From the plan or the method, in sentences, in addition to those found in the job."""
     remarks: tuple[str, ...] = ()
-    """Other statements, in sentences."""
 
 
 @dataclass(frozen=True, slots=True)

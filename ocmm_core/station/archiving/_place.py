@@ -1,7 +1,4 @@
-"""Archive and outbox of a station, by its settings.
-
-Measuring commands also read this part of the settings: it changes no number (decision 85).
-"""
+"""Archive and outbox of a station by its settings; changes no number (decision 85)."""
 
 from __future__ import annotations
 

@@ -59,9 +59,7 @@ class DeviationPicture:
     factor: float
     """Magnification of the drawing."""
     limit: float | None
-    """mm: half the tolerance, if common to all; else None, and the scale ends at the limits of
-    each.
-    """
+    """mm: half the tolerance, if common to all; None: the scale ends at the limits of each."""
 
     def count(self, kind: DeviationClass) -> int:
         return sum(whisker.kind is kind for whisker in self.whiskers)

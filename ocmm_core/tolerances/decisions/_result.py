@@ -61,7 +61,6 @@ class CharacteristicResult:
     """95 % interval of the true value; None together with ``measured``."""
     association: str = ""
     frame: str = ""
-    """Name of the frame of the value, or empty."""
     floor: float | None = None
     """Value of a perfect form due to noise alone; None if not applicable."""
     bonus: float = 0.0

@@ -1,7 +1,6 @@
 """Combined verdicts of several characteristics, for a feature and for the part.
 
-Verdicts are combined only here. Screens, sounds, reports, exports and the live stream use these
-results; the worst characteristic leads.
+Verdicts are combined only here, for all outputs; the worst characteristic leads.
 """
 
 from __future__ import annotations
@@ -130,10 +129,7 @@ class RequirementCount:
 
 @dataclass(frozen=True, slots=True)
 class PartVerdict:
-    """The verdict on the whole part.
-
-    Texts show `headline`, never the word alone: it names the requirements that the plan lacks.
-    """
+    """Verdict on the part. Show `headline`, never the word alone: it names missing requirements."""
 
     word: PartWord
     """For decisions of the program and for columns with a fixed set of words."""

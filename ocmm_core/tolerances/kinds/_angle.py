@@ -84,10 +84,7 @@ def angle(
     alignment: AnyAlignment | None,
     frames: Frames,
 ) -> Evaluation:
-    """Return the apex angle of a cone, or the angle of two elements, deg.
-
-    Raises FitError as `angle_of_axes`.
-    """
+    """Return the apex angle of a cone, or of two elements, deg; FitError as `angle_of_axes`."""
     geometries = {name: feature.fit.geometry for name, feature in actual.items()}
     shapes = {name: feature.fit.shape for name, feature in actual.items()}
     if len(characteristic.features) == 1:

@@ -73,10 +73,7 @@ def coordinate(
     alignment: AnyAlignment | None,
     frames: Frames,
 ) -> Evaluation:
-    """Return the coordinate of a feature's point in the part frame.
-
-    Raises FitError without a part frame.
-    """
+    """Return a coordinate of a feature's point; FitError without a part frame."""
     frame = frames.aligned(characteristic.name)
     place, slope = _along(characteristic, actual[characteristic.features[0]], frame)
     return Evaluation(place, slope, frame=frame.words)
@@ -98,10 +95,7 @@ def distance_of_geometry(
     shapes: Mapping[str, Shape],
     alignment: AnyAlignment | None,
 ) -> float:
-    """Return the distance of two elements, mm.
-
-    Raises FitError for a distance along an axis without a part frame.
-    """
+    """Return the distance of two elements, mm; along an axis FitError without a part frame."""
     one, other = characteristic.features
     if not characteristic.axis:
         return _distance(geometries[one], shapes[one], geometries[other], shapes[other])
@@ -116,10 +110,7 @@ def coordinate_of_geometry(
     shapes: Mapping[str, Shape],
     alignment: AnyAlignment | None,
 ) -> float:
-    """Return a coordinate of an element's point, mm, part frame.
-
-    Raises FitError without a part frame.
-    """
+    """Return a coordinate of an element's point, mm, part frame; FitError without one."""
     return _place(characteristic, characteristic.features[0], geometries, alignment)
 
 

@@ -1,8 +1,7 @@
 """Straightness, flatness, roundness, cylindricity and form (ISO 1101, 17.2 to 17.6).
 
-Ball centres are on a surface parallel to that of the part, so a zone of theirs is one of the part.
-The default is the minimum zone; least squares if specified in the plan. Includes straightness of an
-axis and of a probed edge.
+Zones of ball centres are parallel to those of the part. Minimum zone; least squares if the plan
+says so. Includes straightness of an axis and of a probed edge.
 """
 
 from __future__ import annotations

@@ -1,7 +1,4 @@
-"""Position and coaxiality (ISO 1101, 17.12 and 17.13), with the bonus of ISO 2692.
-
-The bonus increases the tolerance of a position by a material modifier (ISO 2692).
-"""
+"""Position and coaxiality (ISO 1101, 17.12 and 17.13), with the bonus of ISO 2692."""
 
 from __future__ import annotations
 

@@ -88,10 +88,7 @@ def size(
     alignment: AnyAlignment | None,
     frames: Frames,
 ) -> Evaluation:
-    """Return the size of a feature, by its own association or that of the plan.
-
-    Raises FitError as `associated_size`.
-    """
+    """Return the size by the feature's or the plan's association; FitError as `associated_size`."""
     feature = actual[characteristic.features[0]]
     own = own_association(feature)
     if characteristic.association not in ("", own):
@@ -148,10 +145,7 @@ def associated_size(characteristic: Characteristic, feature: ActualFeature) -> E
 def distance_of_faces(
     characteristic: Characteristic, first: ActualFeature, second: ActualFeature
 ) -> Evaluation:
-    """Return the two-point size between two opposite faces.
-
-    Raises FitError as `zones.between_faces`.
-    """
+    """Return the two-point size of two opposite faces; FitError as `zones.between_faces`."""
     association = characteristic.association
     return _of_rank(*between_faces(first, second, association), association)
 

@@ -58,8 +58,7 @@ class Refit:
     centroid: Float
     base: Float
     size: float
-    """`centroid`, `base`, `size`: Its ball centres: centroid (3,), about it (n, 3), and scale, mm.
-    """
+    """`centroid`, `base`, `size`: ball centres: centroid (3,), about it (n, 3), and scale, mm."""
     places: Int
     """(n,): of its points among all."""
     start: Float

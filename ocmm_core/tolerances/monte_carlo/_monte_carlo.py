@@ -167,18 +167,14 @@ class MonteCarloValue:
     """Number with a value."""
     mean: float
     sigma: float
-    """`mean`, `sigma`: Over the trials."""
     symmetric: tuple[float, float]
     shortest: tuple[float, float]
-    """`symmetric`, `shortest`: Intervals of 95.45 % of them: probabilistically symmetric, and
-    shortest.
-    """
+    """`symmetric`, `shortest`: intervals of 95.45 %, probabilistically symmetric, and shortest."""
     tolerance: float
     """Numerical tolerance of sigma."""
     off_low: float
     off_high: float
-    """`off_low`, `off_high`: Distance of the ends of value ± 2 standard from those of
-    ``symmetric``."""
+    """`off_low`, `off_high`: ends of value ± 2 standard less those of ``symmetric``."""
     settled: bool
 
     @property

@@ -47,7 +47,6 @@ class Budget:
     characteristic: str
     value: float
     unit: str
-    """`value`, `unit`: As measured."""
     rows: tuple[BudgetRow, ...]
     """Greatest first; the sum of their squares is the square of ``standard``."""
     standard: float

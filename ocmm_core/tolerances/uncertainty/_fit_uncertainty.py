@@ -89,9 +89,7 @@ class FitUncertainty:
     radius: Stated | None
     second: Stated | None
     half_angle: Stated | None
-    """`radius`, `second`, `half_angle`: As in the geometry of the fit, mm and rad; None if the
-    shape has none.
-    """
+    """`radius`, `second`, `half_angle`: as in the fit, mm and rad; None if the shape has none."""
 
 
 def fit_uncertainty(fit: Fit, points: Points3) -> FitUncertainty | None:

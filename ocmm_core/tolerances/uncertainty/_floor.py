@@ -1,8 +1,4 @@
-"""Noise floor of form results: the expected value without any deviation.
-
-A range of deviations is never zero, even for a perfect part. The floor is printed with the result
-and never subtracted.
-"""
+"""Noise floor of form results: value of a perfect part; printed, never subtracted."""
 
 from __future__ import annotations
 

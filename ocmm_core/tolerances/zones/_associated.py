@@ -1,8 +1,4 @@
-"""Cached minimum zones and bounding elements of ball centres.
-
-A job is evaluated after every touch, and each search takes some 0.1 s. Features without new points
-have the same centres; their elements are reused.
-"""
+"""Cached minimum zones and bounding elements of ball centres: a search takes 0.1 s."""
 
 from __future__ import annotations
 

@@ -61,12 +61,8 @@ class Characteristic(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_f
     length: float = 0.0
     """mm: toleranced length of an axis; zero: the probed length."""
     offset: float = 0.0
-    """mm: offset of a profile's zone from the nominal surface (UZ), material inside; negative
-    inwards.
-    """
+    """mm: offset of a profile's zone from the nominal surface (UZ); negative into the material."""
     at: float = 0.0
     """mm: distance from the datum plane, along its normal, of the diameter of a cone."""
     faces: tuple[NominalFace, ...] = ()
-    """Faces of the model to compare ball centres with, for the profile of a surface; default: the
-    nominal surface of each feature.
-    """
+    """Faces that ball centres are compared with; default: the nominal surface of each feature."""

@@ -130,10 +130,7 @@ def section_circle(feature: ActualFeature, section: Section) -> tuple[Fit, Rows]
 
 
 def median_line(feature: ActualFeature) -> tuple[DerivedPoint, ...]:
-    """Return the centres of all sections: the extracted axis.
-
-    Raises FitError for fewer than three sections.
-    """
+    """Return the centres of all sections (extracted axis); FitError for fewer than three."""
     found = axis_sections(feature)
     if len(found) < 3:
         raise FitError(

@@ -70,10 +70,7 @@ def surface_points(feature: ActualFeature) -> SurfacePoints:
 
 
 def own_fit(feature: ActualFeature) -> tuple[Touches, Fit]:
-    """Return the touches of a feature and the fit of their ball centres.
-
-    Raises FitError for a construction, which has no touches.
-    """
+    """Return the touches of a feature and the fit of their centres; FitError if constructed."""
     return _own(feature)
 
 

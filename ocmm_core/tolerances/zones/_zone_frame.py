@@ -19,7 +19,6 @@ class ZoneFrame:
     """A frame with its derivatives by the points."""
 
     T_frame_from_world: RigidTransform
-    """Pose of the nominal geometry."""
     by_coordinates: Rows
     """6 rows: rotation, rad, over shift, mm, of the frame by every coordinate: a point x of the
     frame moves by ``turn x x + shift``.

@@ -50,10 +50,7 @@ class TouchedSurface(Protocol):
         ...
 
     def checked(self, points: Float, rotation: Float) -> tuple[Float, Float]:
-        """Return the final deviations for a rotation (3, 3) from the world to the zone's frame.
-
-        FitError if one is undefined.
-        """
+        """Return final deviations, rotation (3, 3) world to zone; FitError if one is undefined."""
         ...
 
     def pull_back(self, weights: Float, normals: Float) -> Rows:
