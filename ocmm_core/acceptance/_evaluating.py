@@ -105,10 +105,7 @@ def _nominal(at: Situation, position: int, item: int) -> float:
 
 
 def _artefact(at: Situation, position: int) -> UsedArtefact:
-    """Return the artefact of a position; of several gauge blocks, the planned one.
-
-    Planned faces are apart by length and ball: blocks of a set differ by more.
-    """
+    """Return the artefact of a position; of several blocks, the planned one by length and ball."""
     plan = at.plan[position]
     found = at.stage.of_role(plan.role) or (at.stage.only(plan.role),)
     if len(found) == 1:

@@ -49,8 +49,7 @@ class InterimCheck(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fie
     calibration: str
     artefact: str
     tip: str
-    """`calibration`, `artefact`, `tip`: hash of the calibration, serial of the artefact, name of
-    the tip; there is a chart per combination."""
+    """`calibration`, `artefact`, `tip`: hash, serial, name; one chart per combination."""
     error_mm: float
     limit_mm: float
     """`error_mm`, `limit_mm`: of the length, and the hard limit."""

@@ -49,10 +49,7 @@ def vectors(values: Iterable[Float]) -> tuple[Vector3, ...]:
 
 
 def plan_length(stage: Stage, numbers: LengthTest) -> Planned:
-    """Plan the lines of a bar: corners by set cover, axes, diagonals, new directions.
-
-    CalibrationError: the bar has too few nests, or is too short or long for the volume.
-    """
+    """Plan the lines of a bar by set cover; CalibrationError: too few nests, too short or long."""
     bar = stage.only("bar")
     if len(bar.sizes) < numbers.lengths + 1:
         raise CalibrationError(
@@ -183,10 +180,7 @@ def plan_spat(stage: Stage, numbers: SpatTest) -> Planned:
 
 
 def plan_e0(stage: Stage, numbers: E0Test) -> Planned:
-    """Plan the four space diagonals and three more directions, axes first.
-
-    CalibrationError: the bar has too few nests, or is too short for a diagonal.
-    """
+    """Plan four space diagonals, three more directions; CalibrationError: few nests, too short."""
     bar, volume = stage.only("bar"), stage.volume
     length, extent = bar.sizes[-1] - bar.sizes[0], np.ptp(volume, axis=0)
     if len(bar.sizes) < numbers.lengths + 1:

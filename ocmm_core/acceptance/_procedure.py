@@ -57,8 +57,7 @@ class LengthTest(_Numbers, frozen=True, kw_only=True, tag="length"):
     """`lines`, `lengths`: minimum number of lines, and test lengths on each."""
     diagonal_share: float
     corner_share: float
-    """`diagonal_share`, `corner_share`: longest length over the space diagonal; an end reaches a
-    corner within this fraction of each edge."""
+    """`diagonal_share`, `corner_share`: of the space diagonal; of each edge, to reach corners."""
     angle_deg: float
     """Minimum between two lines."""
 
@@ -103,10 +102,7 @@ class E0Test(_Numbers, frozen=True, kw_only=True, tag="e0"):
 
 
 class E0BlockTest(E0Test, frozen=True, kw_only=True, tag="e0-block"):
-    """As E0, with gauge blocks probed from both sides: E0, R0.
-
-    A bar is unidirectional and would not reveal an error of the ball's radius.
-    """
+    """E0 and R0 with gauge blocks from both sides: reveals errors of the ball's radius."""
 
     block_largest: float
     """Longest block, mm."""
@@ -171,10 +167,7 @@ class InterimTest(_Numbers, frozen=True, kw_only=True, tag="interim"):
 
 
 class PartTest(_Numbers, frozen=True, kw_only=True, tag="part"):
-    """Results of a calibrated workpiece (ISO 15530-3): its U, for similar parts only.
-
-    Computed from jobs (`ocmm msa part`), not point by point.
-    """
+    """U of a task from a calibrated workpiece (ISO 15530-3), by jobs (`ocmm msa part`)."""
 
     cycles: int
     results: int
@@ -227,8 +220,7 @@ class Procedure(Document, frozen=True, kw_only=True):
     climate: ClimateRule
     test: TestNumbers
     cameras: Literal["proven", "unproven"] | msgspec.UnsetType = msgspec.UNSET
-    """"unproven" allows cameras that cannot prove the age or order of their data; omitted in older
-    records, whose hash stays valid."""
+    """"unproven" allows cameras of unproven age or order; omitted in older records (hash)."""
 
     @property
     def wording(self) -> str:

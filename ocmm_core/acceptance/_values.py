@@ -57,10 +57,7 @@ def nest_lengths(nests: Points3) -> Float:
 
 
 def sphere_values(points: Points3) -> SphereValues:
-    """Return size and form of a sphere from ball centres (n, 3), mm (ISO 10360-5).
-
-    From one least-squares fit. Raises CalibrationError if the points do not determine a sphere.
-    """
+    """Return size and form of a sphere by centres (n, 3), mm (ISO 10360-5); CalibrationError."""
     centre, radius, gain = fit_sphere(points)
     form = float(np.ptp(np.linalg.norm(points - centre, axis=1)))
     return SphereValues(centre, 2.0 * radius, form, gain)

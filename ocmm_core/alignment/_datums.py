@@ -138,10 +138,7 @@ def frame_of(
 
 
 def settled(bound: BoundAlignment, geometries: Mapping[str, Float]) -> BoundAlignment:
-    """Return the alignment with fixed senses of axes without one; raises as `frame_of`.
-
-    They are determined once by all features of the job, so that all results agree.
-    """
+    """Return the alignment with senses of axes fixed by all features; raises as `frame_of`."""
     if isinstance(bound.rule, ModelBestFit):
         return replace(bound, choice=0)
     _, choice = _placed(bound.rule, bound, geometries)

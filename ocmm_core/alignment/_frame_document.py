@@ -42,9 +42,7 @@ class FrameDocument(Document, frozen=True, kw_only=True):
     control: tuple[ControlPoint, ...] = ()
     """Points with their places in the frame, to recover it after the part moved; may be empty."""
     covariance: tuple[tuple[float, ...], ...] = ()
-    """Six rows of six: of a small rotation, rad, about the axes of the frame through its origin,
-    and a shift, mm, along them, from the job. Empty in older documents.
-    """
+    """6 x 6: small rotation, rad, about the frame's axes, shift, mm; empty in older documents."""
     simulated: bool = False
     """Measured on a virtual rig. Omitted if False, to preserve the hashes of older documents."""
     sha256: str = ""
@@ -68,11 +66,7 @@ def frame_document(
     *,
     simulated: bool = False,
 ) -> FrameDocument:
-    """Return the document of a frame.
-
-    `control_world`: centres (3,), mm, world, of features to be touched again, by name.
-    `covariance`: (6, 6), rad and mm, of the frame; None if unknown.
-    """
+    """Return its document; `control_world`: (3,), mm; `covariance`: (6, 6), rad and mm, or None."""
     rows = [_vector(row) for row in T_frame_from_world.rotation]
     document = FrameDocument(
         name=name,
@@ -102,10 +96,7 @@ def content_hash(document: FrameDocument) -> str:
 
 
 def save_frame(path: Path, document: FrameDocument) -> None:
-    """Write the document of a frame; an existing file is never replaced.
-
-    Raises StorageError if the file exists, or the folder cannot be written.
-    """
+    """Write the document of a frame; StorageError if the file exists or is not writable."""
     if path.exists():
         raise StorageError(
             "frame.exists",

@@ -153,10 +153,7 @@ def move_to(held: Held, point_world: Float, nominal: Float, rows: Float, name: s
 
 
 def rotation_between(first: Float, second: Float) -> Float:
-    """Return the rotation (3, 3) by the smallest angle between two unit vectors.
-
-    Opposite vectors are first turned by half a turn, to avoid amplification of rounding.
-    """
+    """Return the smallest rotation (3, 3) of two unit vectors; opposite ones via a half turn."""
     flip = np.eye(3)
     if first @ second < 0.0:
         across = square_pair(second)[0]

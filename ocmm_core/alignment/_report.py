@@ -60,10 +60,7 @@ def preview_alignment(
     actual: Mapping[str, ActualFeature | FitError],
     factors: PointFactors | None = None,
 ) -> AlignmentReport:
-    """Return the preview of an alignment from the measured or constructed features.
-
-    ``bound`` is the rule with nominals (`inspection.plan.Plan.bound_alignment`).
-    """
+    """Return the preview of an alignment; ``bound``: `inspection.plan.Plan.bound_alignment`."""
     measured = {k: v for k, v in actual.items() if isinstance(v, ActualFeature)}
     geometries = geometries_of(measured)
     try:

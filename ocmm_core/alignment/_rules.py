@@ -43,9 +43,7 @@ class DatumAlignment(
     origin: str
     """Feature whose centre is the origin, projected onto the primary and a single secondary."""
     towards: str = ""
-    """For x along a single line or axis: a feature at the positive side. Without it the nominals
-    must determine the sense, which a measured axis lacks.
-    """
+    """For x along an axis: a feature at its positive side; else the nominals give the sense."""
     primary_axis: AxisName = "z"
     secondary_axis: AxisName = "x"
     """`primary_axis`, `secondary_axis`: Resulting axes of the part frame, if not z and x."""
@@ -128,10 +126,7 @@ class ModelBestFit(
     tag_field="type",
     tag="best fit to model",
 ):
-    """The motion that brings touches nearest to faces of the model, of any shape.
-
-    The search starts from the best fit of the points to their nominal places.
-    """
+    """Motion of touches nearest to faces of the model, from the best fit to nominal places."""
 
     points: tuple[str, ...]
     """Names of single points on these faces, at least seven."""
@@ -195,9 +190,7 @@ class SavedFrame(
     translation: Vector3
     """mm, frame."""
     covariance: tuple[tuple[float, ...], ...] = ()
-    """Six rows of six: of a small rotation, rad, about the axes of the frame through its origin,
-    and a shift, mm, along them. Empty if unknown: then nothing is proven in the frame.
-    """
+    """6 x 6: small rotation, rad, about the frame's axes, shift, mm; empty: nothing is proven."""
     simulated: bool = False
     """Measured on a virtual rig: nothing is proven in it about a real part."""
 

@@ -121,10 +121,7 @@ def _rotation(up_name: AxisName, up: Float, along_name: AxisName, along: Float) 
 
 
 def nominal_frame(rule: DatumAlignment, bound: BoundAlignment) -> RigidTransform:
-    """Return the motion from the frame of the nominals to the part frame.
-
-    It is the alignment of the nominals themselves, with their axis senses.
-    """
+    """Return the alignment of the nominals: from their frame to the part frame."""
     return _frame(rule, bound.nominals, bound.shapes, 1.0, 1.0)
 
 

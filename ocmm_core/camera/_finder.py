@@ -105,10 +105,7 @@ def measure_window(
     options: SpotOptions,
     black: NDArray[np.uint16] = NO_BLACK,
 ) -> SpotReading:
-    """Return the reading of the window ``pixels`` (h, w) with first pixel (left, top).
-
-    ``black`` is the image of the whole sensor to subtract.
-    """
+    """Return the reading of ``pixels`` (h, w) from (left, top), less ``black`` (whole sensor)."""
     reading = np.empty(centroid.N_READING)
     centroid.measure(
         np.ascontiguousarray(pixels, np.uint16),

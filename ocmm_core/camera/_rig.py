@@ -34,9 +34,7 @@ MAX_LEDS = 64
 """LEDs of one body, and of all bodies tracked together."""
 
 MAX_FOCAL_SIGMA = 1e-3
-"""Relative; with a worse focal length, a calibration separates it from the distance only by chance,
-and its first-order covariance would not hold.
-"""
+"""Relative; worse ones separate focal length and distance only by chance, not to first order."""
 
 Vector3 = tuple[float, float, float]
 
@@ -93,11 +91,7 @@ class CalibrationDesign(msgspec.Struct, frozen=True, kw_only=True, forbid_unknow
 
 
 class RigDocument(Document, frozen=True, kw_only=True):
-    """Document of a rig.
-
-    ``calibrate_unproven`` permits calibration and verification of cameras that cannot prove age or
-    order of their data.
-    """
+    """Document of a rig; ``calibrate_unproven`` admits cameras of unproven age or order."""
 
     name: str
     frame_rate_hz: int

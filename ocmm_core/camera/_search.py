@@ -22,9 +22,7 @@ HIT_U, HIT_V, HIT_LIGHT = 0, 1, 2
 """Columns of a hit: position, px, and counts of its brightest sample."""
 
 _REMEMBER_PX = 300.0
-"""A new spot goes to the free slot with the nearest lost LED within this distance: 0.3 s behind an
-obstacle at the usual 0.2 m/s and 2 px/mm are some 130 px.
-"""
+"""A new spot goes to the free slot whose LED was lost within this: 0.3 s at 0.2 m/s are 130 px."""
 
 
 @compiled(centroid, windows)

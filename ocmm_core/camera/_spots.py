@@ -84,9 +84,7 @@ class SpotOptions:
     max_pixels: int = 64
     """`min_pixels`, `max_pixels`: Above the threshold."""
     max_elongation: float = 1.25
-    """Largest axis ratio of a spot without noise; noise is allowed for. Two equal LEDs in one spot
-    are distinguished from 2 px on; closer ones by their light.
-    """
+    """Largest axis ratio without noise; two equal LEDs are told apart from 2 px on, or by light."""
     max_sigma: float = 0.15
     """Less certain positions are not reported."""
     window: int = 16

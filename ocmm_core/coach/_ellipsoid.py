@@ -33,10 +33,7 @@ class Ellipsoid:
 
 
 def ellipsoid_of(covariance: Float, stance: Stance) -> Ellipsoid:
-    """Return the ellipsoid of a covariance (3, 3), mm^2, world.
-
-    Its view along a line is the ellipse of the marginal covariance across that line.
-    """
+    """Return the ellipsoid of a covariance (3, 3), mm^2, world; its views are marginals."""
     values, vectors = np.linalg.eigh(covariance)
     half = COVERAGE_FACTOR * np.sqrt(np.maximum(values[::-1], 0.0))
     across = np.stack([stance.right, stance.up])

@@ -75,8 +75,7 @@ class StationRequest:
     """Accept points whatever the state of calibration and tip; they prove nothing."""
     probes: Path | None = None
     tip: str | None = None
-    """`probes`, `tip`: probe records, as ``calibrations``; mounted tip, or None for the one in the
-    records."""
+    """`probes`, `tip`: probe records as ``calibrations``; mounted tip, None: by the records."""
     check_after_h: float = 8.0
     """Hours without a point or check after which the tip must be checked."""
     climate: ClimateRequest = field(default_factory=ClimateRequest)

@@ -118,10 +118,7 @@ def places_at(surface: BezierSurface, parameters: Float) -> Float:
 
 
 def normals_at(surface: BezierSurface, parameters: Float) -> Float:
-    """Return unit normals (m, 3) along du x dv.
-
-    Where a side of the surface is one point (the pole of a sphere), the normal is that beside it.
-    """
+    """Return unit normals (m, 3) along du x dv; at a collapsed side (pole) that beside it."""
     found = derivatives_at(surface, parameters)
     normals = np.cross(found.u, found.v)
     lengths = np.linalg.norm(normals, axis=1)

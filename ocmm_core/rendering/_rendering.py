@@ -224,11 +224,7 @@ class Bundle:
 
 
 def draw_bundles(canvas: Canvas, bundles: Sequence[Bundle], bias: float, hidden: float) -> None:
-    """Draw segments over a painted part in one call.
-
-    Behind the part their opacity is ``hidden``, 0 to 1; within ``bias`` mm of its surface they are
-    in front.
-    """
+    """Draw segments over a part; behind it with opacity ``hidden``; within ``bias`` mm in front."""
     if not bundles:
         return
     draw_segments(

@@ -23,10 +23,7 @@ _EVALUATION = "The evaluation"
 
 
 class StationJob:
-    """Show and change the current job; thread-safe.
-
-    `looks`: tells whether a point can be recorded now. `frames`: records it.
-    """
+    """Show and change the current job; thread-safe. `looks`: may record now; `frames`: records."""
 
     def __init__(
         self,

@@ -140,10 +140,7 @@ class JobChange:
 def _job_by(
     path: Path, header: JobHeader, like: JobHead, before: PlanInUse, folder: Path
 ) -> tuple[JobFile, PlanInUse]:
-    """Return a new job file for a part by the plan of a file, and that plan.
-
-    `header`: the part is that of the plan. `like`, `before`: head and plan of the former job.
-    """
+    """Return a new job by a plan file, and the plan; `like`, `before`: head and plan before."""
     plan = load_plan(path)
     require_consistent(path, plan)
     use = before.with_plan(plan, path)

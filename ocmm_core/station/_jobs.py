@@ -64,10 +64,7 @@ def drop_if_empty(job: JobFile) -> None:
 
 
 def drop_job_without_points(path: Path) -> bool:
-    """Remove a closed job that never had a point; return whether it was one.
-
-    Raises StorageError if another program measures it, or it is damaged; it is then kept.
-    """
+    """Remove a closed job without points, return if so; StorageError: in use or damaged, kept."""
     job = JobFile.open(path)
     drop_if_empty(job)
     return not path.exists()

@@ -68,10 +68,7 @@ class Looks:
         return self._live.failed(status, self._faults.reason, self._words_beside)
 
     def probe_now(self) -> ProbeNow | None:
-        """Return the last state of the probe, for the coach; None while points are blocked.
-
-        Its numbers are next to the readout: they must be withheld together.
-        """
+        """Return the last state of the probe; None while points are blocked, as the readout."""
         if self._faults.measuring is not None or self._blocker is not None:
             return None
         return self._live.probe_now()

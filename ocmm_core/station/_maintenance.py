@@ -98,10 +98,7 @@ class StationMaintenance:
         return True
 
     def save_bus_text(self, path: Path) -> None:
-        """Write the report of the bus as text for support.
-
-        InputError: there is nothing to report on. StorageError: the file cannot be written.
-        """
+        """Write the bus report as text for support; InputError: nothing to report; StorageError."""
         write_together({path: bus_text(self._bus, self._rig).encode("utf-8")})
 
 

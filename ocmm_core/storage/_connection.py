@@ -82,10 +82,7 @@ _MAGIC = b"SQLite format 3\0"
 
 
 def make_file(path: Path, fill: Callable[[sqlite3.Connection], None]) -> None:
-    """Make a job file with the content of ``fill``, atomically.
-
-    Raises StorageError if it exists already or cannot be written; nothing is left behind then.
-    """
+    """Make a job file by ``fill``, atomically; StorageError: it exists or is not writable."""
 
     def whole(db: sqlite3.Connection) -> None:
         bring_up_to_date(db, path)

@@ -44,10 +44,7 @@ def read_summary(path: Path) -> JobSummary:
 
 
 def _events(db: sqlite3.Connection, path: Path, left: int) -> Iterator[JobEvent]:
-    """Yield the events; StorageError for an invalid row, or more than ``left`` bytes.
-
-    Pages are not checked here, and a cyclic one would give endless rows.
-    """
+    """Yield events; StorageError: invalid, or over ``left`` bytes (a cyclic page has no end)."""
     for row in db.execute("SELECT id, time_utc, kind, text FROM event ORDER BY id"):
         fault = event_fault(row)
         if fault:

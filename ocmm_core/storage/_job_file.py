@@ -216,10 +216,7 @@ class JobFile(JobReader):
                 insert_event(db, kind, text)
 
     def store_reference(self, reference: JobReference) -> None:
-        """Store the reference body of the job and its first pose, durably.
-
-        StorageError: the job has one already, or the file cannot be written.
-        """
+        """Store reference body and first pose durably; StorageError: has one, or not writable."""
         with self._transaction() as db:
             insert_reference(db, self.path, reference)
 

@@ -129,10 +129,7 @@ class JobKeeper:
         return self._file.is_as_noted() and (self._log is None or self._log.is_as_noted())
 
     def content_loss(self, *, with_log: bool) -> NameLoss | None:
-        """Return which file another program has written; None if none.
-
-        The caller keeps others from writing meanwhile. `with_log`: also compare the log.
-        """
+        """Return which file others have written, or None; `with_log`: also compare the log."""
         if with_log and self._log is not None and not self._log.is_as_noted():
             return NameLoss(f"another program has written into its log {self._log_path.name}")
         if self._file.is_as_noted():

@@ -55,10 +55,7 @@ class JobReader:
 
     @property
     def name(self) -> str:
-        """Return the original name of the job, regardless of its file's name.
-
-        For jobs of earlier versions, which did not store it, that of the file.
-        """
+        """Return the original name of the job; of jobs without one, that of the file."""
         if self._name is None:
             with self._reading() as db:
                 row = db.execute(
@@ -68,10 +65,7 @@ class JobReader:
         return self._name
 
     def points(self) -> list[MeasuredPoint]:
-        """Return the points that are not annulled, in chronological order.
-
-        StorageError: an observation differs from the stored one; see `verify`.
-        """
+        """Return valid points in order; StorageError: an observation differs, see `verify`."""
         with self._reading() as db:
             return stored_points(db, self.path, annulled=False)
 

@@ -99,10 +99,7 @@ def insert_seal(db: sqlite3.Connection, key: StationKey) -> tuple[int, str]:
 
 
 def read_seal(db: sqlite3.Connection, path: Path, job_uuid: str, keys: KeyFolder) -> JobSeal:
-    """Return the end of a job, and the state of its signature.
-
-    Raises StorageError if a signature row is malformed, or the key ring cannot be read.
-    """
+    """Return a job's end and signature state; StorageError: malformed row, or key ring."""
     steps, head = _last(db)
     # All rows, also those not evaluated: a row that this program never writes is damage.
     fault = seal_fault(db.execute("SELECT sequence, key, signature FROM seal"), steps)

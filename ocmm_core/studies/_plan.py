@@ -100,10 +100,7 @@ def _entries(values: Mapping[str, object]) -> str:
 
 
 def store_plan(path: Path, plan: StudyPlan) -> None:
-    """Write a plan to a new file: an existing one belongs to a running study.
-
-    InputError: the file exists. StorageError: it cannot be written.
-    """
+    """Write a plan to a new file; InputError: it exists; StorageError: it cannot be written."""
     try:
         write_new(path, plan_text(plan).encode("utf-8"))
     except FileExistsError as error:

@@ -91,10 +91,7 @@ def granted_by(program: Path) -> frozenset[int]:
 
 
 def allow_locked_memory() -> None:
-    """Raise the memory lock limit of this process, if permitted.
-
-    Locking needs either a capability, which is dropped, or this limit, which stays.
-    """
+    """Raise the memory lock limit, if permitted: the other means, a capability, is dropped."""
     if HOST.is_linux_like:
         import resource
 

@@ -45,8 +45,7 @@ _DATA_OFFSET = _REPORT_OFFSET + REPORT_BYTES
 DEFAULT_CAPACITY = 65536
 """Frames; eight seconds at 8 kHz."""
 _MOST_BYTES = 1 << 28
-"""Size limit of the frames without an explicit capacity: many cameras with many slots get fewer
-frames. 16 cameras with 8 slots get all, with 64 slots two seconds."""
+"""Size limit without explicit capacity: 16 cameras get all with 8 slots, with 64 two seconds."""
 _PREFIX = "ocmm-ring-"
 _TRIES = 10
 
@@ -136,10 +135,7 @@ class FrameRing:
     def create(
         cls, n_cameras: int, capacity: int | None = None, n_slots: int = USUAL_SLOTS
     ) -> FrameRing:
-        """Create a ring in shared memory and return it as its owner.
-
-        Without a `capacity` it has `DEFAULT_CAPACITY` frames, or fewer if they are large.
-        """
+        """Create a ring as owner; default `DEFAULT_CAPACITY` frames, fewer if they are large."""
         frame_bytes = frame_dtype(n_cameras, n_slots).itemsize
         if capacity is None:
             capacity = min(DEFAULT_CAPACITY, _MOST_BYTES // frame_bytes)
@@ -251,10 +247,7 @@ class FrameRing:
         self._words[RingHeaderField.WRITTEN] = written + count
 
     def read(self, limit: int) -> FrameBlock | None:
-        """Return up to `limit` of the oldest unread frames, or None.
-
-        Overwritten frames are counted in ``OVERRUN`` and not returned.
-        """
+        """Return up to `limit` oldest unread frames, or None; ``OVERRUN`` counts overwritten."""
         self._words[RingHeaderField.READS] += 1
         # Read before WRITTEN, so that a write in between can only make it too small, which the
         # second check below detects.

@@ -29,10 +29,7 @@ class SourceDescription:
 
 @runtime_checkable
 class FrameSource(Protocol):
-    """A source of frames, owned and called by one thread only.
-
-    ``read`` blocks for about 0.2 s at most, so that the owner can stop in bounded time.
-    """
+    """Source of frames of one thread; ``read`` blocks for 0.2 s at most, so that it can stop."""
 
     @property
     def description(self) -> SourceDescription: ...

@@ -110,11 +110,7 @@ class _Track:
 
 
 class BusCapture:
-    """Frames of the cameras in a capture.
-
-    `n_cameras`: number of cameras, if the capture does not start with their bring-up; 0: from the
-    capture.
-    """
+    """Frames in a capture; `n_cameras`: if it starts after bring-up; 0: from the capture."""
 
     def __init__(self, path: Path, n_cameras: int = 0) -> None:
         self._path = path

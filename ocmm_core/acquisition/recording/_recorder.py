@@ -143,10 +143,7 @@ class FrameRecorder:
             raise lost
 
     def check_name(self) -> AcquisitionError | None:
-        """Return why the path no longer means the file that is written; None while it does.
-
-        Once the recording is closed its file may be moved.
-        """
+        """Return why the path is another file, or None; a closed recording may be moved."""
         with self._naming:
             return None if self._stream.closed else self._name_loss()
 
@@ -222,10 +219,7 @@ class FrameRecorder:
 
 
 class ReplaySource:
-    """A recording as a source of frames, bit for bit; AcquisitionError if invalid.
-
-    `speed`: multiple of the recorded speed; 0 is as fast as frames are read.
-    """
+    """A recording as source, bit for bit; AcquisitionError; `speed`: multiple, 0 unlimited."""
 
     def __init__(self, path: Path | str, speed: float = 0.0) -> None:
         if not 0.0 <= speed < float("inf"):

@@ -94,10 +94,7 @@ class Courier:
             self._archive = None
 
     def send_waiting(self, stop: Callable[[], bool] = lambda: False) -> Handed:
-        """Deliver everything that waits; faults of archive or jobs are returned, not raised.
-
-        Raises StorageError if the outbox itself cannot be read or written.
-        """
+        """Deliver all that waits, returning faults; StorageError only for the outbox itself."""
         sent = aside = 0
         self._again = 0
         try:

@@ -92,10 +92,7 @@ class Outbox(OutboxFile):
         return int(found)
 
     def content(self, item: Item) -> bytes:
-        """Return the queued file of a job, or the current one if the copy is gone.
-
-        Raises StorageError if neither exists, or the copy is damaged.
-        """
+        """Return the queued or current file of a job; StorageError: none, or a damaged copy."""
         file = self._file(item.sha256)
         try:
             content = read_guarded(file, LARGEST_JOB, follow=False)

@@ -31,10 +31,7 @@ from ocmm_core.tolerances.decisions import Verdict, capability, control_chart
 
 
 def trend(archive: Archive, asked: Asked) -> ArchiveAnswer:
-    """Return the trend of a characteristic over stations: control chart, run rules, Cpk.
-
-    InputError: part or characteristic is missing or unknown.
-    """
+    """Return the trend over stations: chart, run rules, Cpk; InputError: part, characteristic."""
     needs(asked, "part", "characteristic")
     values = _values(archive, asked, asked.most)
     groups = _by_limits(values.entries)

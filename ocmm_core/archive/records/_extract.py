@@ -48,10 +48,7 @@ Extract = Callable[[bytes, str, str, Mapping[int, str] | None], ExtractedJob]
 
 
 def snapshot(path: Path) -> bytes:
-    """Return a consistent snapshot of a job file, even while it is being written.
-
-    StorageError: it is missing, damaged, or changes too fast to be copied.
-    """
+    """Return a consistent snapshot of a job file; StorageError: missing, damaged, or changing."""
     with JobFile.read(path) as job:
         return job.content()
 

@@ -93,10 +93,7 @@ class Archive(Protocol):
         """Return the rows of a job by its number."""
 
     def ask(self, sql: str, values: Mapping[str, Cell] | None = None, *kinds: Kind) -> Table:
-        """Return the answer to read-only SQL with values as ``:name``.
-
-        With kinds, cells are checked against them; a server may return anything.
-        """
+        """Return the answer to read-only SQL, values ``:name``; cells are checked against kinds."""
 
     def now(self) -> datetime:
         """Return the time by the clock of the archive."""

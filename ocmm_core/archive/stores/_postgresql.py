@@ -55,10 +55,7 @@ class GaveUp(Enum):
 
 
 class Patience:
-    """Shut a connection if one wait takes too long; each wait is a ``with``.
-
-    `limit_s`: of one wait. `limit_bytes`: growth of this process meanwhile.
-    """
+    """Shut a connection after a wait (``with``) over `limit_s`, or growth by `limit_bytes`."""
 
     def __init__(self, descriptor: int, limit_s: float, limit_bytes: int) -> None:
         self.gave_up: GaveUp | None = None

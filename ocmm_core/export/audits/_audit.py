@@ -48,10 +48,7 @@ def audit(path: Path, line: str = "") -> Audit:
 
 
 def files_to_audit(path: Path) -> tuple[Path, ...]:
-    """Return the auditable items of a folder: histories, and files with signatures.
-
-    Links are not followed. A file, or a folder with a history, is returned itself.
-    """
+    """Return auditable items of a folder, without links; a file or history itself."""
     if not path.is_dir() or os.path.isfile(path / _OF_HISTORY[0]):  # noqa: PTH113 - never raises
         return (path,)
     found: list[Path] = []

@@ -136,8 +136,7 @@ class Certificate:
     """
 
     title: str
-    """In-house certificates are called records or test reports; "calibration certificate" requires
-    an ``accreditation``."""
+    """In-house: record or test report; "calibration certificate" requires an ``accreditation``."""
     number: str
     """From the hash of its record."""
     item: str
@@ -170,8 +169,7 @@ class Certificate:
     """Further temperatures by object, degrees Celsius."""
     not_found: str = ""
     not_after: str = ""
-    """`not_found`, `not_after`: Why the state before, or after, an adjustment was not determined;
-    empty if it was, or if nothing was adjusted."""
+    """`not_found`, `not_after`: why the state before or after adjustment is unknown, or ""."""
 
     @property
     def states(self) -> tuple[str, ...]:

@@ -145,10 +145,7 @@ def _parameters(record: CameraRecord) -> Iterator[CertificateValue]:
 
 
 def _stated(entry: CameraEntry, covariance: Float) -> tuple[Float, Float]:
-    """Return centre, rotation vector and lens of a camera, and their standard uncertainties.
-
-    `covariance`: (14, 14), in the order of `camera.PARAMETERS`.
-    """
+    """Return centre, rotation vector and lens with sigmas; `covariance`: (14, 14), `PARAMETERS`."""
     camera, here = camera_of(entry), _numbers(entry)
     jacobian = np.zeros((len(here), N_PARAMETERS))
     steps = np.maximum(np.sqrt(np.diag(covariance)), _NEVER_SMALLER)

@@ -111,11 +111,7 @@ def signed_certificates(
 
 
 def check_dcc_seal(path: Path, keys: KeyFolder) -> DccFound:
-    """Return a certificate with the state of its signatures.
-
-    InputError: the certificate or its signature cannot be read. StorageError: the key ring cannot
-    be read.
-    """
+    """Return a certificate and its signatures; InputError: unreadable; StorageError: key ring."""
     dcc = read_dcc(read_bytes(path, LARGEST), trusted_signers(keys))
     beside = path.with_name(path.name + SEAL_SUFFIX)
     signature = None

@@ -95,10 +95,7 @@ def trusted_signers(keys: KeyFolder) -> TrustedSigners:
 
 
 def trust_laboratory(path: Path, keys: Path) -> x509.Certificate:
-    """Trust the X.509 certificate of a laboratory, and return it.
-
-    InputError: the file is no certificate. StorageError: the folder cannot be written.
-    """
+    """Trust a laboratory's X.509 certificate, return it; InputError: none; StorageError: folder."""
     found = _loaded(path)
     folder = keys / _FOLDER
     folder.mkdir(mode=0o700, parents=True, exist_ok=True)

@@ -78,8 +78,5 @@ def one_line(text: str) -> str:
 
 
 def spreadsheet_text(text: str) -> str:
-    """Return text, quoted if a spreadsheet would compute it (OWASP ASVS 1.2.10).
-
-    For cells of text only: negative numbers start with a minus.
-    """
+    """Return text, quoted if a spreadsheet would compute it (OWASP ASVS 1.2.10); never numbers."""
     return f"'{text}" if text.lstrip().startswith(_COMMANDS) else text

@@ -42,10 +42,7 @@ class PaperLengths:
         return f"{value:+z.{self.decimals}f}" if signed else f"{value:z.{self.decimals}f}"
 
     def quantity(self, value: float, unit: str, *, signed: bool = False) -> str:
-        """Return a value of a table whose head has the unit of lengths.
-
-        `value`: mm, or degrees if ``unit`` is ``deg``, with their sign.
-        """
+        """Return a value for tables with a unit in the head; `value`: mm, or degrees, with sign."""
         if unit == "deg":
             return f"{value:+z.4f}°" if signed else f"{value:z.4f}°"
         return self.number(value, signed=signed)

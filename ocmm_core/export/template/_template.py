@@ -115,8 +115,7 @@ class Particulars:
     room: str = ""
     humidity: str = ""
     pressure: str = ""
-    """`room`, `humidity`, `pressure`: Ambient air, °C, % and hPa: a number, a range, or a number
-    with its uncertainty (`surroundings`)."""
+    """`room`, `humidity`, `pressure`: °C, %, hPa: number, range, or with U (`surroundings`)."""
     deviations: tuple[str, ...] = ()
     """From the plan or the method, in sentences, in addition to those found in the job."""
     remarks: tuple[str, ...] = ()

@@ -36,10 +36,7 @@ class StreamedJob(Protocol):
         ...
 
     def steps_since(self, job: Path | None, after: int) -> tuple[Path, list[JobStep]]:
-        """Return the current job, and its steps after an audit row.
-
-        From the start if ``job`` is another one; empty only if there are no more.
-        """
+        """Return job and steps after an audit row, from 0 if another; empty only if no more."""
         ...
 
 

@@ -41,10 +41,7 @@ def distance(
     alignment: AnyAlignment | None,
     frames: Frames,
 ) -> Evaluation:
-    """Return the distance of two features, or the difference of their places on an axis.
-
-    FitError: they coincide, there is no part frame, or two faces are not opposite.
-    """
+    """Return the distance, also along an axis; FitError: coincident, no frame, not opposite."""
     first, second = (actual[name] for name in characteristic.features)
     if characteristic.association:
         return distance_of_faces(characteristic, first, second)

@@ -65,10 +65,7 @@ def budget_of(
     factors: PointFactors,
     samples: Sequence[FormSample],
 ) -> Budget:
-    """Return the budget of a value from all ``parts`` of the joint uncertainty.
-
-    MeasuringError: its elements are too poorly determined for an uncertainty.
-    """
+    """Return the budget of a value from all ``parts``; MeasuringError if poorly determined."""
     spreads = spreads_of(characteristic, evaluation, actual, factors, samples)
     if not math.isfinite(spreads.growth):
         raise MeasuringError("uncertainty.curved", NOT_DETERMINED, WHAT_TO_DO)

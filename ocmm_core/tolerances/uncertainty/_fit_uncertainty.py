@@ -53,9 +53,7 @@ class Stated:
     standard: float
     """Standard uncertainty u; of a direction the greatest, rad."""
     expanded: float | None
-    """U, with a coverage of 95.45 %; of a direction the angle of the cone about it. None if first
-    order is not valid, or the fit has a rival.
-    """
+    """U (95.45 %), of a direction its cone; None if first order is invalid or it has a rival."""
     degrees: float
     """Effective degrees of freedom."""
     growth: float = 1.0
@@ -93,10 +91,7 @@ class FitUncertainty:
 
 
 def fit_uncertainty(fit: Fit, points: Points3) -> FitUncertainty | None:
-    """Return the uncertainty of a least-squares fit from its points (n, 3), mm.
-
-    None without scatter: for other criteria, and for the minimum number of points.
-    """
+    """Return the uncertainty of a least-squares fit of points (n, 3), mm; None without scatter."""
     samples = scatter_samples(fit, points)
     if not samples:
         return None

@@ -90,10 +90,7 @@ class FormSample:
 def form_samples(
     actual: Mapping[str, ActualFeature | FitError], factors: PointFactors
 ) -> tuple[FormSample, ...]:
-    """Return the form estimates of all features with redundant points.
-
-    Constructions have no surface of their own, and a single point no residuals.
-    """
+    """Return the form estimates of probed features with redundant points."""
     found = []
     for name, feature in actual.items():
         if not isinstance(feature, ActualFeature) or feature.touches is None:

@@ -30,9 +30,7 @@ class Spreads:
     judged: Spread
     """About the value less the bonus of a modifier, which is compared with the limit."""
     growth: float = 1.0
-    """Factor from the second-order terms of the fits in both (`_first_order`); infinite if U is
-    refused, and both are of first order.
-    """
+    """Factor by second order of both fits (`_first_order`); infinite: U refused, both of first."""
 
     @property
     def errors(self) -> Float | None:

@@ -33,15 +33,11 @@ class Characteristic(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_f
     upper: float
     nominal: float = 0.0
     lower: float = 0.0
-    """`nominal`, `lower`, `upper`: Nominal value and limits of the deviation, mm, or deg for an
-    angle. A geometrical tolerance t has only ``upper`` = t.
-    """
+    """`nominal`, `lower`, `upper`: mm or deg; a geometrical tolerance t has only ``upper`` = t."""
     limits: Literal["set", "proposed"] = "set"
     """``"proposed"``: the program chose the limits; not valid until a person sets them."""
     axis: Literal["", "x", "y", "z"] = ""
-    """Of the aligned part frame: axis of a coordinate or distance; the direction across the planes
-    of a zone of two planes, for points and axes.
-    """
+    """In the part frame: of a coordinate or distance; across a zone of two planes."""
     datums: list[str] = msgspec.field(default_factory=list)
     """Datum features in order of precedence."""
     association: Association = ""

@@ -76,10 +76,7 @@ class Section:
 
 
 def sections(name: str, places: Float) -> tuple[Section, ...]:
-    """Return the sections of probed points from heights along the axis, or radii (n,), mm.
-
-    FitError: the points do not lie in sections, or a section has too few.
-    """
+    """Return sections by heights or radii (n,), mm; FitError: no sections, or too few points."""
     order = np.argsort(places, kind="stable")
     whole = float(np.ptp(places))
     gaps = np.diff(places[order])

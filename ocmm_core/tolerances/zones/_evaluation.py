@@ -13,9 +13,7 @@ class FormNoise:
     """Deviations whose range is the value, and their noise."""
 
     deviations: Float
-    """(m,), mm: the value is the greatest less the smallest. For a zone with fixed middle they are
-    the distances from it and their opposites.
-    """
+    """(m,), mm: the value is their range; of a zone with fixed middle, distances and opposites."""
     by_coordinates: Rows
     """m rows: by ball centres and the ball, without the share of the least-squares element."""
     free: Float

@@ -39,16 +39,11 @@ class Smallest:
     value: float
     """mm: the greatest deviation."""
     shares: Float
-    """(m,): weights of the deviations, or of the ends of axes, in order; they add up to one, and
-    those of deviations carry their sign.
-    """
+    """(m,): weights of deviations (signed) or ends of axes, in order; they add up to one."""
 
 
 Deviations = Callable[[Float], tuple[Float, Float]]
-"""From parameters (k,) to deviations and their derivatives by a further small step.
-
-Numbers: (m,) and (m, k); vectors: (m, d) and (m, d, k).
-"""
+"""Parameters (k,) to deviations, derivatives: (m,), (m, k) or vectors (m, d), (m, d, k)."""
 
 
 def smallest_zone(deviations: Deviations, size: int) -> Smallest:

@@ -75,10 +75,7 @@ def own_fit(feature: ActualFeature) -> tuple[Touches, Fit]:
 
 
 def least_squares(feature: ActualFeature) -> Fit:
-    """Return the least-squares element of the ball centres, for any criterion.
-
-    FitError: the feature is constructed, or its points do not determine the element.
-    """
+    """Return the least-squares element of the centres; FitError: constructed, undetermined."""
     touches, raw = _own(feature)
     if raw.criterion is Criterion.LEAST_SQUARES:
         # Derived fits stay in its plane, even if that was found together with the circle.
