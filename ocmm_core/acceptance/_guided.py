@@ -55,11 +55,7 @@ _ANEW = "The position is measured again: {hint}"
 
 
 class AcceptanceProcedure:
-    """A test from first page to stored verdict; thread-safe.
-
-    `charted`: adds the record of an interim check to its chart before it counts as stored; None for
-    other tests.
-    """
+    """A test to its verdict; thread-safe. `charted`: charts an interim check before it counts."""
 
     def __init__(
         self,

@@ -57,7 +57,7 @@ class LengthTest(_Numbers, frozen=True, kw_only=True, tag="length"):
     """`lines`, `lengths`: minimum number of lines, and test lengths on each."""
     diagonal_share: float
     corner_share: float
-    """`diagonal_share`, `corner_share`: of the space diagonal; of each edge, to reach corners."""
+    """Longest length by space diagonal; distance of its ends from a corner by each edge."""
     angle_deg: float
     """Minimum between two lines."""
 
@@ -175,8 +175,7 @@ class PartTest(_Numbers, frozen=True, kw_only=True, tag="part"):
     large: float
     large_share: float
     small: float
-    """`large`, `large_share`, `small`: dimension tolerance of another part: the share above
-    ``large`` mm, otherwise ``small`` mm."""
+    """`large`, `large_share`, `small`: other part: share above ``large`` mm, else ``small`` mm."""
     angle_deg: float
     """Maximum turn."""
 
@@ -220,7 +219,7 @@ class Procedure(Document, frozen=True, kw_only=True):
     climate: ClimateRule
     test: TestNumbers
     cameras: Literal["proven", "unproven"] | msgspec.UnsetType = msgspec.UNSET
-    """"unproven" allows cameras of unproven age or order; omitted in older records (hash)."""
+    """"unproven" allows cameras of unproven age or order; older records omit it."""
 
     @property
     def wording(self) -> str:

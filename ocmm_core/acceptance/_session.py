@@ -135,11 +135,7 @@ class AcceptanceSession:
         uv: Spots | None = None,
         sigma_px: float = 0.0,
     ) -> str:
-        """Record the next point; return why the position must be repeated, or empty.
-
-        CalibrationError: the point is refused, with the reason, which is logged; or no point is
-        due.
-        """
+        """Record the next point; return why to repeat the position, or ""; CalibrationError."""
         with self._lock:
             self.state.require_open()
             state = self.state

@@ -55,10 +55,7 @@ def best_fit(
 
 
 def relocated(rule: Relocation, geometries: Mapping[str, Float]) -> RigidTransform:
-    """Return the motion from the world to the previous frame, by its control points.
-
-    Raises FitError for collinear control points, or one farther off than the limit.
-    """
+    """Return the motion to the previous frame by control points; FitError: collinear, too far."""
     measured = np.array([geometries[item.feature][POINT] for item in rule.control])
     wanted = np.array([item.place for item in rule.control])
     T_frame_from_world = fit_points(measured, wanted, np.ones(len(wanted)))

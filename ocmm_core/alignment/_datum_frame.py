@@ -112,10 +112,7 @@ def frames_of_datums(
 def freedoms_left(
     datums: Sequence[str], shapes: Mapping[str, Shape], nominals: Mapping[str, Float]
 ) -> tuple[int, ...]:
-    """Return the degrees of freedom open before the first datum and after each, by the nominals.
-
-    FitError: a datum has no nominal, or hardly constrains the part.
-    """
+    """Return freedoms before the first and after each datum; FitError: no nominal, weak datum."""
     elements = [_element(name, nominals, shapes, nominals) for name in datums]
     cuts = (elements[:count] for count in range(len(elements) + 1))
     return tuple(next(_ways(Held.free(), cut)).freedom.count for cut in cuts)

@@ -44,9 +44,7 @@ class AlignmentReport:
     """Remaining degrees of freedom, in words."""
     origin_uncertainty: Float | None
     turn_uncertainty: Float | None
-    """`origin_uncertainty`, `turn_uncertainty`: (3,), mm and rad, k = 2: of the origin along, and
-    of rotations about, the axes of the frame.
-    """
+    """`origin_uncertainty`, `turn_uncertainty`: (3,), mm and rad, k = 2: along, about the axes."""
     advice: tuple[str, ...]
 
     @property

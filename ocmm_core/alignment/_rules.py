@@ -177,10 +177,7 @@ class SavedFrame(
     tag_field="type",
     tag="saved frame",
 ):
-    """A stored frame, such as that of the machine (`alignment.frame_document`).
-
-    The plan includes the frame itself, so that a job can be opened without its file.
-    """
+    """A stored frame (`alignment.frame_document`), kept in the plan: a job needs no other file."""
 
     name: str
     digest: str

@@ -218,10 +218,7 @@ def _group_motion(slots: Float, readings: Float) -> tuple[float, float]:
 def report(
     readings: Float, uv: Float, variance: Float, status: NDArray[np.uint8]
 ) -> tuple[int, bool]:
-    """Write the result of one frame: ``uv`` (8, 2), ``variance`` (8, 2), ``status``.
-
-    Returns the bits of the valid slots, and whether any spot is overexposed.
-    """
+    """Write ``uv``, ``variance`` (8, 2), ``status``; return valid bits, and if overexposed."""
     valid, saturated = 0, False
     for s in range(len(readings)):
         found = int(readings[s, centroid.STATUS])

@@ -20,9 +20,7 @@ class Ellipsoid:
     directions_world: Float
     """(3, 3), unit: the axes as rows."""
     outline_mm: Float
-    """(3,): of its view, the longer and the shorter half axis, mm, and the angle of the longer one
-    from his right, rad, towards up.
-    """
+    """(3,): half axes of its view, mm, longer first; its angle from his right towards up, rad."""
     depth_mm: float
     """Half extent along the view."""
 

@@ -191,11 +191,7 @@ def _doubts(cameras: CalibrationInUse) -> dict[str, tuple[str, ...]]:
 def require_recorded(
     cameras: CalibrationInUse, probe: ProbeInUse, instrument: Instrument, recorded: str
 ) -> Instrument:
-    """Return the instrument of a recording; simulated if it is of a virtual rig.
-
-    CalibrationError: real cameras or a real probe were recorded, but only a document describes
-    them.
-    """
+    """Return a recording's instrument; CalibrationError: real, but described by a document only."""
     for fault in (
         checked_for_replay(cameras, recorded).fault,
         checked_probe_for_replay(probe, recorded).fault,

@@ -79,11 +79,7 @@ def seal_of(
 
 
 def check_report_seal(path: Path, keys: KeyFolder) -> ReportSealFound:
-    """Return the state of a seal at ``path``, and of the files next to it.
-
-    InputError: it is no seal of a report, or cannot be read. StorageError: the key ring cannot be
-    read.
-    """
+    """Return the state of a seal and of the files next to it; InputError: no seal; StorageError."""
     try:
         seal = msgspec.json.decode(read_bytes(path), type=ReportSeal)
     except (ValueError, RecursionError) as error:

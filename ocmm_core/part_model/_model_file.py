@@ -81,11 +81,7 @@ def model_to_bytes(model: PartModel) -> bytes:
 
 
 def model_from_bytes(content: bytes, where: str) -> PartModel:
-    """Return the model that ``content`` holds.
-
-    `where`: name of the file or job in error sentences. InputError: the content is not a model, of
-    another version, damaged, or inconsistent.
-    """
+    """Return a model; `where`: for errors; InputError: no model, other version, inconsistent."""
     if len(content) > LARGEST_MODEL:
         raise _damaged(where, f"it has more than {LARGEST_MODEL / 1e6:.0f} MB")
     if len(content) < _FRONT.size or not content.startswith(_MARK):

@@ -105,11 +105,7 @@ def searched_face(face: ModelFace) -> SearchedFace:
 
 
 def nearest_feet(points: Points3, faces: Sequence[SearchedFace]) -> Feet:
-    """Return the nearest places of trimmed faces.
-
-    `points`: (n, 3), mm, frame of the model. InputError: a point is not finite, or ``faces`` is
-    empty.
-    """
+    """Return nearest places of points (n, 3), mm, model frame; InputError: not finite, no faces."""
     points = np.asarray(points, dtype=np.float64).reshape(-1, 3)
     if not faces or not np.all(np.isfinite(points)):
         raise InputError(

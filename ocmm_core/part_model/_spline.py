@@ -67,11 +67,7 @@ class Derivatives:
 
 
 def bezier_surface(spline: SplineSurface) -> BezierSurface:
-    """Return a spline as its knot spans.
-
-    Raises InputError if the numbers of poles, knots and degrees do not match, knots fall, or a
-    weight is not positive.
-    """
+    """Return a spline as knot spans; InputError: counts, falling knots, weights not positive."""
     _check(spline)
     weighted = np.concatenate(
         [spline.poles * spline.weights[..., None], spline.weights[..., None]], axis=-1

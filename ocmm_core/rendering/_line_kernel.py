@@ -11,10 +11,7 @@ from ocmm_core.rendering._arrays import Depths, FaceNumbers, Pixmap
 
 @compiled()
 def _over(image: Pixmap, y: int, x: int, colour: int, share: float) -> None:
-    """Blend a colour 0xRRGGBB over a pixel with coverage 0 to 1.
-
-    The operator "over" of Porter and Duff (1984) on premultiplied colours: new + (1 - share) old.
-    """
+    """Blend 0xRRGGBB over a pixel, coverage 0 to 1: Porter and Duff's "over", premultiplied."""
     below, kept = image[y, x], 1.0 - share
     r = share * ((colour >> 16) & 255) + kept * ((below >> np.uint32(16)) & np.uint32(255))
     g = share * ((colour >> 8) & 255) + kept * ((below >> np.uint32(8)) & np.uint32(255))

@@ -59,10 +59,7 @@ class KeyFolder:
         self.folder = platformdirs.user_data_path("ocmm") / "keys" if folder is None else folder
 
     def station_key(self) -> StationKey:
-        """Return the key of this station; made at the first call.
-
-        StorageError: the key cannot be read or made, is damaged, or others can read it.
-        """
+        """Return the station key, made at the first call; StorageError: damaged, not private."""
         found = self._stored_key()
         return self._make() if found is None else found
 
@@ -130,10 +127,7 @@ class KeyFolder:
         return self.station_key()
 
     def token_place(self) -> TokenPlace | None:
-        """Return the token of the key of this station; None for a key in a file.
-
-        StorageError: the token record is damaged, cannot be read, or others can read it.
-        """
+        """Return the token of the station key, or None; StorageError: bad record, not private."""
         found = self._token_key()
         return None if found is None else found.place
 

@@ -72,11 +72,7 @@ class _SignedStart(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 def recall(name: str) -> KnownEnd | None:
-    """Return the last recorded end of a chain; None if the station has never seen it.
-
-    StorageError: the memory exists but cannot be trusted: damaged, unreadable, or writable by
-    others.
-    """
+    """Return the last recorded end of a chain, or None; StorageError: untrustworthy memory."""
     folder = memory_folder()
     _migrate(folder)
     return _read(folder / _file_name(name), name)
@@ -119,10 +115,7 @@ def set_station_clock(utc: str) -> None:
 
 
 def memory_loss(name: str, last_utc: str, keys: KeyFolder) -> StorageError | None:
-    """Return why a chain that this station signed is not in its memory; None if that is in order.
-
-    `last_utc`: time of its last line, ISO 8601 text; empty if unknown.
-    """
+    """Return why a chain signed here is not remembered, or None; `last_utc`: ISO 8601 or ""."""
     start = _read_start(keys)
     if start is not None and _order(last_utc) <= _order(start.utc):
         return None

@@ -48,10 +48,7 @@ def guarded_content(path: Path, what: str, *, secret: bool = False) -> bytes | N
 
 
 def refuse_open_folder(folder: Path, what: str) -> None:
-    """Raise StorageError if other users can exchange the files in a folder, or the folder itself.
-
-    Sticky folders such as /tmp are accepted as parents: there a name belongs to its owner.
-    """
+    """Raise StorageError if others can exchange its files or the folder; sticky parents pass."""
     for one in (folder, *folder.parents):
         try:
             state = one.stat()

@@ -85,7 +85,7 @@ def add_to_ring(folder: Path, added: KnownKey) -> None:
 
 @contextlib.contextmanager
 def changing(folder: Path) -> Iterator[None]:
-    """Lock the folder of keys against other programs; StorageError: timeout, not writable."""
+    """Lock the folder of keys against other programs; StorageError: held too long, not writable."""
     path = folder / _LOCK
     end = time.monotonic() + _PATIENCE_S
     while True:

@@ -85,11 +85,7 @@ class TokenKey(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=
 
 
 def make_token_key(place: TokenPlace) -> TokenKey:
-    """Make a key in a token and return its record.
-
-    Raises StorageError if the token is not there, does not open, or makes no key of a kind that
-    OCMM verifies.
-    """
+    """Make a key in a token, return its record; StorageError: no token, locked, no usable key."""
     import pkcs11
     from pkcs11 import Attribute, KeyType, Mechanism
 

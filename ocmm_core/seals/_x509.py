@@ -79,10 +79,7 @@ def write_station_certificate(path: Path, keys: KeyFolder) -> None:
 
 
 def station_of(certificate: x509.Certificate, names: Mapping[str, str]) -> SealState | None:
-    """Return the state of a station by its certificate; None if it is of something else.
-
-    `names`: names of trusted stations by their public keys, as `KeyFolder.believed`.
-    """
+    """Return a station's state by certificate, or None; `names`: `KeyFolder.believed`."""
     public = certificate.public_key()
     if isinstance(public, Ed25519PublicKey):
         raw = public.public_bytes_raw()

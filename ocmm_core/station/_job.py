@@ -91,10 +91,7 @@ class StationJob:
         return file.path.stem, file.points()
 
     def steps_since(self, job: Path | None, after: int) -> tuple[Path, list[JobStep]]:
-        """Return the current job, and its steps after an audit row.
-
-        From the start if ``job`` is another one. Raises StorageError as `JobFile.steps`.
-        """
+        """Return the job and its steps after a row, from 0 if other; StorageError as `steps`."""
         file = self._current.now.file
         return file.path, file.steps(after if file.path == job else 0)
 

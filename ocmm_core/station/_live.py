@@ -201,10 +201,7 @@ class LiveState:
         return running and time.monotonic() - self._fed_at <= limit_s
 
     def probe_now(self) -> ProbeNow | None:
-        """Return the last state of the probe, for the coach; thread-safe.
-
-        None before the first frame and if tracking lags or is silent: those are other faults.
-        """
+        """Return the last state of the probe; thread-safe; None before frames, if late, silent."""
         track, latest = self._track, self._last_good
         if track is None or time.monotonic() - self._fed_at > _STALE_S:
             return None

@@ -46,10 +46,7 @@ _SCHEMA = "SELECT type, name, tbl_name, sql FROM sqlite_master LIMIT ?"
 
 
 def require_schema(db: sqlite3.Connection, path: Path) -> None:
-    """Check the schema of an open job file against that of its version.
-
-    Raises StorageError if the file is newer than this program, or its schema is not of its version.
-    """
+    """Check the schema against its version; StorageError: different, or a newer file."""
     version = require_known(db, path)
     if version < 1:
         raise damaged(path, f"it has the file version {version}")

@@ -26,10 +26,7 @@ class JobSummary:
 
 
 def read_summary(path: Path) -> JobSummary:
-    """Return the summary of a job file, without checks of audit and pages.
-
-    Raises StorageError as `read_job`, or if the file is newer than this program or damaged.
-    """
+    """Return the summary of a job, unchecked; StorageError as `read_job`, newer, or damaged."""
     content = read_job(path).file
     with connection_in_memory(path, content, whole=False) as db:
         head = stored_head(db, path)
@@ -44,7 +41,7 @@ def read_summary(path: Path) -> JobSummary:
 
 
 def _events(db: sqlite3.Connection, path: Path, left: int) -> Iterator[JobEvent]:
-    """Yield events; StorageError: invalid, or over ``left`` bytes (a cyclic page has no end)."""
+    """Yield events; StorageError if invalid, or over ``left`` bytes (cyclic pages never end)."""
     for row in db.execute("SELECT id, time_utc, kind, text FROM event ORDER BY id"):
         fault = event_fault(row)
         if fault:

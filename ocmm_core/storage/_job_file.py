@@ -124,11 +124,7 @@ class JobFile(JobReader):
 
     @classmethod
     def create(cls, path: Path | str, head: JobHead) -> JobFile:
-        """Make a new job file and return it open.
-
-        StorageError: the file exists already, it cannot be written, or this station has no key to
-        sign it; nothing is left behind then.
-        """
+        """Make a new open job file, or nothing; StorageError: exists, unwritable, or no key."""
         path, key = Path(path), KeyFolder().station_key()
 
         def fill(db: sqlite3.Connection) -> None:
@@ -203,10 +199,7 @@ class JobFile(JobReader):
         append: Sequence[MeasuredPoint] = (),
         events: Sequence[tuple[str, str]] = (),
     ) -> None:
-        """Annul points, each for its reason, store new ones and events, in one transaction.
-
-        StorageError as `annul_point`, `append_point` and `append_event`; nothing is changed then.
-        """
+        """Annul points by reason, store points and events in one transaction, or StorageError."""
         with self._transaction() as db:
             for number, reason in annul.items():
                 insert_annulment(db, self.path, number, reason)

@@ -115,10 +115,7 @@ class JobReader:
             return next_number(db)
 
     def verify(self, seal: JobSeal | None = None) -> list[str]:
-        """Return the faults of the file against its audit chain and signature, a sentence each.
-
-        `seal`: judged by the requesting computer; None: by the trusted keys.
-        """
+        """Return faults against audit chain and signature; `seal`: judged elsewhere, or None."""
         with self._reading() as db:
             return [*find_faults(db), *(seal or self._sealed(db)).doubts]
 

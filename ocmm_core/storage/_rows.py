@@ -79,10 +79,7 @@ class JobReference:
 def make_head(
     *, plan: Path, rig: Path, probe: Path, operator: str, part: str, serial: str
 ) -> JobHead:
-    """Return the head of a new job, with the documents as they are now and a new UUID.
-
-    InputError: a document cannot be read; documents are loaded and checked before this.
-    """
+    """Return the head of a new job with current documents and UUID; InputError: unreadable."""
     return JobHead(
         job_uuid=str(uuid.uuid4()),
         created_utc=now_utc(),

@@ -117,11 +117,7 @@ class CommandPort:
         on_end: Callable[[], None],
         on_failure: Callable[[Exception], None] = lambda error: None,
     ) -> CommandPort:
-        """Return the port on standard input and output.
-
-        Read the configuration with `read_first_line`: ``sys.stdin`` buffers and could consume
-        requests.
-        """
+        """Return the port on standard streams; use `read_first_line`: ``sys.stdin`` buffers."""
         return cls(sys.stdin.fileno(), sys.stdout.fileno(), on_end, on_failure)
 
     def take(self) -> ObjectRequest | EepromRequest | None:

@@ -74,10 +74,7 @@ def rights_of(pid: int | None = None) -> ProcessRights:
 
 
 def granted_by(program: Path) -> frozenset[int]:
-    """Return the capabilities that a program file grants; may be none.
-
-    The layout of the attribute is that of ``struct vfs_ns_cap_data`` (linux/capability.h).
-    """
+    """Return the capabilities of a program file (``vfs_ns_cap_data``, linux/capability.h)."""
     try:
         content = os.getxattr(program, "security.capability")
     except OSError:

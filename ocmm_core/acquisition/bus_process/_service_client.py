@@ -61,10 +61,7 @@ class ServiceBus(ChildProcess):
 
 
 def relay(address: str, source: int, sink: int) -> bool:
-    """Relay `source` to the service and its output to `sink` until either ends.
-
-    Returns True if `source` ended first. Raises BusError if the service cannot be reached.
-    """
+    """Relay `source` and `sink` until one ends; True if `source` first; BusError: unreachable."""
     with socket.socket(socket.AF_UNIX, socket.SOCK_STREAM) as service:
         try:
             service.connect(address)

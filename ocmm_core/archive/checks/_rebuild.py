@@ -108,10 +108,7 @@ def files_in(archive: Archive) -> Iterator[tuple[str, bytes]]:
 
 
 def stations_of(archive: Archive) -> dict[str, str]:
-    """Return the station by the fingerprint of the key that signed its jobs.
-
-    A station that proved possession of the key counts; in an older archive, the first sender.
-    """
+    """Return stations by fingerprint: with proof of the key; in old archives, the first sender."""
     proven = stations_by_key(archive)
     found: dict[str, str] = {}
     rows = archive.ask("SELECT signer, key, station FROM job WHERE signer <> '' ORDER BY id").rows

@@ -35,7 +35,7 @@ class ArchiveAnswer:
 
 
 def export_answer(answer: ArchiveAnswer, path: Path) -> None:
-    """Write an answer as CSV or Parquet by suffix; InputError: suffix, no pyarrow; StorageError."""
+    """Write an answer as CSV or Parquet; InputError: unknown suffix, no pyarrow; StorageError."""
     kind = path.suffix.lower()
     if kind == ".csv":
         content = csv_of(answer.columns, answer.rows)

@@ -31,7 +31,7 @@ from ocmm_core.tolerances.decisions import Verdict, capability, control_chart
 
 
 def trend(archive: Archive, asked: Asked) -> ArchiveAnswer:
-    """Return the trend over stations: chart, run rules, Cpk; InputError: part, characteristic."""
+    """Return the trend over stations: chart, run rules, Cpk; InputError: unknown characteristic."""
     needs(asked, "part", "characteristic")
     values = _values(archive, asked, asked.most)
     groups = _by_limits(values.entries)

@@ -77,11 +77,7 @@ def check_address(text: str) -> None:
 
 
 def parse_server(text: str, password_file: Path | None = None) -> PostgresAddress:
-    """Return the address of a server.
-
-    InputError: it cannot be used, contains a password, or would send jobs unencrypted over a
-    network without explicit ``sslmode=disable``.
-    """
+    """Return the address of a server; InputError: invalid, password, or unencrypted network."""
     try:
         parts = urlsplit(text)
         port = parts.port

@@ -63,11 +63,7 @@ class Finding:
 
 
 class Archive(Protocol):
-    """Interface of an archive; for one thread at a time.
-
-    All methods raise StorageError if the archive cannot be reached, read or written, and InputError
-    if it refuses the input.
-    """
+    """Archive; one thread at a time; StorageError: unreachable; InputError: refused input."""
 
     place: str
 

@@ -130,10 +130,7 @@ class CertificateValue:
 
 @dataclass(frozen=True, slots=True)
 class Certificate:
-    """A certificate of the machine.
-
-    `values`, `values_before`: all other results, and the same before an adjustment, if known.
-    """
+    """Certificate of the machine; `values`, `values_before`: others, and before adjustment."""
 
     title: str
     """In-house: record or test report; "calibration certificate" requires an ``accreditation``."""

@@ -111,7 +111,7 @@ def signed_certificates(
 
 
 def check_dcc_seal(path: Path, keys: KeyFolder) -> DccFound:
-    """Return a certificate and its signatures; InputError: unreadable; StorageError: key ring."""
+    """Return a certificate with its signatures; InputError or StorageError if unreadable."""
     dcc = read_dcc(read_bytes(path, LARGEST), trusted_signers(keys))
     beside = path.with_name(path.name + SEAL_SUFFIX)
     signature = None

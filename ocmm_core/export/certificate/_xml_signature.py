@@ -85,17 +85,13 @@ class TrustedSigners:
 
 
 def trusted_signers(keys: KeyFolder) -> TrustedSigners:
-    """Return the trusted laboratories and stations.
-
-    InputError: a file in the folder of laboratories is no certificate. StorageError: the key ring
-    cannot be read.
-    """
+    """Return trusted laboratories and stations; InputError: no certificate; StorageError."""
     files = files_of_folder(keys.folder / _FOLDER, ".pem")
     return TrustedSigners(tuple(_loaded(path) for path in files), keys.believed())
 
 
 def trust_laboratory(path: Path, keys: Path) -> x509.Certificate:
-    """Trust a laboratory's X.509 certificate, return it; InputError: none; StorageError: folder."""
+    """Trust the X.509 certificate of a laboratory; InputError: no certificate; StorageError."""
     found = _loaded(path)
     folder = keys / _FOLDER
     folder.mkdir(mode=0o700, parents=True, exist_ok=True)

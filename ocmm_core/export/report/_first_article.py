@@ -69,11 +69,7 @@ def account_file(plan: Plan, suffix: str) -> bytes:
 
 
 def write_account(plan: Plan, path: Path) -> Path:
-    """Write the inspection plan as .csv or .xlsx, and return its path.
-
-    InputError: the plan has no requirements, or the ending is another one. StorageError: the file
-    cannot be written.
-    """
+    """Write the plan as .csv or .xlsx; InputError: no requirements, other ending; StorageError."""
     if not plan.requirements:
         raise InputError(
             "plan.no_account",

@@ -57,10 +57,7 @@ class StreamLog:
                 self._latest.popleft()
 
     def read(self, number: int) -> tuple[bytes, int]:
-        """Return lines from ``number`` on, at most `BLOCK`, and the number of the next one.
-
-        Raises OSError if the file of older lines cannot be read.
-        """
+        """Return lines from ``number`` on, at most `BLOCK`, and the next number; OSError."""
         with self._lock:
             if number > self._filed:
                 first = number - self._filed - 1

@@ -71,11 +71,7 @@ class CharacteristicResult:
 
     @property
     def stated(self) -> tuple[float, float, float] | None:
-        """Return reportable value, deviation and U.
-
-        None without a measurement, and for a provisional value, which may be shown as such on
-        screen but not in reports or statistics.
-        """
+        """Return value, deviation, U for reports; None if not measured, or provisional."""
         if (
             self.verdict in (Verdict.NOT_MEASURED, Verdict.PROVISIONAL)
             or self.measured is None

@@ -185,10 +185,7 @@ class PartVerdict:
 
     @property
     def shown_as(self) -> Verdict | None:
-        """Return the verdict with colour, sign and sound of the part.
-
-        A part is not shown as good by a plan that has none of the requirements of its sources.
-        """
+        """Return verdict, colour, sign and sound; a plan without requirements is never good."""
         count = self.requirements
         has_none = count is not None and self.is_partial and not count.present
         return Verdict.NOT_PROVEN if has_none and self.word is PartWord.CONFORMS else self.verdict

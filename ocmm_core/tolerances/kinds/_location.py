@@ -99,10 +99,7 @@ def position(
     alignment: AnyAlignment | None,
     frames: Frames,
 ) -> Evaluation:
-    """Return the diameter or width of the smallest zone about the true place.
-
-    FitError: a datum does not hold, or there is neither a datum nor a part frame.
-    """
+    """Return the smallest zone about the true place; FitError without datum or part frame."""
     name = characteristic.features[0]
     feature = actual[name]
     frame = (

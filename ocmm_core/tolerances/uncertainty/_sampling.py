@@ -151,10 +151,7 @@ def _line_sample(
 def sample_of(
     name: str, places: Int, normals: Float, squares: float, noise: float, degrees: int
 ) -> FormSample:
-    """Return the sample of a feature with a sum of squared residuals ``squares``, mm^2.
-
-    ``noise`` is the sum of their variances due to the noise of the points, mm^2.
-    """
+    """Return a feature's sample; ``squares``, ``noise``: sums, mm^2, of residuals and variances."""
     return FormSample(
         feature=name,
         places=places,

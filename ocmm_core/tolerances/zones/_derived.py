@@ -33,11 +33,7 @@ _THICKEST = 0.35
 
 
 def derived_points(feature: ActualFeature, length: float = 0.0) -> tuple[DerivedPoint, ...]:
-    """Return the centre of a feature, or both ends of its axis.
-
-    ``length``, mm, is about the middle of the probed part; zero for the probed length. FitError: an
-    axis has no length.
-    """
+    """Return centre or ends of axis, ``length`` mm long (0: as probed); FitError: no length."""
     geometry, jacobian = feature.fit.geometry, feature.jacobian
     if not feature.fit.shape.spec.is_long:
         return (DerivedPoint(geometry[0:3], jacobian[0:3]),)

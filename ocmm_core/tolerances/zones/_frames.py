@@ -96,10 +96,7 @@ class Frames:
         return held.frame.after(started.compose(held.frame.T_frame_from_world.inverse()))
 
     def of_part(self, name: str) -> ZoneFrame:
-        """Return the frame of the nominals, from the plan's alignment; ``name`` is for errors.
-
-        FitError: there is no alignment, or its features do not determine the frame.
-        """
+        """Return the frame of the nominals; ``name`` is for errors; FitError: undetermined."""
         if self._alignment is None:
             raise no_part_frame(name, "Name its datums, or add an alignment to the plan.")
         aligned = self.aligned(name)
