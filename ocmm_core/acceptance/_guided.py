@@ -94,7 +94,6 @@ class AcceptanceProcedure:
 
     @property
     def view(self) -> GuidedAcceptanceView:
-        """Return the snapshot."""
         with self._lock:
             test, begun = self._test, self._session.state.begun
             stored = test.finished and self._outcome is not None and self._outcome.file is not None

@@ -36,8 +36,6 @@ _LEAST_S_MM = 1e-4
 
 
 class InterimWord(StrEnum):
-    """Result of a check."""
-
     LEARNING = "learning"
     GOOD = "good"
     REPEAT = "repeat it now"
@@ -59,8 +57,6 @@ class InterimCheck(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fie
 
 @dataclass(frozen=True, slots=True)
 class ChartPoint:
-    """A check on the chart."""
-
     check: InterimCheck
     z: float
     """(e - c) / s; NaN while learning."""

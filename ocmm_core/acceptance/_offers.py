@@ -40,8 +40,6 @@ _TEXTS = (
 
 @dataclass(frozen=True, slots=True)
 class ProcedureOffer:
-    """A procedure that can be run."""
-
     procedure: Procedure
     file: Path
     sha256: str
@@ -50,8 +48,6 @@ class ProcedureOffer:
 
 @dataclass(frozen=True, slots=True)
 class ArtefactOffer:
-    """An artefact for a test."""
-
     name: str
     """Id in the register, or name in the virtual rig."""
     used: UsedArtefact
@@ -76,8 +72,6 @@ class OpenTest:
 
 @dataclass(frozen=True, slots=True)
 class FinishedTest:
-    """A record in a folder."""
-
     file: Path
     record: AcceptanceRecord
     signer: SealState

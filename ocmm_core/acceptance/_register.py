@@ -262,7 +262,6 @@ def _change_words(change: _Change) -> str:
 
 
 def default_artefact_folder() -> Path:
-    """Return the artefact folder of this user."""
     return platformdirs.user_data_path("ocmm") / "artefacts"
 
 

@@ -98,7 +98,6 @@ class RoomAir(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=T
 
     @property
     def words(self) -> tuple[str, ...]:
-        """Return the values with units."""
         told = []
         if self.humidity_percent is not None:
             told.append(f"Humidity {self.humidity_percent:g} %")
@@ -108,8 +107,6 @@ class RoomAir(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=T
 
 
 class UsedArtefact(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """An artefact as used."""
-
     role: str
     """Role in the plan: "bar", "sphere", "block", "plate", "cone"."""
     use: ArtefactUse
@@ -132,8 +129,6 @@ class UsedArtefact(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fie
 
 
 class Instrument(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """The instrument under test."""
-
     rig: str
     calibration: str
     """`rig`, `calibration`: name, and hash of the calibration in force; empty if none."""

@@ -228,17 +228,14 @@ class AcceptanceSession:
 
     @property
     def stage(self) -> Stage:
-        """Return procedure, instrument and artefacts."""
         return self.state.stage
 
     @property
     def view(self) -> log.AcceptanceView:
-        """Return the snapshot."""
         with self._lock:
             return self.state.view()
 
     def situation(self) -> Situation:
-        """Return the recorded points."""
         return self.state.situation()
 
     def needs_temperature(self) -> bool:

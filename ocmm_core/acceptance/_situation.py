@@ -45,7 +45,6 @@ class Stage:
         return np.array([self.instrument.volume_min, self.instrument.volume_max])
 
     def of_role(self, role: str) -> tuple[UsedArtefact, ...]:
-        """Return the artefacts with a role."""
         return tuple(one for one in self.artefacts if one.role == role)
 
     def only(self, role: str) -> UsedArtefact:
@@ -116,7 +115,6 @@ class Situation:
         certified: float,
         expanded: float,
     ) -> JudgedValue:
-        """Return a judged value of a position."""
         limit = self.stage.limit(quantity).at(nominal)
         error, plan = measured - certified, self.plan[position]
         expanded = float(np.hypot(expanded, self.stage.procedure.fixing))
@@ -141,7 +139,6 @@ def judge(error: float, expanded: float, limit: float, *, guarded: bool) -> Verd
 
 
 def worst_of(verdicts: Sequence[Verdict]) -> Verdict:
-    """Return the verdict on several values."""
     order = (Verdict.VOID, Verdict.FAIL, Verdict.LEANING_OUT, Verdict.LEANING_IN)
     return next((one for one in order if one in verdicts), Verdict.PASS)
 
@@ -189,7 +186,6 @@ def situation_of(
     observations: Sequence[Observation],
     climate: Sequence[Climate],
 ) -> Situation:
-    """Return observations by position."""
     tips: list[Points3] = []
     handles: list[Points3] = []
     for position in range(len(plan)):

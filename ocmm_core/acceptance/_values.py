@@ -17,8 +17,6 @@ _ROUNDING = 1e-12
 
 @dataclass(frozen=True, slots=True)
 class SphereValues:
-    """A probed sphere."""
-
     centre: Float
     diameter: float
     """Diameter of the sphere through the ball centres, mm."""

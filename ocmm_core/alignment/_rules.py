@@ -72,7 +72,6 @@ class PlaneAxisPoint(
 
     @property
     def features(self) -> tuple[str, ...]:
-        """Return the names of the datum features."""
         return (self.plane, self.axis, self.point)
 
 
@@ -91,7 +90,6 @@ class DatumReferenceFrame(
 
     @property
     def features(self) -> tuple[str, ...]:
-        """Return the names of the datum features."""
         return self.datums
 
 
@@ -135,7 +133,6 @@ class ModelBestFit(
 
     @property
     def features(self) -> tuple[str, ...]:
-        """Return the names of the points."""
         return self.points
 
 
@@ -221,7 +218,6 @@ class Relocation(
 
     @property
     def features(self) -> tuple[str, ...]:
-        """Return the names of the control points."""
         return tuple(item.feature for item in self.control)
 
 

@@ -51,7 +51,6 @@ class Hint:
 
     @property
     def degrees(self) -> int:
-        """Return the total angle."""
         return sum(turn.degrees for turn in self.turns)
 
     def rotation_world(self, stance: Stance) -> Float:

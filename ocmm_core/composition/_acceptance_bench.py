@@ -107,7 +107,6 @@ class AcceptanceBench:
 
     @property
     def is_virtual(self) -> bool:
-        """Return whether the source is a virtual rig."""
         return origin_of(self.request.source) is Origin.VIRTUAL
 
     def cameras(self) -> CalibrationInUse:
@@ -138,13 +137,11 @@ class AcceptanceBench:
         return ArtefactRegister(self.register)
 
     def procedures(self, now: datetime) -> tuple[ProcedureOffer, ...]:
-        """Return the procedures that can be run."""
         return offered_procedures(self.instrument(now), self.request.seed)
 
     def stage(self, offer: ProcedureOffer, artefacts: tuple[UsedArtefact, ...], now: datetime) -> (
         Stage
     ):  # fmt: skip
-        """Return the stage of a test."""
         return Stage(offer.procedure, self.instrument(now), artefacts, self.request.seed)
 
     def offers(

@@ -141,7 +141,6 @@ def _sphere_of(path: Path) -> UsedArtefact:
 
 
 def default_test_folder() -> Path:
-    """Return the test folder of this user."""
     return platformdirs.user_data_path("ocmm") / "acceptance"
 
 

@@ -38,8 +38,6 @@ class Origin(Enum):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SourceSpec:
-    """One kind of source."""
-
     prefix: str
     """Prefix of the name; the whole name if no value follows."""
     forms: tuple[tuple[str, str], ...]

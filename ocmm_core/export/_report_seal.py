@@ -36,8 +36,6 @@ class SealedFile(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_field
 
 
 class ReportSeal(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """Content of the file."""
-
     schema: str
     jobs: tuple[SealedJob, ...]
     files: tuple[SealedFile, ...]

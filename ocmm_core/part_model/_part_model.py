@@ -34,8 +34,6 @@ class SplineSurface:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ModelFace:
-    """Face of the model."""
-
     number: int
     """From 1, in the order of the file; used in messages."""
     kind: str

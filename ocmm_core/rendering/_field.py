@@ -105,8 +105,6 @@ _MOST_TRIANGLES = 60_000
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ValueField:
-    """Values on a part."""
-
     mesh: RenderMesh
     """The part, refined near values; its shape is unchanged."""
     parents: Int

@@ -33,8 +33,6 @@ class Release(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=T
 
 @dataclass(frozen=True, slots=True)
 class ReleaseState:
-    """State of a release."""
-
     signer: SealState
     release: Release | None = None
     changed: bool = False

@@ -60,8 +60,6 @@ class Signature(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 class SealWord(StrEnum):
-    """State of a signature, in a word."""
-
     SEALED = "SEALED"
     """Signed with a trusted key, and unchanged since."""
     UNKNOWN_KEY = "UNKNOWN KEY"

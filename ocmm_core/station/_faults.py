@@ -26,8 +26,6 @@ _LOG_S = 2.0
 
 @dataclass(frozen=True, slots=True)
 class Fault:
-    """A failed part."""
-
     error: OcmmError
     part: str
     """Failed part, as the beginning of a sentence."""

@@ -57,7 +57,6 @@ class Looks:
         return self._last_status if self._last_status is not None else read_status(self._ring)
 
     def live(self) -> LiveView:
-        """Return the live view."""
         status = _UNKNOWN
         try:
             status = self.acquisition()

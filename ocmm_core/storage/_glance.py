@@ -17,8 +17,6 @@ from ocmm_core.storage._tables import stored_head
 
 @dataclass(frozen=True, slots=True)
 class JobSummary:
-    """Summary of a job."""
-
     head: JobHead
     events: tuple[JobEvent, ...]
     """Oldest first."""

@@ -30,8 +30,6 @@ from ocmm_core.studies._single import (
 
 @dataclass(frozen=True, slots=True)
 class CharacteristicStudy:
-    """Study of one characteristic."""
-
     name: str
     low: float
     high: float
@@ -50,8 +48,6 @@ class CharacteristicStudy:
 
 @dataclass(frozen=True, slots=True)
 class StudyReport:
-    """All studies of a plan."""
-
     plan: StudyPlan
     measured: int
     """Number of its measurements so far."""

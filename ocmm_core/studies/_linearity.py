@@ -16,8 +16,6 @@ from ocmm_core.studies._single import LinearityStudy, linearity_study
 
 @dataclass(frozen=True, slots=True)
 class LinearityReport:
-    """Linearity study of one characteristic."""
-
     name: str
     parts: tuple[str, ...]
     """Serial numbers, or parts of the plan, in the order of their references."""

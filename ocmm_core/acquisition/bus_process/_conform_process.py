@@ -34,8 +34,6 @@ class ConformConfig(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fi
 
 
 class ConformNews(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """Progress or result."""
-
     done: int = 0
     total: int = 0
     title: str = ""
@@ -49,7 +47,6 @@ def conform_command() -> list[str]:
 
 
 def main() -> None:
-    """Run the conformance test."""
     run_errand(_run, "The conformance test")
 
 

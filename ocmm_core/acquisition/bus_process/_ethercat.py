@@ -113,7 +113,6 @@ class EthercatSource:
 
     @property
     def report(self) -> BusReport:
-        """Return the current report."""
         phase_ns = 0.0 if self._pacer is None else self._pacer.phase_ns
         return self._accounts.report(
             self._bus,

@@ -37,8 +37,6 @@ class MaintenanceConfig(msgspec.Struct, frozen=True, kw_only=True, forbid_unknow
 
 
 class MaintenanceNews(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """Progress or result."""
-
     done: int = 0
     total: int = 0
     words: str = ""
@@ -51,7 +49,6 @@ def maintenance_command() -> list[str]:
 
 
 def main() -> None:
-    """Apply the change."""
     run_errand(_run, "The maintenance of a camera")
 
 

@@ -42,7 +42,6 @@ def record_command() -> list[str]:
 
 
 def main() -> None:
-    """Record the bus."""
     run_errand(_run, "The recorder of the bus")
 
 

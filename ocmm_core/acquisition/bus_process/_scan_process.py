@@ -30,7 +30,6 @@ def scan_command() -> list[str]:
 
 
 def main() -> None:
-    """Scan the wire."""
     run_errand(_run, "The bus scan")
 
 

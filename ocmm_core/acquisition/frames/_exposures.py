@@ -66,7 +66,6 @@ class ExposureCount:
         return gap
 
     def pull(self) -> Given:
-        """Return the completed frames."""
         if self._joiner is None:
             return Given(None, 0)
         joined = self._joiner.pull()

@@ -165,7 +165,6 @@ class FrameRing:
         return cls(Path(path), owner=False)
 
     def word(self, which: RingHeaderField) -> int:
-        """Return one header word."""
         return self._words[which]
 
     def set_word(self, which: RingHeaderField, value: int) -> None:

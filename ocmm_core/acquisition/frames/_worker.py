@@ -31,8 +31,6 @@ class AcquisitionState(IntEnum):
 
 
 class StopReason(IntEnum):
-    """Reason why the worker stopped."""
-
     NONE = 0
     REQUESTED = 1
     FINISHED = 2

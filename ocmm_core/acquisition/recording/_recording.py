@@ -118,7 +118,6 @@ class Recording:
             raise
 
     def __len__(self) -> int:
-        """Return the number of frames."""
         return self._starts[-1]
 
     def read(self, start: int, limit: int) -> FrameBlock:

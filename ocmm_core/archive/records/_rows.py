@@ -112,8 +112,6 @@ class JobRow(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tr
 
 
 class JobRecord(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """All rows of a job."""
-
     job: JobRow
     results: tuple[ResultRow, ...]
     uses: tuple[UseRow, ...]

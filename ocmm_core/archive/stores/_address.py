@@ -28,8 +28,6 @@ _LARGEST_PASSWORD = 4096
 
 @dataclass(frozen=True, slots=True)
 class PostgresAddress:
-    """A server, a database and connection options."""
-
     options: dict[str, str]
     password_file: Path | None = None
     """None: libpq searches it."""

@@ -84,7 +84,6 @@ class SqlArchive(SqlReader):
         return self.put_all([delivery])[0]
 
     def put_all(self, deliveries: Sequence[Delivery]) -> list[Receipt]:
-        """Store many, all or none: see `Archive`."""
         for delivery in deliveries:
             check_delivery(delivery)
             if hashlib.sha256(delivery.content).hexdigest() != delivery.record.job.sha256:

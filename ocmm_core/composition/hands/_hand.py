@@ -48,7 +48,6 @@ class Hand(ABC):
             self._thread.start()
 
     def close(self) -> None:
-        """Close the source of the frames, if open."""
         return
 
     @property

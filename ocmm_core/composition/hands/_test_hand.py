@@ -120,7 +120,6 @@ class RecordedHand(TestHand):
         return "The recording"
 
     def close(self) -> None:
-        """End the replay."""
         if self._source is not None:
             self._source.end()
             self._source = None

@@ -12,7 +12,6 @@ _INSTEAD = {",": ";", ";": ",", "\t": " "}
 
 
 def delimited(table: Table, profile: Profile, shape: TableProfile) -> bytes:
-    """Return a table as text."""
     has_keys = _has_keys(table)
     lines = [[_cell(cell, profile, has_keys) for cell in row] for row in table.rows]
     if shape.header:

@@ -268,7 +268,6 @@ def _files(data: ReportData) -> tuple[str, str]:
 
 
 def _sheets(data: ReportData) -> tuple[tuple[tuple[str, ...], Table], ...]:
-    """Return the three forms with the lines above them."""
     return (
         (_above(data, "AS9102 form 1: part number accountability"), accountability_table(data)),
         (_above(data, "AS9102 form 2: product accountability"), product_table(data)),

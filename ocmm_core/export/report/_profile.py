@@ -19,8 +19,6 @@ _MOST_DECIMALS = 9
 
 
 class TableProfile(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """One table."""
-
     header: bool
     columns: list[str]
     when_needed: list[str] = msgspec.field(default_factory=list)

@@ -46,8 +46,6 @@ class Instrument:
 
 @dataclass(frozen=True, slots=True)
 class ReportedFeature:
-    """One feature of the job."""
-
     seen: FeatureView
     """Shape, points as reported, fit in the world frame, verdict, note."""
     nominal: NominalFeature | None

@@ -39,7 +39,6 @@ def station_template() -> Path:
 
 
 def template_in_use() -> Path:
-    """Return the default template of a report."""
     kept = station_template()
     return kept if kept.exists() else standard_template()
 

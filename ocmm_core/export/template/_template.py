@@ -73,8 +73,6 @@ class MachinePart(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fiel
 
 
 class ReportTemplate(Document, frozen=True, kw_only=True):
-    """A template as stored."""
-
     name: str
     language: Literal["en", "de"] = "en"
     """Of the report. Machine-readable files (JSON, tables, QIF) are in English."""

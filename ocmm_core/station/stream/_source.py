@@ -12,8 +12,6 @@ from ocmm_core.storage import JobStep
 
 
 class StreamedEvents(Protocol):
-    """Signals of changes."""
-
     @property
     def changed(self) -> SignalInstance:
         """Emitted after every change of the job."""
@@ -41,9 +39,7 @@ class StreamedJob(Protocol):
 
 
 class StreamedLooks(Protocol):
-    def live(self) -> LiveView:
-        """Return the live view."""
-        ...
+    def live(self) -> LiveView: ...
 
 
 class StreamedInstruments(Protocol):

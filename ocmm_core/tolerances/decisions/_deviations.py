@@ -23,8 +23,6 @@ _STEPS = (1.0, 2.0, 3.0, 5.0)
 
 
 class DeviationClass(Enum):
-    """Class of a whisker."""
-
     MORE = "too much material"
     WITHIN = "within, accepted"
     WITHIN_ONLY = "within, not accepted"

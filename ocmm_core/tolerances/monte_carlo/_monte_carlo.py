@@ -38,8 +38,6 @@ _QUICK_A_TASK, _SLOW_A_TASK = 10, 2
 
 @dataclass(frozen=True, slots=True)
 class Batch:
-    """One batch."""
-
     draws: Draws
     """(m, k): deviations of the values from the measured ones; NaN for a failed fit."""
     figures: Float
@@ -138,8 +136,6 @@ _FEWEST_BATCHES = 10
 
 @dataclass(frozen=True, slots=True)
 class MonteCarloOptions:
-    """How long and how finely."""
-
     max_trials: int = 1_000_000
     """For fast values; memory grows with it, 4 bytes a trial and value."""
     max_slow_trials: int = 2_000

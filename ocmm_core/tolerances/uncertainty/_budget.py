@@ -25,8 +25,6 @@ _NOTHING = 1e-12
 
 @dataclass(frozen=True, slots=True)
 class BudgetRow:
-    """One source."""
-
     name: str
     standard: float
     """Its standard uncertainty contribution, in the unit of the value."""

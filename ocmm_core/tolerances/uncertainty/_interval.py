@@ -120,7 +120,6 @@ class Length:
 
     @property
     def value(self) -> float:
-        """Return the measured value."""
         return float(np.linalg.norm(self.vector))
 
     @property

@@ -32,8 +32,6 @@ _HALF_FANS = 8
 
 @dataclass(frozen=True, slots=True)
 class Smallest:
-    """Result of the minimisation."""
-
     motion: Float
     """(k,): the free parameters."""
     value: float
