@@ -225,11 +225,7 @@ def climate_reasons(stage: Stage, climate: Sequence[Climate]) -> list[str]:
 
 
 def reserved_spots(folders: Sequence[Path]) -> tuple[str, ...]:
-    """Return `spots_hash` of every observation in the session files of folders.
-
-    Spots used for calibration or tip qualification must not test them. Unreadable lines hold
-    nothing that could be reused.
-    """
+    """Return `spots_hash` of all readable observations in the session files of folders."""
     found: dict[str, None] = {}
     for folder in folders:
         for path in files_of_folder(folder, ""):

@@ -147,10 +147,9 @@ class AcceptanceProcedure:
             raise
 
     def take(self, now: datetime) -> None:
-        """Record the current probe position as the next point of the plan.
+        """Record the current probe position as the next point; CalibrationError, StorageError.
 
-        CalibrationError: nothing is ready, or the point is refused, which is logged. StorageError:
-        it could not be stored; nothing was recorded.
+        Nothing is ready, or the point is refused, which is logged; or it could not be stored.
         """
         with self._lock:
             if self._ready is None:

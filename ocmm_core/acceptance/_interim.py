@@ -171,11 +171,7 @@ class InterimHistory:
         return replace(interim_chart(found), doubt=signer)
 
     def add(self, check: InterimCheck) -> InterimChart:
-        """Add a check and return its chart; raise StorageError if it cannot be written.
-
-        A check whose record is already in the chart is not added again, so an interrupted store can
-        be repeated.
-        """
+        """Add a check, once, and return its chart; StorageError if it cannot be written."""
         if not check.record or all(one.record != check.record for one in self._chain.items):
             self._chain.append(check)
         return self.chart(check.calibration, check.artefact, check.tip)
@@ -197,10 +193,9 @@ def check_of(record: AcceptanceRecord) -> InterimCheck:
 def note_check(
     history: InterimHistory, record: AcceptanceRecord, store: CalibrationStore | None, now: datetime
 ) -> InterimChart:
-    """Add a check's record to its chart; if out, mark the calibration suspect.
+    """Add a valid check to its chart; if out, mark the calibration suspect.
 
-    Void checks are not added. `store`: calibrations of the rig: measurements since the last good
-    check become suspect there until a verification passes. None if not kept.
+    In `store` (or None), measurements since the last good check, until a verification passes.
     """
     check = check_of(record)
     if record.void_reasons:

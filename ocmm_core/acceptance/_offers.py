@@ -118,8 +118,7 @@ def offered_artefacts(
 def open_tests(folder: Path, instrument: Instrument, most: int = MOST_READ) -> tuple[OpenTest, ...]:
     """Return the unfinished tests of a folder, newest first.
 
-    If there are more sessions than read, the last entry states so. Tests of another instrument
-    cannot be resumed.
+    The last entry states if more exist; tests of another instrument cannot be resumed.
     """
     found = []
     paths = sorted(files_of_folder(folder / SESSIONS, ".chain"), key=_made, reverse=True)

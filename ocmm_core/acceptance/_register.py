@@ -163,11 +163,7 @@ class ArtefactRegister:
         return tuple((one.utc, one.who, _change_words(one)) for one in self._chain.items)
 
     def faults(self) -> dict[str, str]:
-        """Return the entries not signed by a trusted station, with reasons.
-
-        The signature of the entry's own line counts: later lines signed by this station do not
-        vouch for earlier entries.
-        """
+        """Return entries whose own line lacks a trusted signature, with reasons."""
         found: dict[str, str] = {}
         for change, signer in zip(self._chain.items, self._chain.signers(), strict=True):
             for name in (change.removed, "" if change.added is None else change.added.id):
@@ -207,10 +203,9 @@ class ArtefactRegister:
         return found
 
     def add(self, entry: ArtefactEntry, who: str, now: datetime, *, replace: bool = False) -> None:
-        """Add an artefact, or replace its certificate by a newer one.
+        """Add an artefact or a newer certificate.
 
-        InputError: a field is implausible, the certificate expired, or the id is in use.
-        StorageError: it cannot be written.
+        InputError: implausible, expired, or id in use. StorageError: cannot be written.
         """
         check_entry(entry, "artefact")
         if _moment(entry.due_utc) <= now:

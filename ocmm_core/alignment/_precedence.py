@@ -78,10 +78,9 @@ def part_frame(rule: AnyAlignment, features: Mapping[str, ActualFeature]) -> Rig
 def refit_under_precedence(
     rule: AnyAlignment, actual: Mapping[str, ActualFeature]
 ) -> ConstrainedAssociation:
-    """Return the features in the form used by a part frame.
+    """Return the features as used by a part frame: later datums re-associated in precedence.
 
-    Datums after the first are re-associated if the rule has datums in precedence; all else is as
-    measured. FitError: a datum is not measured, or does not determine the frame.
+    All else is as measured. FitError: a datum is not measured, or does not determine the frame.
     """
     if not isinstance(rule, BoundAlignment):
         return ConstrainedAssociation(actual, {})

@@ -67,10 +67,9 @@ def look(
     anywhere: bool,
     options: Float,
 ) -> None:
-    """Give free slots to the spots in the lines that were read.
+    """Give free slots to spots in the lines read, brightest first, if in no window.
 
-    ``samples`` (n, m): the first ``count`` rows belong to ``lines``. Spots already in a window are
-    skipped; the brightest come first.
+    ``samples`` (n, m): the first ``count`` rows belong to ``lines``.
     """
     hits = np.empty((len(slots), 3))
     n_hits = 0

@@ -158,8 +158,7 @@ def _judge_light(slots: Float, options: Float, readings: Float) -> None:
 def _judge_pairs(slots: Float, options: Float, readings: Float) -> None:
     """Prevent two windows from reporting the same spot.
 
-    The window that saw an LED there in the previous frame keeps it; if both or neither did, two
-    LEDs may have merged and the owner is undetermined.
+    The one that saw an LED there before keeps it; if both or neither, the owner is undetermined.
     """
     n = len(slots)
     near = options[centroid.SEPARATION]

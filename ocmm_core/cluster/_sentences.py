@@ -79,8 +79,7 @@ def other_processor(
 ) -> InputError:  # fmt: skip
     """Return the error of a worker with another kind of processor.
 
-    `there`, `here`: environment in which the worker, or this computer, computes as the other; None
-    if impossible.
+    `there`, `here`: environment to compute as the other; None if impossible.
     """
     if there:
         remedy = f"Start that worker with {_assigned(there)}"

@@ -50,8 +50,7 @@ def picture_of(
 ) -> ProbePicture:
     """Return the picture of a probe.
 
-    ``rotation`` (3, 3), rig from probe, is the last attitude, None without one; ``seen`` (C, L)
-    tells which camera sees which LED.
+    ``rotation`` (3, 3), rig from probe, last attitude or None; ``seen`` (C, L): cameras by LEDs.
     """
     stance = stance_at(rig)
     turned = upright_rotation(rig, body) if rotation is None else rotation

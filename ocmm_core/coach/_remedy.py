@@ -40,8 +40,7 @@ def help_when_lost(
 ) -> ProbeHelp:
     """Return the remedy that gives the cameras enough LEDs again.
 
-    The pose (3, 3) and (3,), mm, is the last one in the frame of the rig, None without one.
-    ``seen`` (C, L) tells the LEDs seen now, ``named`` whether they are identified.
+    Pose (3, 3) and (3,), mm, rig, last or None; ``seen`` (C, L): LEDs now; ``named``: identified.
     """
     remedy, turn = ("Turn the LEDs to the cameras", None)
     if named:

@@ -99,8 +99,7 @@ def draw_segments(
 def _in_front(depth: Depths, steep: bool, along: int, middle: float, z: float) -> bool:
     """Return whether depth ``z`` is nearer than the part in a pixel next to a line.
 
-    An edge bounds its face: rounding decides on which side a pixel's middle lies, and the surface
-    beyond may be much nearer or farther.
+    On an edge rounding decides the side, and the surface beyond may be much nearer or farther.
     """
     across = depth.shape[1] if steep else depth.shape[0]
     base = int(np.floor(middle - 0.5))

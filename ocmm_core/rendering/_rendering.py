@@ -204,10 +204,9 @@ class Rendering:
 
 
 def blend_flat(canvas: Canvas, corners: Float, colour: str, share: float, bias: float) -> None:
-    """Blend a convex flat polygon, places (n, 3) in the canvas, over a painted part.
+    """Blend a convex flat polygon, places (n, 3), over a painted part.
 
-    ``share`` is its opacity, 0 to 1; it is hidden behind the part, but not within ``bias`` mm of
-    its surface.
+    ``share``: opacity, 0 to 1; hidden behind the part, except within ``bias`` mm.
     """
     blend_polygon(
         np.ascontiguousarray(corners), _number(colour), share, bias, canvas.depth, canvas.image
@@ -239,8 +238,7 @@ def draw_bundles(canvas: Canvas, bundles: Sequence[Bundle], bias: float, hidden:
 def is_hidden(mesh: RenderMesh, point: Float, toward: Float, least_mm: float) -> bool:
     """Return whether the part is between a point and a distant eye.
 
-    `point`, `toward`: (3,), mm, and (3,), unit: in the frame of the mesh. `least_mm`: ignores
-    nearer surfaces, such as the one with the point.
+    `point`, `toward`: (3,), mm, and unit, mesh frame. `least_mm`: ignores nearer surfaces.
     """
     return hides(
         mesh.vertices, mesh.triangles, np.ascontiguousarray(point, dtype=np.float64),

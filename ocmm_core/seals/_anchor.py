@@ -78,8 +78,7 @@ def _own_lists(keys: KeyFolder, kept: Sequence[str]) -> Iterator[_Heads]:
 def learn_heads(text: str, place: str, keys: KeyFolder) -> int:
     """Add ends beyond those in the memory; return their number.
 
-    `text`: from `signed_heads` of this or a trusted station. StorageError: the text is not a list
-    of ends, or not signed by a trusted station.
+    `text`: from `signed_heads` of this or a trusted station, else StorageError.
     """
     try:
         found = msgspec.json.decode(text, type=_SignedHeads)

@@ -234,10 +234,9 @@ def _write(path: Path, content: bytes, *, sync: bool) -> None:
 
 
 def _migrate(folder: Path) -> None:
-    """Convert a memory of version 0.1, which was keyed by path, once.
+    """Convert a memory of version 0.1, keyed by path, once.
 
-    It kept the end of the history for each folder and for each history. A history whose folder
-    holds another one now was replaced.
+    A history was replaced if the end of its folder is another.
     """
     clock = folder / _file_name(_CLOCK)
     if clock.exists() or not folder.is_dir():

@@ -130,10 +130,9 @@ def _signed(private: Key, content: bytes) -> bytes:
 
 
 class _Tokens:
-    """Tokens of this process.
+    """Tokens of this process, called one at a time: a login holds for the whole process.
 
-    A process is logged in to a token as a whole, whatever the thread, so calls are serialized. A
-    token counts wrong PINs until it locks: a refused PIN is not tried again.
+    A token locks after wrong PINs: a refused PIN is not tried again.
     """
 
     def __init__(self) -> None:

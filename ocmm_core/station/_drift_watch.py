@@ -124,10 +124,9 @@ class ChangeWatch:
                 self._stored = True
 
     def _moment(self, since_s: float, now_s: float, now: datetime) -> datetime:
-        """Return the wall time of a moment of the frames.
+        """Return the wall time of a moment of the frames, also of faster simulated ones.
 
-        Points are stored a little after their frames, and simulated frames may run faster than real
-        time: a point before the moment must also be before it in wall time.
+        Points are stored after their frames, and must also be before the moment in wall time.
         """
         taken = first_taken(self._job)
         before = [

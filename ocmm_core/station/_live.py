@@ -309,10 +309,9 @@ class LiveState:
         return bool(np.all(tip_rig >= low) and np.all(tip_rig <= high))
 
     def _renew_uncertainty(self) -> None:
-        """Compute the uncertainty of the last good frame, if the cached one is old.
+        """Renew an old uncertainty of the last good frame, on the reader's thread.
 
-        On the reader's thread, so that frames never wait for a displayed number; without readers
-        nothing is computed. A second reader gets the cached number.
+        Frames never wait for it, and without readers nothing is computed.
         """
         latest, now = self._last_good, time.monotonic()
         if latest is None or now - self._uncertainty_at <= _UNCERTAINTY_EVERY_S:

@@ -27,16 +27,8 @@ _UNKNOWN = AcquisitionStatus(
 class Looks:
     """Snapshots of the station; thread-safe.
 
-    Parameters
-    ----------
-    bus
-        None if frames do not come over one.
-    instruments
-        May forbid points.
-    maintenance
-        Its procedures receive the frames instead of the job.
-    faults
-        May forbid every number.
+    `bus`: None if frames come otherwise. `instruments` may forbid points, `faults` every number.
+    Procedures of `maintenance` receive the frames.
     """
 
     def __init__(

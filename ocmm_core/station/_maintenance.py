@@ -17,16 +17,8 @@ from ocmm_core.station._open_job import CurrentJob
 class StationMaintenance:
     """Maintain probe, cameras and bus while the station runs.
 
-    Parameters
-    ----------
-    current
-        Its watch of the tip learns the changes.
-    calibration
-        Writes into the cameras.
-    bus
-        None if frames do not come over one.
-    rig
-        Name of the rig, for the report of the bus.
+    `current`: its watch of the tip learns changes. `calibration`: writes into cameras. `bus`: or
+    None. `rig`: its name for the bus report.
     """
 
     def __init__(
@@ -53,10 +45,9 @@ class StationMaintenance:
         self._events.emit(self._events.changed)
 
     def probe_records_changed(self) -> None:
-        """Reread the records of the probe after an addition.
+        """Reread the records of the probe: a passed check unblocks points at once.
 
-        A passed check unblocks points immediately. A new calibration or qualification applies to
-        the next job: this one keeps its geometry.
+        This job keeps its geometry; a new calibration or qualification applies to the next one.
         """
         probe = self._current.now.probe
         probe.forget()
@@ -72,11 +63,7 @@ class StationMaintenance:
         self._calibration.write_to_cameras()
 
     def set_frame_tap(self, watcher: Callable[[FrameBlock], None] | None) -> None:
-        """Pass all frames to a calibration procedure, or to none.
-
-        It is called on the reconstruction thread. Meanwhile no points are recorded: the probe is
-        not measuring the part.
-        """
+        """Pass all frames to a procedure, or None, on their thread; no points meanwhile."""
         self._watcher = watcher
 
     @property

@@ -19,8 +19,7 @@ PROBE = "The history of the probe"
 class NameWatch:
     """Make the station FAILED when a file is no longer on the disk under its name.
 
-    `checks`: return why a file is lost, or None, by its part of the station; a slow check delays
-    later ones. `faults`: stores and reports the loss.
+    `checks`: why lost, or None, by part; slow ones delay later ones. `faults`: reports it.
     """
 
     def __init__(

@@ -85,8 +85,7 @@ class ProbeWatch:
     def mount(self, tip: str) -> None:
         """Note that a tip, maybe the same one, was mounted; it must be checked.
 
-        Raises CalibrationError if the probe has no records, or was never calibrated with this tip;
-        StorageError if the history cannot be written.
+        CalibrationError: no records, or never calibrated with it. StorageError: unwritable history.
         """
         store = self.in_use.store
         if store is None:
@@ -100,10 +99,9 @@ class ProbeWatch:
         self.settle()
 
     def feed(self, block: FrameBlock) -> bool:
-        """Check for a shock and a long pause; return whether suspicions or held points changed.
+        """Check for a shock and a pause; return whether suspicions or held points changed.
 
-        Raises OcmmError if a suspicion could not be made durable; a shock stops the points in any
-        case.
+        OcmmError if a suspicion is not durable; a shock stops the points in any case.
         """
         dropped = self._notice_shock(block)
         paused = self._notice_pause()

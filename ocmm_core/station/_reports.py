@@ -50,11 +50,7 @@ class Reports:
         *,
         incomplete: bool = False,
     ) -> tuple[Path, ...]:
-        """Write reports of the job to ``directory`` and return their paths; as `write_report`.
-
-        On the report sheet of this station, with the data given with the job; InputError if the
-        template cannot be used.
-        """
+        """Write reports of the job and return their paths; as `write_report`, with its sheet."""
         data = replace(self.data(), paper=paper_of(self._current.now.file.path))
         files = write_report(data, formats, directory, profile, incomplete=incomplete)
         lost = self._current.now.file.check_name()

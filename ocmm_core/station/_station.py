@@ -48,18 +48,8 @@ _STOP_S = 1.5
 class MeasuringStation:
     """Measure jobs one by one: join the services of a station, start and stop them.
 
-    Parameters
-    ----------
-    job
-        The open job file; closed by `close`.
-    acquisition
-        Fills ``ring``; started and stopped by the station.
-    ring
-        Owned by the station from now on.
-    recorder
-        Receives every raw frame; closed by `close`.
-    history
-        Keeps the last frames in memory, for support.
+    `job`, `recorder` (every raw frame): closed by `close`. `acquisition` fills ``ring``, both owned
+    by the station. `history`: last frames in memory.
     """
 
     def __init__(

@@ -98,10 +98,9 @@ def beside_fault(rows: Sequence[Sequence[Any]]) -> str:
 
 
 def seal_fault(rows: Iterable[Sequence[Any]], steps: int) -> str:
-    """Return the fault of one of the rows of ``seal``; empty if none.
+    """Return the fault of a row of ``seal``, or "".
 
-    `rows`: number of the signed step, key and signature; read up to the first fault. `steps`: of
-    the audit, which include the signed ones.
+    `rows`: number of the signed step, key, signature. `steps`: of the audit, with the signed ones.
     """
     for row in rows:
         found = kind_fault("seal", row)

@@ -193,10 +193,9 @@ def _require_job(db: sqlite3.Connection, path: Path, *, whole: bool = True) -> N
 
 
 def checkpoint(db: sqlite3.Connection) -> bool:
-    """Write the write-ahead log into the file; on a full disk the log stays.
+    """Write the log into the file; return if it is empty (not on a full disk).
 
-    Returns whether the log is empty. Raises sqlite3.Error if the disk failed: the connection must
-    then be given up.
+    sqlite3.Error if the disk failed: the connection must then be given up.
     """
     try:
         return bool(db.execute("PRAGMA wal_checkpoint(TRUNCATE)").fetchone()[0] == 0)

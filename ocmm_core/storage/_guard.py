@@ -174,11 +174,7 @@ def give_up(db: sqlite3.Connection) -> None:
 
 
 def database_content(fill: Callable[[sqlite3.Connection], None]) -> bytes:
-    """Return the bytes of a new WAL database with the content of ``fill``.
-
-    Made in memory: this program never makes a rollback journal on a disk, so each one there is
-    foreign.
-    """
+    """Return a new WAL database filled by ``fill``, made in memory: no rollback journal."""
     with contextlib.closing(sqlite3.connect(":memory:", isolation_level=None)) as db:
         fill(db)
         return with_log(db.serialize())

@@ -89,10 +89,9 @@ class JobKeeper:
             self._log.note_content()
 
     def acknowledge(self, inserts: Sequence[Insert], last: tuple[int, str] | None) -> None:
-        """Keep a committed step of the job.
+        """Keep a committed step; `last`: number, hash of its last audit row, if signed.
 
-        `last`: number and hash of its last audit row, if it was signed. Raises StorageError if the
-        name means another file; the step does not count then, and is not in the rescued job.
+        StorageError if the name means another file: then it counts nowhere.
         """
         loss = self.name_loss()
         # A concurrent detection of the loss rescues this step also, or it is refused.

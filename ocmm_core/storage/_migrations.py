@@ -160,8 +160,7 @@ def bring_up_to_date(
 ) -> None:
     """Migrate the file ``path``, open as ``db``, to the version of this program.
 
-    Raises StorageError if the file is newer than this program, which is then unchanged;
-    sqlite3.Error if a step failed: the file then has the version before that step.
+    StorageError if newer, unchanged; sqlite3.Error if a step failed, at the version before it.
     """
     version = require_known(db, path, steps)
     for number, step in enumerate(steps[version:], start=version + 1):

@@ -43,10 +43,9 @@ EXIT_FAILED = 2
 
 
 def main() -> None:
-    """Run the bus process: ``ocmm-acq [--interface NAME | CONFIG.json]``.
+    """Run ``ocmm-acq [--interface NAME | CONFIG.json]``; else configured by standard input.
 
-    Without a file the configuration comes on standard input. A service sets the interface, which
-    its clients may not choose.
+    A service sets the interface, which its clients may not choose.
     """
     try:
         sys.exit(_run(sys.argv[1:]))

@@ -54,8 +54,7 @@ class ObjectLine:
     ) -> bytes:
         """Send the request that `make` returns for a number, and wait for its end.
 
-        `timeout_s` limits the time between replies. Raises BusError if the camera or bus process
-        refuses, is silent, or ended.
+        `timeout_s`: between replies. BusError: camera or bus process refuses, is silent, or ended.
         """
         answers: queue.SimpleQueue[ObjectReply | BusError] = queue.SimpleQueue()
         with self._lock:

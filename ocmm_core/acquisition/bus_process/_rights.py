@@ -101,8 +101,7 @@ def allow_locked_memory() -> None:
 def give_up_all_but(kept: Iterable[int]) -> None:
     """Drop all capabilities of this process but `kept`, permanently.
 
-    Applies to the calling thread and its later threads, so call it first. Does not grant missing
-    capabilities. Does nothing on systems without capabilities.
+    For this thread and its later ones: call it first. No effect without capabilities.
     """
     if not HOST.is_linux_like:
         return

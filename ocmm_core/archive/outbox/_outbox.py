@@ -169,11 +169,7 @@ class Outbox(OutboxFile):
             db.execute("UPDATE item SET state = 'waiting', said = '' WHERE state = 'aside'")
 
     def renew(self) -> None:
-        """Give this outbox a new identity, for a computer whose disk was copied.
-
-        Everything delivered under the old one is sent again: the archive recognises its jobs by
-        content.
-        """
+        """Give a new identity, for a copied disk; all is sent again, known by content."""
         with self._writing() as db:
             identity, machine = str(uuid.uuid4()), machine_identity()
             db.execute("UPDATE box SET outbox = ?, machine = ?", (identity, machine))

@@ -74,11 +74,7 @@ class _Values:
 
 
 def _values(archive: Archive, asked: Asked, most: int, *, repeated: bool = False) -> _Values:
-    """Return the values of a part; ``most`` limits those that count.
-
-    `repeated`: count every measurement of a part; otherwise the last finished job per set of
-    limits.
-    """
+    """Return values of a part, ``most`` of those that count; `repeated`: not only the last."""
     judge = Judge(archive)
     named: dict[str, Cell] = {"part": asked.part, "name": asked.characteristic}
     for simulated in (0, 1):

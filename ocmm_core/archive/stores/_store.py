@@ -164,11 +164,7 @@ class SqlArchive(SqlReader):
         return Receipt(answer, row, off)
 
     def _admit(self, sender: Sender) -> None:
-        """Admit a sender; StorageError if another computer has its name.
-
-        A name belongs to the computer that used it first. In an archive rebuilt from job files it
-        belongs to none yet.
-        """
+        """Admit a sender; StorageError if another computer used its name first."""
         name: dict[str, Cell] = {"name": sender.station}
         claim = (
             "SELECT coalesce(nullif(s.machine, ''), (SELECT x.machine FROM sender x"

@@ -40,10 +40,9 @@ class Source(Protocol):
 
 
 class TestHand(Hand):
-    """A hand that makes the remaining touches of an acceptance test.
+    """Make the remaining touches of an acceptance test.
 
-    `make`: opens the frame source and returns it with the number of frames to show; infinite if the
-    source ends on its own.
+    `make`: opens the source, with the number of frames, infinite if it ends on its own.
     """
 
     __test__ = False
@@ -105,11 +104,7 @@ class VirtualHand(TestHand):
 
 
 class RecordedHand(TestHand):
-    """Hand that replays a recording once and continues from its position.
-
-    Each touch is shown once. Refused touches do not return; a retest uses the frames after the
-    first run, so no frame is measured twice.
-    """
+    """Replay a recording once: touches come once, retests use later frames."""
 
     _source: Source | None = None
     _frames = np.inf

@@ -35,8 +35,7 @@ _STEPS = {
 def audit(path: Path, line: str = "") -> Audit:
     """Return the audit of a file, or of a folder with a history of calibrations.
 
-    `line`: text of the code on a report of the job; may be empty. OcmmError: it is none of these,
-    or cannot be read.
+    `line`: code on a report of the job, or "". OcmmError: none of these, or unreadable.
     """
     if path.is_dir():
         return _of_records(path)

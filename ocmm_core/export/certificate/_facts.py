@@ -32,8 +32,7 @@ def certificate_facts(
 ) -> tuple[PaperFact, ...]:
     """Return the head of a certificate in order; `NOT_STATED` if unknown.
 
-    Sentences are translated separately, because catalogues cannot know combined ones. `speech`:
-    language of the values; names of facts are not translated.
+    Sentences are translated one by one. `speech`: language of values; names are not translated.
     """
     return tuple(
         PaperFact("laboratory", clause, name, one_line(value) or NOT_STATED)

@@ -165,8 +165,7 @@ def vouched_record(path: Path) -> AcceptanceRecord:
 def found_before(record: AcceptanceRecord, folder: Path) -> tuple[AcceptanceRecord | None, str]:
     """Return the test as found in the folder of a test after adjustment, or why not.
 
-    It is the last earlier one of the same machine and procedure. If that is also after an
-    adjustment, the state before the later adjustment was not tested.
+    The last earlier one of the same machine and procedure, unless that is after an adjustment.
     """
     before, unread = [], 0
     for path in files_of_folder(folder, ".json"):

@@ -35,10 +35,9 @@ def add_characteristics(
     frames: Mapping[tuple[str, ...], str],
     device: str,
 ) -> None:
-    """Add all characteristics.
+    """Add all characteristics to parents `characteristics` and `measurements`.
 
-    `characteristics`, `measurements`: their parent elements. `frames`: ids of the datum reference
-    frames. `device`: id of the measuring device.
+    `frames`: ids of the datum reference frames. `device`: id of the measuring device.
     """
     lists = Lists(writer, characteristics, "Characteristic")
     features = {feature.name: feature for feature in data.features}

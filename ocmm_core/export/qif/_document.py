@@ -70,8 +70,7 @@ def make_document(data: ReportData) -> etree._Element:
 def inspection_status(part: PartVerdict) -> tuple[str, str]:
     """Return element and text of the verdict on a part in QIF.
 
-    Undecided parts neither pass nor fail. PASS cannot express requirements that the plan lacks: the
-    verdict is then written in words.
+    Undecided parts neither pass nor fail; for incomplete plans the verdict is in words.
     """
     if part.word is PartWord.CONFORMS and part.is_partial:
         return "OtherInspectionStatus", part.headline

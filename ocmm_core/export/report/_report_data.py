@@ -264,11 +264,7 @@ def report_data(
 
 
 def _part_from_nominal(plan: Plan) -> RigidTransform | None:
-    """Return the motion from the frame in which nominals are written; None if nothing gives it.
-
-    Nominals may be in the frame of a drawing or model. Measured values are in the frame of the
-    datums, and so must be the nominals next to them.
-    """
+    """Return the motion from the frame of the nominals (drawing, model) to the part, or None."""
     bound = plan.bound_alignment
     if bound is None:
         return RigidTransform.identity()

@@ -56,8 +56,7 @@ NO_VERDICT = VerdictSummary(None, "", ())
 def summarise(results: Sequence[CharacteristicResult], feature: str = "") -> VerdictSummary:
     """Return the verdict on characteristics in the order of the plan, and the deciding one.
 
-    Among equally bad ones the first with a value that depends on ``feature`` alone decides, then
-    the first with a value, then the first.
+    Among equally bad ones, the first with a value by ``feature`` alone, with a value, or at all.
     """
     if not results:
         return NO_VERDICT

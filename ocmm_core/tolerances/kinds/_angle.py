@@ -169,10 +169,9 @@ def angle_rule(
 def angle_of_axes(
     characteristic: Characteristic, actual: Mapping[str, ActualFeature], rule: AngleRule
 ) -> Evaluation | None:
-    """Return the evaluation of a nominally zero angle; None for other angles.
+    """Return the evaluation of a nominally zero angle, the length of a vector; else None.
 
-    It is the length of a vector: deviation of one direction from the other, in two directions.
-    FitError: the angle has no side at this value, or its side is undetermined.
+    Deviation of directions in two directions. FitError: no side at this value, or undetermined.
     """
     first, second = (actual[name] for name in characteristic.features)
     one = rule.senses[0] * first.fit.direction

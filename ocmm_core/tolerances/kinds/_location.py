@@ -140,8 +140,7 @@ def coaxiality(
 ) -> Evaluation:
     """Return twice the greatest distance of a centre or axis from the datum's.
 
-    Between two balls the distance is in space; for a circle or ball it is measured across the axis
-    of the datum, or across its own if the datum is a ball.
+    In space between balls; else across the axis of the datum, or across its own to a ball.
     """
     feature, datum = actual[characteristic.features[0]], actual[characteristic.datums[0]]
     axis, slope = datum.fit.direction, datum.jacobian[3:6]

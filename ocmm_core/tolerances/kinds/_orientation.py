@@ -80,8 +80,7 @@ def orientation(
 def meant_direction(kind: str, own: Float, base: Float, *, alike: bool) -> Float | None:
     """Return the intended direction (3,), unit, of a feature, or None if not intended.
 
-    ``own`` and ``base`` are the nominal directions of feature and primary datum; ``alike`` if both
-    are planes, or both are axes: parallel elements have parallel directions.
+    ``own``, ``base``: nominals of feature and datum; ``alike``: both planes or both axes.
     """
     if kind == "angularity":
         return own

@@ -125,9 +125,8 @@ def _gauge_diameter(cone: Float, plane: Float, at: float) -> float:
 
 
 def associated_size(characteristic: Characteristic, feature: ActualFeature) -> Evaluation:
-    """Return the size of one feature by the plan's association.
+    """Return a diameter, radius, length or width by the plan's association.
 
-    Diameter or radius of circle, sphere and cylinder; length or width of slot and rectangle.
     FitError: the feature is constructed, no such element was found, or no two points are opposite.
     """
     association = characteristic.association

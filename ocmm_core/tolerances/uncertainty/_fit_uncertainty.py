@@ -175,11 +175,7 @@ def _reach(variances: Float, degrees: float) -> float:
 
 
 def scatter_samples(fit: Fit, points: Points3) -> tuple[FormSample, ...]:
-    """Return the scatter samples of a fit; empty without residuals.
-
-    An outline has two scatters, within its plane and out of it, with different causes: form of the
-    outline, and probing heights.
-    """
+    """Return the scatter samples of a fit; of an outline two: in its plane, and across it."""
     if fit.criterion is not Criterion.LEAST_SQUARES:
         return ()
     n = len(points)

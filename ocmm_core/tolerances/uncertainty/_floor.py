@@ -21,10 +21,9 @@ _JITTER = 1e-9
 
 
 def noise_floor(noise: FormNoise, errors: Float, seed: int = SEED) -> float:
-    """Return the average value, mm, of a perfect part due to the noise of the points.
+    """Return the average value, mm, of a perfect part by noise; ``errors`` (m, m), mm^2.
 
-    A minimised zone is also minimised for the noise; ``errors`` (m, m), mm^2, is the covariance of
-    the deviations.
+    A minimised zone is also minimised for the noise.
     """
     rows = len(errors) // 2 if noise.mirrored else len(errors)
     errors = errors[:rows, :rows]

@@ -208,8 +208,7 @@ def within(radius: float, mean: Float, covariance: Float) -> float:
 def expanded(spread: Spread, value: float) -> float:
     """Return U: half the width of the interval about ``value`` that covers the true value.
 
-    Twice the standard uncertainty, and more if noise increases the value: the interval then extends
-    to the lower and upper confidence bounds.
+    2 u; if noise increases the value, up to the lower and upper confidence bounds.
     """
     linear = 2.0 * spread.sigma
     if isinstance(spread, Normal) or not math.isfinite(linear):

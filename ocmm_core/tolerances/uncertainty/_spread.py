@@ -75,11 +75,7 @@ def contributing_samples(
 
 
 def of_own_form(characteristic: Characteristic, actual: Mapping[str, ActualFeature]) -> bool:
-    """Return whether the form of the feature is the measurand.
-
-    True for zones of its surface points, and for local sizes: a two-point size (ISO 14405-1) is the
-    distance of two points of the real surface, including their form.
-    """
+    """Return whether form is the measurand: zones of surface points, two-point sizes."""
     spec = spec_of(characteristic.kind)
     if spec.own_form:
         return True

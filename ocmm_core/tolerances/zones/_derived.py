@@ -111,10 +111,9 @@ def axis_sections(feature: ActualFeature) -> tuple[Section, ...]:
 
 
 def section_circle(feature: ActualFeature, section: Section) -> tuple[Fit, Rows]:
-    """Return the least-squares circle of a section's ball centres, with its jacobian.
+    """Return the least-squares circle of a section's centres, with its jacobian, 12 rows.
 
-    The jacobian, 12 rows by all centres, treats the axis direction as constant: its tilt of the
-    section is of second order.
+    The axis direction counts as constant: its tilt of the section is of second order.
     """
     touches, raw = own_fit(feature)
     fit, _ = fit_circle_projected(touches.tips[section.rows], raw.direction)

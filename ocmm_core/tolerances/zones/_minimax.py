@@ -45,10 +45,9 @@ Deviations = Callable[[Float], tuple[Float, Float]]
 
 
 def smallest_zone(deviations: Deviations, size: int) -> Smallest:
-    """Return the motion (size,), from zero on, that minimises the greatest deviation.
+    """Return the motion (size,), from zero, of the least greatest deviation; FitError.
 
-    Deviations are numbers (m,), scaled to move by some mm per unit; ``size`` may be zero. FitError:
-    no convergence.
+    Deviations (m,) are scaled to move by some mm per unit; ``size`` may be zero.
     """
 
     def as_vectors(motion: Float) -> tuple[Float, Float]:

@@ -91,10 +91,9 @@ def least_squares(feature: ActualFeature) -> Fit:
 
 
 def kept_offset(feature: ActualFeature) -> float:
-    """Return the offset of ball centres outside an element that keeps the ball, mm.
+    """Return the offset, mm, of centres outside an element that keeps the ball, else zero.
 
-    Zero for other shapes, whose ball centres are on an element of the same shape. Raises FitError
-    for a construction.
+    Other shapes have centres on an element of the same shape. FitError for a construction.
     """
     touches, raw = _own(feature)
     if raw.shape.spec.ball != "kept":

@@ -34,10 +34,9 @@ _STEP = 1e-5
 
 
 def around(feature: ActualFeature, association: Association) -> tuple[Float, Rows]:
-    """Return half two-point sizes of circle, sphere or cylinder, and their gradients.
+    """Return half two-point sizes of circle, sphere, cylinder, with gradients, by rank.
 
-    Only those relevant for a rank, most extreme first (`_contenders`). FitError: the feature is
-    constructed, or no two points are opposite.
+    Most extreme first (`_contenders`). FitError: constructed, or no two points opposite.
     """
     touches, raw = own_fit(feature)
     arms = touches.tips - raw.point

@@ -203,8 +203,7 @@ def _all_seen(surfaces: Sequence[TouchedSurface], values: Float, normals: Float)
 def form_noise(distances: Float, by_coordinates: Rows, free: Float) -> FormNoise:
     """Return the deviations (n,), mm, of a zone from its middle.
 
-    ``by_coordinates`` are n rows, nothing absorbed yet; ``free`` (n, k) are the derivatives by the
-    free motions of the zone.
+    ``by_coordinates``: n rows, nothing absorbed; ``free`` (n, k): by free motions of the zone.
     """
     n = len(distances)
     if free.shape[1]:
