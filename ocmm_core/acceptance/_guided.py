@@ -147,10 +147,7 @@ class AcceptanceProcedure:
             raise
 
     def take(self, now: datetime) -> None:
-        """Record the current probe position as the next point; CalibrationError, StorageError.
-
-        Nothing is ready, or the point is refused, which is logged; or it could not be stored.
-        """
+        """Record the probe position as the next point; CalibrationError, or StorageError."""
         with self._lock:
             if self._ready is None:
                 raise CalibrationError(

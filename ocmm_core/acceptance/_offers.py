@@ -116,10 +116,7 @@ def offered_artefacts(
 
 
 def open_tests(folder: Path, instrument: Instrument, most: int = MOST_READ) -> tuple[OpenTest, ...]:
-    """Return the unfinished tests of a folder, newest first.
-
-    The last entry states if more exist; tests of another instrument cannot be resumed.
-    """
+    """Return unfinished tests, newest first; the last entry states if there are more."""
     found = []
     paths = sorted(files_of_folder(folder / SESSIONS, ".chain"), key=_made, reverse=True)
     for index, path in enumerate(paths[:most]):

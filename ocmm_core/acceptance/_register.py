@@ -203,10 +203,7 @@ class ArtefactRegister:
         return found
 
     def add(self, entry: ArtefactEntry, who: str, now: datetime, *, replace: bool = False) -> None:
-        """Add an artefact or a newer certificate.
-
-        InputError: implausible, expired, or id in use. StorageError: cannot be written.
-        """
+        """Add an artefact or newer certificate; InputError: implausible, expired; StorageError."""
         check_entry(entry, "artefact")
         if _moment(entry.due_utc) <= now:
             raise InputError(

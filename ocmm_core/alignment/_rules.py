@@ -155,9 +155,7 @@ class ReferencePoints(
     start: (
         DatumAlignment | PlaneAxisPoint | DatumReferenceFrame | SavedFrame | Relocation | None
     ) = None
-    """Preceding alignment. Without it the best fit of all points is the start, and the conditions
-    name at least three features that are not collinear.
-    """
+    """Preceding alignment; None: best fit of all points, conditions on three or more features."""
 
     @property
     def features(self) -> tuple[str, ...]:

@@ -67,10 +67,7 @@ def look(
     anywhere: bool,
     options: Float,
 ) -> None:
-    """Give free slots to spots in the lines read, brightest first, if in no window.
-
-    ``samples`` (n, m): the first ``count`` rows belong to ``lines``.
-    """
+    """Give free slots to new spots in ``count`` rows of ``samples`` (n, m), brightest first."""
     hits = np.empty((len(slots), 3))
     n_hits = 0
     for k in range(count):

@@ -156,10 +156,7 @@ def _judge_light(slots: Float, options: Float, readings: Float) -> None:
 
 @compiled(centroid)
 def _judge_pairs(slots: Float, options: Float, readings: Float) -> None:
-    """Prevent two windows from reporting the same spot.
-
-    The one that saw an LED there before keeps it; if both or neither, the owner is undetermined.
-    """
+    """Prevent two windows from reporting one spot: the former owner keeps it, or neither."""
     n = len(slots)
     near = options[centroid.SEPARATION]
     shared = np.zeros(n, np.bool_)

@@ -48,10 +48,7 @@ class ProbePicture:
 def picture_of(
     rig: Rig, body: ProbeBody, rotation: Float | None, seen: Bool, turn: Turn | None
 ) -> ProbePicture:
-    """Return the picture of a probe.
-
-    ``rotation`` (3, 3), rig from probe, last attitude or None; ``seen`` (C, L): cameras by LEDs.
-    """
+    """Return a picture; ``rotation`` (3, 3): rig from probe, or None; ``seen``: (C, L)."""
     stance = stance_at(rig)
     turned = upright_rotation(rig, body) if rotation is None else rotation
     arms = (body.leds_probe - body.tip_probe) @ turned.T

@@ -170,10 +170,7 @@ def lay_ground(ground: int, start: int, stop: int, image: Pixmap) -> None:
 def blend_polygon(
     corners: Float, colour: int, share: float, bias: float, depth: Depths, image: Pixmap
 ) -> None:
-    """Blend a convex, flat, translucent polygon over the image where not hidden.
-
-    ``corners`` (n, 3) are places; ``bias`` (mm) keeps polygons on the surface visible.
-    """
+    """Blend a convex flat polygon, ``corners`` (n, 3), where hidden by less than ``bias`` mm."""
     height, width = depth.shape
     n = len(corners)
     # Newell's method: a robust polygon normal from all corners.

@@ -204,10 +204,7 @@ class Rendering:
 
 
 def blend_flat(canvas: Canvas, corners: Float, colour: str, share: float, bias: float) -> None:
-    """Blend a convex flat polygon, places (n, 3), over a painted part.
-
-    ``share``: opacity, 0 to 1; hidden behind the part, except within ``bias`` mm.
-    """
+    """Blend a convex flat polygon (n, 3), opacity ``share``, hidden beyond ``bias`` mm."""
     blend_polygon(
         np.ascontiguousarray(corners), _number(colour), share, bias, canvas.depth, canvas.image
     )
@@ -236,10 +233,7 @@ def draw_bundles(canvas: Canvas, bundles: Sequence[Bundle], bias: float, hidden:
 
 
 def is_hidden(mesh: RenderMesh, point: Float, toward: Float, least_mm: float) -> bool:
-    """Return whether the part is between a point and a distant eye.
-
-    `point`, `toward`: (3,), mm, and unit, mesh frame. `least_mm`: ignores nearer surfaces.
-    """
+    """Return whether the part, beyond `least_mm`, hides a point (3,), mm, `toward` (3,), unit."""
     return hides(
         mesh.vertices, mesh.triangles, np.ascontiguousarray(point, dtype=np.float64),
         np.ascontiguousarray(toward, dtype=np.float64), least_mm,

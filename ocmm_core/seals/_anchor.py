@@ -76,10 +76,7 @@ def _own_lists(keys: KeyFolder, kept: Sequence[str]) -> Iterator[_Heads]:
 
 
 def learn_heads(text: str, place: str, keys: KeyFolder) -> int:
-    """Add ends beyond those in the memory; return their number.
-
-    `text`: from `signed_heads` of this or a trusted station, else StorageError.
-    """
+    """Add ends beyond those in the memory, return their number; StorageError: not trusted."""
     try:
         found = msgspec.json.decode(text, type=_SignedHeads)
     except (ValueError, RecursionError) as error:

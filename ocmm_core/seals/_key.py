@@ -83,11 +83,7 @@ class KeyFolder:
         return names
 
     def trust(self, public: bytes, name: str, who: str, reason: str, now: datetime) -> KnownKey:
-        """Trust the key of another station from now on.
-
-        InputError: name, person or reason is missing, or it is the key of this station.
-        StorageError: the ring cannot be read or written.
-        """
+        """Trust another station's key; InputError: a text is missing, or own key; StorageError."""
         check_names(name, who)
         if public == self.own_public():
             raise InputError(

@@ -234,10 +234,7 @@ def _write(path: Path, content: bytes, *, sync: bool) -> None:
 
 
 def _migrate(folder: Path) -> None:
-    """Convert a memory of version 0.1, keyed by path, once.
-
-    A history was replaced if the end of its folder is another.
-    """
+    """Convert a memory of version 0.1, which was keyed by path, once."""
     clock = folder / _file_name(_CLOCK)
     if clock.exists() or not folder.is_dir():
         return

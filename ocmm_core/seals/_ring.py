@@ -74,11 +74,7 @@ def read_ring(folder: Path) -> tuple[KnownKey, ...]:
 
 
 def add_to_ring(folder: Path, added: KnownKey) -> None:
-    """Add a key to the ring, replacing the entry of the same key.
-
-    To be called with the folder locked by `changing`. Raises StorageError if the ring cannot be
-    read or written.
-    """
+    """Add or replace a key, the folder locked by `changing`; StorageError for the ring."""
     keys = [key for key in read_ring(folder) if key.public != added.public] + [added]
     _write(folder, keys)
 

@@ -41,11 +41,7 @@ class DocumentKey:
 
 
 def document_key(key: StationKey, what: str) -> DocumentKey:
-    """Return a new key for one document.
-
-    `what`: name of the document, truncated to fit into the certificate. StorageError: the token
-    with the key of the station does not answer.
-    """
+    """Return a new key for a document named `what`; StorageError: the token is silent."""
     private, station = ec.generate_private_key(ec.SECP256R1()), station_certificate(key)
     usage = x509.KeyUsage(True, True, False, False, False, False, False, False, False)
     builder = (

@@ -83,10 +83,7 @@ class ProbeWatch:
         self._used = self._clock()
 
     def mount(self, tip: str) -> None:
-        """Note that a tip, maybe the same one, was mounted; it must be checked.
-
-        CalibrationError: no records, or never calibrated with it. StorageError: unwritable history.
-        """
+        """Note that a tip was mounted, to be checked; CalibrationError: no records; StorageError."""
         store = self.in_use.store
         if store is None:
             raise CalibrationError(
@@ -99,10 +96,7 @@ class ProbeWatch:
         self.settle()
 
     def feed(self, block: FrameBlock) -> bool:
-        """Check for a shock and a pause; return whether suspicions or held points changed.
-
-        OcmmError if a suspicion is not durable; a shock stops the points in any case.
-        """
+        """Check for shock and pause; return if anything changed; OcmmError: stopped, not durable."""
         dropped = self._notice_shock(block)
         paused = self._notice_pause()
         settled = self.settle()

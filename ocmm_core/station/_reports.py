@@ -50,7 +50,7 @@ class Reports:
         *,
         incomplete: bool = False,
     ) -> tuple[Path, ...]:
-        """Write reports of the job and return their paths; as `write_report`, with its sheet."""
+        """Write reports on the sheet of this station; as `write_report`, InputError: template."""
         data = replace(self.data(), paper=paper_of(self._current.now.file.path))
         files = write_report(data, formats, directory, profile, incomplete=incomplete)
         lost = self._current.now.file.check_name()

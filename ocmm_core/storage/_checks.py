@@ -98,10 +98,7 @@ def beside_fault(rows: Sequence[Sequence[Any]]) -> str:
 
 
 def seal_fault(rows: Iterable[Sequence[Any]], steps: int) -> str:
-    """Return the fault of a row of ``seal``, or "".
-
-    `rows`: number of the signed step, key, signature. `steps`: of the audit, with the signed ones.
-    """
+    """Return the fault of a row of ``seal`` (signed step, key, signature), or ""."""
     for row in rows:
         found = kind_fault("seal", row)
         if not found and not 0 < row[0] <= steps:

@@ -193,10 +193,7 @@ def _require_job(db: sqlite3.Connection, path: Path, *, whole: bool = True) -> N
 
 
 def checkpoint(db: sqlite3.Connection) -> bool:
-    """Write the log into the file; return if it is empty (not on a full disk).
-
-    sqlite3.Error if the disk failed: the connection must then be given up.
-    """
+    """Write the log into the file, not on a full disk; return if empty; sqlite3.Error: give up."""
     try:
         return bool(db.execute("PRAGMA wal_checkpoint(TRUNCATE)").fetchone()[0] == 0)
     except sqlite3.Error as error:

@@ -157,11 +157,7 @@ class JobFile(JobReader):
 
     @classmethod
     def read(cls, path: Path, *, read_only: bool = False) -> JobFile:
-        """Return the current job at ``path`` in memory; its file is not touched again.
-
-        Additions go to this copy alone, unless it is ``read_only``. StorageError as of `read_job`,
-        or it is damaged.
-        """
+        """Return the job in memory, own additions unless ``read_only``; errors as `read_job`."""
         content = read_job(path)
         made = cls.in_memory(path, content.file, content.left_out, read_only=read_only)
         made.identity = content.identity
@@ -238,10 +234,7 @@ class JobFile(JobReader):
         self.append_event(ADOPTED, text)
 
     def backup(self, path: Path | str) -> None:
-        """Write a complete copy; works also after the disk of the job has failed. For tests only.
-
-        StorageError: the file exists already, or cannot be written.
-        """
+        """Write a complete copy, also after a disk fault, for tests; StorageError: exists."""
         path = Path(path)
         if path.exists():
             raise StorageError(
@@ -333,10 +326,7 @@ class JobFile(JobReader):
                 remember_job(self.head.job_uuid, *sealed, self.path)
 
     def _note_loss(self, *, with_log: bool) -> None:
-        """Give the file up if it was changed by others; the caller holds the lock.
-
-        `with_log`: also compare the log with its noted state; not in the middle of a step.
-        """
+        """Give the file up if changed by others; caller locks. `with_log`: not within a step."""
         keeper = self._keeper
         if keeper is None or keeper.error is not None:
             return

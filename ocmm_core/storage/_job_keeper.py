@@ -30,10 +30,7 @@ Insert = tuple[str, tuple[object, ...]]
 
 
 class JobKeeper:
-    """Compare the name of a job with its file, and rescue its steps; thread-safe.
-
-    `db`: its connection, with an empty log. Raises OSError if the file is missing.
-    """
+    """Compare a job's name and file, rescue steps; thread-safe; `db` with empty log; OSError."""
 
     def __init__(self, path: Path, job_uuid: str, db: sqlite3.Connection) -> None:
         self._path, self._uuid = path.absolute(), job_uuid

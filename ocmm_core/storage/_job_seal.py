@@ -125,10 +125,7 @@ def judge_head(keys: KeyFolder, steps: int, head: str, signature: Signature | No
 
 
 def check_line(db: sqlite3.Connection, job_uuid: str, line: str, keys: KeyFolder) -> str:
-    """Return the proof of a job by a line from paper, in a sentence.
-
-    Raises StorageError if it is of another job, contradicts the file, or its signer is unknown.
-    """
+    """Return the proof by a line from paper; StorageError: another job, or contradiction."""
     parts = line.strip().split(":")
     if len(parts) != 6 or parts[0] != _LINE or not parts[2].isdecimal() or len(parts[2]) > 12:
         raise InputError(

@@ -28,11 +28,7 @@ class JobWriter:
 
     @contextlib.contextmanager
     def transaction(self, db: sqlite3.Connection) -> Iterator[None]:
-        """Make the changes of the body durable, or none of them.
-
-        Raises StorageError if the disk failed before, or a text is invalid; sqlite3.Error if it
-        could not be stored.
-        """
+        """Make the changes durable, or none; StorageError: disk failed before; sqlite3.Error."""
         if self.failed:
             raise disk_failed(self._path)
         try:

@@ -137,10 +137,7 @@ def require_known(db: sqlite3.Connection, path: Path, steps: tuple[Step, ...] = 
 
 
 def backup_older(db: sqlite3.Connection, path: Path, steps: tuple[Step, ...] = MIGRATIONS) -> None:
-    """Copy an older file to ``<name>.v<version>.bak`` next to it, before its migration.
-
-    Raises StorageError if the file is newer than this program, or the backup cannot be written.
-    """
+    """Copy an older file to ``<name>.v<version>.bak``; StorageError: newer, not writable."""
     version = require_known(db, path, steps)
     if version == len(steps):
         return

@@ -221,10 +221,7 @@ class EthercatSource:
         return CycleFault(Trouble.BAD, Alarm.SECOND_MASTER, words)
 
     def _or_the_computer(self, fault: CycleFault, elapsed: int) -> CycleFault:
-        """Attribute a lost answer to this computer if it stalled in that cycle.
-
-        A disturbed cable loses answers of cycles that start and end in time.
-        """
+        """Attribute a lost answer to this computer if it stalled; cables also lose timely ones."""
         if fault.alarm not in (Alarm.LOST_ANSWERS, Alarm.LATE_ANSWERS) or self._time.stretched:
             return fault
         period_ns, passage = self._settings.cycle_period_ns, self._bus.passage

@@ -43,10 +43,7 @@ EXIT_FAILED = 2
 
 
 def main() -> None:
-    """Run ``ocmm-acq [--interface NAME | CONFIG.json]``; else configured by standard input.
-
-    A service sets the interface, which its clients may not choose.
-    """
+    """Run ``ocmm-acq [--interface NAME | CONFIG.json]``, or by standard input."""
     try:
         sys.exit(_run(sys.argv[1:]))
     except Exception as error:

@@ -99,10 +99,7 @@ def allow_locked_memory() -> None:
 
 
 def give_up_all_but(kept: Iterable[int]) -> None:
-    """Drop all capabilities of this process but `kept`, permanently.
-
-    For this thread and its later ones: call it first. No effect without capabilities.
-    """
+    """Drop all capabilities but `kept`, permanently, for this and later threads: call it first."""
     if not HOST.is_linux_like:
         return
     kept = frozenset(kept)

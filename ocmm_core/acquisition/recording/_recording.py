@@ -121,10 +121,7 @@ class Recording:
         return self._starts[-1]
 
     def read(self, start: int, limit: int) -> FrameBlock:
-        """Return at most `limit` frames from frame `start`, all of one recorded block.
-
-        AcquisitionError: the frames are damaged. IndexError: `start` is out of range.
-        """
+        """Return up to `limit` frames of one block; AcquisitionError: damaged; IndexError."""
         if not 0 <= start < len(self):
             msg = f"frame {start} of a recording with {len(self)} frames"
             raise IndexError(msg)

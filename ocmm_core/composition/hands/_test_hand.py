@@ -40,10 +40,7 @@ class Source(Protocol):
 
 
 class TestHand(Hand):
-    """Make the remaining touches of an acceptance test.
-
-    `make`: opens the source, with the number of frames, infinite if it ends on its own.
-    """
+    """Make the remaining touches; `make` returns a source and its frames (may be infinite)."""
 
     __test__ = False
 

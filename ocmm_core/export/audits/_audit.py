@@ -33,10 +33,7 @@ _STEPS = {
 
 
 def audit(path: Path, line: str = "") -> Audit:
-    """Return the audit of a file, or of a folder with a history of calibrations.
-
-    `line`: code on a report of the job, or "". OcmmError: none of these, or unreadable.
-    """
+    """Return the audit of a file or folder; `line`: code of a report, or ""; OcmmError: neither."""
     if path.is_dir():
         return _of_records(path)
     if path.suffix == SUFFIX or line:

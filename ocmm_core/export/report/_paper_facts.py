@@ -29,8 +29,7 @@ CLAUSES = (
     "7.8.2.1 h", "7.8.2.1 i", "7.8.2.1 j", "7.8.2.1 l", "7.8.2.1 m", "7.8.2.1 n", "7.8.2.1 o",
     "7.8.2.2", "7.8.3.1 a", "7.8.3.1 b", "7.8.3.1 c",
 )  # fmt: skip
-"""Clauses for test reports. Omitted: k (sampling: every item is measured), p (results of others:
-there are none), opinions and methods of customers (7.8.3.1 d, e)."""
+"""Omitted: k (no sampling), p (no results of others), opinions, methods (7.8.3.1 d, e)."""
 
 _HEAD_DIGITS = 16
 _NUMBER_DIGITS = 8

@@ -121,10 +121,7 @@ def _cloud(table: Table) -> bytes:
 
 
 def _macro(points: Table) -> bytes:
-    """Return a macro that makes every point, safe against injection.
-
-    ``$`` expands variables in this language and ``"`` ends a text; names can contain neither.
-    """
+    """Return a macro that makes every point; names contain neither ``$`` nor ``"``."""
     lines = [_VERSION]
     for *place, name in points.rows:
         x, y, z = _numbers(place)

@@ -44,10 +44,7 @@ def template_in_use() -> Path:
 
 
 def keep_template(path: Path) -> Path:
-    """Store a template with its logo for every report of this station; return its path.
-
-    InputError: it cannot be used. StorageError: it cannot be stored.
-    """
+    """Store a template with its logo for this station; InputError: unusable; StorageError."""
     paper, kept = load_paper(path), station_template()
     if path.resolve() == kept.resolve():
         return kept

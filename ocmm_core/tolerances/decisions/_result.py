@@ -54,9 +54,7 @@ class CharacteristicResult:
     tur: float | None = None
     """Tolerance divided by twice U; None without a value or a tolerance."""
     leaning: Literal["", "in", "out"] = ""
-    """Side of the limit of an unproven value: ``"in"`` (a conditional pass in the words of
-    ILAC-G8), ``"out"`` (a conditional fail), or empty.
-    """
+    """Side of the limit: ``"in"`` (ILAC-G8 conditional pass), ``"out"`` (fail) or ""."""
     interval: tuple[float, float] | None = None
     """95 % interval of the true value; None together with ``measured``."""
     association: str = ""

@@ -155,10 +155,7 @@ class PartVerdict:
 
     @property
     def headline(self) -> str:
-        """Return the word, with the count of requirements if the plan lacks some.
-
-        For example ``PART CONFORMS: 18 of 52 requirements of the model are in this plan``.
-        """
+        """Return the word; of incomplete plans with counts (``PART CONFORMS: 18 of 52 ...``)."""
         count = self.requirement_words if self.is_partial else ""
         return f"{self.word.value}: {count}" if count else self.word.value
 

@@ -125,10 +125,7 @@ def _gauge_diameter(cone: Float, plane: Float, at: float) -> float:
 
 
 def associated_size(characteristic: Characteristic, feature: ActualFeature) -> Evaluation:
-    """Return a diameter, radius, length or width by the plan's association.
-
-    FitError: the feature is constructed, no such element was found, or no two points are opposite.
-    """
+    """Return a size by the plan's association; FitError: constructed, no element, none opposite."""
     association = characteristic.association
     if characteristic.kind in ("length", "width"):
         lengthwise = characteristic.kind == "length"

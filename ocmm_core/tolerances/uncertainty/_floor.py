@@ -21,10 +21,7 @@ _JITTER = 1e-9
 
 
 def noise_floor(noise: FormNoise, errors: Float, seed: int = SEED) -> float:
-    """Return the average value, mm, of a perfect part by noise; ``errors`` (m, m), mm^2.
-
-    A minimised zone is also minimised for the noise.
-    """
+    """Return the mean value, mm, of a perfect part by noise; ``errors``: (m, m), mm^2."""
     rows = len(errors) // 2 if noise.mirrored else len(errors)
     errors = errors[:rows, :rows]
     variances = np.maximum(np.diagonal(errors), 0.0)
@@ -42,10 +39,7 @@ def noise_floor(noise: FormNoise, errors: Float, seed: int = SEED) -> float:
 
 
 def least_greatest(deviations: Float, free: Float) -> Float:
-    """Return the minimised greatest amount (b,) of each row of deviations over ``free``.
-
-    Accurate to a percent or two, sufficient for a mean over noise; see `bounds_of_least`.
-    """
+    """Return the minimised greatest amount (b,) of rows over ``free``, to two percent."""
     lower, upper = bounds_of_least(deviations, free, _STEPS)
     middle: Float = 0.5 * (upper + np.minimum(lower, upper))
     return middle

@@ -47,9 +47,7 @@ class Characteristic(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_f
     two-point size.
     """
     zone: Literal["", "planes", "cylinder", "sphere"] = ""
-    """Of position and of the orientation of an axis; empty is the usual one: two planes for a face,
-    a sphere for a point or ball, a cylinder for all else.
-    """
+    """Of position, orientation; "": planes for a face, sphere for a point, else cylinder."""
     modifier: Literal["", "maximum material", "least material"] = ""
     """Widens the tolerance of a position by the departure of the size from its material limit."""
     material_size: float = 0.0

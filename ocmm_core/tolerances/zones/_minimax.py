@@ -45,10 +45,7 @@ Deviations = Callable[[Float], tuple[Float, Float]]
 
 
 def smallest_zone(deviations: Deviations, size: int) -> Smallest:
-    """Return the motion (size,), from zero, of the least greatest deviation; FitError.
-
-    Deviations (m,) are scaled to move by some mm per unit; ``size`` may be zero.
-    """
+    """Return the motion (size,), from zero, of least greatest deviation (m,), mm; else FitError."""
 
     def as_vectors(motion: Float) -> tuple[Float, Float]:
         values, jacobian = deviations(motion)

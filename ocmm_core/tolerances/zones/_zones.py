@@ -127,10 +127,7 @@ class DerivedPoint:
 
 
 def surface_zone(surfaces: Sequence[TouchedSurface], frame: ZoneFrame) -> Evaluation:
-    """Return twice the greatest distance of surface points from true geometry.
-
-    Raises FitError if the search does not converge, or a distance is undefined.
-    """
+    """Return twice the greatest distance from true geometry; FitError without a solution."""
     worlds = [surface.world for surface in surfaces]
 
     def distances(at: ZoneFrame, *, checked: bool = False) -> tuple[Float, Float, Float]:
