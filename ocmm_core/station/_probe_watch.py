@@ -83,7 +83,7 @@ class ProbeWatch:
         self._used = self._clock()
 
     def mount(self, tip: str) -> None:
-        """Note that a tip was mounted, to be checked; CalibrationError: no records; StorageError."""
+        """Note a mounted tip, to be checked; CalibrationError: no records of it; StorageError."""
         store = self.in_use.store
         if store is None:
             raise CalibrationError(
@@ -96,7 +96,7 @@ class ProbeWatch:
         self.settle()
 
     def feed(self, block: FrameBlock) -> bool:
-        """Check for shock and pause; return if anything changed; OcmmError: stopped, not durable."""
+        """Check for shock and pause; return if anything changed; OcmmError: not durable."""
         dropped = self._notice_shock(block)
         paused = self._notice_pause()
         settled = self.settle()
