@@ -190,8 +190,8 @@ def typed_entry(fields: Mapping[str, str]) -> ArtefactEntry:
     """Return a register entry from typed fields or those of a certificate.
 
     `fields`: texts by name: those of `ArtefactEntry`; ``sizes`` separated by blanks or semicolons,
-    mm; ``due_utc`` as a date. Empty fields with a default use it. InputError: a field is not a
-    number, or implausible.
+    mm; ``due_utc`` as a date. Empty fields use their default. InputError: not a number, or
+    implausible.
     """
 
     def number(name: str) -> float:

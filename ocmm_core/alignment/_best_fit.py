@@ -97,8 +97,7 @@ def fit_points_locked(
     """Return the best fit that differs from ``start`` by motions that are not locked.
 
     The difference is a rotation vector and a shift of the origin, both in the part frame, with
-    locked entries zero. Gauss-Newton from ``start``. FitError: the points leave a motion free, or
-    no convergence.
+    locked entries zero. Gauss-Newton from ``start``. FitError: a motion is free, or no convergence.
     """
     free = [index for index, name in enumerate(MOTIONS) if name not in locked]
     if len(free) == len(MOTIONS):

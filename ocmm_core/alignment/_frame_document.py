@@ -1,8 +1,7 @@
 """Frames stored beyond a job: of a machine, or of a part before it is moved.
 
-The document is TOML (``ocmm.frame/1``) with the hash of its content, so that changes are detected.
-A plan copies the required data (`saved_frame`, `relocation`) with the hash, and does not need the
-file.
+The document is TOML (``ocmm.frame/1``) with the hash of its content. A plan copies the required
+data (`saved_frame`, `relocation`) with the hash, and does not need the file.
 """
 
 from __future__ import annotations

@@ -1,9 +1,8 @@
 """Datum precedence: association under the orientation of preceding datums.
 
 ISO 5459: the primary datum is associated freely, the secondary one with the direction left by the
-primary, the tertiary one with that of both. The squareness error of a face then has no influence
-via the positions of its points: only its rotation about the primary's normal is determined from
-them.
+primary, the tertiary one with that of both. Positions of points on a face out of square only
+determine its rotation about the primary's normal.
 """
 
 from __future__ import annotations

@@ -154,8 +154,7 @@ def load_rig(path: Path | str) -> Rig:
     """Return the rig of the document at ``path``.
 
     InputError: the document is malformed, has duplicate cameras, serials or aliases, fewer than two
-    or more than `MAX_CAMERAS` cameras, an implausible value, or a calibration that does not
-    determine its cameras.
+    or more than `MAX_CAMERAS` cameras, an implausible value, or an undetermined calibration.
     """
     document = load_document(path, RigDocument, SCHEMA)
     _check(Path(path), document)

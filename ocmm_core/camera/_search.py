@@ -32,8 +32,7 @@ def plan(
     """Write the lines to read in this frame, advance the cursor, return their count.
 
     ``regions`` (r, 4): left, top, width, height, px; region i belongs to slot i, unless one region
-    serves all slots (``anywhere``). ``lines`` (n, 3): left, row, number of samples; none if no slot
-    is free.
+    serves all slots (``anywhere``). ``lines`` (n, 3): left, row, samples; none without a free slot.
     """
     step = int(options[centroid.SEARCH_STEP])
     # `passed` counts regions with nothing to read, to end the loop with no free slot; one more than

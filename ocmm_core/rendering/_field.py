@@ -24,12 +24,8 @@ def finer(
     Edges that are too long and nearer to a point than ``reach_mm`` are halved, the longest of a
     triangle first, on both sides: surface and outline stay the same, without gaps. Beyond ``most``
     new triangles, edges stay longer. `rows`: (m,): triangles that may be divided. `points`,
-    `longest_mm`: (k, 3), mm, and (k,): maximum length of the edges nearest to a point.
-
-    Returns
-    -------
-    tuple
-        The mesh, and (n,) the vertex of ``mesh`` nearest along the divided edges.
+    `longest_mm`: (k, 3), mm, and (k,): maximum length of the edges nearest to a point. Returns also
+    (n,) the vertex of ``mesh`` nearest along the divided edges.
     """
     tree, shortest = cKDTree(points), float(longest_mm.min())
     vertices, normals = mesh.vertices, mesh.normals

@@ -27,8 +27,8 @@ def paint_frame(
 
     See `project_mesh`, `raster`, `draw_outline` and `draw_lines` for the arrays. ``places``,
     ``shades`` and ``edge_places`` are scratch arrays. Without ``is_lit`` the vertex colours are
-    used unlit; ``ground`` is a background colour 0xRRGGBB, -1 for none; ``rows`` is the height of a
-    band, see `into_bands`.
+    used unlit; ``ground`` is a background colour 0xRRGGBB, -1 for none; ``rows``: of a band
+    (`into_bands`).
     """
     height, width = depth.shape
     project_mesh(vertices, normals, colours, matrix, offset, places, shades)

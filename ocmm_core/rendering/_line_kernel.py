@@ -32,8 +32,7 @@ def draw_lines(
 
     `places`, `starts`: (k, 3), and (e + 1,) start index of each line. `half_px`: half the width.
     `shown`, `hidden`: opacity of a line before and behind the part, 0 to 1. `bias`: mm: a line that
-    lies on the surface is not hidden by it. `depth`, `image`: (height, width); the image is changed
-    in place.
+    lies on the surface is not hidden by it. `depth`, `image`: (height, width); image in place.
     """
     height, width = depth.shape
     for line in range(start, stop):
@@ -119,8 +118,7 @@ def draw_outline(
     """Draw silhouettes and creases in the rows ``start`` to ``stop``.
 
     Pixels of the part next to background, or where the depth bends by more than ``step_mm``: second
-    differences vanish on any plane. Background pixels get the colour ``ground``, 0xRRGGBB; -1
-    leaves them unchanged.
+    differences vanish on any plane. Background gets ``ground``, 0xRRGGBB; -1: unchanged.
     """
     height, width = depth.shape
     opaque = np.uint32(0xFF000000 | (ground & 0xFFFFFF))

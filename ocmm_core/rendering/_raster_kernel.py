@@ -78,8 +78,7 @@ def into_bands(
     """Return the triangles in each band of ``rows`` image rows, band by band.
 
     Buffers of a whole image exceed a core's cache: at 1920 x 1080 three quarters of the time were
-    memory waits. Those of a band fit. `starts`: (bands + 1,): output, start of each band in the
-    result.
+    memory waits. Those of a band fit. `starts`: (bands + 1,), out: start of each.
     """
     bands = len(starts) - 1
     starts[:] = 0

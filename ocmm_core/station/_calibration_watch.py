@@ -76,9 +76,8 @@ class KeptView(Generic[V]):
 class CalibrationWatch:
     """Judge the calibration in use repeatedly; `view` never waits for a camera.
 
-    `bus`: None if frames do not come over one. `objects`: Access to the cameras, or None. `clock`:
-    Local time with its zone. `failed`: Receives an unexpected error that ended the polling of
-    cameras.
+    `bus`: None if frames do not come over one. `objects`: access to the cameras, or None. `clock`:
+    local time with zone. `failed`: receives the error that ended polling.
     """
 
     def __init__(

@@ -85,8 +85,7 @@ class StationFaults:
     def fail(self, error: BaseException, part: str, *, tell: bool = True) -> OcmmError:
         """Stop measuring because of an exception, and return the reported error.
 
-        `part`: failed part, as the beginning of a sentence. `tell`: False if the caller raises the
-        result.
+        `part`: begins a sentence. `tell`: False if the caller raises the result.
         """
         safe = self._kept.what_is_safe()
         with self._lock:

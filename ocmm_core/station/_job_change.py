@@ -55,8 +55,7 @@ class JobChange:
     def next_part(self, header: JobHeader) -> None:
         """Start a new job for another part by the same plan.
 
-        InputError or StorageError as `job_for`, or this station requires released plans, and this
-        one is not.
+        Errors as `job_for`; InputError also if this station requires released plans.
         """
         now = self._current.now
         if self._gear.released_only:

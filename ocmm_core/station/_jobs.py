@@ -25,9 +25,8 @@ def job_for(
 ) -> JobFile:
     """Return a new job file for a part, with the documents of a former job.
 
-    `like`: head of the former job. `plan`: gives the file's name. Raises InputError if a name of
-    the header is invalid or the batch has this part already, StorageError if the file cannot be
-    made.
+    `like`: head of the former job. `plan`: names the file. InputError: a name is invalid, or the
+    batch has this part; StorageError: the file cannot be made.
     """
     check_header(header)
     require_new_serial(folder, header.batch, header.serial)

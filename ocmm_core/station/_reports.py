@@ -25,8 +25,7 @@ class Reports:
         """Return the report data of the current job.
 
         Takes up to some seconds: not for the thread of a window. MeasuringError: the job changes
-        faster than it can be reported. OcmmError: the job file cannot be read, or is not on the
-        disk under its name.
+        faster than it can be reported. OcmmError: the job file cannot be read, or lost its name.
         """
         for _ in range(_TRIES):
             job = self._current.now

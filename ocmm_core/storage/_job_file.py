@@ -222,8 +222,7 @@ class JobFile(JobReader):
         """Adopt unsigned steps by name; every reader sees person, reason and content.
 
         Only for a job of a version that did not sign, for an older copy if no newer one is left, or
-        for a job that this station signed and has no memory of. StorageError as
-        `require_adoptable`.
+        one signed here without memory. StorageError as `require_adoptable`.
         """
         with self._reading() as db:
             seal = self._sealed(db)

@@ -108,8 +108,7 @@ def gauge_study(
     """Return the study of values (parts, operators, trials).
 
     `one_sided`: the limit of a one-sided tolerance; its distance from the mean counts. `level`:
-    above this p-value the interaction is pooled. InputError: the study is too small or has values
-    that are not finite.
+    above this p-value the interaction is pooled. InputError: too small a study, or not finite.
     """
     x = np.asarray(values, dtype=np.float64)
     _require(x)

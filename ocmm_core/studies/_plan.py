@@ -1,8 +1,7 @@
 """Plans of gauge studies: randomised and blind.
 
 Every measurement has a code, which is the serial number of its job: operators see neither part nor
-trial. The order is random for each operator and trial, so that neither drift nor memory favours a
-part.
+trial. The order is random for each operator and trial, against drift and memory.
 """
 
 from __future__ import annotations

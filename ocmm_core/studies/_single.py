@@ -230,8 +230,7 @@ def compare_stated(values: Float, stated: Float, confidence: float = 0.99) -> St
     """Return whether repeats scatter as stated by their standard uncertainty.
 
     `values`: (cells, r): repeats. `stated`: (cells,): standard uncertainty of one result, without
-    contributions common to all repeats. InputError: there is no repeat, or a stated uncertainty
-    that is not above zero.
+    contributions common to all repeats. InputError: no repeat, or no positive uncertainty.
     """
     x, u = np.asarray(values, dtype=np.float64), np.asarray(stated, dtype=np.float64)
     if x.ndim != 2 or x.shape[1] < 2 or not np.all(u > 0.0):

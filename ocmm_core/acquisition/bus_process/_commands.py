@@ -1,8 +1,7 @@
 """Command port of the bus process: requests on standard input, replies on output.
 
 A separate thread does all reading, writing and JSON, so that the bus cycle thread never waits: it
-takes requests from a queue and puts replies into another. Both queues are bounded and count
-overflows.
+takes requests from a queue and puts replies into another. Both are bounded and count overflows.
 """
 
 from __future__ import annotations

@@ -1,8 +1,7 @@
 """Bus recorder in a process with the necessary rights.
 
 Reads one line of JSON from standard input and writes a pcapng file to standard output, until its
-time or size limit or the end of standard input. The parent stores the file: this process has no
-output files.
+time or size limit or the end of standard input. The parent stores the file.
 """
 
 from __future__ import annotations

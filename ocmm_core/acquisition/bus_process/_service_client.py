@@ -2,8 +2,7 @@
 
 On a measuring cell's computer systemd starts the bus process (``installer/linux``) with rights that
 no person has. Its socket gives permitted users a bus process with the protocol of pipes. An
-unprivileged relay process adapts it: to the application it is a child process with the service's
-output on its streams.
+unprivileged relay process adapts it: a child process with the service's output.
 """
 
 from __future__ import annotations

@@ -67,8 +67,7 @@ def sweep(outbox: Outbox) -> int:
     """Queue the jobs whose program ended before it did; return how many.
 
     Missing jobs and jobs without points are skipped. Unreadable ones are queued as they are: the
-    delivery sets them aside and names them. Raises StorageError if the outbox cannot be read or
-    written.
+    delivery sets them aside and names them. StorageError for the outbox.
     """
     found = 0
     for note in sorted((outbox.folder / _FOLDER).glob("*")):

@@ -59,8 +59,7 @@ def extract_job(
     """Return the rows of a job file.
 
     `known`: hash of the audit by its number of rows, of versions already archived by this station:
-    a file that does not continue them was altered. OcmmError: it is no job file, damaged, or of a
-    later version.
+    a file that does not continue them was altered. OcmmError: no job file, damaged, or later.
     """
     with JobFile.in_memory(_CALLED, content) as file:
         head, seal = file.head, file.seal()

@@ -139,9 +139,8 @@ def require_psycopg() -> None:
 class PostgresArchive(SqlArchive):
     """An archive on a server.
 
-    `set_up`: Create or update the tables; for the owner only. `read_only`: Nothing can be added by
-    this connection. Raises InputError if the extra `shop` is not installed; StorageError if the
-    server cannot be reached, denies access, or has no archive of this version.
+    `set_up`: create or update the tables, as owner. `read_only`: nothing can be added. InputError
+    without the extra `shop`; StorageError: no server, no access, or no archive of this version.
     """
 
     _who = "SESSION_USER"

@@ -2,8 +2,7 @@
 
 Parameters and their covariance are those of the sealed record. The covariance (of a small rotation
 and translation in the camera frame, `camera.PARAMETERS`) is propagated to centre and rotation
-vector, the quantities of interest, with derivatives by differences; the model is smooth, and one
-sigma is a small step.
+vector, the quantities of interest, with derivatives by differences of one sigma.
 """
 
 from __future__ import annotations

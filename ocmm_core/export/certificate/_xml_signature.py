@@ -121,10 +121,7 @@ def xml_signature(
     """Return the state of the signature in a document, and the document as signed.
 
     `root`: the document, read without entities and document types. `content`: the same as bytes.
-
-    Returns
-    -------
-    The document is ``root`` itself unless the signature is valid.
+    The returned document is ``root`` itself unless the signature is valid.
     """
     signatures = list(root.iter(f"{_DS}Signature"))
     if not signatures:

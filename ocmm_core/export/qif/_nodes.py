@@ -65,8 +65,7 @@ _STATED = (
 class Node:
     """An element that tracks which of its children and attributes were read.
 
-    `units`: of the document. `is_pmi`: use the units of product and manufacturing information
-    (characteristics).
+    `units`: of the document. `is_pmi`: use those of PMI (characteristics).
     """
 
     def __init__(self, element: etree._Element, units: DocumentUnits, *, is_pmi: bool) -> None:

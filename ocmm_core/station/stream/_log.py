@@ -1,8 +1,7 @@
 """Numbered messages of the live stream, complete and in order, for late clients.
 
 The latest lines are in memory, older ones in an unnamed file that vanishes with the program, so
-that memory is bounded. If the file cannot be written, they stay in memory: a full disk costs
-memory, but no line.
+that memory is bounded. If that cannot be written, they stay in memory.
 """
 
 from __future__ import annotations

@@ -231,7 +231,7 @@ def provisional(result: CharacteristicResult, why: str) -> CharacteristicResult:
 
 
 def not_proven(result: CharacteristicResult, why: str) -> CharacteristicResult:
-    """Return a measured, not provisional result as NOT PROVEN, with the reason."""
+    """Return a result as NOT PROVEN, with the reason; unmeasured or provisional ones unchanged."""
     if result.verdict in (Verdict.NOT_MEASURED, Verdict.PROVISIONAL):
         return result
     return replace(

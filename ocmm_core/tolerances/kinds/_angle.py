@@ -140,8 +140,7 @@ def angle_rule(
 
     Between two faces it is the angle in the material, else the acute one, and in either case the
     supplement if that is clearly meant by the nominal. Near a right angle, where both are alike,
-    the directions of the plan decide. FitError: the part frame is needed, and its features do not
-    determine it.
+    the directions of the plan decide. FitError: the part frame is needed and undetermined.
     """
     names = characteristic.features
     flat = [shapes[name] is Shape.PLANE for name in names]

@@ -129,8 +129,7 @@ def _distance(first: Float, shape: Shape, second: Float, other: Shape) -> float:
 
     From a plane along its normal to the point of the other; between two planes along the second
     one's normal at the first one's centroid; from an axis square to it; between two axes at the
-    first one's point if nearly parallel, else along their common perpendicular; else between the
-    centres.
+    first one's point if nearly parallel, else by the common perpendicular; else by centres.
     """
     arm = first[POINT] - second[POINT]
     if other is Shape.PLANE:

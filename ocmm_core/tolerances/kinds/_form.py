@@ -107,8 +107,7 @@ def form(
     """Return the width of the zone of a feature's form.
 
     Straightness of an axis is that of the centres of its sections; roundness of a cylinder that of
-    its worst section. FitError: only the minimum number of points, no sections, or no zone was
-    found.
+    its worst section. FitError: the minimum number of points, no sections, or no zone.
     """
     feature = actual[characteristic.features[0]]
     shape = feature.fit.shape

@@ -141,12 +141,7 @@ def refit(
     measured points, about their centroid, in sizes; for lines and planes the direction is at the
     axis entries. `normals`: (m, 3): of the plane of a projected circle; otherwise unused.
     `geometry`: (m, 12), out: as `shapes.element`, mm, about the centroid of the measured points.
-    `ranges`: (m,), out: greatest less smallest residual, mm.
-
-    Returns
-    -------
-    int
-        Trials without a fit; they are NaN.
+    `ranges`: (m,), out: greatest less smallest residual, mm. Returns trials without a fit (NaN).
     """
     n = len(base)
     flat = kind in (DISC, PROJECTED_KIND)

@@ -87,8 +87,7 @@ class Normal:
     def beyond(self, low: float, high: float) -> float:
         """Return the probability that it is beyond one limit, the more probable one.
 
-        One limit at a time: otherwise a value in the middle of a narrow tolerance would be proven
-        outside.
+        One limit at a time: else a value amid a narrow tolerance would be proven outside.
         """
         return max(
             normal_probability((low - self.value) / self.sigma),
@@ -142,8 +141,7 @@ class Length:
     def inside(self, low: float, high: float) -> float:
         """Return the probability that the true vector ends within the zone.
 
-        All true vectors are equally likely a priori: the probability of ISO 14253-1 in the
-        dimensions of the zone.
+        All are equally likely a priori: ISO 14253-1 in the dimensions of the zone.
         """
         return within(high, self.vector, self.covariance)
 

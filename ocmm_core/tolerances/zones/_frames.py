@@ -83,8 +83,7 @@ class Frames:
         """Return the frame of up to three datums in their precedence, or of none.
 
         Freedom left by the datums is set by the toleranced features, so that the search for the
-        smallest zone starts near it. FitError: a datum does not determine the frame, or its nominal
-        place is unknown.
+        smallest zone starts near it. FitError: undetermined, or unknown nominal place.
         """
         if not datums:
             started = self._started((), features, geometries_of(self._actual))

@@ -1,8 +1,7 @@
 """Surface points under the ball, with derivatives by all measured points.
 
 The ball touches at a surface normal through its centre. The associated element gives that normal
-better than the probing direction: a contact point is the ball's centre less one radius along the
-normal of the element.
+better than the probing direction: a contact point is the ball's centre less one radius along it.
 """
 
 from __future__ import annotations

@@ -62,8 +62,7 @@ def across_slot(
 ) -> tuple[Float, Rows]:
     """Return the two-point sizes across the sides of a slot or rectangle, with gradients.
 
-    `lengthwise`: between its straight ends instead. FitError: the feature is constructed, or no two
-    points are opposite.
+    `lengthwise`: between straight ends instead. FitError: constructed, or no two opposite.
     """
     touches, raw = own_fit(feature)
     beside = np.cross(raw.direction, raw.across)
@@ -89,8 +88,7 @@ def slot_envelope(feature: ActualFeature, *, widest: bool) -> tuple[float, Rows]
     """Return the width between two planes along the sides of a slot, with gradient, mm.
 
     They are parallel to the slot: the widest pair encloses all points of the sides, the other has
-    none between. Points need not be opposite. FitError: the feature is constructed, or a side has
-    no point.
+    none between. Points need not be opposite. FitError: constructed, or a side has no point.
     """
     _, raw = own_fit(feature)
     size, gradient = 2.0 * float(feature.fit.geometry[SECOND]), 2.0 * feature.jacobian[SECOND]
