@@ -157,7 +157,7 @@ class JobFile(JobReader):
 
     @classmethod
     def read(cls, path: Path, *, read_only: bool = False) -> JobFile:
-        """Return the job in memory, own additions unless ``read_only``; errors as `read_job`."""
+        """Return a copy in memory for additions, unless ``read_only``; errors as `read_job`."""
         content = read_job(path)
         made = cls.in_memory(path, content.file, content.left_out, read_only=read_only)
         made.identity = content.identity
