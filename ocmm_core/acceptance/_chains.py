@@ -13,10 +13,7 @@ from ocmm_core.seals import SealState, Signed
 
 
 def chain_history(path: Path) -> tuple[Signed, SealState, tuple[tuple[str, str, str], ...]]:
-    """Return kind, signature state, and lines (UTC, author, text) of a chain.
-
-    Errors as `ChainFile`.
-    """
+    """Return kind, signature state and lines (UTC, author, text); errors as `ChainFile`."""
     if path.name == REGISTER:
         register = ArtefactRegister(path.parent)
         return Signed.ARTEFACTS, register.signer, register.changes

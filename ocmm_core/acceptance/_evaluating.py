@@ -1,8 +1,4 @@
-"""Judged values of every kind of test, from recorded ball centres.
-
-Each function returns the values of all complete positions, including retests; `_kinds` decides
-which are superseded.
-"""
+"""Judged values of all complete positions, retests included (`_kinds` supersedes)."""
 
 from __future__ import annotations
 
@@ -98,10 +94,7 @@ def e0_values(at: Situation) -> Values:
 
 
 def _nominal(at: Situation, position: int, item: int) -> float:
-    """Return the certified length at 20 degrees of an item of a bar or a block, mm.
-
-    From the plan, which is based on the certificate.
-    """
+    """Return the certified length of an item at 20 degrees, mm, by the plan."""
     if at.plan[position].role == "gauge block":
         return _artefact(at, position).sizes[0]
     plan = at.plan[position]
@@ -112,10 +105,7 @@ def _nominal(at: Situation, position: int, item: int) -> float:
 
 
 def _artefact(at: Situation, position: int) -> UsedArtefact:
-    """Return the artefact of a position; of several gauge blocks, the planned one.
-
-    Planned faces are apart by length and ball: blocks of a set differ by more.
-    """
+    """Return the artefact of a position; of several blocks, the planned one by length and ball."""
     plan = at.plan[position]
     found = at.stage.of_role(plan.role) or (at.stage.only(plan.role),)
     if len(found) == 1:

@@ -36,10 +36,7 @@ def begin_findings(
     calibration_artefacts: Sequence[ArtefactUse],
     qualification_artefacts: Sequence[ArtefactUse],
 ) -> list[Finding]:
-    """Return objections to starting a test.
-
-    Artefacts of calibration and tip qualification may not test themselves.
-    """
+    """Return objections; artefacts of calibration and tip qualification may not test themselves."""
     found = [*_instrument(stage, temperature.celsius)]
     for artefact in stage.artefacts:
         found += artefact_findings(
@@ -56,10 +53,7 @@ def artefact_findings(
     calibration_artefacts: Sequence[ArtefactUse],
     qualification_artefacts: Sequence[ArtefactUse],
 ) -> list[Finding]:
-    """Return objections to an artefact in a test; parameters as in `begin_findings`.
-
-    Artefacts that the test does not need have none.
-    """
+    """Return objections to a needed artefact; parameters as in `begin_findings`."""
     if artefact.role not in kind_of(stage).roles:
         return []
     known = Artefact(
@@ -231,11 +225,7 @@ def climate_reasons(stage: Stage, climate: Sequence[Climate]) -> list[str]:
 
 
 def reserved_spots(folders: Sequence[Path]) -> tuple[str, ...]:
-    """Return `spots_hash` of every observation in the session files of folders.
-
-    Spots used for calibration or tip qualification must not test them. Unreadable lines hold
-    nothing that could be reused.
-    """
+    """Return `spots_hash` of all readable observations in the session files of folders."""
     found: dict[str, None] = {}
     for folder in folders:
         for path in files_of_folder(folder, ""):

@@ -55,14 +55,7 @@ _ANEW = "The position is measured again: {hint}"
 
 
 class AcceptanceProcedure:
-    """A test from first page to stored verdict; thread-safe.
-
-    Parameters
-    ----------
-    charted
-        Adds the record of an interim check to its chart before it counts as stored; None for other
-        tests.
-    """
+    """A test to its verdict; thread-safe. `charted`: charts an interim check before it counts."""
 
     def __init__(
         self,
@@ -101,7 +94,6 @@ class AcceptanceProcedure:
 
     @property
     def view(self) -> GuidedAcceptanceView:
-        """Return the snapshot."""
         with self._lock:
             test, begun = self._test, self._session.state.begun
             stored = test.finished and self._outcome is not None and self._outcome.file is not None
@@ -155,15 +147,7 @@ class AcceptanceProcedure:
             raise
 
     def take(self, now: datetime) -> None:
-        """Record the current probe position as the next point of the plan.
-
-        Raises
-        ------
-        CalibrationError
-            Nothing is ready, or the point is refused, which is logged.
-        StorageError
-            It could not be stored; nothing was recorded.
-        """
+        """Record the probe position as the next point; CalibrationError, or StorageError."""
         with self._lock:
             if self._ready is None:
                 raise CalibrationError(

@@ -36,8 +36,6 @@ _LEAST_S_MM = 1e-4
 
 
 class InterimWord(StrEnum):
-    """Result of a check."""
-
     LEARNING = "learning"
     GOOD = "good"
     REPEAT = "repeat it now"
@@ -49,8 +47,7 @@ class InterimCheck(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fie
     calibration: str
     artefact: str
     tip: str
-    """`calibration`, `artefact`, `tip`: hash of the calibration, serial of the artefact, name of
-    the tip; there is a chart per combination."""
+    """`calibration`, `artefact`, `tip`: hash, serial, name; one chart per combination."""
     error_mm: float
     limit_mm: float
     """`error_mm`, `limit_mm`: of the length, and the hard limit."""
@@ -60,8 +57,6 @@ class InterimCheck(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fie
 
 @dataclass(frozen=True, slots=True)
 class ChartPoint:
-    """A check on the chart."""
-
     check: InterimCheck
     z: float
     """(e - c) / s; NaN while learning."""
@@ -176,21 +171,14 @@ class InterimHistory:
         return replace(interim_chart(found), doubt=signer)
 
     def add(self, check: InterimCheck) -> InterimChart:
-        """Add a check and return its chart; raise StorageError if it cannot be written.
-
-        A check whose record is already in the chart is not added again, so an interrupted store can
-        be repeated.
-        """
+        """Add a check, once, and return its chart; StorageError if it cannot be written."""
         if not check.record or all(one.record != check.record for one in self._chain.items):
             self._chain.append(check)
         return self.chart(check.calibration, check.artefact, check.tip)
 
 
 def check_of(record: AcceptanceRecord) -> InterimCheck:
-    """Return the chart entry of an interim check record.
-
-    The error of the length, or the value farthest beyond its limit if any is.
-    """
+    """Return the chart entry of a check: its length error, or the value farthest off its limit."""
     counted = [one for one in record.values if not one.superseded]
     value = max(counted, key=lambda one: abs(one.error_mm) / one.limit_mm)
     length = next(one for one in counted if one.quantity == "Interim_L")
@@ -205,15 +193,9 @@ def check_of(record: AcceptanceRecord) -> InterimCheck:
 def note_check(
     history: InterimHistory, record: AcceptanceRecord, store: CalibrationStore | None, now: datetime
 ) -> InterimChart:
-    """Add a check's record to its chart; if out, mark the calibration suspect.
+    """Add a valid check to its chart; if out, mark the calibration suspect.
 
-    Void checks are not added.
-
-    Parameters
-    ----------
-    store
-        Calibrations of the rig: measurements since the last good check become suspect there until a
-        verification passes. None if not kept.
+    In `store` (or None), measurements since the last good check, until a verification passes.
     """
     check = check_of(record)
     if record.void_reasons:

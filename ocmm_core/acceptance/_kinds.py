@@ -186,11 +186,7 @@ def plan_of(stage: Stage) -> tuple[tuple[PlannedPosition, ...], tuple[str, ...]]
     """Return the positions of a test in measuring order, and notes.
 
     The order is drawn from the seed, so that drift forms no pattern over the volume.
-
-    Raises
-    ------
-    CalibrationError
-        An artefact or limit is missing, or an artefact does not suit the volume.
+    CalibrationError: an artefact or limit is missing, or an artefact does not suit the volume.
     """
     kind = kind_of(stage)
     for role in kind.roles:

@@ -1,7 +1,4 @@
-"""Choices before a test: procedures, artefacts, and unfinished tests.
-
-Unusable artefacts are offered with the reason.
-"""
+"""Choices before a test: procedures, artefacts (unusable ones with reason), open tests."""
 
 from __future__ import annotations
 
@@ -41,7 +38,6 @@ from ocmm_core.typed_numbers import (
 )
 
 SESSIONS, RECORDS = "sessions", "records"
-"""Folders within the test folder."""
 MOST_SHOWN, _NEWEST = 200, 4
 MOST_READ = 100
 """Maximum number of sessions read, newest first: each takes milliseconds to hash."""
@@ -53,8 +49,6 @@ _TEXTS = (
 
 @dataclass(frozen=True, slots=True)
 class ProcedureOffer:
-    """A procedure that can be run."""
-
     procedure: Procedure
     file: Path
     sha256: str
@@ -63,8 +57,6 @@ class ProcedureOffer:
 
 @dataclass(frozen=True, slots=True)
 class ArtefactOffer:
-    """An artefact for a test."""
-
     name: str
     """Id in the register, or name in the virtual rig."""
     used: UsedArtefact
@@ -89,8 +81,6 @@ class OpenTest:
 
 @dataclass(frozen=True, slots=True)
 class FinishedTest:
-    """A record in a folder."""
-
     file: Path
     record: AcceptanceRecord
     signer: SealState
@@ -135,11 +125,7 @@ def offered_artefacts(
 
 
 def open_tests(folder: Path, instrument: Instrument, most: int = MOST_READ) -> tuple[OpenTest, ...]:
-    """Return the unfinished tests of a folder, newest first.
-
-    If there are more sessions than read, the last entry states so. Tests of another instrument
-    cannot be resumed.
-    """
+    """Return unfinished tests, newest first; the last entry states if there are more."""
     found = []
     paths = sorted(files_of_folder(folder / SESSIONS, ".chain"), key=_made, reverse=True)
     for index, path in enumerate(paths[:most]):

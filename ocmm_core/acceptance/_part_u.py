@@ -49,8 +49,7 @@ class PartUncertainty:
     u_cal: float
     u_workpiece: float
     u_expansion: float
-    """`u_cal`, `u_workpiece`, `u_expansion`: standard uncertainties of certificate, workpieces and
-    expansion."""
+    """`u_cal`, `u_workpiece`, `u_expansion`: of certificate, workpieces and expansion."""
     expanded: float
     """U (k = 2) of a bias-corrected result."""
     expanded_uncorrected: float
@@ -58,7 +57,6 @@ class PartUncertainty:
     normalized: float | None
     """E_n = |b| / sqrt(U_model^2 + U_cal^2); None without a U of the model."""
     results: int
-    """N."""
 
 
 def part_uncertainty(

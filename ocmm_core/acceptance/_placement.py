@@ -1,7 +1,4 @@
-"""Objections to a position as recorded: geometry only, never errors.
-
-A wrongly placed position is repeated, which is logged; its values were not inspected.
-"""
+"""Objections to a recorded position, by geometry only; its values are not inspected."""
 
 from __future__ import annotations
 
@@ -167,10 +164,7 @@ def octant_of(point: Float, volume: Float) -> int:
 
 
 def _octant(at: Situation, position: int) -> str:
-    """Return why a placement would leave an octant of the volume empty, or empty.
-
-    The remaining placements must suffice for the empty octants.
-    """
+    """Return why too few placements would remain for the empty octants, or ""."""
     same = [one for one in range(len(at.plan)) if at.depth(one) == at.depth(position)]
     done = [one for one in same if at.is_complete(one)]
     open_now, left = _empty_octants(at, done), len(same) - len(done)

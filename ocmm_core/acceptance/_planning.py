@@ -1,8 +1,4 @@
-"""Positions of artefacts and points, for every kind of test.
-
-Each function returns all positions of one kind before the first point; `plan_of` in `_kinds` orders
-them.
-"""
+"""Positions of artefacts and points, all of one kind before the first point."""
 
 from __future__ import annotations
 
@@ -53,13 +49,7 @@ def vectors(values: Iterable[Float]) -> tuple[Vector3, ...]:
 
 
 def plan_length(stage: Stage, numbers: LengthTest) -> Planned:
-    """Plan the lines of a bar: corners by set cover, axes, diagonals, new directions.
-
-    Raises
-    ------
-    CalibrationError
-        The bar has too few nests, or is too short or long for the volume.
-    """
+    """Plan the lines of a bar by set cover; CalibrationError: too few nests, unsuitable length."""
     bar = stage.only("bar")
     if len(bar.sizes) < numbers.lengths + 1:
         raise CalibrationError(
@@ -190,13 +180,7 @@ def plan_spat(stage: Stage, numbers: SpatTest) -> Planned:
 
 
 def plan_e0(stage: Stage, numbers: E0Test) -> Planned:
-    """Plan the four space diagonals and three more directions, axes first.
-
-    Raises
-    ------
-    CalibrationError
-        The bar has too few nests, or is too short for a diagonal.
-    """
+    """Plan four space diagonals and three more directions; CalibrationError: unsuitable bar."""
     bar, volume = stage.only("bar"), stage.volume
     length, extent = bar.sizes[-1] - bar.sizes[0], np.ptp(volume, axis=0)
     if len(bar.sizes) < numbers.lengths + 1:
@@ -313,10 +297,7 @@ def _leaning(extent: Float, length: float) -> list[Float]:
 
 
 def plan_volumetric(stage: Stage, numbers: VolumetricTest) -> Planned:
-    """Plan a length in many placements; CalibrationError if it does not fit.
-
-    Every octant, level, upright and at 45 degrees.
-    """
+    """Plan a length in every octant, level, upright, 45 degrees; CalibrationError: does not fit."""
     bar, volume = stage.only("bar"), stage.volume
     rng = np.random.default_rng([stage.seed, 11])
     extent, middle = np.ptp(volume, axis=0), volume.mean(axis=0)

@@ -1,7 +1,6 @@
 """Procedure documents (`ocmm.acceptance/1`): every number of a test is a field.
 
-A procedure names its standard with edition, the limits, the decision rule, and who compared it with
-the standard clause by clause. Without such a comparison, every report reads "modelled on".
+Without a comparison with the standard, clause by clause, reports read "modelled on".
 """
 
 from __future__ import annotations
@@ -18,10 +17,7 @@ PROCEDURE_SCHEMA = "ocmm.acceptance/1"
 
 
 class Mpe(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """Permissible error: min(constant + per_length L, largest), mm.
-
-    ``largest`` None: A + L/K; ``per_length`` zero gives a constant.
-    """
+    """Permissible error min(constant + per_length L, largest), mm; ``largest`` None: A + L/K."""
 
     constant: float
     per_length: float = 0.0
@@ -61,8 +57,7 @@ class LengthTest(_Numbers, frozen=True, kw_only=True, tag="length"):
     """`lines`, `lengths`: minimum number of lines, and test lengths on each."""
     diagonal_share: float
     corner_share: float
-    """`diagonal_share`, `corner_share`: longest length over the space diagonal; an end reaches a
-    corner within this fraction of each edge."""
+    """Longest length by space diagonal; distance of its ends from a corner by each edge."""
     angle_deg: float
     """Minimum between two lines."""
 
@@ -107,10 +102,7 @@ class E0Test(_Numbers, frozen=True, kw_only=True, tag="e0"):
 
 
 class E0BlockTest(E0Test, frozen=True, kw_only=True, tag="e0-block"):
-    """As E0, with gauge blocks probed from both sides: E0, R0.
-
-    A bar is unidirectional and would not reveal an error of the ball's radius.
-    """
+    """E0 and R0 with gauge blocks from both sides: reveals errors of the ball's radius."""
 
     block_largest: float
     """Longest block, mm."""
@@ -175,10 +167,7 @@ class InterimTest(_Numbers, frozen=True, kw_only=True, tag="interim"):
 
 
 class PartTest(_Numbers, frozen=True, kw_only=True, tag="part"):
-    """Results of a calibrated workpiece (ISO 15530-3): its U, for similar parts only.
-
-    Computed from jobs (`ocmm msa part`), not point by point.
-    """
+    """U of a task from a calibrated workpiece (ISO 15530-3), by jobs (`ocmm msa part`)."""
 
     cycles: int
     results: int
@@ -186,8 +175,7 @@ class PartTest(_Numbers, frozen=True, kw_only=True, tag="part"):
     large: float
     large_share: float
     small: float
-    """`large`, `large_share`, `small`: dimension tolerance of another part: the share above
-    ``large`` mm, otherwise ``small`` mm."""
+    """`large`, `large_share`, `small`: other part: share above ``large`` mm, else ``small`` mm."""
     angle_deg: float
     """Maximum turn."""
 
@@ -231,8 +219,7 @@ class Procedure(Document, frozen=True, kw_only=True):
     climate: ClimateRule
     test: TestNumbers
     cameras: Literal["proven", "unproven"] | msgspec.UnsetType = msgspec.UNSET
-    """"unproven" allows cameras that cannot prove the age or order of their data; omitted in older
-    records, whose hash stays valid."""
+    """"unproven" allows cameras of unproven age or order; older records omit it."""
 
     @property
     def wording(self) -> str:

@@ -76,10 +76,7 @@ def differences(record: AcceptanceRecord, again: AcceptanceRecord) -> list[str]:
 
 
 def recompute_tips(record: AcceptanceRecord, rig: Rig, body: ProbeBody) -> list[str]:
-    """Return sentences on ball centres not following from their spots.
-
-    Raises CalibrationError if the rig is not the one that was tested.
-    """
+    """Return sentences on centres unlike their spots; CalibrationError for another rig."""
     if record.instrument.calibration and rig.identity != record.instrument.calibration:
         raise CalibrationError(
             "acceptance.other_rig",

@@ -1,8 +1,6 @@
 """Artefact register: this user's spheres, bars, gauge blocks and parts.
 
-One chain file in the user's data folder: nothing is overwritten, every line is bound to the
-previous one, and concurrent writers are detected. Entries are typed or read from a certificate
-file.
+One chain file: nothing is overwritten, concurrent writers are detected.
 """
 
 from __future__ import annotations
@@ -53,10 +51,7 @@ _ENTER_AGAIN = f"If there is none, enter each artefact again from its certificat
 
 
 class ArtefactEntry(Document, frozen=True, kw_only=True):
-    """A registered calibrated artefact; lengths in mm at 20 degrees, U with k = 2.
-
-    U of a thermometer is in kelvin.
-    """
+    """A registered calibrated artefact; mm at 20 degrees; U with k = 2, kelvin for thermometers."""
 
     id: str
     """Name in commands."""
@@ -67,8 +62,7 @@ class ArtefactEntry(Document, frozen=True, kw_only=True):
     laboratory: str
     certificate: str
     certificate_sha256: str = ""
-    """`laboratory`, `certificate`, `certificate_sha256`: issuer, number and file hash of the
-    certificate."""
+    """`laboratory`, `certificate`, `certificate_sha256`: issuer, number, hash of the file."""
     due_utc: str
     """Expiry, ISO 8601 text."""
     sizes: tuple[float, ...]
@@ -182,11 +176,7 @@ class ArtefactRegister:
         return tuple((one.utc, one.who, _change_words(one)) for one in self._chain.items)
 
     def faults(self) -> dict[str, str]:
-        """Return the entries not signed by a trusted station, with reasons.
-
-        The signature of the entry's own line counts: later lines signed by this station do not
-        vouch for earlier entries.
-        """
+        """Return entries whose own line lacks a trusted signature, with reasons."""
         found: dict[str, str] = {}
         for change, signer in zip(self._chain.items, self._chain.signers(), strict=True):
             for name in (change.removed, "" if change.added is None else change.added.id):
@@ -286,7 +276,6 @@ def _change_words(change: _Change) -> str:
 
 
 def default_artefact_folder() -> Path:
-    """Return the artefact folder of this user."""
     return platformdirs.user_data_path("ocmm") / "artefacts"
 
 

@@ -46,14 +46,11 @@ class JudgedValue(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fiel
     measured_mm: float
     certified_mm: float
     error_mm: float
-    """`measured_mm`, `certified_mm`, `error_mm`: ``error_mm`` is the test value q; for a form, the
-    form itself."""
+    """`measured_mm`, `certified_mm`, `error_mm`: error is the test value q; the form itself."""
     expanded_mm: float
     """U(q) of the test value: certificate, temperature, fixing and form of the artefact."""
     limit_mm: float
-    """MPE."""
     verdict: Verdict
-    """By the rule of the procedure."""
     superseded: bool = False
     """Replaced by a retest; kept in record and report."""
     retest: int = 0
@@ -101,7 +98,6 @@ class RoomAir(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=T
 
     @property
     def words(self) -> tuple[str, ...]:
-        """Return the values with units."""
         told = []
         if self.humidity_percent is not None:
             told.append(f"Humidity {self.humidity_percent:g} %")
@@ -111,19 +107,15 @@ class RoomAir(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=T
 
 
 class UsedArtefact(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """An artefact as used."""
-
     role: str
     """Role in the plan: "bar", "sphere", "block", "plate", "cone"."""
     use: ArtefactUse
     laboratory: str = ""
-    """Issuer of the certificate; empty if unknown."""
     sizes: tuple[float, ...]
     """Certified at 20 degrees, mm: nests of a bar, diameter of a sphere, length of a block."""
     expanded: float
     expanded_per_length: float = 0.0
-    """`expanded`, `expanded_per_length`: U (k = 2): constant part, mm, and length-dependent part.
-    """
+    """`expanded`, `expanded_per_length`: U (k = 2): constant, mm, and length-dependent part."""
     form: float = 0.0
     """Certified form error, mm; zero if within ``expanded``."""
     expansion: float
@@ -137,12 +129,9 @@ class UsedArtefact(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fie
 
 
 class Instrument(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """The instrument under test."""
-
     rig: str
     calibration: str
-    """`rig`, `calibration`: rig name, and hash of the calibration in force; empty without a record.
-    """
+    """`rig`, `calibration`: name, and hash of the calibration in force; empty if none."""
     calibration_status: str
     probe: str
     tip: str
@@ -194,7 +183,6 @@ class PlannedPosition(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_
     items: tuple[int, ...] = ()
     """Indices of lengths measured there, or empty."""
     repeats: int = 1
-    """Number of repeats of all points."""
     place: str = ""
     """"near third", "middle third" or "far third" of the volume, or empty."""
     retest_of: int = -1
@@ -214,8 +202,7 @@ class Observation(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fiel
     """Direction from the ball to the hand; None if unknown."""
     uv: Spots | None = None
     sigma_px: float = 0.0
-    """`uv`, `sigma_px`: averaged spots and their standard deviation; None if only points are
-    available."""
+    """`uv`, `sigma_px`: averaged spots, their standard deviation; None if only points exist."""
 
 
 class Refusal(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -256,7 +243,6 @@ class AcceptanceRecord(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown
     quantities: tuple[QuantityResult, ...]
     retests: int
     void_reasons: tuple[str, ...]
-    """Why the test is void; empty if valid."""
     verdict: Verdict
     wording: str
     """`verdict`, `wording`: of the whole test, and the permitted statement about the standard."""

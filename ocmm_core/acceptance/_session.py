@@ -1,7 +1,6 @@
 """Engine of an acceptance test from plan to record, durable at every step.
 
-State follows from the lines of a chain file, each on disk before a method returns: whatever the
-operator was shown is stored. After a power cut the test resumes with the next point.
+Each line of a chain file is on disk before a method returns; a test resumes after a power cut.
 """
 
 from __future__ import annotations
@@ -68,22 +67,11 @@ class AcceptanceSession:
     ) -> AcceptanceSession:
         """Start a test in a new file; warnings go into its notes.
 
-        Parameters
-        ----------
-        calibration_artefacts, qualification_artefacts
-            Artefacts of the calibration and the tip.
-        reserved
-            `spots_hash` of observations behind the calibration and the tip.
-        air
-            Humidity and pressure; None if not measured.
-
-        Raises
-        ------
-        CalibrationError
-            An artefact is missing, expired, too coarse, unsuitable for the volume, or was used for
-            the calibration; or the calibration may not be used.
-        InputError
-            The file exists.
+        `calibration_artefacts`, `qualification_artefacts`: artefacts of the calibration and the
+        tip. `reserved`: `spots_hash` of observations behind the calibration and the tip. `air`:
+        humidity and pressure; None if not measured. CalibrationError: an artefact is missing,
+        expired, too coarse, unsuitable for the volume, or was used for the calibration; or the
+        calibration may not be used. InputError: the file exists.
         """
         if path.exists():
             raise InputError(
@@ -147,13 +135,7 @@ class AcceptanceSession:
         uv: Spots | None = None,
         sigma_px: float = 0.0,
     ) -> str:
-        """Record the next point; return why the position must be repeated, or empty.
-
-        Raises
-        ------
-        CalibrationError
-            The point is refused, with the reason, which is logged; or no point is due.
-        """
+        """Record the next point; return why to repeat the position, or ""; CalibrationError."""
         with self._lock:
             self.state.require_open()
             state = self.state
@@ -246,17 +228,14 @@ class AcceptanceSession:
 
     @property
     def stage(self) -> Stage:
-        """Return procedure, instrument and artefacts."""
         return self.state.stage
 
     @property
     def view(self) -> log.AcceptanceView:
-        """Return the snapshot."""
         with self._lock:
             return self.state.view()
 
     def situation(self) -> Situation:
-        """Return the recorded points."""
         return self.state.situation()
 
     def needs_temperature(self) -> bool:

@@ -1,7 +1,4 @@
-"""State of an acceptance test: a pure fold over the lines of its file.
-
-No writing and no locking here: `_session` does both.
-"""
+"""State of an acceptance test: a pure fold over the lines of its file."""
 
 from __future__ import annotations
 
@@ -40,10 +37,7 @@ S = TypeVar("S", bound=msgspec.Struct)
 
 
 class SessionState:
-    """State from the lines of a session file.
-
-    Retests are added to the plan; ``finished`` and ``abandoned`` are None while open.
-    """
+    """State from a session file, retests included; ``finished``, ``abandoned``: None while open."""
 
     def __init__(self, begun: Begun) -> None:
         self.begun = begun
@@ -58,7 +52,6 @@ class SessionState:
         self._seen: set[str] = set(begun.reserved)
 
     def fold(self, event: Event) -> None:
-        """Add one line."""
         if isinstance(event, PointTaken):
             self.taken[event.position].append(event)
             if event.uv is not None:
@@ -80,7 +73,6 @@ class SessionState:
             self.abandoned = event
 
     def situation(self) -> Situation:
-        """Return the recorded points."""
         return situation_of(
             self.stage, self.plan, [one for many in self.taken for one in many], self.climate
         )
@@ -149,7 +141,6 @@ class SessionState:
         return not any(one.position == name and one.when == "begin" for one in self.climate)
 
     def next_item(self, position: int) -> int:
-        """Return the next point of a position."""
         return len(self.taken[position]) % len(self.plan[position].points_world)
 
     def reused(self, uv: Spots | None) -> str:
@@ -159,7 +150,6 @@ class SessionState:
         return "These spots were used before, in the calibration or in this test."
 
     def verdict(self, values: tuple[JudgedValue, ...] | None = None) -> Verdict:
-        """Return the verdict on the recorded points."""
         if climate_reasons(self.stage, self.climate):
             return Verdict.VOID
         judged = values_of(self.situation()) if values is None else values
@@ -191,7 +181,6 @@ class SessionState:
         return f"{text} Repeat {turn} of {plan.repeats}." if plan.repeats > 1 else text
 
     def view(self) -> AcceptanceView:
-        """Return the snapshot."""
         position = self.current()
         complete = position < 0
         values = tuple(values_of(self.situation())) if any(self.taken) else ()

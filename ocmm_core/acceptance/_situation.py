@@ -45,7 +45,6 @@ class Stage:
         return np.array([self.instrument.volume_min, self.instrument.volume_max])
 
     def of_role(self, role: str) -> tuple[UsedArtefact, ...]:
-        """Return the artefacts with a role."""
         return tuple(one for one in self.artefacts if one.role == role)
 
     def only(self, role: str) -> UsedArtefact:
@@ -116,7 +115,6 @@ class Situation:
         certified: float,
         expanded: float,
     ) -> JudgedValue:
-        """Return a judged value of a position."""
         limit = self.stage.limit(quantity).at(nominal)
         error, plan = measured - certified, self.plan[position]
         expanded = float(np.hypot(expanded, self.stage.procedure.fixing))
@@ -141,7 +139,6 @@ def judge(error: float, expanded: float, limit: float, *, guarded: bool) -> Verd
 
 
 def worst_of(verdicts: Sequence[Verdict]) -> Verdict:
-    """Return the verdict on several values."""
     order = (Verdict.VOID, Verdict.FAIL, Verdict.LEANING_OUT, Verdict.LEANING_IN)
     return next((one for one in order if one in verdicts), Verdict.PASS)
 
@@ -149,10 +146,7 @@ def worst_of(verdicts: Sequence[Verdict]) -> Verdict:
 def certified_at(
     artefact: UsedArtefact, length: float, temperature: Temperature | None
 ) -> tuple[float, float]:
-    """Return a certified length at a temperature, and its U (k = 2), mm.
-
-    See `probe_design.certified_at`.
-    """
+    """Return a length at a temperature and U (k = 2), mm (`probe_design.certified_at`)."""
     expanded = artefact.expanded + artefact.expanded_per_length * abs(length)
     return probe_design.certified_at(
         length, expanded, artefact.expansion, artefact.expansion_sigma, temperature
@@ -192,7 +186,6 @@ def situation_of(
     observations: Sequence[Observation],
     climate: Sequence[Climate],
 ) -> Situation:
-    """Return observations by position."""
     tips: list[Points3] = []
     handles: list[Points3] = []
     for position in range(len(plan)):

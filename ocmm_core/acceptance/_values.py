@@ -1,8 +1,4 @@
-"""Test values of acceptance tests: pure functions of points and lengths.
-
-Each function returns one error or an array of errors, without limits. The tests of this file
-contain the statistics that noise alone produces.
-"""
+"""Test values without limits: pure functions of points and lengths."""
 
 from __future__ import annotations
 
@@ -21,8 +17,6 @@ _ROUNDING = 1e-12
 
 @dataclass(frozen=True, slots=True)
 class SphereValues:
-    """A probed sphere."""
-
     centre: Float
     diameter: float
     """Diameter of the sphere through the ball centres, mm."""
@@ -61,10 +55,7 @@ def nest_lengths(nests: Points3) -> Float:
 
 
 def sphere_values(points: Points3) -> SphereValues:
-    """Return size and form of a sphere from ball centres (n, 3), mm (ISO 10360-5).
-
-    From one least-squares fit. Raises CalibrationError if the points do not determine a sphere.
-    """
+    """Return size and form of a sphere by centres (n, 3), mm (ISO 10360-5); CalibrationError."""
     centre, radius, gain = fit_sphere(points)
     form = float(np.ptp(np.linalg.norm(points - centre, axis=1)))
     return SphereValues(centre, 2.0 * radius, form, gain)
@@ -148,14 +139,8 @@ def volumetric_values(errors: Float) -> VolumetricValues:
 def block_length(first: Points3, second: Points3, direction: Float, radius: float) -> float:
     """Return the length of a block probed from both sides, mm.
 
-    Parameters
-    ----------
-    first, second
-        Ball centres (n, 3), mm, on each face; averaged.
-    direction
-        (3,): unit vector of the certified direction, from the first face to the second.
-    radius
-        Ball radius, mm.
+    `first`, `second`: ball centres (n, 3), mm, on each face; averaged. `direction`: (3,): unit
+    vector of the certified direction, from the first face to the second. `radius`: ball radius, mm.
     """
     between = second.mean(axis=0) - first.mean(axis=0)
     return float(between @ direction) - 2.0 * radius
@@ -180,10 +165,7 @@ def flatness(points: Points3) -> float:
 
 
 def thickness(bottom: Points3, top: Points3, radius: float) -> Float:
-    """Return the distances of points (n, 3) on top from the plane of the bottom, mm.
-
-    The ball radius, mm, is subtracted on both sides.
-    """
+    """Return distances of ball centres (n, 3) from the bottom plane, mm, less two ball radii."""
     centre = bottom.mean(axis=0)
     normal = np.linalg.svd(bottom - centre, full_matrices=False)[2][-1]
     distances = (top - centre) @ normal

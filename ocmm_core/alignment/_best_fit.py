@@ -19,9 +19,7 @@ MIN_TRIANGLE_MM = 5.0
 """Points closer to one line leave the rotation about it to noise."""
 
 LEAST_HOLD = 1e-3
-"""Least distance of the points from the axis of a free rotation, relative to the size of the point
-set.
-"""
+"""Least distance of the points from the axis of a free rotation, relative to their extent."""
 
 MOTIONS: tuple[LockedMotion, ...] = ("rx", "ry", "rz", "x", "y", "z")
 """Motions of the part frame in the order of (6,): rotations, rad, then shifts, mm."""
@@ -38,19 +36,9 @@ def best_fit(
 ) -> RigidTransform:
     """Return the motion from world to part frame that fits centres to nominals.
 
-    Parameters
-    ----------
-    rule
-        Points, weights, and motions fixed by ``start``.
-    geometries, nominals
-        Geometry vectors (12,), mm, world and part frame, by name.
-    start
-        ``T_part_from_world`` of the preceding alignment.
-
-    Raises
-    ------
-    FitError
-        A nominal is missing, or the points leave a motion free.
+    `rule`: points, weights, and motions fixed by ``start``. `geometries`, `nominals`: geometry
+    vectors (12,), mm, world and part frame, by name. `start`: ``T_part_from_world`` of the
+    preceding alignment. FitError: a nominal is missing, or the points leave a motion free.
     """
     missing = [name for name in rule.points if name not in nominals]
     if missing:
@@ -67,10 +55,7 @@ def best_fit(
 
 
 def relocated(rule: Relocation, geometries: Mapping[str, Float]) -> RigidTransform:
-    """Return the motion from the world to the previous frame, by its control points.
-
-    Raises FitError for collinear control points, or one farther off than the limit.
-    """
+    """Return the motion to the previous frame by control points; FitError: collinear, too far."""
     measured = np.array([geometries[item.feature][POINT] for item in rule.control])
     wanted = np.array([item.place for item in rule.control])
     T_frame_from_world = fit_points(measured, wanted, np.ones(len(wanted)))
@@ -90,18 +75,8 @@ def fit_points(measured: Points3, wanted: Points3, weights: Float) -> RigidTrans
     """Return the rigid motion of closest points, in closed form.
 
     Weighted orthogonal Procrustes with the determinant (S. Umeyama, IEEE PAMI 13, 1991).
-
-    Parameters
-    ----------
-    measured, wanted
-        (n, 3), mm, in two frames.
-    weights
-        (n,), positive, of the squared distances.
-
-    Raises
-    ------
-    FitError
-        Collinear points.
+    `measured`, `wanted`: (n, 3), mm, in two frames. `weights`: (n,), positive, of the squared
+    distances. FitError: collinear points.
     """
     shares = weights / weights.sum()
     a, b = shares @ measured, shares @ wanted
@@ -122,12 +97,7 @@ def fit_points_locked(
     """Return the best fit that differs from ``start`` by motions that are not locked.
 
     The difference is a rotation vector and a shift of the origin, both in the part frame, with
-    locked entries zero. Gauss-Newton from ``start``.
-
-    Raises
-    ------
-    FitError
-        The points leave a motion free, or no convergence.
+    locked entries zero. Gauss-Newton from ``start``. FitError: a motion is free, or no convergence.
     """
     free = [index for index, name in enumerate(MOTIONS) if name not in locked]
     if len(free) == len(MOTIONS):

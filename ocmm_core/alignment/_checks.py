@@ -35,10 +35,7 @@ Fault = tuple[str, str]
 def alignment_fault(
     rule: Alignment, shapes: Mapping[str, Shape], field: str = "alignment"
 ) -> Fault | None:
-    """Return field and fault of an impossible alignment, else None.
-
-    ``shapes`` are those of all features of the plan; ``field`` is that of the rule in the plan.
-    """
+    """Return field and fault of an impossible alignment, else None; ``shapes``: of all features."""
     match rule:
         case DatumAlignment():
             return _three_two_one(rule, shapes, field)

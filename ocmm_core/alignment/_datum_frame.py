@@ -49,8 +49,7 @@ class DatumFrame:
     misfits: tuple[DatumMisfit, ...]
     """Of every datum, in order; zero for the first."""
     choice: int = 0
-    """Chosen senses of directions without one; passing it to `datum_frame` reproduces the choice.
-    """
+    """Chosen senses of directions without one; `datum_frame` with it reproduces the choice."""
 
 
 def datum_frame(
@@ -113,13 +112,7 @@ def frames_of_datums(
 def freedoms_left(
     datums: Sequence[str], shapes: Mapping[str, Shape], nominals: Mapping[str, Float]
 ) -> tuple[int, ...]:
-    """Return the degrees of freedom open before the first datum and after each, by the nominals.
-
-    Raises
-    ------
-    FitError
-        A datum has no nominal, or hardly constrains the part.
-    """
+    """Return freedoms before the first and after each datum; FitError: no nominal, weak datum."""
     elements = [_element(name, nominals, shapes, nominals) for name in datums]
     cuts = (elements[:count] for count in range(len(elements) + 1))
     return tuple(next(_ways(Held.free(), cut)).freedom.count for cut in cuts)

@@ -51,18 +51,9 @@ def reference_points(
 ) -> RigidTransform:
     """Return the motion from the world to the part frame that meets all conditions.
 
-    Parameters
-    ----------
-    geometries, nominals
-        Geometry vectors (12,), mm, world and part frame, by name.
-    start
-        ``T_part_from_world`` of the preceding alignment.
-
-    Raises
-    ------
-    FitError
-        A nominal is missing, the conditions leave a motion free or are contradictory, or no
-        convergence.
+    `geometries`, `nominals`: geometry vectors (12,), mm, world and part frame, by name. `start`:
+    ``T_part_from_world`` of the preceding alignment. FitError: a nominal is missing, the conditions
+    leave a motion free or are contradictory, or no convergence.
     """
     names = list(dict.fromkeys(item.feature for item in rule.conditions))
     for name in names:
@@ -147,10 +138,7 @@ def frame_of(
 
 
 def settled(bound: BoundAlignment, geometries: Mapping[str, Float]) -> BoundAlignment:
-    """Return the alignment with fixed senses of axes without one; raises as `frame_of`.
-
-    They are determined once by all features of the job, so that all results agree.
-    """
+    """Return the alignment with senses of axes fixed by all features; raises as `frame_of`."""
     if isinstance(bound.rule, ModelBestFit):
         return replace(bound, choice=0)
     _, choice = _placed(bound.rule, bound, geometries)

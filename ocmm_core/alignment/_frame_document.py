@@ -1,8 +1,7 @@
 """Frames stored beyond a job: of a machine, or of a part before it is moved.
 
-The document is TOML (``ocmm.frame/1``) with the hash of its content, so that changes are detected.
-A plan copies the required data (`saved_frame`, `relocation`) with the hash, and does not need the
-file.
+The document is TOML (``ocmm.frame/1``) with the hash of its content. A plan copies the required
+data (`saved_frame`, `relocation`) with the hash, and does not need the file.
 """
 
 from __future__ import annotations
@@ -40,13 +39,9 @@ class FrameDocument(Document, frozen=True, kw_only=True):
     translation: Vector3
     """mm, frame."""
     control: tuple[ControlPoint, ...] = ()
-    """Points of the part with their places in the frame, to recover it after the part was moved.
-    May be empty.
-    """
+    """Points with their places in the frame, to recover it after the part moved; may be empty."""
     covariance: tuple[tuple[float, ...], ...] = ()
-    """Six rows of six: of a small rotation, rad, about the axes of the frame through its origin,
-    and a shift, mm, along them, from the job. Empty in older documents.
-    """
+    """6 x 6: small rotation, rad, about the frame's axes, shift, mm; empty in older documents."""
     simulated: bool = False
     """Measured on a virtual rig. Omitted if False, to preserve the hashes of older documents."""
     sha256: str = ""
@@ -70,15 +65,7 @@ def frame_document(
     *,
     simulated: bool = False,
 ) -> FrameDocument:
-    """Return the document of a frame.
-
-    Parameters
-    ----------
-    control_world
-        Centres (3,), mm, world, of features to be touched again, by name.
-    covariance
-        (6, 6), rad and mm, of the frame; None if unknown.
-    """
+    """Return its document; `control_world`: (3,), mm; `covariance`: (6, 6), rad and mm, or None."""
     rows = [_vector(row) for row in T_frame_from_world.rotation]
     document = FrameDocument(
         name=name,
@@ -108,10 +95,7 @@ def content_hash(document: FrameDocument) -> str:
 
 
 def save_frame(path: Path, document: FrameDocument) -> None:
-    """Write the document of a frame; an existing file is never replaced.
-
-    Raises StorageError if the file exists, or the folder cannot be written.
-    """
+    """Write the document of a frame; StorageError if the file exists or is not writable."""
     if path.exists():
         raise StorageError(
             "frame.exists",
@@ -129,13 +113,7 @@ def save_frame(path: Path, document: FrameDocument) -> None:
 
 
 def load_frame(path: Path) -> FrameDocument:
-    """Return the frame of the document at ``path``.
-
-    Raises
-    ------
-    InputError
-        Malformed, not a rotation, or changed after it was saved.
-    """
+    """Return the frame at ``path``; InputError: malformed, no rotation, or changed after saving."""
     document = load_document(path, FrameDocument, SCHEMA)
     rotation = document.T_frame_from_world.rotation
     skewed = float(np.abs(rotation @ rotation.T - np.eye(3)).max())
@@ -188,10 +166,7 @@ def saved_frame(document: FrameDocument) -> SavedFrame:
 
 
 def relocation(document: FrameDocument, limit: float) -> Relocation:
-    """Return the alignment that recovers a frame from its control points.
-
-    Raises InputError for fewer than three.
-    """
+    """Return the alignment that recovers a frame from control points; InputError below three."""
     if len(document.control) < 3:
         raise InputError(
             "frame.no_control",

@@ -24,10 +24,7 @@ def saved_frame_in(rule: AnyAlignment | None) -> SavedFrame | None:
 
 
 def doubt_of(rule: AnyAlignment | None) -> FrameDoubt | None:
-    """Return the uncertainty of a frame not measured in the job.
-
-    None without a saved frame, or for one without a stated uncertainty (`unknown_frame`).
-    """
+    """Return the uncertainty of a saved frame; None without one (see `unknown_frame`)."""
     saved = saved_frame_in(rule)
     if saved is None or not saved.covariance:
         return None

@@ -38,8 +38,7 @@ def frame_jacobian(
 ) -> Rows:
     """Return the derivatives of the part frame by the points, 6 rows.
 
-    Rows are a small rotation, rad, about the axes of the part frame through its origin, and a
-    shift, mm, along them, of the measured part in its frame. The rule has fixed senses.
+    Rotation, rad, about its axes through its origin, over shift, mm, of the part; senses are fixed.
     """
     geometries = {name: actual[name].fit.geometry for name in rule.features}
     if isinstance(rule, BoundAlignment) and isinstance(rule.rule, ModelBestFit):

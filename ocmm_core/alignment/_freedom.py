@@ -33,9 +33,7 @@ class Freedom:
     turn: Float
     """(0, 3), (1, 3) or (3, 3): free rotation axes: none, one, or any; unit, frame."""
     centre: Float
-    """(3,), mm, frame: the axes pass through it. Meaningless if sliding square to the axes is also
-    free.
-    """
+    """(3,), mm, frame: on the axes; meaningless if sliding square to them is also free."""
     slide: Float
     """(0 to 3, 3): orthonormal directions of free translations, frame."""
 
@@ -85,17 +83,9 @@ class Held:
 def turn_to(held: Held, direction_world: Float, nominal: Float, sense: float, name: str) -> Held:
     """Return the frame turned, as far as free, until a measured direction is nominal.
 
-    Parameters
-    ----------
-    direction_world, nominal
-        (3,), unit: as measured in the world, and nominal in the frame.
-    sense
-        1.0, or -1.0 to reverse the measured direction.
-
-    Raises
-    ------
-    FitError
-        The direction is nearly parallel to the free rotation axis.
+    `direction_world`, `nominal`: (3,), unit: as measured in the world, and nominal in the frame.
+    `sense`: 1.0, or -1.0 to reverse the measured direction. FitError: the direction is nearly
+    parallel to the free rotation axis.
     """
     freedom = held.freedom
     direction = sense * (held.T_frame_from_world.rotation @ direction_world)
@@ -117,20 +107,10 @@ def turn_to(held: Held, direction_world: Float, nominal: Float, sense: float, na
 def move_to(held: Held, point_world: Float, nominal: Float, rows: Float, name: str) -> Held:
     """Return the frame moved, as far as free, until a measured point is nominal.
 
-    By sliding if possible, else by rotation about the centre.
-
-    Parameters
-    ----------
-    point_world, nominal
-        (3,), mm: as measured in the world, and nominal in the frame.
-    rows
-        (m, 3): orthonormal located directions of the datum: one for a plane, two for an axis, three
-        for a point.
-
-    Raises
-    ------
-    FitError
-        The datum hardly determines position or rotation of the part.
+    By sliding if possible, else by rotation about the centre. `point_world`, `nominal`: (3,), mm:
+    as measured in the world, and nominal in the frame. `rows`: (m, 3): orthonormal located
+    directions of the datum: one for a plane, two for an axis, three for a point. FitError: the
+    datum hardly determines position or rotation of the part.
     """
     freedom = held.freedom
     fixed_centre = not _slides_square_to_turns(freedom)
@@ -173,10 +153,7 @@ def move_to(held: Held, point_world: Float, nominal: Float, rows: Float, name: s
 
 
 def rotation_between(first: Float, second: Float) -> Float:
-    """Return the rotation (3, 3) by the smallest angle between two unit vectors.
-
-    Opposite vectors are first turned by half a turn, to avoid amplification of rounding.
-    """
+    """Return the smallest rotation (3, 3) of two unit vectors; opposite ones via a half turn."""
     flip = np.eye(3)
     if first @ second < 0.0:
         across = square_pair(second)[0]

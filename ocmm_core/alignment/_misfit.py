@@ -23,8 +23,7 @@ def misfit_of_all(
 ) -> float:
     """Return the squared misfit, mm^2, of all features in the constrained motions.
 
-    Free motions of the frame are excluded: places are compared by quantities invariant to rotation
-    about the free axis and shifts along free directions.
+    Places by quantities invariant to rotation about free axes and shifts along free directions.
     """
     if len(free.turn) == 3:
         return 0.0

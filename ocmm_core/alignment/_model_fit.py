@@ -36,15 +36,12 @@ class ModelFit:
     faces: tuple[int, ...]
     """(n,): model face number of each point."""
     by_tips: Float
-    """(6, 3 n): rotation, rad, over shift, mm, of the frame by every ball centre, world; without
-    the effect of residuals and face curvature.
-    """
+    """(6, 3 n): rad over mm, by ball centres, world; without residuals and curvature of faces."""
     by_radius: Float
     """(6,): the same by a common change of the ball radius."""
     normals: Float
     """(n, 3): of the faces at the feet, part frame."""
     locked: tuple[LockedMotion, ...]
-    """Motions fixed by the start."""
 
 
 def fit_to_faces(

@@ -28,19 +28,11 @@ def model_fit(
 ) -> ModelFit:
     """Return the fit of touches to faces of the model.
 
-    Parameters
-    ----------
-    geometries, nominals
-        Geometry vectors (12,), mm, world and frame of the nominals, by name.
-    actual
-        The features as touched. None if only geometry is available, as for a nominal part: then its
-        points are compared with the faces, which is equivalent for points on them.
-
-    Raises
-    ------
-    FitError
-        A nominal is missing, two balls were used, a touch is on none of the faces, or the faces
-        leave a motion free.
+    `geometries`, `nominals`: geometry vectors (12,), mm, world and frame of the nominals, by name.
+    `actual`: the features as touched. None if only geometry is available, as for a nominal part:
+    then its points are compared with the faces, which is equivalent for points on them. FitError: a
+    nominal is missing, two balls were used, a touch is on none of the faces, or the faces leave a
+    motion free.
     """
     missing = [name for name in rule.points if name not in nominals]
     if missing:

@@ -1,9 +1,8 @@
 """Datum precedence: association under the orientation of preceding datums.
 
 ISO 5459: the primary datum is associated freely, the secondary one with the direction left by the
-primary, the tertiary one with that of both. The squareness error of a face then has no influence
-via the positions of its points: only its rotation about the primary's normal is determined from
-them.
+primary, the tertiary one with that of both. Positions of points on a face out of square only
+determine its rotation about the primary's normal.
 """
 
 from __future__ import annotations
@@ -78,15 +77,9 @@ def part_frame(rule: AnyAlignment, features: Mapping[str, ActualFeature]) -> Rig
 def refit_under_precedence(
     rule: AnyAlignment, actual: Mapping[str, ActualFeature]
 ) -> ConstrainedAssociation:
-    """Return the features in the form used by a part frame.
+    """Return the features as used by a part frame: later datums re-associated in precedence.
 
-    Datums after the first are re-associated if the rule has datums in precedence; all else is as
-    measured.
-
-    Raises
-    ------
-    FitError
-        A datum is not measured, or does not determine the frame.
+    All else is as measured. FitError: a datum is not measured, or does not determine the frame.
     """
     if not isinstance(rule, BoundAlignment):
         return ConstrainedAssociation(actual, {})
@@ -123,19 +116,9 @@ def in_precedence(
     """Return all features with datums in precedence, and the frame of the datums.
 
     Constructed datums, points and balls stay unchanged; so do the direction across of a slot, and
-    datums after one without a direction.
-
-    Parameters
-    ----------
-    datums
-        Names, primary first.
-    shapes, nominals, choice
-        See `datum_frame.datum_frame`.
-
-    Raises
-    ------
-    FitError
-        As `datum_frame.datum_frame`, or a datum is not determined under the constraint.
+    datums after one without a direction. `datums`: names, primary first. `shapes`, `nominals`,
+    `choice`: see `datum_frame.datum_frame`. FitError as `datum_frame.datum_frame`, or a datum is
+    not determined under the constraint.
     """
     again: dict[str, ActualFeature] = {}
     found = Instead(again, actual)

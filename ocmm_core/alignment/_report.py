@@ -44,11 +44,8 @@ class AlignmentReport:
     """Remaining degrees of freedom, in words."""
     origin_uncertainty: Float | None
     turn_uncertainty: Float | None
-    """`origin_uncertainty`, `turn_uncertainty`: (3,), mm and rad, k = 2: of the origin along, and
-    of rotations about, the axes of the frame.
-    """
+    """`origin_uncertainty`, `turn_uncertainty`: (3,), mm and rad, k = 2: along, about the axes."""
     advice: tuple[str, ...]
-    """Notes and advice, in sentences."""
 
     @property
     def can_be_accepted(self) -> bool:
@@ -61,10 +58,7 @@ def preview_alignment(
     actual: Mapping[str, ActualFeature | FitError],
     factors: PointFactors | None = None,
 ) -> AlignmentReport:
-    """Return the preview of an alignment from the measured or constructed features.
-
-    ``bound`` is the rule with nominals (`inspection.plan.Plan.bound_alignment`).
-    """
+    """Return the preview of an alignment; ``bound``: `inspection.plan.Plan.bound_alignment`."""
     measured = {k: v for k, v in actual.items() if isinstance(v, ActualFeature)}
     geometries = geometries_of(measured)
     try:

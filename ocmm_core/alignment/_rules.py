@@ -1,7 +1,6 @@
-"""Alignment rules: every kind of alignment, as in a document.
+"""Alignment rules: every kind of alignment, as in a document (``docs/alignment.md``).
 
-A rule names features. Some kinds also need their nominal geometry; `BoundAlignment` combines both
-and is used for computation. ``docs/alignment.md`` has guidance on the choice.
+`BoundAlignment` adds the nominal geometry of the named features, for computation.
 """
 
 from __future__ import annotations
@@ -42,13 +41,9 @@ class DatumAlignment(
     to the second; or one line, axis or plane, x along it or its normal.
     """
     origin: str
-    """Feature whose centre is the origin, projected onto the primary and, if that is a single
-    feature, the secondary.
-    """
+    """Feature whose centre is the origin, projected onto the primary and a single secondary."""
     towards: str = ""
-    """For x along a single line or axis: a feature at the positive side. Without it the nominals
-    must determine the sense, which a measured axis lacks.
-    """
+    """For x along an axis: a feature at its positive side; else the nominals give the sense."""
     primary_axis: AxisName = "z"
     secondary_axis: AxisName = "x"
     """`primary_axis`, `secondary_axis`: Resulting axes of the part frame, if not z and x."""
@@ -77,7 +72,6 @@ class PlaneAxisPoint(
 
     @property
     def features(self) -> tuple[str, ...]:
-        """Return the names of the datum features."""
         return (self.plane, self.axis, self.point)
 
 
@@ -96,7 +90,6 @@ class DatumReferenceFrame(
 
     @property
     def features(self) -> tuple[str, ...]:
-        """Return the names of the datum features."""
         return self.datums
 
 
@@ -131,10 +124,7 @@ class ModelBestFit(
     tag_field="type",
     tag="best fit to model",
 ):
-    """The motion that brings touches nearest to faces of the model, of any shape.
-
-    The search starts from the best fit of the points to their nominal places.
-    """
+    """Motion of touches nearest to faces of the model, from the best fit to nominal places."""
 
     points: tuple[str, ...]
     """Names of single points on these faces, at least seven."""
@@ -143,7 +133,6 @@ class ModelBestFit(
 
     @property
     def features(self) -> tuple[str, ...]:
-        """Return the names of the points."""
         return self.points
 
 
@@ -166,9 +155,7 @@ class ReferencePoints(
     start: (
         DatumAlignment | PlaneAxisPoint | DatumReferenceFrame | SavedFrame | Relocation | None
     ) = None
-    """Preceding alignment. Without it the best fit of all points is the start, and the conditions
-    name at least three features that are not collinear.
-    """
+    """Preceding alignment; None: best fit of all points, conditions on three or more features."""
 
     @property
     def features(self) -> tuple[str, ...]:
@@ -185,10 +172,7 @@ class SavedFrame(
     tag_field="type",
     tag="saved frame",
 ):
-    """A stored frame, such as that of the machine (`alignment.frame_document`).
-
-    The plan includes the frame itself, so that a job can be opened without its file.
-    """
+    """A stored frame (`alignment.frame_document`), kept in the plan: a job needs no other file."""
 
     name: str
     digest: str
@@ -198,9 +182,7 @@ class SavedFrame(
     translation: Vector3
     """mm, frame."""
     covariance: tuple[tuple[float, ...], ...] = ()
-    """Six rows of six: of a small rotation, rad, about the axes of the frame through its origin,
-    and a shift, mm, along them. Empty if unknown: then nothing is proven in the frame.
-    """
+    """6 x 6: small rotation, rad, about the frame's axes, shift, mm; empty: nothing is proven."""
     simulated: bool = False
     """Measured on a virtual rig: nothing is proven in it about a real part."""
 
@@ -228,15 +210,12 @@ class Relocation(
     control: tuple[ControlPoint, ...]
     """At least three, not collinear."""
     limit: float = 0.1
-    """mm: a control point farther off after the best fit was moved, or touched wrongly; then there
-    is no frame.
-    """
+    """mm: a control point farther off after the best fit moved or is wrong: no frame."""
     simulated: bool = False
     """Measured on a virtual rig: nothing is proven in it about a real part."""
 
     @property
     def features(self) -> tuple[str, ...]:
-        """Return the names of the control points."""
         return tuple(item.feature for item in self.control)
 
 

@@ -30,19 +30,9 @@ def three_two_one(
     """Return the motion from the world to the part frame, and the choice of senses.
 
     The motion is ``T_part_from_world``; the choice is in the form of `BoundAlignment.choice`.
-
-    Parameters
-    ----------
-    geometries
-        Geometry vectors (12,) of the features, mm, world frame.
-    bound
-        Shapes and nominals. Optional only for a plane as primary with two centres: a measured axis
-        has no sense, which the nominals define.
-
-    Raises
-    ------
-    FitError
-        The datums give no direction, or its sense is undetermined.
+    `geometries`: geometry vectors (12,) of the features, mm, world frame. `bound`: shapes and
+    nominals. Optional only for a plane as primary with two centres: a measured axis has no sense,
+    which the nominals define. FitError: the datums give no direction, or its sense is undetermined.
     """
     shapes = {} if bound is None else bound.shapes
     senses = list(product(_senses_up(rule, shapes), _senses_along(rule, shapes)))
@@ -131,10 +121,7 @@ def _rotation(up_name: AxisName, up: Float, along_name: AxisName, along: Float) 
 
 
 def nominal_frame(rule: DatumAlignment, bound: BoundAlignment) -> RigidTransform:
-    """Return the motion from the frame of the nominals to the part frame.
-
-    It is the alignment of the nominals themselves, with their axis senses.
-    """
+    """Return the alignment of the nominals: from their frame to the part frame."""
     return _frame(rule, bound.nominals, bound.shapes, 1.0, 1.0)
 
 

@@ -18,14 +18,8 @@ def compiled(*needs: ModuleType, reorder: bool = False) -> Callable[[F], F]:
 
     Numba recompiles when the file of the function changes, but inlines what it calls in other
     modules, constants included, without noticing changes there. Those modules are therefore named
-    here.
-
-    Parameters
-    ----------
-    needs
-        Modules whose compiled functions or constants the function uses.
-    reorder
-        Allow sums in any order, several numbers at once.
+    here. `needs`: modules whose compiled functions or constants the function uses. `reorder`: allow
+    sums in any order, several numbers at once.
     """
     decorate = njit(
         cache=True, nogil=True, error_model="numpy", fastmath={"reassoc"} if reorder else False

@@ -71,10 +71,7 @@ class SpotFinder:
         )
 
     def take(self, image: NDArray[np.uint16], black: NDArray[np.uint16] = NO_BLACK) -> SpotBlock:
-        """Return the result of the next frame, an image (height, width) of the whole sensor.
-
-        Only the windows and the lines of the search are read; ``black`` is subtracted.
-        """
+        """Return the result of a frame (height, width): only windows and search, less ``black``."""
         slots, size, step = self.state.slots, self.options.window, self.options.search_step
         corners = np.empty((USUAL_SLOTS, 2), np.int64)
         windows.predict_windows(slots, self.packed, self.width, self.height, corners)
@@ -105,10 +102,7 @@ def measure_window(
     options: SpotOptions,
     black: NDArray[np.uint16] = NO_BLACK,
 ) -> SpotReading:
-    """Return the reading of the window ``pixels`` (h, w) with first pixel (left, top).
-
-    ``black`` is the image of the whole sensor to subtract.
-    """
+    """Return the reading of ``pixels`` (h, w) from (left, top), less ``black`` (whole sensor)."""
     reading = np.empty(centroid.N_READING)
     centroid.measure(
         np.ascontiguousarray(pixels, np.uint16),

@@ -181,10 +181,7 @@ def on_sensor(camera: CameraModel, uv: Pixels) -> np.ndarray[tuple[int, ...], np
 def projection_jacobians(camera: CameraModel, points_world: Points3) -> tuple[Float, Float]:
     """Return the derivatives of pixels by the points and by the camera parameters.
 
-    Parameters
-    ----------
-    points_world
-        (n, 3), mm, in front of the camera.
+    `points_world`: (n, 3), mm, in front of the camera.
 
     Returns
     -------

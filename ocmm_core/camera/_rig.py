@@ -34,9 +34,7 @@ MAX_LEDS = 64
 """LEDs of one body, and of all bodies tracked together."""
 
 MAX_FOCAL_SIGMA = 1e-3
-"""Relative; with a worse focal length, a calibration separates it from the distance only by chance,
-and its first-order covariance would not hold.
-"""
+"""Relative; worse ones separate focal length and distance only by chance, not to first order."""
 
 Vector3 = tuple[float, float, float]
 
@@ -93,11 +91,7 @@ class CalibrationDesign(msgspec.Struct, frozen=True, kw_only=True, forbid_unknow
 
 
 class RigDocument(Document, frozen=True, kw_only=True):
-    """Document of a rig.
-
-    ``calibrate_unproven`` permits calibration and verification of cameras that cannot prove age or
-    order of their data.
-    """
+    """Document of a rig; ``calibrate_unproven`` admits cameras of unproven age or order."""
 
     name: str
     frame_rate_hz: int
@@ -130,7 +124,6 @@ class Rig:
     aliases: tuple[int, ...]
     """EtherCAT station alias of each camera."""
     frame_rate_hz: int
-    """Exposures a second."""
     noise: SpotNoise
     volume_world: Float
     """(2, 3), mm: corners of the calibrated volume."""
@@ -163,12 +156,8 @@ class Rig:
 def load_rig(path: Path | str) -> Rig:
     """Return the rig of the document at ``path``.
 
-    Raises
-    ------
-    InputError
-        The document is malformed, has duplicate cameras, serials or aliases, fewer than two or more
-        than `MAX_CAMERAS` cameras, an implausible value, or a calibration that does not determine
-        its cameras.
+    InputError: the document is malformed, has duplicate cameras, serials or aliases, fewer than two
+    or more than `MAX_CAMERAS` cameras, an implausible value, or an undetermined calibration.
     """
     document = load_document(path, RigDocument, SCHEMA)
     _check(Path(path), document)
@@ -199,12 +188,7 @@ def known_points_covariance(path: Path, camera: CameraModel, design: Calibration
     """Return the covariance (14, 14) of a calibration with known points.
 
     The points are spread evenly over the design volume; with exact reference positions the cameras
-    are independent (measured: ratio 1.000).
-
-    Raises
-    ------
-    InputError
-        The design does not determine the camera.
+    are independent (measured: ratio 1.000). InputError: the design does not determine the camera.
     """
     low, high = np.array(design.volume_min), np.array(design.volume_max)
     points = low + (high - low) * np.random.default_rng(0).random((design.points, 3))

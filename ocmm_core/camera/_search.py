@@ -22,9 +22,7 @@ HIT_U, HIT_V, HIT_LIGHT = 0, 1, 2
 """Columns of a hit: position, px, and counts of its brightest sample."""
 
 _REMEMBER_PX = 300.0
-"""A new spot goes to the free slot with the nearest lost LED within this distance: 0.3 s behind an
-obstacle at the usual 0.2 m/s and 2 px/mm are some 130 px.
-"""
+"""A new spot goes to the free slot whose LED was lost within this: 0.3 s at 0.2 m/s are 130 px."""
 
 
 @compiled(centroid, windows)
@@ -34,8 +32,7 @@ def plan(
     """Write the lines to read in this frame, advance the cursor, return their count.
 
     ``regions`` (r, 4): left, top, width, height, px; region i belongs to slot i, unless one region
-    serves all slots (``anywhere``). ``lines`` (n, 3): left, row, number of samples; none if no slot
-    is free.
+    serves all slots (``anywhere``). ``lines`` (n, 3): left, row, samples; none without a free slot.
     """
     step = int(options[centroid.SEARCH_STEP])
     # `passed` counts regions with nothing to read, to end the loop with no free slot; one more than
@@ -69,11 +66,7 @@ def look(
     anywhere: bool,
     options: Float,
 ) -> None:
-    """Give free slots to the spots in the lines that were read.
-
-    ``samples`` (n, m): the first ``count`` rows belong to ``lines``. Spots already in a window are
-    skipped; the brightest come first.
-    """
+    """Give free slots to new spots in ``count`` rows of ``samples`` (n, m), brightest first."""
     hits = np.empty((len(slots), 3))
     n_hits = 0
     for k in range(count):

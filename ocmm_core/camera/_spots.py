@@ -19,8 +19,7 @@ from ocmm_core.errors import InputError
 from ocmm_core.geometry import Float
 
 _SEARCH_PIXELS_PER_S = 16.4e6
-"""Pixels read by the search in addition to the windows: half of the sensor's 33 MHz (thesis 2.1).
-"""
+"""Pixels read by the search outside the windows: half of the sensor's 33 MHz (thesis 2.1)."""
 _HOLD_NS = 100_000_000
 _SMALLEST_WINDOW, _LARGEST_WINDOW = 12, 64
 
@@ -67,14 +66,11 @@ class SpotOptions:
     """Detection and validation of spots; lengths in px, light in counts of the converter."""
 
     threshold: float = 200.0
-    """Height above the background of spot pixels: five times the read noise, so that dark pixels
-    pass at most once in a minute.
-    """
+    """Of spots above background: five read noises, passed by dark pixels once a minute at most."""
     read_noise: float = 40.0
     """Standard deviation of a dark pixel from frame to frame."""
     dark_spread: float = 60.0
-    """Standard deviation of the dark signal between pixels; counts as noise without a black image.
-    """
+    """Standard deviation of the dark signal between pixels; noise without a black image."""
     black_frames: int = 64
     """Number of frames averaged in a black image."""
     response_spread: float = 0.01
@@ -88,9 +84,7 @@ class SpotOptions:
     max_pixels: int = 64
     """`min_pixels`, `max_pixels`: Above the threshold."""
     max_elongation: float = 1.25
-    """Largest axis ratio of a spot without noise; noise is allowed for. Two equal LEDs in one spot
-    are distinguished from 2 px on; closer ones by their light.
-    """
+    """Largest axis ratio without noise; two equal LEDs are told apart from 2 px on, or by light."""
     max_sigma: float = 0.15
     """Less certain positions are not reported."""
     window: int = 16
@@ -106,9 +100,7 @@ class SpotOptions:
     """Frames for which a window waits for its LED before the slot is released."""
     search_step: int = 2
     search_lines: int = 2
-    """`search_step`, `search_lines`: The search reads every n-th line and pixel (two), and this
-    number of lines a frame.
-    """
+    """`search_step`, `search_lines`: every n-th line and pixel; this many lines a frame."""
 
     def __post_init__(self) -> None:
         """Refuse invalid options; raise InputError."""
@@ -164,8 +156,7 @@ class SpotReading:
     flux: float
     peak: float
     background: float
-    """`flux`, `peak`, `background`: Counts: weighted light, brightest pixel of the spot above the
-    background, background."""
+    """`flux`, `peak`, `background`: weighted light, brightest pixel above background, counts."""
     pixels: int
     elongation: float
     """Ratio of the axes."""

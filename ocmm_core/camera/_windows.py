@@ -156,11 +156,7 @@ def _judge_light(slots: Float, options: Float, readings: Float) -> None:
 
 @compiled(centroid)
 def _judge_pairs(slots: Float, options: Float, readings: Float) -> None:
-    """Prevent two windows from reporting the same spot.
-
-    The window that saw an LED there in the previous frame keeps it; if both or neither did, two
-    LEDs may have merged and the owner is undetermined.
-    """
+    """Prevent two windows from reporting one spot: the former owner keeps it, or neither."""
     n = len(slots)
     near = options[centroid.SEPARATION]
     shared = np.zeros(n, np.bool_)
@@ -218,10 +214,7 @@ def _group_motion(slots: Float, readings: Float) -> tuple[float, float]:
 def report(
     readings: Float, uv: Float, variance: Float, status: NDArray[np.uint8]
 ) -> tuple[int, bool]:
-    """Write the result of one frame: ``uv`` (8, 2), ``variance`` (8, 2), ``status``.
-
-    Returns the bits of the valid slots, and whether any spot is overexposed.
-    """
+    """Write ``uv``, ``variance`` (8, 2), ``status``; return valid bits, and if overexposed."""
     valid, saturated = 0, False
     for s in range(len(readings)):
         found = int(readings[s, centroid.STATUS])

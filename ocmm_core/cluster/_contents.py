@@ -38,10 +38,9 @@ class Contents:
         ]
 
     def _handed(self, client: Client, sha256: str, content: bytes) -> bytes | Future:
-        """Return the argument of a task for a content.
+        """Return the argument of a task for a content: the bytes themselves the first time.
 
-        The bytes themselves the first time: keeping them on a worker is a task of its own, which
-        costs the scheduler as much as the work, and no second task may need them.
+        Keeping them on a worker is a task as costly as the work, and maybe for nothing.
         """
         self.users[sha256] += 1
         if sha256 not in self.kept:
@@ -64,10 +63,7 @@ class Contents:
             del self.kept[sha256], self.users[sha256]
 
     def forget_failed(self, hashes: Sequence[str]) -> None:
-        """Drop contents that no worker could keep, to be sent with the next task.
-
-        Kept, they would fail every later task that needs them.
-        """
+        """Drop contents that no worker could keep: they would fail every later task."""
         for sha256 in hashes:
             future = self.kept.get(sha256)
             if future is not None and future.status == "error":

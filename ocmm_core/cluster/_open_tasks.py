@@ -33,10 +33,7 @@ from ocmm_core.failure import contained
 
 
 def check_all(client: Client, ours: Computer) -> None:
-    """Raise InputError if scheduler or workers could give other digits.
-
-    The scheduler computes nothing: its processor does not matter.
-    """
+    """Raise InputError if workers could give other digits; the scheduler computes nothing."""
     scheduler = _of_scheduler(client)
     if scheduler != ours.versions:
         raise other_version("The scheduler", _named(scheduler), ours.versions)
@@ -85,8 +82,7 @@ _AHEAD = 2
 _LOSSES = 3
 """Tolerated losses of the scheduler between two answers."""
 _BUNDLE_S, _LARGEST = 0.4, 8
-"""Shorter things are bundled, up to this number: a task of a millisecond costs scheduler and client
-as much as one of a minute."""
+"""Shorter tasks are bundled up to this number: a millisecond costs overhead as a minute does."""
 _BUNDLE_BYTES = 32_000_000
 """Larger things are not bundled: short ones may be followed by a job of gigabytes."""
 _OPEN_BYTES = 1_000_000_000
@@ -134,11 +130,9 @@ class Tasks:
     begun: int = 0
     """Number of things submitted at least once."""
     alone: deque[int] = field(default_factory=deque)
-    """Indices to be submitted one by one, before new ones: of a bundle that failed as a whole, and
-    of tasks open when the scheduler was lost."""
+    """Indices to submit alone, first: of a failed bundle, and open when the scheduler was lost."""
     suspects: deque[int] = field(default_factory=deque)
-    """Indices to be submitted while nothing else is open: a worker that ended took innocent waiting
-    tasks with it."""
+    """Indices to submit alone: a worker that ended took innocent waiting tasks with it."""
     asked_alone: set[int] = field(default_factory=set)
     """Those that were: if a worker ends then, they are the cause."""
     thing_s: float = math.inf

@@ -68,10 +68,7 @@ def over_local(
     contents: Callable[[T], Sequence[bytes]],
     told: Callable[[int], None],
 ) -> Iterator[R | OcmmError]:
-    """Yield the result of each thing, computed by Dask processes on this computer.
-
-    They use TLS with separate keys, so that other users of this computer cannot run code.
-    """
+    """Yield results from local Dask processes; TLS: other users cannot run code in them."""
     use_one_thread()
     with (
         _quiet(),

@@ -77,11 +77,7 @@ def other_processor(
     who: str, theirs: str, ours: str, there: Mapping[str, str] | None,
     here: Mapping[str, str] | None,
 ) -> InputError:  # fmt: skip
-    """Return the error of a worker with another kind of processor.
-
-    `there`, `here`: environment in which the worker, or this computer, computes as the other; None
-    if impossible.
-    """
+    """Return the error of another processor; `there`, `here`: possible environments, or None."""
     if there:
         remedy = f"Start that worker with {_assigned(there)}"
     elif here:

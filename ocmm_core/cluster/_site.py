@@ -21,8 +21,7 @@ class Site:
     ca: Path | None = None
     cert: Path | None = None
     key: Path | None = None
-    """`ca`, `cert`, `key`: PEM files for ``tls``: certificate authority, certificate and key of
-    this computer."""
+    """`ca`, `cert`, `key`: PEM files for ``tls``: authority, certificate, key of this computer."""
     unencrypted: bool = False
     """Allow a networked scheduler without TLS."""
     dask: bool = False

@@ -16,8 +16,7 @@ T = TypeVar("T")
 R = TypeVar("R")
 
 _PAYS = 64
-"""Number of tasks from which local Dask pays: it takes three seconds to start on two cores, which
-tasks of a tenth of a second then save."""
+"""Tasks from which local Dask pays: three seconds to start on two cores, 0.1 s a task."""
 
 
 def nothing(thing: object) -> Sequence[bytes]:

@@ -129,10 +129,7 @@ class Done:
 
 @functools.cache
 def build() -> str:
-    """Return the SHA-256 of all program files of the core.
-
-    Identical in a checkout and in a wheel. A version number is not enough: digits follow from code.
-    """
+    """Return the SHA-256 of all program files, in checkout and wheel: digits follow from code."""
     root = Path(ocmm_core.__file__).parent
     digest = hashlib.sha256()
     for path in sorted(root.rglob("*.py"), key=lambda one: one.relative_to(root).as_posix()):
@@ -161,20 +158,14 @@ def this_computer() -> Computer:
 
 
 def held(content: bytes) -> bytes:
-    """Return its argument: a task that keeps bytes on a worker.
-
-    Dask recomputes a lost result from its task, so these bytes survive any worker.
-    """
+    """Return its argument: a task keeps bytes, recomputed by Dask if its worker is lost."""
     return content
 
 
 def do(
     ours: Computer, work: Callable[..., R], asked: Sequence[Asked], *contents: bytes
 ) -> Done | Refused:
-    """Compute some things; errors are answers, as in `processes.side_by_side`.
-
-    `contents`: of one thing after the other, as many as each has hashes.
-    """
+    """Compute some things; errors are answers; `contents`: in turn, as many as each has hashes."""
     if this_computer() != ours:
         return Refused(this_computer())
     begun, rest = time.monotonic(), iter(contents)

@@ -19,8 +19,7 @@ REAL_SHARE = 0.15
 LEAST_LEDS = 4
 """Identification needs this many LEDs seen by two cameras."""
 _EFFORT = 0.0015
-"""Required reduction of U per additional degree, as a share: of two equal turns the smaller wins.
-"""
+"""Least reduction of U per degree, as a share: of two equal turns the smaller wins."""
 MARGIN_RAD = float(np.radians(6.0))
 """Margin of the light cone of counted LEDs: the hand follows within some 3 degrees."""
 _SHINING = 2
@@ -37,9 +36,7 @@ class Hint:
     """In this order; the second is about another axis."""
     now_mm: float
     then_mm: float
-    """`now_mm`, `then_mm`: U, k = 2, of one averaged point in its worst direction: as held, and
-    turned.
-    """
+    """`now_mm`, `then_mm`: U, k = 2, of an averaged point, worst direction: held, turned."""
     leds: int
     """LEDs then seen by two cameras."""
 
@@ -54,7 +51,6 @@ class Hint:
 
     @property
     def degrees(self) -> int:
-        """Return the total angle."""
         return sum(turn.degrees for turn in self.turns)
 
     def rotation_world(self, stance: Stance) -> Float:
@@ -69,9 +65,7 @@ class Advice:
     now_mm: float
     """U as the probe is held; NaN without a pose."""
     hints: tuple[Hint, ...] = ()
-    """The best of every way that keeps enough LEDs, the least U for the effort first; may include a
-    larger U.
-    """
+    """Best of each way with enough LEDs, least U for effort first; may include a larger U."""
 
     def best(self, share: float = REAL_SHARE) -> Hint | None:
         """Return the best turn that reduces U by ``share``, or None."""

@@ -20,9 +20,7 @@ class Ellipsoid:
     directions_world: Float
     """(3, 3), unit: the axes as rows."""
     outline_mm: Float
-    """(3,): of its view, the longer and the shorter half axis, mm, and the angle of the longer one
-    from his right, rad, towards up.
-    """
+    """(3,): half axes of its view, mm, longer first; its angle from his right towards up, rad."""
     depth_mm: float
     """Half extent along the view."""
 
@@ -33,10 +31,7 @@ class Ellipsoid:
 
 
 def ellipsoid_of(covariance: Float, stance: Stance) -> Ellipsoid:
-    """Return the ellipsoid of a covariance (3, 3), mm^2, world.
-
-    Its view along a line is the ellipse of the marginal covariance across that line.
-    """
+    """Return the ellipsoid of a covariance (3, 3), mm^2, world; its views are marginals."""
     values, vectors = np.linalg.eigh(covariance)
     half = COVERAGE_FACTOR * np.sqrt(np.maximum(values[::-1], 0.0))
     across = np.stack([stance.right, stance.up])

@@ -36,8 +36,7 @@ class ProbePicture:
     turn: Turn | None
     """The turn to make; None if unknown."""
     known: bool = True
-    """Whether the attitude is that of the probe; otherwise upright, with its LEDs to the cameras.
-    """
+    """Whether the attitude is the probe's; else upright with its LEDs to the cameras."""
 
     def counts(self) -> tuple[tuple[str, int], ...]:
         """Return the name of each camera and the number of LEDs it sees."""
@@ -49,11 +48,7 @@ class ProbePicture:
 def picture_of(
     rig: Rig, body: ProbeBody, rotation: Float | None, seen: Bool, turn: Turn | None
 ) -> ProbePicture:
-    """Return the picture of a probe.
-
-    ``rotation`` (3, 3), rig from probe, is the last attitude, None without one; ``seen`` (C, L)
-    tells which camera sees which LED.
-    """
+    """Return a picture; ``rotation`` (3, 3): rig from probe, or None; ``seen``: (C, L)."""
     stance = stance_at(rig)
     turned = upright_rotation(rig, body) if rotation is None else rotation
     arms = (body.leds_probe - body.tip_probe) @ turned.T

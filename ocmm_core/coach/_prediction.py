@@ -51,8 +51,7 @@ def sight_of(
 ) -> Sight:
     """Return the visibility for attitudes (n, 3, 3) about the ball (3,), mm.
 
-    An LED shines into a cone about its direction (`ProbeBody.emission_half_angle`), reduced by
-    ``margin_rad``.
+    An LED shines into a cone (`ProbeBody.emission_half_angle`), reduced by ``margin_rad``.
     """
     arms = body.leds_probe - body.tip_probe
     places = np.einsum("nij,lj->nli", rotations, arms) + tip_world

@@ -38,11 +38,7 @@ def help_when_lost(
     *,
     named: bool = True,
 ) -> ProbeHelp:
-    """Return the remedy that gives the cameras enough LEDs again.
-
-    The pose (3, 3) and (3,), mm, is the last one in the frame of the rig, None without one.
-    ``seen`` (C, L) tells the LEDs seen now, ``named`` whether they are identified.
-    """
+    """Return the remedy for too few LEDs; pose (3, 3), (3,), mm, rig, or None; ``seen``: (C, L)."""
     remedy, turn = ("Turn the LEDs to the cameras", None)
     if named:
         remedy, turn = _remedy(rig, body, rotation, tip_rig, seen)

@@ -21,7 +21,6 @@ class SteadyHint:
     """Steady the hint shown, fed with each advice."""
 
     shown: Hint | None = None
-    """The displayed hint, or None."""
     _coming: Hint | None = None
     _changing: bool = False
     _since_s: float = 0.0

@@ -1,7 +1,6 @@
 """Acceptance tests in a running station: available procedures, start and resume.
 
-Calibration and tip are looked up on each call: a test uses those in force now, the station those it
-was started with.
+Calibration and tip are those in force at each call, the station's those at its start.
 """
 
 from __future__ import annotations
@@ -77,7 +76,6 @@ class Conditions:
     """`who`, `place`, `customer`, `condition`: see `AcceptanceRecord`."""
     temperature: Temperature = VIRTUAL_ROOM
     air: RoomAir = field(default_factory=RoomAir)
-    """Humidity and pressure, if measured."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -102,15 +100,13 @@ class AcceptanceBench:
     recorded: str = ""
     """Source name in the replayed recording; empty without replay."""
     folder: Path | None = None
-    """Folder of sessions, records and checks; None for this user's (virtual rigs have their own).
-    """
+    """Folder of sessions, records and checks; None: this user's (virtual rigs have their own)."""
     register: Path | None = None
     """Artefact register; None for this user's."""
     shipped: dict[str, UsedArtefact] = field(default_factory=dict)
 
     @property
     def is_virtual(self) -> bool:
-        """Return whether the source is a virtual rig."""
         return origin_of(self.request.source) is Origin.VIRTUAL
 
     def cameras(self) -> CalibrationInUse:
@@ -141,22 +137,17 @@ class AcceptanceBench:
         return ArtefactRegister(self.register)
 
     def procedures(self, now: datetime) -> tuple[ProcedureOffer, ...]:
-        """Return the procedures that can be run."""
         return offered_procedures(self.instrument(now), self.request.seed)
 
     def stage(self, offer: ProcedureOffer, artefacts: tuple[UsedArtefact, ...], now: datetime) -> (
         Stage
     ):  # fmt: skip
-        """Return the stage of a test."""
         return Stage(offer.procedure, self.instrument(now), artefacts, self.request.seed)
 
     def offers(
         self, offer: ProcedureOffer, now: datetime, temperature: Temperature
     ) -> tuple[ArtefactOffer, ...]:
-        """Return the artefacts for a procedure, with reasons for refused ones.
-
-        On the virtual rig its own artefacts come first.
-        """
+        """Return artefacts with reasons of refusal; on the virtual rig its own come first."""
         register = self.artefacts()
         faults = register.faults()
         candidates = [(one.id, one.used()) for one in register.entries.values()]

@@ -141,7 +141,6 @@ def _sphere_of(path: Path) -> UsedArtefact:
 
 
 def default_test_folder() -> Path:
-    """Return the test folder of this user."""
     return platformdirs.user_data_path("ocmm") / "acceptance"
 
 
@@ -191,13 +190,7 @@ def _doubts(cameras: CalibrationInUse) -> dict[str, tuple[str, ...]]:
 def require_recorded(
     cameras: CalibrationInUse, probe: ProbeInUse, instrument: Instrument, recorded: str
 ) -> Instrument:
-    """Return the instrument of a recording; simulated if it is of a virtual rig.
-
-    Raises
-    ------
-    CalibrationError
-        Real cameras or a real probe were recorded, but only a document describes them.
-    """
+    """Return a recording's instrument; CalibrationError: real, but described by a document only."""
     for fault in (
         checked_for_replay(cameras, recorded).fault,
         checked_probe_for_replay(probe, recorded).fault,

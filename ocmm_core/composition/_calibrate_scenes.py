@@ -49,7 +49,6 @@ class VirtualSite:
     rig: Path
     probe: Path
     seed: int
-    """Seed of the virtual world."""
     move: int | None
     """Seed of the displacement of the camera frame since calibration; None: not displaced."""
 
@@ -122,10 +121,7 @@ def relocation_by_step(
 def scenes_of_verification(
     site: VirtualSite, rig: Rig, view: VerificationView, bar: LengthBar, spheres: Sequence[Sphere]
 ) -> tuple[Scene, ...]:
-    """Return the remaining seats, nests and points on spheres.
-
-    The world of the verified `rig` need not be that of the virtual rig.
-    """
+    """Return remaining seats, nests and touches; the world may differ from `rig`."""
     return sum(verification_by_step(site, rig, view, bar, spheres).values(), ())
 
 

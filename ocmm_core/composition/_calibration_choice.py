@@ -28,18 +28,9 @@ def choose_calibration(
 ) -> CalibrationInUse:
     """Return the calibration of a source: the rig document or a stored record.
 
-    Parameters
-    ----------
-    folder
-        Calibration store; None is this user's store for real cameras and the rig document for
-        virtual ones.
-    uncalibrated
-        Accept points whatever the state of the calibration.
-
-    Raises
-    ------
-    InputError
-        The source is unknown or the rig document is invalid.
+    `folder`: calibration store; None is this user's store for real cameras and the rig document for
+    virtual ones. `uncalibrated`: accept points whatever the state of the calibration. InputError:
+    the source is unknown or the rig document is invalid.
     """
     if folder is None and is_real(source):
         folder = default_folder()
@@ -54,20 +45,9 @@ def choose_probe(
 ) -> ProbeInUse:
     """Return the probe of a source: its document or the records of its tip.
 
-    Parameters
-    ----------
-    folder
-        Probe records; None is this user's folder for real cameras and the document for virtual
-        ones.
-    tip
-        Mounted tip; None for the one in the records.
-    uncalibrated
-        Accept points whatever the state of the tip.
-
-    Raises
-    ------
-    InputError
-        The source is unknown, the probe document is invalid, or a tip is given without records.
+    `folder`: records; None: this user's for real cameras, else the document. `tip`: mounted; None:
+    by the records. `uncalibrated`: whatever the state of the tip. InputError: unknown source,
+    invalid document, or a tip without records.
     """
     if folder is None and is_real(source):
         folder = default_probe_folder()

@@ -67,15 +67,8 @@ def climate_in_use(
 ) -> ClimateInUse:
     """Return the climate of a job.
 
-    Parameters
-    ----------
-    calibration
-        Its record, with the temperature at calibration; None if the document is used.
-
-    Raises
-    ------
-    InputError
-        A document or number is invalid, or a value needed for compensation is missing.
+    `calibration`: its record, with the temperature at calibration; None if the document is used.
+    InputError: a document or number is invalid, or a value needed for compensation is missing.
     """
     request = _with_thermometer(request)
     part = PartTemperature(

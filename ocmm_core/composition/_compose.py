@@ -72,10 +72,7 @@ class BuiltStation:
 
 
 def build_station(request: StationRequest) -> BuiltStation:
-    """Load all documents, create the job file, return the station; raise OcmmError.
-
-    Everything opened is closed after an error.
-    """
+    """Load documents, make the job file, return the station; OcmmError, all closed again."""
     clear_leftovers(written_folders(request))
     request = replace(request, released_only=request.released_only or released_plans_only())
     if request.resume is None:

@@ -1,7 +1,4 @@
-"""Makers of frame sources, listed in `_sources`.
-
-The only place where the product uses the virtual rig.
-"""
+"""Makers of frame sources, listed in `_sources`: the only user of the virtual rig."""
 
 from __future__ import annotations
 
@@ -27,8 +24,7 @@ from ocmm_core.simulation.calibration_scenes import CalibratingScript, Calibrati
 from ocmm_core.simulation.scene import PixelScript, RigScript, SensorOptions, SimulatedSource
 
 _AHEAD_S = 0.2
-"""A source that waits for its reader leads by this at most, so that the virtual operator's query
-for missing points includes the last touch."""
+"""Lead of a source that waits: queries for missing points then include the last touch."""
 
 _SCENE_FRAMES = 320
 """Maximum lead of calibration scenes over their reader."""

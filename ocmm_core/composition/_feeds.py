@@ -48,8 +48,7 @@ class StationRequest:
     speed: float = 0.0
     world: WorldOptions = field(default_factory=WorldOptions)
     frame_rate_hz: int = 0
-    """`seed`, `speed`, `world`, `frame_rate_hz`: virtual rig; speed 0 is unlimited, rate 0 is the
-    rig's own."""
+    """`seed`, `speed`, `world`, `frame_rate_hz`: virtual rig; speed 0 unlimited, rate 0 its own."""
     stay: bool = False
     rest_speed: float = 1.0
     """`stay`, `rest_speed`: after the script, the operator stays and touches missing points. While
@@ -71,14 +70,12 @@ class StationRequest:
     control: str = ""
     """Socket for fault injection into virtual cameras; empty: none."""
     calibrations: Path | None = None
-    """Calibration store; None is this user's for real cameras, and the rig document for virtual
-    ones and replays."""
+    """Calibration store; None: this user's, or the rig document for virtual rigs and replays."""
     uncalibrated: bool = False
     """Accept points whatever the state of calibration and tip; they prove nothing."""
     probes: Path | None = None
     tip: str | None = None
-    """`probes`, `tip`: probe records, as ``calibrations``; mounted tip, or None for the one in the
-    records."""
+    """`probes`, `tip`: probe records as ``calibrations``; mounted tip, None: by the records."""
     check_after_h: float = 8.0
     """Hours without a point or check after which the tip must be checked."""
     climate: ClimateRequest = field(default_factory=ClimateRequest)

@@ -1,8 +1,6 @@
-"""Virtual part with the nominal geometry of a plan.
+"""Virtual part with the nominal geometry of a plan imported from a CAD model.
 
-A plan imported from a CAD model has no document of a true part. The virtual rig gets one here: each
-surface as drawn, with the touch points and outward normals on its trimmed faces, in the middle of
-the measuring volume.
+Surfaces as drawn, touch points and outward normals on trimmed faces, mid volume.
 """
 
 from __future__ import annotations
@@ -40,18 +38,9 @@ def part_as_planned(
 ) -> PartDocument:
     """Return the nominal part of a plan.
 
-    Parameters
-    ----------
-    folder
-        Folder of the plan and its CAD model. The part is centred in the volume by the model if
-        present, else by its touch points.
-    placement
-        Orientation in the volume; upright if None.
-
-    Raises
-    ------
-    InputError
-        A feature has no touch points.
+    `folder`: folder of the plan and its CAD model. The part is centred in the volume by the model
+    if present, else by its touch points. `placement`: orientation in the volume; upright if None.
+    InputError: a feature has no touch points.
     """
     entries = [_entry(feature) for feature in plan.features]
     model = part_of_plan(plan, folder).model

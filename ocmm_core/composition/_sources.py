@@ -38,8 +38,6 @@ class Origin(Enum):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SourceSpec:
-    """One kind of source."""
-
     prefix: str
     """Prefix of the name; the whole name if no value follows."""
     forms: tuple[tuple[str, str], ...]
@@ -57,8 +55,7 @@ class SourceSpec:
     segment: Callable[[StationRequest, Plan, Rig], SegmentConfig] | None
     """Software cameras of its virtual wire; None without one."""
     scenes: Callable[[CalibratingScript, float], Feed] | None
-    """Makes the virtual rig with calibration scenes, at a multiple of real time; None if
-    unsupported."""
+    """Makes the virtual rig with calibration scenes, by speed; None if unsupported."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -179,7 +176,6 @@ SOURCES: tuple[SourceSpec, ...] = (
         scenes=None,
     ),
 )
-"""In the order of the help."""
 
 VIRTUAL_NAMES = tuple(
     sorted({spec.recorded_as for spec in SOURCES if spec.origin is Origin.VIRTUAL})

@@ -44,10 +44,7 @@ _LAST_WAIT_NS = 200_000_000
 
 
 def measured_checks(seconds: float) -> tuple[CheckSpec, ...]:
-    """Return the checks that measure for `seconds`; none for 0.
-
-    The bus is measured for `LONGEST_LOOP_S` at most.
-    """
+    """Return the checks that measure for `seconds`, the bus `LONGEST_LOOP_S` at most; 0: none."""
 
     def loop() -> LoopTimes:
         if seconds <= 0.0:

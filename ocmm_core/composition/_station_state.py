@@ -37,10 +37,7 @@ class StationState:
 
 
 def station_state(settings: Settings, now: datetime | None = None) -> StationState:
-    """Return the status of cameras and tip for the next job.
-
-    Opens records only, no cameras. Errors become status lines.
-    """
+    """Return status of cameras and tip from records, without cameras; errors become lines."""
     now = now or datetime.now(UTC)
     source = settings.instrument_source
     try:

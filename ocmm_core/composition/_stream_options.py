@@ -19,11 +19,8 @@ def stream_options(
 ) -> StreamOptions | None:
     """Return the stream options, or None if it is off.
 
-    Raises
-    ------
-    InputError
-        The token or key file is unreadable or readable by others, the stream would be open to
-        others, or the TLS files are invalid.
+    InputError: the token or key file is unreadable or readable by others, the stream would be open
+    to others, or the TLS files are invalid.
     """
     if port is None:
         return None

@@ -22,8 +22,7 @@ def batch_table(comparison: Comparison) -> bytes:
     """Return a CSV file (comma, decimal point, UTF-8 with BOM) of a comparison.
 
     Numbers have all their digits; values that are not counted and missing indices are empty. Text
-    that a spreadsheet would compute gets a quote. Raises StorageError if a job is no longer on the
-    disk under its name.
+    that a spreadsheet would compute gets a quote. StorageError if a job lost its name.
     """
     comparison.require_names()
     stream = io.StringIO(newline="")

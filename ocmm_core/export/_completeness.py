@@ -12,10 +12,7 @@ _MOST_NAMED = 6
 
 
 def missing_of(view: JobView) -> tuple[str, ...]:
-    """Return the missing items of a job; empty if complete.
-
-    Features first, then characteristics that lack a value although their features are done.
-    """
+    """Return the missing items: features, then characteristics without a value though measured."""
     part = view.part_verdict
     left = set(part.missing_features)
     about = {item.name: set(item.features) for item in view.characteristics}

@@ -1,7 +1,6 @@
-"""Seal of a report: its job, the hashes of its files, and the signer.
+"""Seal of a report, ``NAME.seal.json``: its job, hashes of its files, and the signer.
 
-A file next to the report, ``NAME.seal.json``, signed by the writing station. Recipients can verify
-the files, and the step of the job file that was reported.
+Signed by the writing station; recipients verify the files and the reported step of the job.
 """
 
 from __future__ import annotations
@@ -37,8 +36,6 @@ class SealedFile(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_field
 
 
 class ReportSeal(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """Content of the file."""
-
     schema: str
     jobs: tuple[SealedJob, ...]
     files: tuple[SealedFile, ...]
@@ -80,15 +77,7 @@ def seal_of(
 
 
 def check_report_seal(path: Path, keys: KeyFolder) -> ReportSealFound:
-    """Return the state of a seal at ``path``, and of the files next to it.
-
-    Raises
-    ------
-    InputError
-        It is no seal of a report, or cannot be read.
-    StorageError
-        The key ring cannot be read.
-    """
+    """Return the state of a seal and of the files next to it; InputError: no seal; StorageError."""
     try:
         seal = msgspec.json.decode(read_bytes(path), type=ReportSeal)
     except (ValueError, RecursionError) as error:

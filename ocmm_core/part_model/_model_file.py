@@ -81,18 +81,7 @@ def model_to_bytes(model: PartModel) -> bytes:
 
 
 def model_from_bytes(content: bytes, where: str) -> PartModel:
-    """Return the model that ``content`` holds.
-
-    Parameters
-    ----------
-    where
-        Name of the file or job in error sentences.
-
-    Raises
-    ------
-    InputError
-        The content is not a model, of another version, damaged, or inconsistent.
-    """
+    """Return a model; `where`: for errors; InputError: no model, other version, inconsistent."""
     if len(content) > LARGEST_MODEL:
         raise _damaged(where, f"it has more than {LARGEST_MODEL / 1e6:.0f} MB")
     if len(content) < _FRONT.size or not content.startswith(_MARK):
@@ -119,15 +108,7 @@ def model_from_bytes(content: bytes, where: str) -> PartModel:
 
 
 def write_model_file(path: Path, model: PartModel) -> None:
-    """Write a model to a file atomically.
-
-    Raises
-    ------
-    InputError
-        The model is inconsistent or too large.
-    OSError
-        The folder cannot be written.
-    """
+    """Write a model atomically; InputError: inconsistent or too large; OSError."""
     write_atomic(path, model_to_bytes(model))
 
 

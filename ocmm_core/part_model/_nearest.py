@@ -57,8 +57,7 @@ class Feet:
     normals: Points3
     """(n, 3), unit: out of the material; on an edge towards the point."""
     distances: Float
-    """(n,), mm: positive outside the material; on an edge the sign is that of the face beside it.
-    """
+    """(n,), mm: positive outside the material; on an edge the sign of the face next to it."""
     curvatures: Float
     """(n, 2), 1/mm: positive if the material bends away (a shaft)."""
     edge_gaps: Float
@@ -106,18 +105,7 @@ def searched_face(face: ModelFace) -> SearchedFace:
 
 
 def nearest_feet(points: Points3, faces: Sequence[SearchedFace]) -> Feet:
-    """Return the nearest places of trimmed faces.
-
-    Parameters
-    ----------
-    points
-        (n, 3), mm, frame of the model.
-
-    Raises
-    ------
-    InputError
-        A point is not finite, or ``faces`` is empty.
-    """
+    """Return nearest places of points (n, 3), mm, model frame; InputError: not finite, no faces."""
     points = np.asarray(points, dtype=np.float64).reshape(-1, 3)
     if not faces or not np.all(np.isfinite(points)):
         raise InputError(

@@ -1,7 +1,6 @@
-"""Face of the model as a plan holds it: exact, and readable without the model and a CAD library.
+"""Face of the model as a plan holds it: exact, independent of the model file.
 
-The plan, and every job measured by it, holds the surface of a profile itself, so results do not
-depend on a later change of the model file or on an installed library.
+So results depend neither on later changes of the model nor on a CAD library.
 """
 
 from __future__ import annotations

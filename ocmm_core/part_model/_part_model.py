@@ -34,8 +34,6 @@ class SplineSurface:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ModelFace:
-    """Face of the model."""
-
     number: int
     """From 1, in the order of the file; used in messages."""
     kind: str
@@ -95,5 +93,4 @@ class PlacedPart:
     """In its own frame, which is that of the nominals of the plan."""
     T_world_from_model: RigidTransform
     is_rough: bool
-    """The position is not measured, or not completely as the alignment of the plan needs it;
-    displays must say so."""
+    """Not measured, or not completely as the alignment needs it; displays must say so."""

@@ -1,8 +1,8 @@
 """Boxes around the pieces of a surface, as lower bounds of its distance.
 
 The hull of the poles of a Bezier patch with positive weights contains the patch. Patches are halved
-(de Casteljau) until they are flat, and each gets a box along its own middle; no point of the patch
-is nearer than its box.
+(de Casteljau) until they are flat, and each gets a box along its own middle; no point is nearer
+than its box.
 """
 
 from __future__ import annotations

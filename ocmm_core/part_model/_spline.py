@@ -67,11 +67,7 @@ class Derivatives:
 
 
 def bezier_surface(spline: SplineSurface) -> BezierSurface:
-    """Return a spline as its knot spans.
-
-    Raises InputError if the numbers of poles, knots and degrees do not match, knots fall, or a
-    weight is not positive.
-    """
+    """Return a spline as knot spans; InputError: counts, falling knots, weights not positive."""
     _check(spline)
     weighted = np.concatenate(
         [spline.poles * spline.weights[..., None], spline.weights[..., None]], axis=-1
@@ -118,10 +114,7 @@ def places_at(surface: BezierSurface, parameters: Float) -> Float:
 
 
 def normals_at(surface: BezierSurface, parameters: Float) -> Float:
-    """Return unit normals (m, 3) along du x dv.
-
-    Where a side of the surface is one point (the pole of a sphere), the normal is that beside it.
-    """
+    """Return unit normals (m, 3) along du x dv; at a collapsed side (pole) that beside it."""
     found = derivatives_at(surface, parameters)
     normals = np.cross(found.u, found.v)
     lengths = np.linalg.norm(normals, axis=1)
@@ -139,10 +132,7 @@ def normals_at(surface: BezierSurface, parameters: Float) -> Float:
 
 
 def curvatures_at(surface: BezierSurface, parameters: Float, normals: Float) -> Float:
-    """Return the principal curvatures (m, 2), 1/mm, positive if the surface bends away.
-
-    `normals` (m, 3), unit, point to the viewer: a ball seen from outside has 1 / radius.
-    """
+    """Return curvatures (m, 2), 1/mm, positive bending away; `normals` (m, 3) to the viewer."""
     found = derivatives_at(surface, parameters)
     e, f, g = (
         np.sum(first * second, axis=1)
@@ -196,10 +186,7 @@ def _spans(knots: Float, degree: int) -> tuple[Float, Float, Int]:
 
 
 def _summed(poles: Float, by_u: Float, by_v: Float) -> Float:
-    """Return poles (m, p + 1, q + 1, 4) by polynomials (m, a, p + 1), (m, b, q + 1): (m, a, b, 4).
-
-    Matrix products take half the time of one sum over all indices.
-    """
+    """Return poles by polynomials, (m, a, b, 4); matrix products take half the time of one sum."""
     m, p, q, _ = poles.shape
     rows = (by_u @ poles.reshape(m, p, 4 * q)).reshape(m, by_u.shape[1], q, 4)
     found: Float = by_v[:, None] @ rows

@@ -14,8 +14,7 @@ def to_bezier(knots: Float, degree: int, spans: Int, found: Float) -> None:
 
     ``spans`` (k,) is the first knot of each. Pole j is the blossom f(a, ..., a, b, ..., b) with the
     end b of the span j times: de Boor's scheme with a separate argument in each step, the first j
-    of them b. Row j of ``values`` is a pole as weights of the poles; after p steps the last row is
-    the result.
+    of them b. Row j of ``values`` is a pole as weights of the poles; the last row is the result.
     """
     values = np.empty((degree + 1, degree + 1))
     for s in range(len(spans)):

@@ -21,14 +21,8 @@ def spread_places(
 ) -> tuple[Float, Float]:
     """Return places (k, 3), mm, on a face and its outward normals; k is at most ``count``.
 
-    Each is as far as possible from the previous ones, the first one from the edges.
-
-    Parameters
-    ----------
-    clear_mm
-        Minimum distance from every edge.
-    ball_radius
-        mm: a ball there touches this place alone.
+    Each is as far as possible from the previous ones, the first one from the edges. `clear_mm`:
+    minimum distance from every edge. `ball_radius`: mm: a ball there touches this place alone.
     """
     surface = face.surface
     steps = (np.arange(_GRID) + 0.5) / _GRID

@@ -42,10 +42,7 @@ class Trimming:
         return inside
 
     def nearest_edge(self, points: Float) -> tuple[Float, Float]:
-        """Return distances (m,), mm, of points (m, 3) from the edges, and the places there.
-
-        Infinite where the face has no edge, as a whole sphere.
-        """
+        """Return distances (m,), mm, of points (m, 3) from edges, and places; infinite if none."""
         distances = np.full(len(points), np.inf)
         places = np.full((len(points), 3), np.inf)
         if not len(self.edges):

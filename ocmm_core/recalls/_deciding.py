@@ -20,14 +20,8 @@ def decide_archived(
     """Store a recall with its marks; return it signed, and its number in the archive.
 
     Jobs whose verdicts and values all hold are released, others are held. Stations learn of it with
-    their next upload.
-
-    Raises
-    ------
-    InputError
-        No name, or another recall was stored since this one was computed.
-    StorageError
-        It cannot be stored, or this login may not.
+    their next upload. InputError: no name, or another recall was stored since this one was
+    computed. StorageError: it cannot be stored, or this login may not.
     """
     if not who:
         raise InputError(

@@ -1,9 +1,7 @@
 """Archived jobs affected by a finding, and their outcome.
 
-A suspect calibration is found in its history; histories of several stations are sibling folders,
-and the one that has the calibration of a job decides. Artefacts and tips are found in the archive's
-records of use. If a job is affected and its history is missing here, its outcome is CANNOT BE
-KNOWN.
+Histories of stations are sibling folders; the one with the calibration of a job decides, else
+CANNOT BE KNOWN. Artefacts and tips: the archive's records of use.
 """
 
 from __future__ import annotations
@@ -109,17 +107,9 @@ def recall_archive(
 ) -> RecallRecord:
     """Return the outcome of all suspect archived jobs; changes nothing.
 
-    Parameters
-    ----------
-    site
-        Where jobs are computed. Workers receive bytes and never access the archive.
-    finding
-        A finding in addition to the histories; None: histories alone.
-
-    Raises
-    ------
-    InputError, StorageError
-        The archive or the site cannot be used, or the archive has no job.
+    `site`: where jobs are computed. Workers receive bytes and never access the archive. `finding`:
+    a finding in addition to the histories; None: histories alone. InputError or StorageError: the
+    archive or the site cannot be used, or the archive has no job.
     """
     with open_archive(places.address, password=places.password, read_only=True) as archive:
         rows = [_archived(row) for row in archive.ask(_JOBS).rows]

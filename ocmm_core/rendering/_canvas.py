@@ -75,10 +75,7 @@ class Canvas:
         return int(self.faces[row, column])
 
     def in_sight(self, places: Float, bias: float) -> NDArray[np.bool_]:
-        """Return which places (n, 3), px, px and mm of depth, are visible, (n,).
-
-        Points on the surface are visible: up to ``bias`` mm behind it. Outside the image all are.
-        """
+        """Return which places (n, 3), px, px, mm, are visible: ``bias`` mm deep, all outside."""
         x = np.floor(places[:, 0])
         y = np.floor(places[:, 1])
         inside = (x >= 0) & (x < self.width) & (y >= 0) & (y < self.height)

@@ -1,7 +1,4 @@
-"""Measured values as colours on a part, only near the touched points.
-
-Includes local mesh refinement.
-"""
+"""Measured values as colours on a part near touched points, with local refinement."""
 
 from __future__ import annotations
 
@@ -26,19 +23,9 @@ def finer(
 
     Edges that are too long and nearer to a point than ``reach_mm`` are halved, the longest of a
     triangle first, on both sides: surface and outline stay the same, without gaps. Beyond ``most``
-    new triangles, edges stay longer.
-
-    Parameters
-    ----------
-    rows
-        (m,): triangles that may be divided.
-    points, longest_mm
-        (k, 3), mm, and (k,): maximum length of the edges nearest to a point.
-
-    Returns
-    -------
-    tuple
-        The mesh, and (n,) the vertex of ``mesh`` nearest along the divided edges.
+    new triangles, edges stay longer. `rows`: (m,): triangles that may be divided. `points`,
+    `longest_mm`: (k, 3), mm, and (k,): maximum length of the edges nearest to a point. Returns also
+    (n,) the vertex of ``mesh`` nearest along the divided edges.
     """
     tree, shortest = cKDTree(points), float(longest_mm.min())
     vertices, normals = mesh.vertices, mesh.normals
@@ -114,8 +101,6 @@ _MOST_TRIANGLES = 60_000
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ValueField:
-    """Values on a part."""
-
     mesh: RenderMesh
     """The part, refined near values; its shape is unchanged."""
     parents: Int
@@ -137,14 +122,9 @@ def value_field(
     distance to the nearest other point, 10 mm at most. A place has a value if it is reached and
     surrounded by points, or within 2 mm of one: no extrapolation. Values are means of the points in
     reach, weighted by the inverse square of the distance, with weights vanishing at the end of each
-    reach (Franke and Nielson 1980), so within the range of the points.
-
-    Parameters
-    ----------
-    points, values, good
-        (k, 3), mm, in the frame of the mesh, (k,) and (k,); non-finite ones are ignored.
-    owners
-        Feature of each face of the model; empty for none.
+    reach (Franke and Nielson 1980), so within the range of the points. `points`, `values`, `good`:
+    (k, 3), mm, in the frame of the mesh, (k,) and (k,); non-finite ones are ignored. `owners`:
+    feature of each face of the model; empty for none.
     """
     kept = np.isfinite(points).all(axis=1) & np.isfinite(values)
     points, values = points[kept], values[kept]

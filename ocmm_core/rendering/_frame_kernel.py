@@ -1,7 +1,6 @@
 """Compiled: a whole image of an opaque part in one call, for moving views.
 
-Calls the other kernels in sequence. A thread that releases the GIL waits for it after every call,
-next to an 8 kHz chain up to the switch interval of 1 ms; one call waits once.
+Releasing the GIL costs up to the switch interval (1 ms) a call, so one call waits once.
 """
 
 from __future__ import annotations
@@ -28,8 +27,8 @@ def paint_frame(
 
     See `project_mesh`, `raster`, `draw_outline` and `draw_lines` for the arrays. ``places``,
     ``shades`` and ``edge_places`` are scratch arrays. Without ``is_lit`` the vertex colours are
-    used unlit; ``ground`` is a background colour 0xRRGGBB, -1 for none; ``rows`` is the height of a
-    band, see `into_bands`.
+    used unlit; ``ground`` is a background colour 0xRRGGBB, -1 for none; ``rows``: of a band
+    (`into_bands`).
     """
     height, width = depth.shape
     project_mesh(vertices, normals, colours, matrix, offset, places, shades)

@@ -1,7 +1,4 @@
-"""Compiled: lines, outlines and translucent polygons against the depth buffer.
-
-See `_raster_kernel` for places and depths.
-"""
+"""Compiled: lines, outlines and translucent polygons, as places in `_raster_kernel`."""
 
 from __future__ import annotations
 
@@ -14,10 +11,7 @@ from ocmm_core.rendering._arrays import Depths, FaceNumbers, Pixmap
 
 @compiled()
 def _over(image: Pixmap, y: int, x: int, colour: int, share: float) -> None:
-    """Blend a colour 0xRRGGBB over a pixel with coverage 0 to 1.
-
-    The operator "over" of Porter and Duff (1984) on premultiplied colours: new + (1 - share) old.
-    """
+    """Blend 0xRRGGBB over a pixel, coverage 0 to 1: Porter and Duff's "over", premultiplied."""
     below, kept = image[y, x], 1.0 - share
     r = share * ((colour >> 16) & 255) + kept * ((below >> np.uint32(16)) & np.uint32(255))
     g = share * ((colour >> 8) & 255) + kept * ((below >> np.uint32(8)) & np.uint32(255))
@@ -36,18 +30,9 @@ def draw_lines(
 ) -> None:  # fmt: skip
     """Draw the polylines ``start`` to ``stop`` antialiased, fainter behind the part.
 
-    Parameters
-    ----------
-    places, starts
-        (k, 3), and (e + 1,) start index of each line.
-    half_px
-        Half the width.
-    shown, hidden
-        Opacity of a line before and behind the part, 0 to 1.
-    bias
-        mm: a line that lies on the surface is not hidden by it.
-    depth, image
-        (height, width); the image is changed in place.
+    `places`, `starts`: (k, 3), and (e + 1,) start index of each line. `half_px`: half the width.
+    `shown`, `hidden`: opacity of a line before and behind the part, 0 to 1. `bias`: mm: a line that
+    lies on the surface is not hidden by it. `depth`, `image`: (height, width); image in place.
     """
     height, width = depth.shape
     for line in range(start, stop):
@@ -96,12 +81,8 @@ def draw_segments(
 ) -> None:  # fmt: skip
     """Draw bundles of segments with individual width and colour, in one call.
 
-    Parameters
-    ----------
-    places
-        (2 n, 3): two per segment.
-    firsts, half_px, colours
-        (k + 1,) first segment of each bundle, and (k,) half width and colour.
+    `places`: (2 n, 3): two per segment. `firsts`, `half_px`, `colours`: (k + 1,) first segment of
+    each bundle, and (k,) half width and colour.
     """
     pairs = np.empty(len(places) // 2 + 1, dtype=np.int32)
     for number in range(len(pairs)):
@@ -117,8 +98,7 @@ def draw_segments(
 def _in_front(depth: Depths, steep: bool, along: int, middle: float, z: float) -> bool:
     """Return whether depth ``z`` is nearer than the part in a pixel next to a line.
 
-    An edge bounds its face: rounding decides on which side a pixel's middle lies, and the surface
-    beyond may be much nearer or farther.
+    On an edge rounding decides the side, and the surface beyond may be much nearer or farther.
     """
     across = depth.shape[1] if steep else depth.shape[0]
     base = int(np.floor(middle - 0.5))
@@ -138,8 +118,7 @@ def draw_outline(
     """Draw silhouettes and creases in the rows ``start`` to ``stop``.
 
     Pixels of the part next to background, or where the depth bends by more than ``step_mm``: second
-    differences vanish on any plane. Background pixels get the colour ``ground``, 0xRRGGBB; -1
-    leaves them unchanged.
+    differences vanish on any plane. Background gets ``ground``, 0xRRGGBB; -1: unchanged.
     """
     height, width = depth.shape
     opaque = np.uint32(0xFF000000 | (ground & 0xFFFFFF))
@@ -189,10 +168,7 @@ def lay_ground(ground: int, start: int, stop: int, image: Pixmap) -> None:
 def blend_polygon(
     corners: Float, colour: int, share: float, bias: float, depth: Depths, image: Pixmap
 ) -> None:
-    """Blend a convex, flat, translucent polygon over the image where not hidden.
-
-    ``corners`` (n, 3) are places; ``bias`` (mm) keeps polygons on the surface visible.
-    """
+    """Blend a convex flat polygon, ``corners`` (n, 3), where hidden by less than ``bias`` mm."""
     height, width = depth.shape
     n = len(corners)
     # Newell's method: a robust polygon normal from all corners.
@@ -235,10 +211,7 @@ def blend_polygon(
 def merge_layers(
     front: Pixmap, back: Pixmap, start: int, stop: int, front_share: float, back_share: float
 ) -> None:
-    """Blend front over back layer, both translucent; rows ``start`` to ``stop``.
-
-    The result is in ``front``.
-    """
+    """Blend front over back layer in rows ``start`` to ``stop``, into ``front``."""
     for y in range(start, stop):
         for x in range(front.shape[1]):
             above, below = front[y, x], back[y, x]

@@ -128,14 +128,8 @@ def face_colours(
 ) -> Colours:
     """Return the colour of each vertex of a model, (n, 3).
 
-    Parameters
-    ----------
-    base
-        ``#rrggbb``: of faces without colour.
-    marked
-        Colours by face index; they override the model's own.
-    own
-        Use the colours of the model.
+    `base`: ``#rrggbb``: of faces without colour. `marked`: colours by face index; they override the
+    model's own. `own`: use the colours of the model.
     """
     wanted = {} if marked is None else marked
     table = np.array(

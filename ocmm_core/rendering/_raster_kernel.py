@@ -78,12 +78,7 @@ def into_bands(
     """Return the triangles in each band of ``rows`` image rows, band by band.
 
     Buffers of a whole image exceed a core's cache: at 1920 x 1080 three quarters of the time were
-    memory waits. Those of a band fit.
-
-    Parameters
-    ----------
-    starts
-        (bands + 1,): output, start of each band in the result.
+    memory waits. Those of a band fit. `starts`: (bands + 1,), out: start of each.
     """
     bands = len(starts) - 1
     starts[:] = 0
@@ -111,22 +106,14 @@ def raster(
 ) -> None:  # fmt: skip
     """Paint triangles where nothing nearer to the eye is painted.
 
-    Parameters
-    ----------
-    places, shades
-        (n, 3) from `project_mesh`.
-    triangles, triangle_faces
-        (m, 3) rows of ``places``, and (m,) numbers for ``faces``.
-    closed, facing
-        (m,): 1 for triangles of a closed surface, whose backs are skipped. ``facing`` is the sign
-        of the area of triangles that face the eye; 0 paints all.
-    order, start, stop, top, bottom
-        Paints ``order[start:stop]``, in the rows ``top`` to ``bottom``; see `into_bands`.
-    before
-        (height, width): paint only more than ``gap`` mm behind it, for the second layer of a
-        transparent part; shape (0, 0) for everything.
-    depth, faces, image
-        (height, width), changed in place; ``image`` is 0xAARRGGBB.
+    `places`, `shades`: (n, 3) from `project_mesh`. `triangles`, `triangle_faces`: (m, 3) rows of
+    ``places``, and (m,) numbers for ``faces``. `closed`, `facing`: (m,): 1 for triangles of a
+    closed surface, whose backs are skipped. ``facing`` is the sign of the area of triangles that
+    face the eye; 0 paints all. `order`, `start`, `stop`, `top`, `bottom`: paints
+    ``order[start:stop]``, in the rows ``top`` to ``bottom``; see `into_bands`. `before`: (height,
+    width): paint only more than ``gap`` mm behind it, for the second layer of a transparent part;
+    shape (0, 0) for everything. `depth`, `faces`, `image`: (height, width), changed in place;
+    ``image`` is 0xAARRGGBB.
     """
     height, width = depth.shape
     peels = before.size > 0

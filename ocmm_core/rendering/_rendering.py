@@ -67,15 +67,9 @@ class RenderStyle:
 class Rendering:
     """Paint a mesh into a canvas; `go_on` continues until the time is up.
 
-    Parameters
-    ----------
-    matrix, offset
-        (3, 3) and (3,): ``vertex @ matrix + offset`` is x and y, px, and the height towards the
-        eye, mm; the third column of ``matrix`` is a unit vector.
-    canvas
-        Cleared first.
-    colours
-        (n, 3) of its vertices, from `RenderMesh.vertex_colours`.
+    `matrix`, `offset`: (3, 3) and (3,): ``vertex @ matrix + offset`` is x and y, px, and the height
+    towards the eye, mm; the third column of ``matrix`` is a unit vector. `canvas`: cleared first.
+    `colours`: (n, 3) of its vertices, from `RenderMesh.vertex_colours`.
     """
 
     def __init__(
@@ -210,11 +204,7 @@ class Rendering:
 
 
 def blend_flat(canvas: Canvas, corners: Float, colour: str, share: float, bias: float) -> None:
-    """Blend a convex flat polygon, places (n, 3) in the canvas, over a painted part.
-
-    ``share`` is its opacity, 0 to 1; it is hidden behind the part, but not within ``bias`` mm of
-    its surface.
-    """
+    """Blend a convex flat polygon (n, 3), opacity ``share``, hidden beyond ``bias`` mm."""
     blend_polygon(
         np.ascontiguousarray(corners), _number(colour), share, bias, canvas.depth, canvas.image
     )
@@ -230,11 +220,7 @@ class Bundle:
 
 
 def draw_bundles(canvas: Canvas, bundles: Sequence[Bundle], bias: float, hidden: float) -> None:
-    """Draw segments over a painted part in one call.
-
-    Behind the part their opacity is ``hidden``, 0 to 1; within ``bias`` mm of its surface they are
-    in front.
-    """
+    """Draw segments over a part; behind it with opacity ``hidden``; within ``bias`` mm in front."""
     if not bundles:
         return
     draw_segments(
@@ -247,15 +233,7 @@ def draw_bundles(canvas: Canvas, bundles: Sequence[Bundle], bias: float, hidden:
 
 
 def is_hidden(mesh: RenderMesh, point: Float, toward: Float, least_mm: float) -> bool:
-    """Return whether the part is between a point and a distant eye.
-
-    Parameters
-    ----------
-    point, toward
-        (3,), mm, and (3,), unit: in the frame of the mesh.
-    least_mm
-        Ignores nearer surfaces, such as the one with the point.
-    """
+    """Return whether the part, beyond `least_mm`, hides a point (3,), mm, `toward` (3,), unit."""
     return hides(
         mesh.vertices, mesh.triangles, np.ascontiguousarray(point, dtype=np.float64),
         np.ascontiguousarray(toward, dtype=np.float64), least_mm,

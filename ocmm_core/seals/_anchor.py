@@ -1,7 +1,6 @@
-"""Signed list of the ends in the memory, kept outside this computer (an archive, another disk).
+"""Signed list of the ends in the memory, kept outside this computer (an archive, a disk).
 
-A second computer that trusts the station learns the ends of its histories from it, and the station
-detects that its own memory was set back.
+Trusting computers learn ends from it; the station detects that its memory was set back.
 """
 
 from __future__ import annotations
@@ -41,15 +40,8 @@ class _SignedHeads(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 def signed_heads(keys: KeyFolder, kept: Sequence[str] = ()) -> str:
     """Return the signed ends of all histories in the memory; empty if there is nothing new.
 
-    Parameters
-    ----------
-    kept
-        Existing lists; one of this station with the same ends is not made again.
-
-    Raises
-    ------
-    StorageError
-        The key of the station cannot be used.
+    `kept`: existing lists; one of this station with the same ends is not made again. StorageError:
+    the key of the station cannot be used.
     """
     known = (one for one in _known_ends() if one.thing or one.first)
     content = _Heads(heads=tuple(sorted(known, key=lambda one: one.name)[:_MOST]))
@@ -58,10 +50,7 @@ def signed_heads(keys: KeyFolder, kept: Sequence[str] = ()) -> str:
 
 
 def signed_job_heads(keys: KeyFolder, kept: Sequence[str] = ()) -> str:
-    """Return the signed ends of the latest jobs that are in none of the lists ``kept``.
-
-    Empty if there are none; errors as of `signed_heads`.
-    """
+    """Return signed ends of the latest jobs in no list ``kept``, or ""; errors: `signed_heads`."""
     latest = [one for one in _known_ends() if one.name.startswith(JOB)][:_MOST_JOBS]
     before = {one for content in _own_lists(keys, kept) for one in content.jobs} if latest else ()
     content = _Heads(jobs=tuple(one for one in latest if one not in before))
@@ -87,18 +76,7 @@ def _own_lists(keys: KeyFolder, kept: Sequence[str]) -> Iterator[_Heads]:
 
 
 def learn_heads(text: str, place: str, keys: KeyFolder) -> int:
-    """Add ends beyond those in the memory; return their number.
-
-    Parameters
-    ----------
-    text
-        From `signed_heads` of this or a trusted station.
-
-    Raises
-    ------
-    StorageError
-        The text is not a list of ends, or not signed by a trusted station.
-    """
+    """Add ends beyond those in the memory, return their number; StorageError: not trusted."""
     try:
         found = msgspec.json.decode(text, type=_SignedHeads)
     except (ValueError, RecursionError) as error:

@@ -56,10 +56,7 @@ class StationKey:
 
 
 class KeyFolder:
-    """Folder with the key of this station and the ring of trusted keys; read anew at each call.
-
-    `folder` None is the folder of this user.
-    """
+    """Folder of the station key and trusted keys, read at each call; None: this user's."""
 
     def __init__(self, folder: Path | None = None) -> None:
         self.folder = platformdirs.user_data_path("ocmm") / "keys" if folder is None else folder
@@ -164,13 +161,7 @@ class KeyFolder:
         return self.station_key()
 
     def token_place(self) -> TokenPlace | None:
-        """Return the token of the key of this station; None for a key in a file.
-
-        Raises
-        ------
-        StorageError
-            The token record is damaged, cannot be read, or others can read it.
-        """
+        """Return the token of the station key, or None; StorageError: bad record, not private."""
         found = self._token_key()
         return None if found is None else found.place
 

@@ -18,7 +18,6 @@ def guarded_content(path: Path, what: str, *, secret: bool = False) -> bytes | N
     """Return the content of a file that other users cannot have written; None if missing.
 
     `what`: Noun for the file in messages. `secret`: Other users must not read it; may be a link.
-
     Raises StorageError if it cannot be read, is no regular file, or other users have more rights.
     """
     try:
@@ -49,10 +48,7 @@ def guarded_content(path: Path, what: str, *, secret: bool = False) -> bytes | N
 
 
 def refuse_open_folder(folder: Path, what: str) -> None:
-    """Raise StorageError if other users can exchange the files in a folder, or the folder itself.
-
-    Sticky folders such as /tmp are accepted as parents: there a name belongs to its owner.
-    """
+    """Raise StorageError if others can exchange its files or the folder; sticky parents pass."""
     for one in (folder, *folder.parents):
         try:
             state = one.stat()
@@ -89,10 +85,7 @@ def _others_write(state: os.stat_result) -> bool:
 
 
 def private_temporary(path: Path, content: bytes) -> Path:
-    """Flush a private file next to ``path`` to disk; return its temporary name.
-
-    Raises StorageError if the folder cannot be written.
-    """
+    """Flush a private file next to ``path``, return its temporary name, or raise StorageError."""
     folder = path.parent
     try:
         folder.mkdir(parents=True, exist_ok=True, mode=0o700)

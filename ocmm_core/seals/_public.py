@@ -61,8 +61,7 @@ def compressed_p256(point: bytes) -> bytes:
 def low_s(signature: bytes) -> bytes:
     """Return an ECDSA signature with the lower of its two values of s.
 
-    (r, s) and (r, n - s) both verify; only one is accepted, as the other would be an unnoticed
-    change of a file.
+    (r, s) and (r, n - s) both verify; one is accepted, so that no change is unnoticed.
     """
     s = int.from_bytes(signature[32:], "big")
     return signature[:32] + min(s, _P256_ORDER - s).to_bytes(32, "big")

@@ -1,7 +1,4 @@
-"""Release of a file by name: a signed statement next to it, ``NAME.release.json``.
-
-The signature covers the hash of the file, its kind, who released it, when and why.
-"""
+"""Release of a file by name, ``NAME.release.json``: hash, kind, who, when and why; signed."""
 
 from __future__ import annotations
 
@@ -36,8 +33,6 @@ class Release(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=T
 
 @dataclass(frozen=True, slots=True)
 class ReleaseState:
-    """State of a release."""
-
     signer: SealState
     release: Release | None = None
     changed: bool = False
@@ -72,12 +67,8 @@ def release_path(path: Path) -> Path:
 def release_file(path: Path, kind: Signed, who: str, reason: str = "") -> Release:
     """Sign a file by name with the key of this station; replaces an earlier release.
 
-    Raises
-    ------
-    InputError
-        Name or reason cannot be used, or the file cannot be read.
-    StorageError
-        The release cannot be written, or the key of this station cannot be used.
+    InputError: name or reason cannot be used, or the file cannot be read. StorageError: the release
+    cannot be written, or the key of this station cannot be used.
     """
     texts = (who, reason)
     if not who.strip() or any(len(x) > _LONGEST or not x.isprintable() for x in texts):

@@ -74,21 +74,14 @@ def read_ring(folder: Path) -> tuple[KnownKey, ...]:
 
 
 def add_to_ring(folder: Path, added: KnownKey) -> None:
-    """Add a key to the ring, replacing the entry of the same key.
-
-    To be called with the folder locked by `changing`. Raises StorageError if the ring cannot be
-    read or written.
-    """
+    """Add or replace a key, the folder locked by `changing`; StorageError for the ring."""
     keys = [key for key in read_ring(folder) if key.public != added.public] + [added]
     _write(folder, keys)
 
 
 @contextlib.contextmanager
 def changing(folder: Path) -> Iterator[None]:
-    """Lock the folder of keys against changes by other programs.
-
-    Raises StorageError if another program holds it too long, or it cannot be written.
-    """
+    """Lock the folder of keys against other programs; StorageError: held too long, not writable."""
     path = folder / _LOCK
     end = time.monotonic() + _PATIENCE_S
     while True:

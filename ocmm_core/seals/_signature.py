@@ -1,7 +1,4 @@
-"""Signatures of this station, and the state of a signature that is read.
-
-The signed bytes name their kind: a signature of a job never passes for one of a history.
-"""
+"""Signatures of this station and their state; the signed bytes name their kind."""
 
 from __future__ import annotations
 
@@ -63,8 +60,6 @@ class Signature(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 class SealWord(StrEnum):
-    """State of a signature, in a word."""
-
     SEALED = "SEALED"
     """Signed with a trusted key, and unchanged since."""
     UNKNOWN_KEY = "UNKNOWN KEY"

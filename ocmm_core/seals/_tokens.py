@@ -47,8 +47,7 @@ class TokenPlace(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_field
     """PKCS #11 library of its manufacturer: the path of a .so or .dll."""
     label: str
     pin: str
-    """User PIN, kept beside the other keys of the station: it allows signing only with the token.
-    """
+    """User PIN, with the keys of the station: it signs only with the token."""
 
     @property
     def shown(self) -> str:
@@ -74,10 +73,7 @@ class TokenKey(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=
         return public_from_text(self.public)
 
     def sign(self, content: bytes) -> bytes:
-        """Return the signature of a content, 64 bytes.
-
-        Raises StorageError if the token is not there, does not open, or has no such key.
-        """
+        """Return the signature, 64 bytes; StorageError: token absent or locked, or no such key."""
         import pkcs11
 
         with _TOKENS.opened(self.place, write=False) as session:
@@ -89,11 +85,7 @@ class TokenKey(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=
 
 
 def make_token_key(place: TokenPlace) -> TokenKey:
-    """Make a key in a token and return its record.
-
-    Raises StorageError if the token is not there, does not open, or makes no key of a kind that
-    OCMM verifies.
-    """
+    """Make a key in a token, return its record; StorageError: no token, locked, no usable key."""
     import pkcs11
     from pkcs11 import Attribute, KeyType, Mechanism
 
@@ -138,10 +130,9 @@ def _signed(private: Key, content: bytes) -> bytes:
 
 
 class _Tokens:
-    """Tokens of this process.
+    """Tokens of this process, called one at a time: a login holds for the whole process.
 
-    A process is logged in to a token as a whole, whatever the thread, so calls are serialized. A
-    token counts wrong PINs until it locks: a refused PIN is not tried again.
+    A token locks after wrong PINs: a refused PIN is not tried again.
     """
 
     def __init__(self) -> None:

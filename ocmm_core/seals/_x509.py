@@ -41,18 +41,7 @@ class DocumentKey:
 
 
 def document_key(key: StationKey, what: str) -> DocumentKey:
-    """Return a new key for one document.
-
-    Parameters
-    ----------
-    what
-        Name of the document, truncated to fit into the certificate.
-
-    Raises
-    ------
-    StorageError
-        The token with the key of the station does not answer.
-    """
+    """Return a new key for a document named `what`; StorageError: the token is silent."""
     private, station = ec.generate_private_key(ec.SECP256R1()), station_certificate(key)
     usage = x509.KeyUsage(True, True, False, False, False, False, False, False, False)
     builder = (
@@ -86,13 +75,7 @@ def write_station_certificate(path: Path, keys: KeyFolder) -> None:
 
 
 def station_of(certificate: x509.Certificate, names: Mapping[str, str]) -> SealState | None:
-    """Return the state of a station by its certificate; None if it is of something else.
-
-    Parameters
-    ----------
-    names
-        Names of trusted stations by their public keys, as `KeyFolder.believed`.
-    """
+    """Return a station's state by certificate, or None; `names`: `KeyFolder.believed`."""
     public = certificate.public_key()
     if isinstance(public, Ed25519PublicKey):
         raw = public.public_bytes_raw()

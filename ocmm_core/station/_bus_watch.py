@@ -103,11 +103,7 @@ class BusWatch:
 
 
 def bus_text(bus: BusWatch | None, rig: str) -> str:
-    """Return the report of the bus as text for support.
-
-    `bus`: None if frames do not come over one. `rig`: name of the rig. Raises InputError without a
-    report.
-    """
+    """Return the bus report as text; `bus`: or None; `rig`: name; InputError: no report."""
     if bus is None:
         raise InputError("bus.none", NO_BUS, NO_BUS_REMEDY)
     report = bus.report()

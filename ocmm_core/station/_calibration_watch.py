@@ -76,10 +76,8 @@ class KeptView(Generic[V]):
 class CalibrationWatch:
     """Judge the calibration in use repeatedly; `view` never waits for a camera.
 
-    `bus`: None if frames do not come over one.
-    `objects`: Access to the cameras, or None.
-    `clock`: Local time with its zone.
-    `failed`: Receives an unexpected error that ended the polling of cameras.
+    `bus`: None if frames do not come over one. `objects`: access to the cameras, or None. `clock`:
+    local time with zone. `failed`: receives the error that ended polling.
     """
 
     def __init__(
@@ -127,10 +125,9 @@ class CalibrationWatch:
     def write_to_cameras(self) -> None:
         """Store the intrinsics of the calibration in force in the cameras; takes some seconds.
 
-        That is the one accepted last, even if this job was started with another one.
-
-        Raises CalibrationError if there is no calibration, or there are no cameras to write to;
-        BusError if a camera refuses them.
+        That is the one accepted last, even if this job was started with another one. Raises
+        CalibrationError if there is no calibration, or there are no cameras to write to; BusError
+        if a camera refuses them.
         """
         store, objects = self.in_use.store, self._objects
         record = store.active() if store is not None else None

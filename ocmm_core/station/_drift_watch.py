@@ -43,10 +43,8 @@ _REMEDY = "Fasten the cameras and verify the calibration; if that fails, calibra
 class ChangeWatch:
     """Feed the monitor and act on its findings; `feed` belongs to the reconstruction thread.
 
-    `session`, `job`: Hold the points.
-    `clock`: Local time with its zone.
-
-    Raises CalibrationError if the baseline learned for this calibration is damaged.
+    `session`, `job`: Hold the points. `clock`: Local time with its zone. Raises CalibrationError if
+    the baseline learned for this calibration is damaged.
     """
 
     def __init__(
@@ -126,10 +124,9 @@ class ChangeWatch:
                 self._stored = True
 
     def _moment(self, since_s: float, now_s: float, now: datetime) -> datetime:
-        """Return the wall time of a moment of the frames.
+        """Return the wall time of a moment of the frames, also of faster simulated ones.
 
-        Points are stored a little after their frames, and simulated frames may run faster than real
-        time: a point before the moment must also be before it in wall time.
+        Points are stored after their frames, and must also be before the moment in wall time.
         """
         taken = first_taken(self._job)
         before = [

@@ -1,7 +1,6 @@
 """Signals and faults of a running station.
 
-A fault of the measuring chain makes the whole station FAILED until restart: no numbers, no points.
-Faults of other parts (stream, recording, listeners) are reported, and measuring continues.
+Of the measuring chain: FAILED until restart. Of stream, recording, listeners: reported only.
 """
 
 from __future__ import annotations
@@ -27,8 +26,6 @@ _LOG_S = 2.0
 
 @dataclass(frozen=True, slots=True)
 class Fault:
-    """A failed part."""
-
     error: OcmmError
     part: str
     """Failed part, as the beginning of a sentence."""
@@ -88,8 +85,7 @@ class StationFaults:
     def fail(self, error: BaseException, part: str, *, tell: bool = True) -> OcmmError:
         """Stop measuring because of an exception, and return the reported error.
 
-        `part`: failed part, as the beginning of a sentence. `tell`: False if the caller raises the
-        result.
+        `part`: begins a sentence. `tell`: False if the caller raises the result.
         """
         safe = self._kept.what_is_safe()
         with self._lock:

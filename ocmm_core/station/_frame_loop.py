@@ -79,14 +79,11 @@ class MeasureStep(Protocol):
 class FrameLoop:
     """Track frames and pass them on, on a separate thread.
 
-    `ring`: Source of frames, owned by others.
-    `tracking`, `point`: Options of tracking, and of touches.
-    `home`: Pose of the reference body at the start of the job; None if not yet known.
-    `step`: Receives every tracked block.
-    `faults`: Stores why the loop or the recorder failed.
-    `halt`: Ends the loop when set.
-    `recorder`: Receives every raw frame.
-    `history`: Keeps the last frames in memory.
+    `ring`: Source of frames, owned by others. `tracking`, `point`: Options of tracking, and of
+    touches. `home`: Pose of the reference body at the start of the job; None if not yet known.
+    `step`: Receives every tracked block. `faults`: Stores why the loop or the recorder failed.
+    `halt`: Ends the loop when set. `recorder`: Receives every raw frame. `history`: Keeps the last
+    frames in memory.
     """
 
     def __init__(

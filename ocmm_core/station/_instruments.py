@@ -30,14 +30,8 @@ from ocmm_core.tracking import TrackBlock, in_rig
 class Instruments:
     """Trust in the equipment.
 
-    Parameters
-    ----------
-    current
-        Its watches judge the tip and the monitor's findings.
-    bus
-        None if frames do not come over one.
-    simulated
-        The frames are known to come from a virtual rig.
+    `current`: its watches judge the tip and the monitor's findings. `bus`: None if frames do not
+    come over one. `simulated`: the frames are known to come from a virtual rig.
     """
 
     def __init__(

@@ -23,15 +23,7 @@ _EVALUATION = "The evaluation"
 
 
 class StationJob:
-    """Show and change the current job; thread-safe.
-
-    Parameters
-    ----------
-    looks
-        Tells whether a point can be recorded now.
-    frames
-        Records it.
-    """
+    """Show and change the current job; thread-safe. `looks`: may record now; `frames`: records."""
 
     def __init__(
         self,
@@ -99,18 +91,12 @@ class StationJob:
         return file.path.stem, file.points()
 
     def steps_since(self, job: Path | None, after: int) -> tuple[Path, list[JobStep]]:
-        """Return the current job, and its steps after an audit row.
-
-        From the start if ``job`` is another one. Raises StorageError as `JobFile.steps`.
-        """
+        """Return the job and its steps after a row, from 0 if other; StorageError as `steps`."""
         file = self._current.now.file
         return file.path, file.steps(after if file.path == job else 0)
 
     def take(self) -> None:
-        """Record a point now; the result comes by signal.
-
-        If the machine is not ready the result is a refusal; nothing is recorded later.
-        """
+        """Record a point now, result by signal; if not ready it is refused, not recorded later."""
         live = self._looks.live()
         if live.status not in (StatusWord.NOT_READY, StatusWord.FAILED):
             self._frames.arm()
@@ -125,12 +111,8 @@ class StationJob:
     def change(self, verb: Callable[[InspectionSession], object]) -> None:
         """Apply an action to the session, such as ``session.steps.skip()``, and report it.
 
-        An unexpected error leaves the job uncertain: the station is FAILED then.
-
-        Raises
-        ------
-        OcmmError
-            From the session; nothing is reported then.
+        An unexpected error leaves the job uncertain: the station is FAILED then. OcmmError: from
+        the session; nothing is reported then.
         """
         try:
             verb(self._current.now.session)

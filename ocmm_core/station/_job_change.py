@@ -31,14 +31,8 @@ _NOTHING_CHANGED = "The previous job remains active and unchanged."
 class JobChange:
     """Start another job, or resume one, while the station runs.
 
-    Parameters
-    ----------
-    instruments
-        Note the equipment of the other job's points.
-    frames
-        Paused meanwhile.
-    parts
-        Load the part of the other job's plan.
+    `instruments`: note the equipment of the other job's points. `frames`: paused meanwhile.
+    `parts`: load the part of the other job's plan.
     """
 
     def __init__(
@@ -61,10 +55,7 @@ class JobChange:
     def next_part(self, header: JobHeader) -> None:
         """Start a new job for another part by the same plan.
 
-        Raises
-        ------
-        InputError, StorageError
-            As `job_for`, or this station requires released plans, and this one is not.
+        Errors as `job_for`; InputError also if this station requires released plans.
         """
         now = self._current.now
         if self._gear.released_only:
@@ -76,18 +67,9 @@ class JobChange:
         """Start a job by the plan of a file; return the state of the former one in a sentence.
 
         An unfinished job with points is paused first and can be resumed. With the current plan this
-        is
-        `next_part`.
-
-        Parameters
-        ----------
-        header
-            Operator, serial number, order and batch; the part is that of the plan.
-
-        Raises
-        ------
-        InputError, StorageError
-            The plan or a name cannot be used, or the file cannot be made; nothing has changed then.
+        is `next_part`. `header`: operator, serial number, order and batch; the part is that of the
+        plan. InputError or StorageError: the plan or a name cannot be used, or the file cannot be
+        made; nothing has changed then.
         """
         path, now = path.absolute(), self._current.now
         if self._gear.released_only:
@@ -102,11 +84,8 @@ class JobChange:
     def go_on(self, path: Path) -> str:
         """Resume an open job by the plan in its own file; returns as `change_plan`.
 
-        Raises
-        ------
-        StorageError, InputError, MeasuringError
-            The file cannot be opened for measuring, or its plan cannot be used; the job belongs to
-            another probe, or to another reference body.
+        StorageError, InputError, MeasuringError: the file cannot be opened for measuring, or its
+        plan cannot be used; the job belongs to another probe, or to another reference body.
         """
         job = JobFile.open(path)
         now = self._current.now
@@ -160,10 +139,7 @@ class JobChange:
 def _job_by(
     path: Path, header: JobHeader, like: JobHead, before: PlanInUse, folder: Path
 ) -> tuple[JobFile, PlanInUse]:
-    """Return a new job file for a part by the plan of a file, and that plan.
-
-    `header`: the part is that of the plan. `like`, `before`: head and plan of the former job.
-    """
+    """Return a new job by a plan file, and the plan; `like`, `before`: head and plan before."""
     plan = load_plan(path)
     require_consistent(path, plan)
     use = before.with_plan(plan, path)

@@ -25,9 +25,8 @@ def job_for(
 ) -> JobFile:
     """Return a new job file for a part, with the documents of a former job.
 
-    `like`: head of the former job. `plan`: gives the file's name. Raises InputError if a name of
-    the header is invalid or the batch has this part already, StorageError if the file cannot be
-    made.
+    `like`: head of the former job. `plan`: names the file. InputError: a name is invalid, or the
+    batch has this part; StorageError: the file cannot be made.
     """
     check_header(header)
     require_new_serial(folder, header.batch, header.serial)
@@ -55,20 +54,14 @@ def drop_if_empty(job: JobFile) -> None:
 
 
 def drop_job_without_points(path: Path) -> bool:
-    """Remove a closed job that never had a point; return whether it was one.
-
-    Raises StorageError if another program measures it, or it is damaged; it is then kept.
-    """
+    """Remove a closed job without points, return if so; StorageError: in use or damaged, kept."""
     job = JobFile.open(path)
     drop_if_empty(job)
     return not path.exists()
 
 
 def give_back(job: JobFile, *, made: bool) -> None:
-    """Close a job that is not measured after all; remove an empty one made for it.
-
-    Never raises: the caller reports the original error.
-    """
+    """Close a job not measured after all, remove it if new and empty; never raises."""
     try:
         if made:
             drop_if_empty(job)

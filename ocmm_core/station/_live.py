@@ -1,7 +1,4 @@
-"""The live snapshot: current state of the machine, and trust in its number.
-
-Includes the state of the reference body: present, and its motion.
-"""
+"""The live snapshot: current state of machine and reference body, and trust in it."""
 
 from __future__ import annotations
 
@@ -79,8 +76,7 @@ _STALE_S = 0.3
 """Tracking with a larger lag shows the past, even if the cameras deliver."""
 
 _WAITS_S = 2.0
-"""Of a source that waits for its reader: a busy computer may delay it for a while, but after this
-it has stopped."""
+"""A source that waits for its reader may be delayed for a while; after this it stopped."""
 
 _SHOWN_FRAMES = 80
 """The live position is the mean of the latest frames, 10 ms at 8 kHz."""
@@ -89,8 +85,7 @@ _SEEN_SHARE = 0.5
 """A spot in fewer of these frames is not seen: it flickers at the rim of its cone."""
 
 _UNCERTAINTY_EVERY_S = 0.2
-"""The uncertainty of the live tip changes slowly, costs milliseconds, and is not read more than
-five times a second."""
+"""The uncertainty changes slowly and costs milliseconds: at most five times a second."""
 
 
 class LiveState:
@@ -206,10 +201,7 @@ class LiveState:
         return running and time.monotonic() - self._fed_at <= limit_s
 
     def probe_now(self) -> ProbeNow | None:
-        """Return the last state of the probe, for the coach; thread-safe.
-
-        None before the first frame and if tracking lags or is silent: those are other faults.
-        """
+        """Return the last state of the probe; thread-safe; None before frames, if late, silent."""
         track, latest = self._track, self._last_good
         if track is None or time.monotonic() - self._fed_at > _STALE_S:
             return None
@@ -317,10 +309,9 @@ class LiveState:
         return bool(np.all(tip_rig >= low) and np.all(tip_rig <= high))
 
     def _renew_uncertainty(self) -> None:
-        """Compute the uncertainty of the last good frame, if the cached one is old.
+        """Renew an old uncertainty of the last good frame, on the reader's thread.
 
-        On the reader's thread, so that frames never wait for a displayed number; without readers
-        nothing is computed. A second reader gets the cached number.
+        Frames never wait for it, and without readers nothing is computed.
         """
         latest, now = self._last_good, time.monotonic()
         if latest is None or now - self._uncertainty_at <= _UNCERTAINTY_EVERY_S:

@@ -27,16 +27,8 @@ _UNKNOWN = AcquisitionStatus(
 class Looks:
     """Snapshots of the station; thread-safe.
 
-    Parameters
-    ----------
-    bus
-        None if frames do not come over one.
-    instruments
-        May forbid points.
-    maintenance
-        Its procedures receive the frames instead of the job.
-    faults
-        May forbid every number.
+    `bus`: None if frames come otherwise. `instruments` may forbid points, `faults` every number.
+    Procedures of `maintenance` receive the frames.
     """
 
     def __init__(
@@ -57,7 +49,6 @@ class Looks:
         return self._last_status if self._last_status is not None else read_status(self._ring)
 
     def live(self) -> LiveView:
-        """Return the live view."""
         status = _UNKNOWN
         try:
             status = self.acquisition()
@@ -68,10 +59,7 @@ class Looks:
         return self._live.failed(status, self._faults.reason, self._words_beside)
 
     def probe_now(self) -> ProbeNow | None:
-        """Return the last state of the probe, for the coach; None while points are blocked.
-
-        Its numbers are next to the readout: they must be withheld together.
-        """
+        """Return the last state of the probe; None while points are blocked, as the readout."""
         if self._faults.measuring is not None or self._blocker is not None:
             return None
         return self._live.probe_now()

@@ -17,16 +17,8 @@ from ocmm_core.station._open_job import CurrentJob
 class StationMaintenance:
     """Maintain probe, cameras and bus while the station runs.
 
-    Parameters
-    ----------
-    current
-        Its watch of the tip learns the changes.
-    calibration
-        Writes into the cameras.
-    bus
-        None if frames do not come over one.
-    rig
-        Name of the rig, for the report of the bus.
+    `current`: its watch of the tip learns changes. `calibration`: writes into cameras. `bus`: or
+    None. `rig`: its name for the bus report.
     """
 
     def __init__(
@@ -46,24 +38,16 @@ class StationMaintenance:
         """Note that a tip, maybe the same one, was mounted; it must be checked.
 
         With another tip than that of this job no more points are recorded: the geometry of a job
-        does not
-        change.
-
-        Raises
-        ------
-        CalibrationError
-            The probe has no records, or was never calibrated with this tip.
-        StorageError
-            It could not be made durable.
+        does not change. CalibrationError: the probe has no records, or was never calibrated with
+        this tip. StorageError: it could not be made durable.
         """
         self._current.now.probe.mount(tip)
         self._events.emit(self._events.changed)
 
     def probe_records_changed(self) -> None:
-        """Reread the records of the probe after an addition.
+        """Reread the records of the probe: a passed check unblocks points at once.
 
-        A passed check unblocks points immediately. A new calibration or qualification applies to
-        the next job: this one keeps its geometry.
+        This job keeps its geometry; a new calibration or qualification applies to the next one.
         """
         probe = self._current.now.probe
         probe.forget()
@@ -73,23 +57,13 @@ class StationMaintenance:
     def write_to_cameras(self) -> None:
         """Store the intrinsics of the calibration in the cameras and read them back.
 
-        Takes up to some seconds: not for the thread of a window.
-
-        Raises
-        ------
-        CalibrationError
-            There is nothing to write, or nowhere to write to.
-        BusError
-            A camera refuses them.
+        Takes up to some seconds: not for the thread of a window. CalibrationError: there is nothing
+        to write, or nowhere to write to. BusError: a camera refuses them.
         """
         self._calibration.write_to_cameras()
 
     def set_frame_tap(self, watcher: Callable[[FrameBlock], None] | None) -> None:
-        """Pass all frames to a calibration procedure, or to none.
-
-        It is called on the reconstruction thread. Meanwhile no points are recorded: the probe is
-        not measuring the part.
-        """
+        """Pass all frames to a procedure, or None, on their thread; no points meanwhile."""
         self._watcher = watcher
 
     @property
@@ -111,15 +85,7 @@ class StationMaintenance:
         return True
 
     def save_bus_text(self, path: Path) -> None:
-        """Write the report of the bus as text for support.
-
-        Raises
-        ------
-        InputError
-            There is nothing to report on.
-        StorageError
-            The file cannot be written.
-        """
+        """Write the bus report as text for support; InputError: nothing to report; StorageError."""
         write_together({path: bus_text(self._bus, self._rig).encode("utf-8")})
 
 

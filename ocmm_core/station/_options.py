@@ -22,8 +22,7 @@ class StationOptions:
     live_source: bool = False
     """Frames are pushed over a bus, so that silence is a fault."""
     intent: Intent | None = None
-    """For scripted operators: intended feature of a touch that ends at an exposure; None if the
-    active feature gets every point."""
+    """Of scripted operators: feature of a touch; None: the active feature gets every point."""
     follow: Callable[[int], None] | None = None
     """For scripted operators: receives the newest exposure once earlier touches are judged."""
     pause: timedelta = PAUSE
@@ -34,6 +33,5 @@ class StationOptions:
     plan_file: Path | None = None
     """Path of the plan, next to its pictures; None if unknown."""
     released_only: bool = False
-    """Refuse plans that are not released."""
     simulated: bool = False
     """The frames come from a virtual rig, which the job states permanently."""

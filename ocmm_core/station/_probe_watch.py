@@ -38,9 +38,8 @@ _USABLE = (CalibrationStatus.VALID, CalibrationStatus.DUE)
 class ProbeWatch:
     """Judge the probe in use repeatedly; `feed` belongs to the reconstruction thread.
 
-    `session`, `job`: Hold the points.
-    `pause`: Time without a point or a check after which the tip must be checked.
-    `clock`: Local time with its zone.
+    `session`, `job`: Hold the points. `pause`: Time without a point or a check after which the tip
+    must be checked. `clock`: Local time with its zone.
     """
 
     def __init__(
@@ -64,10 +63,7 @@ class ProbeWatch:
         self._dropped: Blocker | None = None
 
     def start(self) -> None:
-        """Mount a tip requested by name; mark a tip suspect after a pause.
-
-        Raises OcmmError if an event of the tip could not be made durable.
-        """
+        """Mount a requested tip; suspect after a pause; OcmmError if an event is not durable."""
         store = self._store
         if store is not None and self.in_use.tip != store.mounted:
             self.mount(self.in_use.tip)
@@ -87,11 +83,7 @@ class ProbeWatch:
         self._used = self._clock()
 
     def mount(self, tip: str) -> None:
-        """Note that a tip, maybe the same one, was mounted; it must be checked.
-
-        Raises CalibrationError if the probe has no records, or was never calibrated with this tip;
-        StorageError if the history cannot be written.
-        """
+        """Note a mounted tip, to be checked; CalibrationError: no records of it; StorageError."""
         store = self.in_use.store
         if store is None:
             raise CalibrationError(
@@ -104,11 +96,7 @@ class ProbeWatch:
         self.settle()
 
     def feed(self, block: FrameBlock) -> bool:
-        """Check for a shock and a long pause; return whether suspicions or held points changed.
-
-        Raises OcmmError if a suspicion could not be made durable; a shock stops the points in any
-        case.
-        """
+        """Check for shock and pause; return if anything changed; OcmmError: not durable."""
         dropped = self._notice_shock(block)
         paused = self._notice_pause()
         settled = self.settle()

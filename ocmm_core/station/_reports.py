@@ -25,14 +25,8 @@ class Reports:
     def data(self) -> ReportData:
         """Return the report data of the current job.
 
-        Takes up to some seconds: not for the thread of a window.
-
-        Raises
-        ------
-        MeasuringError
-            The job changes faster than it can be reported.
-        OcmmError
-            The job file cannot be read, or is not on the disk under its name.
+        Takes up to some seconds: not for the thread of a window. MeasuringError: the job changes
+        faster than it can be reported. OcmmError: the job file cannot be read, or lost its name.
         """
         for _ in range(_TRIES):
             job = self._current.now
@@ -56,11 +50,7 @@ class Reports:
         *,
         incomplete: bool = False,
     ) -> tuple[Path, ...]:
-        """Write reports of the job to ``directory`` and return their paths; as `write_report`.
-
-        On the report sheet of this station, with the data given with the job; InputError if the
-        template cannot be used.
-        """
+        """Write reports on the sheet of this station; as `write_report`, InputError: template."""
         data = replace(self.data(), paper=paper_of(self._current.now.file.path))
         files = write_report(data, formats, directory, profile, incomplete=incomplete)
         written = tuple(map(FileIdentity.of_written, files))

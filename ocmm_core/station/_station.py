@@ -48,18 +48,8 @@ _STOP_S = 1.5
 class MeasuringStation:
     """Measure jobs one by one: join the services of a station, start and stop them.
 
-    Parameters
-    ----------
-    job
-        The open job file; closed by `close`.
-    acquisition
-        Fills ``ring``; started and stopped by the station.
-    ring
-        Owned by the station from now on.
-    recorder
-        Receives every raw frame; closed by `close`.
-    history
-        Keeps the last frames in memory, for support.
+    `job`, `recorder` (every raw frame): closed by `close`. `acquisition` fills ``ring``, both owned
+    by the station. `history`: last frames in memory.
     """
 
     def __init__(
@@ -108,7 +98,6 @@ class MeasuringStation:
         self.instruments = instruments = Instruments(
             gear, watch, current, bus, faults, events, simulated=options.simulated
         )
-        """Equipment and trust in it."""
         self.maintenance = StationMaintenance(current, watch, bus, gear.rig.name, faults, events)
         self.looks = looks = Looks(ring, live, bus, instruments, self.maintenance, faults)
         self.coach = CoachWatch(
@@ -147,12 +136,8 @@ class MeasuringStation:
     def start(self) -> None:
         """Start acquisition and reconstruction, and the stream if configured.
 
-        Raises
-        ------
-        MeasuringError
-            The address of the stream is unavailable; nothing runs then.
-        InternalError
-            Unexpected; the station is FAILED then, as after any other error.
+        MeasuringError: the address of the stream is unavailable; nothing runs then. InternalError:
+        unexpected; the station is FAILED then, as after any other error.
         """
         # psygnal inspects all modules when a listener first fails: done here, that delays no frame;
         # in the reconstruction thread of a busy computer it takes 0.3 s.

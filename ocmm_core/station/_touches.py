@@ -23,10 +23,9 @@ Intent = Callable[[int], str | None]
 class TouchTaker:
     """Make points of touches; a `MeasureStep`.
 
-    `live`: State of the latest frames.
-    `maintenance`: Its procedures receive the frames instead of the job.
-    `faults`, `events`: Receive the results of touches.
-    `intent`, `follow`: Of a scripted operator, see `StationOptions`; None if the session decides.
+    `live`: State of the latest frames. `maintenance`: Its procedures receive the frames instead of
+    the job. `faults`, `events`: Receive the results of touches. `intent`, `follow`: Of a scripted
+    operator, see `StationOptions`; None if the session decides.
     """
 
     def __init__(

@@ -85,11 +85,7 @@ def digest_row(values: Sequence[Value]) -> str:
 
 
 def insert_audited(db: sqlite3.Connection, table: str, values: Sequence[Value]) -> None:
-    """Insert a row into one of the `AUDITED` tables, and its link into the chain.
-
-    The caller holds a transaction, so that both are stored or none. The first value is the integer
-    key of the row.
-    """
+    """Insert a row, key first, into an `AUDITED` table and the chain, in a transaction."""
     columns = AUDITED[table]
     marks = ",".join("?" * len(columns))
     statement = f"INSERT INTO {table} ({','.join(columns)}) VALUES ({marks})"  # noqa: S608 - constants of this module

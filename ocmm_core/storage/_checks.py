@@ -79,10 +79,7 @@ def stamp_fault(what: str, number: int, time_utc: object) -> str:
 
 
 def point_fault(rows: Sequence[Sequence[Any]]) -> str:
-    """Return the fault of one of the rows of ``observation``; empty if none.
-
-    Arrays are checked in batches, so that large jobs open fast.
-    """
+    """Return the fault of a row of ``observation``, or ""; arrays are checked in batches."""
     for start in range(0, len(rows), _TOGETHER):
         some = rows[start : start + _TOGETHER]
         faults = (kind_fault("observation", row) or _place_fault(row) for row in some)
@@ -101,11 +98,7 @@ def beside_fault(rows: Sequence[Sequence[Any]]) -> str:
 
 
 def seal_fault(rows: Iterable[Sequence[Any]], steps: int) -> str:
-    """Return the fault of one of the rows of ``seal``; empty if none.
-
-    `rows`: number of the signed step, key and signature; read up to the first fault. `steps`: of
-    the audit, which include the signed ones.
-    """
+    """Return the fault of a row of ``seal`` (signed step, key, signature), or ""."""
     for row in rows:
         found = kind_fault("seal", row)
         if not found and not 0 < row[0] <= steps:

@@ -1,7 +1,6 @@
 """Connections to job files: opened safely, or refused with one sentence.
 
-A view in the place of a table, a trigger or a computed column would run code when the file is read.
-So every word of the schema is compared with that of this program before any table is read.
+Views, triggers and computed columns run code: the schema is compared word by word before.
 """
 
 from __future__ import annotations
@@ -47,10 +46,7 @@ _SCHEMA = "SELECT type, name, tbl_name, sql FROM sqlite_master LIMIT ?"
 
 
 def require_schema(db: sqlite3.Connection, path: Path) -> None:
-    """Check the schema of an open job file against that of its version.
-
-    Raises StorageError if the file is newer than this program, or its schema is not of its version.
-    """
+    """Check the schema against its version; StorageError: different, or a newer file."""
     version = require_known(db, path)
     if version < 1:
         raise damaged(path, f"it has the file version {version}")
@@ -83,10 +79,7 @@ _MAGIC = b"SQLite format 3\0"
 
 
 def make_file(path: Path, fill: Callable[[sqlite3.Connection], None]) -> None:
-    """Make a job file with the content of ``fill``, atomically.
-
-    Raises StorageError if it exists already or cannot be written; nothing is left behind then.
-    """
+    """Make a job file by ``fill``, atomically; StorageError: it exists or is not writable."""
 
     def whole(db: sqlite3.Connection) -> None:
         bring_up_to_date(db, path)
@@ -168,11 +161,9 @@ def connection_in_memory(
 ) -> Iterator[GuardedConnection]:
     """Yield a connection to the bytes of a job file without a log, closed on errors.
 
-    `path`: Name for messages; no file is touched.
-    `content`: Of this version or an earlier one, which is updated in memory.
-    `whole`: Check all pages; else only those that a list reads, in the file's own version.
-
-    Raises StorageError if it is not a job file, or damaged.
+    `path`: Name for messages; no file is touched. `content`: Of this version or an earlier one,
+    which is updated in memory. `whole`: Check all pages; else only those that a list reads, in the
+    file's own version. Raises StorageError if it is not a job file, or damaged.
     """
     if not content.startswith(_MAGIC):
         raise no_job(path)
@@ -202,11 +193,7 @@ def _require_job(db: sqlite3.Connection, path: Path, *, whole: bool = True) -> N
 
 
 def checkpoint(db: sqlite3.Connection) -> bool:
-    """Write the write-ahead log into the file; on a full disk the log stays.
-
-    Returns whether the log is empty. Raises sqlite3.Error if the disk failed: the connection must
-    then be given up.
-    """
+    """Write the log into the file, not on a full disk; return if empty; sqlite3.Error: give up."""
     try:
         return bool(db.execute("PRAGMA wal_checkpoint(TRUNCATE)").fetchone()[0] == 0)
     except sqlite3.Error as error:

@@ -17,8 +17,6 @@ from ocmm_core.storage._tables import stored_head
 
 @dataclass(frozen=True, slots=True)
 class JobSummary:
-    """Summary of a job."""
-
     head: JobHead
     events: tuple[JobEvent, ...]
     """Oldest first."""
@@ -26,10 +24,7 @@ class JobSummary:
 
 
 def read_summary(path: Path) -> JobSummary:
-    """Return the summary of a job file, without checks of audit and pages.
-
-    Raises StorageError as `read_job`, or if the file is newer than this program or damaged.
-    """
+    """Return the summary of a job, unchecked; StorageError as `read_job`, newer, or damaged."""
     content = read_job(path).file
     with connection_in_memory(path, content, whole=False) as db:
         head = stored_head(db, path)
@@ -44,10 +39,7 @@ def read_summary(path: Path) -> JobSummary:
 
 
 def _events(db: sqlite3.Connection, path: Path, left: int) -> Iterator[JobEvent]:
-    """Yield the events; StorageError for an invalid row, or more than ``left`` bytes.
-
-    Pages are not checked here, and a cyclic one would give endless rows.
-    """
+    """Yield events; StorageError if invalid, or over ``left`` bytes (cyclic pages never end)."""
     for row in db.execute("SELECT id, time_utc, kind, text FROM event ORDER BY id"):
         fault = event_fault(row)
         if fault:

@@ -1,7 +1,6 @@
 """Connections to untrusted files, with bounded reading.
 
-A job file is a kind of program: views, triggers and generated columns run when it is read. So its
-schema is not trusted, and its processing time is limited by its size.
+Views, triggers and generated columns run: no trusted schema, time limited by size.
 """
 
 from __future__ import annotations
@@ -175,11 +174,7 @@ def give_up(db: sqlite3.Connection) -> None:
 
 
 def database_content(fill: Callable[[sqlite3.Connection], None]) -> bytes:
-    """Return the bytes of a new WAL database with the content of ``fill``.
-
-    Made in memory: this program never makes a rollback journal on a disk, so each one there is
-    foreign.
-    """
+    """Return a new WAL database filled by ``fill``, made in memory: no rollback journal."""
     with contextlib.closing(sqlite3.connect(":memory:", isolation_level=None)) as db:
         fill(db)
         return with_log(db.serialize())

@@ -1,7 +1,6 @@
 """Descriptors of the database files that this process has open.
 
-POSIX drops all locks of a process on a file when it closes any descriptor of that file. So a file
-held by this process is read through the holder's descriptor.
+POSIX drops all locks on a file with any descriptor: read it through the holder's descriptor.
 """
 
 from __future__ import annotations

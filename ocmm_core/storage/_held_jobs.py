@@ -61,10 +61,7 @@ def write_held_jobs(held: HeldJobs, path: Path | None = None) -> None:
 
 
 def held_sentences(job_uuid: str, path: Path | None = None) -> tuple[str, ...]:
-    """Return why the archive holds a job, a sentence each.
-
-    An unreadable file holds every job: silence would mean that nothing is wrong.
-    """
+    """Return why the archive holds a job; an unreadable file holds every job."""
     try:
         found = read_held_jobs(path).jobs.get(job_uuid, {})
     except StorageError as error:

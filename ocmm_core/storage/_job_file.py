@@ -54,10 +54,7 @@ LEFT_OUT = "left out"
 
 
 class JobFile(JobReader):
-    """An open job file; made by `create` or `open`; close it or use it in ``with``.
-
-    Thread-safe; see `JobReader`.
-    """
+    """An open job file from `create` or `open`; close it or use ``with``. Thread-safe."""
 
     def __init__(
         self,
@@ -339,10 +336,7 @@ class JobFile(JobReader):
                 remember_job(self.head.job_uuid, *sealed, self.path)
 
     def _note_loss(self, *, with_log: bool) -> None:
-        """Give the file up if it was changed by others; the caller holds the lock.
-
-        `with_log`: also compare the log with its noted state; not in the middle of a step.
-        """
+        """Give the file up if changed by others; caller locks. `with_log`: not within a step."""
         keeper = self._keeper
         if keeper is None or keeper.error is not None:
             return

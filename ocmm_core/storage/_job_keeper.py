@@ -30,14 +30,10 @@ RESCUED = "rescued"
 """Event in a new file with the steps of a job whose own file was lost."""
 
 Insert = tuple[str, tuple[object, ...]]
-"""An INSERT statement, and its values."""
 
 
 class JobKeeper:
-    """Compare the name of a job with its file, and rescue its steps; thread-safe.
-
-    `db`: its connection, with an empty log. Raises OSError if the file is missing.
-    """
+    """Compare a job's name and file, rescue steps; thread-safe; `db` with empty log; OSError."""
 
     def __init__(self, path: Path, job_uuid: str, db: sqlite3.Connection) -> None:
         self._path, self._uuid = path.absolute(), job_uuid
@@ -93,10 +89,9 @@ class JobKeeper:
             self._log.note_content()
 
     def acknowledge(self, inserts: Sequence[Insert], last: tuple[int, str] | None) -> None:
-        """Keep a committed step of the job.
+        """Keep a committed step; `last`: number, hash of its last audit row, if signed.
 
-        `last`: number and hash of its last audit row, if it was signed. Raises StorageError if the
-        name means another file; the step does not count then, and is not in the rescued job.
+        StorageError if the name means another file: then it counts nowhere.
         """
         loss = self.name_loss()
         # A concurrent detection of the loss rescues this step also, or it is refused.
@@ -133,10 +128,7 @@ class JobKeeper:
         return self._file.is_as_noted() and (self._log is None or self._log.is_as_noted())
 
     def content_loss(self, *, with_log: bool) -> NameLoss | None:
-        """Return which file another program has written; None if none.
-
-        The caller keeps others from writing meanwhile. `with_log`: also compare the log.
-        """
+        """Return which file others have written, or None; `with_log`: also compare the log."""
         if with_log and self._log is not None and not self._log.is_as_noted():
             return NameLoss(f"another program has written into its log {self._log_path.name}")
         if self._file.is_as_noted():

@@ -55,10 +55,7 @@ class JobReader:
 
     @property
     def name(self) -> str:
-        """Return the original name of the job, regardless of its file's name.
-
-        For jobs of earlier versions, which did not store it, that of the file.
-        """
+        """Return the original name of the job; of jobs without one, that of the file."""
         if self._name is None:
             with self._reading() as db:
                 row = db.execute(
@@ -68,25 +65,14 @@ class JobReader:
         return self._name
 
     def points(self) -> list[MeasuredPoint]:
-        """Return the points that are not annulled, in chronological order.
-
-        Raises
-        ------
-        StorageError
-            An observation differs from the stored one; see `verify`.
-        """
+        """Return valid points in order; StorageError: an observation differs, see `verify`."""
         with self._reading() as db:
             return stored_points(db, self.path, annulled=False)
 
     def observed(self) -> list[Observed]:
         """Return times of observation and storage of each point, also annulled ones, by number.
 
-        Much cheaper than `points`, which check the observations.
-
-        Raises
-        ------
-        StorageError
-            A time is invalid.
+        Much cheaper than `points`, which check the observations. StorageError: a time is invalid.
         """
         with self._reading() as db:
             return stored_observations(db, self.path)
@@ -104,13 +90,7 @@ class JobReader:
             return read_steps(db, self.path, after, most)
 
     def reference(self) -> JobReference | None:
-        """Return the reference body of the points, or None.
-
-        Raises
-        ------
-        StorageError
-            It differs from the stored one; see `verify`.
-        """
+        """Return the reference body, or None; StorageError if it differs from the stored one."""
         with self._reading() as db:
             return stored_reference(db, self.path)
 
@@ -135,13 +115,7 @@ class JobReader:
             return next_number(db)
 
     def verify(self, seal: JobSeal | None = None) -> list[str]:
-        """Return the faults of the file against its audit chain and signature, a sentence each.
-
-        Parameters
-        ----------
-        seal
-            Judged by the requesting computer; None: by the trusted keys.
-        """
+        """Return faults against audit chain and signature; `seal`: judged elsewhere, or None."""
         with self._reading() as db:
             return [*find_faults(db), *(seal or self._sealed(db)).doubts]
 

@@ -50,7 +50,6 @@ class JobSeal:
     head: str
     """`steps`, `head`: Rows of the audit, and the hash of the last one."""
     state: SealState
-    """State of the signature on the last row."""
     signature: Signature | None = None
     unsigned: int = 0
     """Number of initial rows stored without a signature."""
@@ -100,10 +99,7 @@ def insert_seal(db: sqlite3.Connection, key: StationKey) -> tuple[int, str]:
 
 
 def read_seal(db: sqlite3.Connection, path: Path, job_uuid: str, keys: KeyFolder) -> JobSeal:
-    """Return the end of a job, and the state of its signature.
-
-    Raises StorageError if a signature row is malformed, or the key ring cannot be read.
-    """
+    """Return a job's end and signature state; StorageError: malformed row, or key ring."""
     steps, head = _last(db)
     # All rows, also those not evaluated: a row that this program never writes is damage.
     fault = seal_fault(db.execute("SELECT sequence, key, signature FROM seal"), steps)
@@ -124,18 +120,12 @@ def read_seal(db: sqlite3.Connection, path: Path, job_uuid: str, keys: KeyFolder
 
 
 def judge_head(keys: KeyFolder, steps: int, head: str, signature: Signature | None) -> SealState:
-    """Return the state of a signature on the head of a job, without the job file.
-
-    Raises StorageError if the key ring cannot be read.
-    """
+    """Return the signature state of a head without the file; StorageError: unreadable key ring."""
     return judge_signature(keys, Signed.JOB, _content(steps, head), signature)
 
 
 def check_line(db: sqlite3.Connection, job_uuid: str, line: str, keys: KeyFolder) -> str:
-    """Return the proof of a job by a line from paper, in a sentence.
-
-    Raises StorageError if it is of another job, contradicts the file, or its signer is unknown.
-    """
+    """Return the proof by a line from paper; StorageError: another job, or contradiction."""
     parts = line.strip().split(":")
     if len(parts) != 6 or parts[0] != _LINE or not parts[2].isdecimal() or len(parts[2]) > 12:
         raise InputError(

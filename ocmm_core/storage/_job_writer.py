@@ -23,17 +23,12 @@ class JobWriter:
         self.failed = False
         """The disk has failed: nothing is written or synced afterwards."""
         self.wrote_file = self.emptied_log = False
-        """Whether the last transaction was followed by a checkpoint, and whether that was complete.
-        """
+        """Whether the last transaction was followed by a checkpoint, and by a complete one."""
         self._steps = 0
 
     @contextlib.contextmanager
     def transaction(self, db: sqlite3.Connection) -> Iterator[None]:
-        """Make the changes of the body durable, or none of them.
-
-        Raises StorageError if the disk failed before, or a text is invalid; sqlite3.Error if it
-        could not be stored.
-        """
+        """Make the changes durable, or none; StorageError: disk failed before; sqlite3.Error."""
         if self.failed:
             raise disk_failed(self._path)
         try:

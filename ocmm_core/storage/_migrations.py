@@ -1,7 +1,6 @@
 """Versions of the job file as numbered migrations.
 
-Step n takes a file of version n - 1 to version n; version 0 is an empty file. Each step runs in a
-separate transaction, after a backup, and a file from a newer program is refused.
+Step n takes version n - 1 (0: empty) to n, each after a backup in a separate transaction.
 """
 
 from __future__ import annotations
@@ -138,10 +137,7 @@ def require_known(db: sqlite3.Connection, path: Path, steps: tuple[Step, ...] = 
 
 
 def backup_older(db: sqlite3.Connection, path: Path, steps: tuple[Step, ...] = MIGRATIONS) -> None:
-    """Copy an older file to ``<name>.v<version>.bak`` next to it, before its migration.
-
-    Raises StorageError if the file is newer than this program, or the backup cannot be written.
-    """
+    """Copy an older file to ``<name>.v<version>.bak``; StorageError: newer, not writable."""
     version = require_known(db, path, steps)
     if version == len(steps):
         return
@@ -161,8 +157,7 @@ def bring_up_to_date(
 ) -> None:
     """Migrate the file ``path``, open as ``db``, to the version of this program.
 
-    Raises StorageError if the file is newer than this program, which is then unchanged;
-    sqlite3.Error if a step failed: the file then has the version before that step.
+    StorageError if newer, unchanged; sqlite3.Error if a step failed, at the version before it.
     """
     version = require_known(db, path, steps)
     for number, step in enumerate(steps[version:], start=version + 1):

@@ -53,8 +53,7 @@ class JobHead:
     plan_text: str
     rig_text: str
     probe_text: str
-    """Complete documents, or the records in their place: the job can be recomputed from its file.
-    """
+    """Complete documents or records: the job can be recomputed from its file."""
 
     @property
     def plan_identity(self) -> str:
@@ -99,13 +98,7 @@ class JobReference:
 def make_head(
     *, plan: Path, rig: Path, probe: Path, operator: str, part: str, serial: str
 ) -> JobHead:
-    """Return the head of a new job, with the documents as they are now and a new UUID.
-
-    Raises
-    ------
-    InputError
-        A document cannot be read; documents are loaded and checked before this.
-    """
+    """Return the head of a new job with current documents and UUID; InputError: unreadable."""
     return JobHead(
         job_uuid=str(uuid.uuid4()),
         created_utc=now_utc(),

@@ -1,7 +1,4 @@
-"""Read and insert rows of a job file, over an open connection.
-
-Inserting needs a transaction of the caller; reading returns only unaltered rows.
-"""
+"""Read unaltered rows of a job file, insert them within a transaction of the caller."""
 
 from __future__ import annotations
 

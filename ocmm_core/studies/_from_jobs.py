@@ -1,7 +1,6 @@
-"""Studies from jobs: one study per characteristic of a plan.
+"""Studies from recalculated jobs, one per characteristic (`inspection.archive`).
 
-Jobs are reopened and recalculated (`inspection.archive`); suspect values count as missing, and an
-unbalanced study is refused, not filled up.
+Suspect values count as missing; an unbalanced study is refused, not filled up.
 """
 
 from __future__ import annotations
@@ -31,8 +30,6 @@ from ocmm_core.studies._single import (
 
 @dataclass(frozen=True, slots=True)
 class CharacteristicStudy:
-    """Study of one characteristic."""
-
     name: str
     low: float
     high: float
@@ -43,8 +40,7 @@ class CharacteristicStudy:
     """OCMM's own uncertainty compared with the observed scatter."""
     from_budget: Suitability | None
     from_study: Suitability | None
-    """`from_budget`, `from_study`: Q by the stated uncertainty, and by the study; None without a
-    two-sided tolerance."""
+    """`from_budget`, `from_study`: Q by stated uncertainty and by study; None if not two-sided."""
     why_not: str
     values: Float | None = None
     """(parts, operators, trials), mm; None without a study."""
@@ -52,8 +48,6 @@ class CharacteristicStudy:
 
 @dataclass(frozen=True, slots=True)
 class StudyReport:
-    """All studies of a plan."""
-
     plan: StudyPlan
     measured: int
     """Number of its measurements so far."""
@@ -62,7 +56,6 @@ class StudyReport:
     left_out: tuple[str, ...]
     """Why files do not count, a sentence each."""
     simulated: bool
-    """Measured on a virtual rig."""
 
 
 def open_runs(plan: StudyPlan, serials: set[str]) -> tuple[StudyRun, ...]:
@@ -79,13 +72,7 @@ def study_jobs(
     probes: Path | None = None,
     calibrations: Path | None = None,
 ) -> StudyReport:
-    """Return the studies of the jobs in a folder.
-
-    Raises
-    ------
-    InputError
-        There is no such folder, or it has fewer than two jobs of one plan.
-    """
+    """Return the studies of a folder; InputError: none, or under two jobs of a plan."""
     if not folder.is_dir():
         raise InputError("msa.folder", f"{folder}: folder not found.", "Check the name.")
     paths = files_of_folder(folder, SUFFIX)

@@ -107,17 +107,8 @@ def gauge_study(
 ) -> GaugeStudy:
     """Return the study of values (parts, operators, trials).
 
-    Parameters
-    ----------
-    one_sided
-        The limit of a one-sided tolerance; its distance from the mean counts.
-    level
-        Above this p-value the interaction is pooled.
-
-    Raises
-    ------
-    InputError
-        The study is too small or has values that are not finite.
+    `one_sided`: the limit of a one-sided tolerance; its distance from the mean counts. `level`:
+    above this p-value the interaction is pooled. InputError: too small a study, or not finite.
     """
     x = np.asarray(values, dtype=np.float64)
     _require(x)

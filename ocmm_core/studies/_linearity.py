@@ -16,8 +16,6 @@ from ocmm_core.studies._single import LinearityStudy, linearity_study
 
 @dataclass(frozen=True, slots=True)
 class LinearityReport:
-    """Linearity study of one characteristic."""
-
     name: str
     parts: tuple[str, ...]
     """Serial numbers, or parts of the plan, in the order of their references."""
@@ -60,17 +58,9 @@ def linearity_of(
 ) -> LinearityReport:
     """Return the linearity study of one characteristic of jobs.
 
-    Parameters
-    ----------
-    references
-        Certified value, mm, of every part: by serial number, or by the part of ``plan``.
-    plan
-        Plan whose codes are the serial numbers of the jobs; None: they name the part.
-
-    Raises
-    ------
-    InputError
-        A part has no reference or no result, or there are too few for a study.
+    `references`: certified value, mm, of every part: by serial number, or by the part of ``plan``.
+    `plan`: plan whose codes are the serial numbers of the jobs; None: they name the part.
+    InputError: a part has no reference or no result, or there are too few for a study.
     """
     part_of = {} if plan is None else {one.code: one.part for one in plan.runs}
     found: dict[str, list[float]] = {name: [] for name in references}

@@ -62,8 +62,7 @@ class PartStudy(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields
     """`temperature_c`, `temperatures`: Of use, degrees Celsius, and the valid range of U."""
     u_workpiece: float
     u_expansion: float
-    """`u_workpiece`, `u_expansion`: Standard uncertainties of the parts, mm, and of the expansion,
-    1/K."""
+    """`u_workpiece`, `u_expansion`: of the parts, mm, and of the expansion, 1/K."""
     expanded_model: float | None
     """U stated by the program for the characteristic; None without."""
     expanded: float
@@ -89,13 +88,7 @@ class PartStudy(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields
 
 
 def load_task(path: Path | str) -> PartTask:
-    """Return the task of a document.
-
-    Raises
-    ------
-    InputError
-        It is malformed, or a field is empty: empty fields are similar to everything.
-    """
+    """Return the task of a document; InputError: malformed, or an empty field (matches all)."""
     task = load_document(path, TaskDocument, TASK_SCHEMA).task
     wrong = [
         name
@@ -149,11 +142,8 @@ def make_part_study(
 ) -> PartStudy:
     """Return the study of a part that was reclamped for every result.
 
-    Raises
-    ------
-    InputError
-        There are fewer results or cycles than the procedure requires, the part is not the task's,
-        or the room was outside the rated temperatures.
+    InputError: there are fewer results or cycles than the procedure requires, the part is not the
+    task's, or the room was outside the rated temperatures.
     """
     rule, numbers, digest = part_procedure(procedure)
     least = max(numbers.results, numbers.cycles)

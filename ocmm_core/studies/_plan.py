@@ -1,8 +1,7 @@
 """Plans of gauge studies: randomised and blind.
 
 Every measurement has a code, which is the serial number of its job: operators see neither part nor
-trial. The order is random for each operator and trial, so that neither drift nor memory favours a
-part.
+trial. The order is random for each operator and trial, against drift and memory.
 """
 
 from __future__ import annotations
@@ -38,7 +37,6 @@ class StudyPlan(Document, frozen=True, kw_only=True):
     name: str
     """Of the study; the batch of its jobs."""
     seed: int
-    """Of its random order."""
     runs: tuple[StudyRun, ...]
 
     @property
@@ -101,15 +99,7 @@ def _entries(values: Mapping[str, object]) -> str:
 
 
 def store_plan(path: Path, plan: StudyPlan) -> None:
-    """Write a plan to a new file: an existing one belongs to a running study.
-
-    Raises
-    ------
-    InputError
-        The file exists.
-    StorageError
-        It cannot be written.
-    """
+    """Write a plan to a new file; InputError: it exists; StorageError: it cannot be written."""
     try:
         write_new(path, plan_text(plan).encode("utf-8"))
     except FileExistsError as error:

@@ -45,8 +45,7 @@ class Type1Study:
     """`t`, `p_value`, `biased`: Of the bias; whether it is significant at 5 %."""
     var_percent: float
     var_bias_percent: float
-    """`var_percent`, `var_bias_percent`: 100 K / Cg and 100 K / Cgk, of K = 0.2; infinite if Cgk is
-    not above zero."""
+    """`var_percent`, `var_bias_percent`: 100 K / Cg and Cgk, K = 0.2; infinite if Cgk <= 0."""
     least_tolerance: float
     """Smallest tolerance that meets both, without a bias."""
     resolution_good: bool | None
@@ -66,17 +65,8 @@ def type1_study(
 ) -> Type1Study:
     """Return the type-1 study of results.
 
-    Parameters
-    ----------
-    reference, tolerance
-        Certified value and the whole width T.
-    share, width
-        K and L.
-
-    Raises
-    ------
-    InputError
-        There are fewer than 25 results, they do not scatter, or T is not above zero.
+    `reference`, `tolerance`: certified value and the whole width T. `share`, `width`: K and L.
+    InputError: there are fewer than 25 results, they do not scatter, or T is not above zero.
     """
     x = np.asarray(results, dtype=np.float64)
     if len(x) < LEAST_TYPE1 or not np.all(np.isfinite(x)):
@@ -239,17 +229,8 @@ class StatedScatter:
 def compare_stated(values: Float, stated: Float, confidence: float = 0.99) -> StatedScatter:
     """Return whether repeats scatter as stated by their standard uncertainty.
 
-    Parameters
-    ----------
-    values
-        (cells, r): repeats.
-    stated
-        (cells,): standard uncertainty of one result, without contributions common to all repeats.
-
-    Raises
-    ------
-    InputError
-        There is no repeat, or a stated uncertainty that is not above zero.
+    `values`: (cells, r): repeats. `stated`: (cells,): standard uncertainty of one result, without
+    contributions common to all repeats. InputError: no repeat, or no positive uncertainty.
     """
     x, u = np.asarray(values, dtype=np.float64), np.asarray(stated, dtype=np.float64)
     if x.ndim != 2 or x.shape[1] < 2 or not np.all(u > 0.0):

@@ -47,17 +47,13 @@ class Acquisition(Protocol):
 
 
 class ChildProcess:
-    """A process that fills a ring, with JSON lines as input.
-
-    Its standard input stays open for requests: its end signals the end of this process.
-    """
+    """A process that fills a ring; its open standard input takes JSON requests, its end ends it."""
 
     def __init__(self, command: Sequence[str], first_lines: bytes, ring: FrameRing) -> None:
         self._command = list(command)
         self._first_lines = first_lines
         self._ring = ring
         self._inherited: tuple[int, ...] = ()
-        """Descriptors that the process inherits."""
         self._process: subprocess.Popen[bytes] | None = None
         self._watch: threading.Thread | None = None
         self._stop_asked = False

@@ -1,8 +1,7 @@
 """Command port of the bus process: requests on standard input, replies on output.
 
 A separate thread does all reading, writing and JSON, so that the bus cycle thread never waits: it
-takes requests from a queue and puts replies into another. Both queues are bounded and count
-overflows.
+takes requests from a queue and puts replies into another. Both are bounded and count overflows.
 """
 
 from __future__ import annotations
@@ -80,14 +79,8 @@ class LineBuffer:
 class CommandPort:
     """Queues of requests and replies.
 
-    Parameters
-    ----------
-    input_, output
-        Descriptors; they stay open.
-    on_end
-        Called once from another thread when the input ends.
-    on_failure
-        Called before that with an unexpected error of the thread.
+    `input_`, `output`: descriptors; they stay open. `on_end`: called once from another thread when
+    the input ends. `on_failure`: called before that with an unexpected error of the thread.
     """
 
     def __init__(
@@ -123,11 +116,7 @@ class CommandPort:
         on_end: Callable[[], None],
         on_failure: Callable[[Exception], None] = lambda error: None,
     ) -> CommandPort:
-        """Return the port on standard input and output.
-
-        Read the configuration with `read_first_line`: ``sys.stdin`` buffers and could consume
-        requests.
-        """
+        """Return the port on standard streams; use `read_first_line`: ``sys.stdin`` buffers."""
         return cls(sys.stdin.fileno(), sys.stdout.fileno(), on_end, on_failure)
 
     def take(self) -> ObjectRequest | EepromRequest | None:
@@ -145,10 +134,7 @@ class CommandPort:
         return number in self._cancelled
 
     def reply(self, reply: ObjectReply) -> None:
-        """Send a reply; never waits.
-
-        If replies are not read, progress is dropped first.
-        """
+        """Send a reply; never waits. If replies are not read, progress is dropped first."""
         room = MAX_REPLIES if reply.finished else MAX_REPLIES // 2
         if self._closing or len(self._replies) >= room:
             self.dropped += 1

@@ -12,7 +12,6 @@ from ocmm_core.fieldbus.device import CameraIdentity, Intrinsics
 class BusConfig(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     interface: str
     ring_path: str
-    """Ring file for frames and status."""
     cameras: tuple[CameraIdentity, ...]
     frame_period_ns: int = 125_000
     cycle_period_ns: int = 1_000_000

@@ -1,7 +1,6 @@
-"""Conformance test of a camera in a process with the necessary rights.
+"""Conformance test of a camera in a process with the necessary rights; idle bus only.
 
-Reads one line of JSON from standard input and writes lines of JSON: progress, then the report. The
-bus must be idle.
+A line of JSON on standard input; lines of JSON as output: progress, then the report.
 """
 
 from __future__ import annotations
@@ -35,8 +34,6 @@ class ConformConfig(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fi
 
 
 class ConformNews(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """Progress or result."""
-
     done: int = 0
     total: int = 0
     title: str = ""
@@ -50,7 +47,6 @@ def conform_command() -> list[str]:
 
 
 def main() -> None:
-    """Run the conformance test."""
     run_errand(_run, "The conformance test")
 
 

@@ -14,10 +14,7 @@ EXIT_FAILED = 2
 
 
 def run_errand(run: Callable[[bytes], None], what: str) -> None:
-    """Drop unneeded rights, and run the task with one line of standard input.
-
-    Errors go to standard error; exit code 2, or 3 if unexpected.
-    """
+    """Drop rights, run the task with a line of input; errors to stderr, exit 2, unexpected 3."""
     try:
         give_up_all_but(NEEDED)
         run(read_first_line(sys.stdin.fileno()))

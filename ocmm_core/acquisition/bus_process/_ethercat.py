@@ -64,17 +64,8 @@ class EthercatSource:
 
     Bus faults do not end it: cycles are lost or refused until the cameras are in operation again,
     after a new bring-up if needed. The cycle follows the bus clock, so that frames are exchanged
-    right after a block of exposures ends.
-
-    Parameters
-    ----------
-    publish
-        Receives the encoded `BusReport`, at every change and 20 times a second.
-
-    Raises
-    ------
-    BusError
-        A waiting time was given for a physical interface.
+    right after a block of exposures ends. `publish`: receives the encoded `BusReport`, at every
+    change and 20 times a second. BusError: a waiting time was given for a physical interface.
     """
 
     def __init__(
@@ -123,7 +114,6 @@ class EthercatSource:
 
     @property
     def report(self) -> BusReport:
-        """Return the current report."""
         phase_ns = 0.0 if self._pacer is None else self._pacer.phase_ns
         return self._accounts.report(
             self._bus,
@@ -235,10 +225,7 @@ class EthercatSource:
         return CycleFault(Trouble.BAD, Alarm.SECOND_MASTER, words)
 
     def _or_the_computer(self, fault: CycleFault, elapsed: int) -> CycleFault:
-        """Attribute a lost answer to this computer if it stalled in that cycle.
-
-        A disturbed cable loses answers of cycles that start and end in time.
-        """
+        """Attribute a lost answer to this computer if it stalled; cables also lose timely ones."""
         if fault.alarm not in (Alarm.LOST_ANSWERS, Alarm.LATE_ANSWERS) or self._time.stretched:
             return fault
         period_ns, passage = self._settings.cycle_period_ns, self._bus.passage

@@ -1,7 +1,6 @@
-"""Permanent changes to a camera, in a process with the necessary rights.
+"""Permanent changes to a camera in a process with the necessary rights; idle bus only.
 
-Reads one line of JSON from standard input and writes lines of JSON: progress, then the result. The
-bus must be idle.
+A line of JSON on standard input; lines of JSON as output: progress, then the result.
 """
 
 from __future__ import annotations
@@ -38,8 +37,6 @@ class MaintenanceConfig(msgspec.Struct, frozen=True, kw_only=True, forbid_unknow
 
 
 class MaintenanceNews(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """Progress or result."""
-
     done: int = 0
     total: int = 0
     words: str = ""
@@ -52,7 +49,6 @@ def maintenance_command() -> list[str]:
 
 
 def main() -> None:
-    """Apply the change."""
     run_errand(_run, "The maintenance of a camera")
 
 

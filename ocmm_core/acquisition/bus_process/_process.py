@@ -43,11 +43,7 @@ EXIT_FAILED = 2
 
 
 def main() -> None:
-    """Run the bus process: ``ocmm-acq [--interface NAME | CONFIG.json]``.
-
-    Without a file the configuration comes on standard input. A service sets the interface, which
-    its clients may not choose.
-    """
+    """Run ``ocmm-acq [--interface NAME | CONFIG.json]``, or by standard input."""
     try:
         sys.exit(_run(sys.argv[1:]))
     except Exception as error:

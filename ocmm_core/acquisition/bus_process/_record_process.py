@@ -1,8 +1,7 @@
 """Bus recorder in a process with the necessary rights.
 
 Reads one line of JSON from standard input and writes a pcapng file to standard output, until its
-time or size limit or the end of standard input. The parent stores the file: this process has no
-output files.
+time or size limit or the end of standard input. The parent stores the file.
 """
 
 from __future__ import annotations
@@ -30,7 +29,6 @@ class RecordConfig(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fie
     size_bytes: int
     """`seconds`, `size_bytes`: limits; the first one reached ends the recording."""
     program: str = "OCMM"
-    """Writing application named in the file."""
 
     def to_json(self) -> bytes:
         """Return the configuration as one line of JSON."""
@@ -43,7 +41,6 @@ def record_command() -> list[str]:
 
 
 def main() -> None:
-    """Record the bus."""
     run_errand(_run, "The recorder of the bus")
 
 

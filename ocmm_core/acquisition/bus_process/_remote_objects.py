@@ -1,8 +1,4 @@
-"""Camera objects in the application, through the bus process.
-
-Requests of several threads share the line to the bus process; each waits for replies with its
-number.
-"""
+"""Camera objects through the bus process; threads share its line, by numbered requests."""
 
 from __future__ import annotations
 
@@ -58,8 +54,7 @@ class ObjectLine:
     ) -> bytes:
         """Send the request that `make` returns for a number, and wait for its end.
 
-        `timeout_s` limits the time between replies. Raises BusError if the camera or bus process
-        refuses, is silent, or ended.
+        `timeout_s`: between replies. BusError: camera or bus process refuses, is silent, or ended.
         """
         answers: queue.SimpleQueue[ObjectReply | BusError] = queue.SimpleQueue()
         with self._lock:

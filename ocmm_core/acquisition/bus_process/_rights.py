@@ -74,10 +74,7 @@ def rights_of(pid: int | None = None) -> ProcessRights:
 
 
 def granted_by(program: Path) -> frozenset[int]:
-    """Return the capabilities that a program file grants; may be none.
-
-    The layout of the attribute is that of ``struct vfs_ns_cap_data`` (linux/capability.h).
-    """
+    """Return the capabilities of a program file (``vfs_ns_cap_data``, linux/capability.h)."""
     try:
         content = os.getxattr(program, "security.capability")
     except OSError:
@@ -91,10 +88,7 @@ def granted_by(program: Path) -> frozenset[int]:
 
 
 def allow_locked_memory() -> None:
-    """Raise the memory lock limit of this process, if permitted.
-
-    Locking needs either a capability, which is dropped, or this limit, which stays.
-    """
+    """Raise the memory lock limit, if permitted: the other means, a capability, is dropped."""
     if HOST.is_linux_like:
         import resource
 
@@ -105,11 +99,7 @@ def allow_locked_memory() -> None:
 
 
 def give_up_all_but(kept: Iterable[int]) -> None:
-    """Drop all capabilities of this process but `kept`, permanently.
-
-    Applies to the calling thread and its later threads, so call it first. Does not grant missing
-    capabilities. Does nothing on systems without capabilities.
-    """
+    """Drop all capabilities but `kept`, permanently, for this and later threads: call it first."""
     if not HOST.is_linux_like:
         return
     kept = frozenset(kept)

@@ -1,7 +1,4 @@
-"""Scan of the wire in a process with the necessary rights.
-
-Reads one line of JSON from standard input and writes the devices as one line to standard output.
-"""
+"""Scan of the wire with the necessary rights: a JSON line in, the devices as a line out."""
 
 from __future__ import annotations
 
@@ -33,7 +30,6 @@ def scan_command() -> list[str]:
 
 
 def main() -> None:
-    """Scan the wire."""
     run_errand(_run, "The bus scan")
 
 

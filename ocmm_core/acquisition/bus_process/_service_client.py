@@ -2,8 +2,7 @@
 
 On a measuring cell's computer systemd starts the bus process (``installer/linux``) with rights that
 no person has. Its socket gives permitted users a bus process with the protocol of pipes. An
-unprivileged relay process adapts it: to the application it is a child process with the service's
-output on its streams.
+unprivileged relay process adapts it: a child process with the service's output.
 """
 
 from __future__ import annotations
@@ -30,12 +29,8 @@ _RING_MODE = 0o660
 class ServiceBus(ChildProcess):
     """The service ``ocmm-acq``, as an `Acquisition`.
 
-    Parameters
-    ----------
-    config
-        The interface is ignored: the service sets it.
-    ring
-        The ring named in `config`; writable by the group of the service from `start` on.
+    `config`: the interface is ignored: the service sets it. `ring`: the ring named in `config`;
+    writable by the group of the service from `start` on.
     """
 
     def __init__(self, config: BusConfig, ring: FrameRing, address: Path = SERVICE_SOCKET) -> None:
@@ -65,10 +60,7 @@ class ServiceBus(ChildProcess):
 
 
 def relay(address: str, source: int, sink: int) -> bool:
-    """Relay `source` to the service and its output to `sink` until either ends.
-
-    Returns True if `source` ended first. Raises BusError if the service cannot be reached.
-    """
+    """Relay `source` and `sink` until one ends; True if `source` first; BusError: unreachable."""
     with socket.socket(socket.AF_UNIX, socket.SOCK_STREAM) as service:
         try:
             service.connect(address)

@@ -3,10 +3,8 @@
 Master and software cameras share it through words of the ring. During bring-up it flows like the
 computer's clock. Once exposures are programmed it stops between cycles and only the master advances
 it, so a slow computer slows the bus without losses: no exposure happens and no watchdog runs
-meanwhile.
-
-Short delays are made up by back-to-back cycles; beyond `_DEBT_NS` they are dropped, and reported as
-pace: bus time over real time.
+meanwhile. Short delays are made up by back-to-back cycles; beyond `_DEBT_NS` they are dropped, and
+reported as pace: bus time over real time.
 """
 
 from __future__ import annotations

@@ -2,8 +2,7 @@
 
 Another process reads them during writing, and the writer may be killed at any moment. Reading word
 by word could show an elapsed cycle without verdict. So there are two pages: the writer fills the
-inactive one and then activates it with one word. Readers get whole pages, also from a killed
-writer.
+inactive one and then activates it with one word. Readers get whole pages in any case.
 """
 
 from __future__ import annotations

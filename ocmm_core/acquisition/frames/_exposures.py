@@ -66,7 +66,6 @@ class ExposureCount:
         return gap
 
     def pull(self) -> Given:
-        """Return the completed frames."""
         if self._joiner is None:
             return Given(None, 0)
         joined = self._joiner.pull()
@@ -77,12 +76,8 @@ class ExposureCount:
     ) -> Given | None:
         """Return complete frames directly, or None if others are waiting.
 
-        Parameters
-        ----------
-        first
-            Number of the first exposure since the last bring-up.
-        flags, valid, uv
-            (C, n), (C, n) and (C, n, 8, 2) px: of all cameras.
+        `first`: number of the first exposure since the last bring-up. `flags`, `valid`, `uv`: (C,
+        n), (C, n) and (C, n, 8, 2) px: of all cameras.
         """
         if self._joiner is None or not self._joiner.takes_at_once(first):
             return None

@@ -74,10 +74,7 @@ class Cycle:
 
 
 def frame_dtype(n_cameras: int, n_slots: int = USUAL_SLOTS) -> np.dtype[np.void]:
-    """Return the layout of one frame in the ring and in recordings.
-
-    With 16 slots or fewer it is that of the first recordings.
-    """
+    """Return the layout of a frame in ring and recordings; to 16 slots that of the first ones."""
     return np.dtype(
         [
             ("counter", "<i8"),

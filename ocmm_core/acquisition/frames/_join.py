@@ -33,12 +33,8 @@ class Joined:
 class FrameJoiner:
     """Collects frames per camera and returns exposures complete in all.
 
-    Parameters
-    ----------
-    start_ns, period_ns
-        Exposure k is at ``start_ns + k * period_ns``.
-    capacity
-        Maximum lead of a camera in exposures before these are given up.
+    `start_ns`, `period_ns`: exposure k is at ``start_ns + k * period_ns``. `capacity`: maximum lead
+    of a camera in exposures before these are given up.
     """
 
     def __init__(
@@ -69,19 +65,9 @@ class FrameJoiner:
     ) -> int:
         """Add the next frames of one camera; return the number skipped as known or lost.
 
-        Parameters
-        ----------
-        time_ns
-            (n,): exposure times on the bus clock, rising.
-        flags, valid
-            (n,): bits of `FrameFlag`, and which slots hold a spot.
-        uv
-            (n, 8, 2), px.
-
-        Raises
-        ------
-        AcquisitionError
-            A frame is off the common schedule by more than a quarter period.
+        `time_ns`: (n,): exposure times on the bus clock, rising. `flags`, `valid`: (n,): bits of
+        `FrameFlag`, and which slots hold a spot. `uv`: (n, 8, 2), px. AcquisitionError: a frame is
+        off the common schedule by more than a quarter period.
         """
         since = np.asarray(time_ns, dtype=np.int64) - self._start_ns
         counter = (since + self._period_ns // 2) // self._period_ns
@@ -114,12 +100,7 @@ class FrameJoiner:
     ) -> FrameBlock:
         """Return complete frames directly; shortcut of `push` and `pull`.
 
-        Parameters
-        ----------
-        flags, valid
-            (C, n): of the next exposures, if `takes_at_once`.
-        uv
-            (C, n, 8, 2), px.
+        `flags`, `valid`: (C, n): of the next exposures, if `takes_at_once`. `uv`: (C, n, 8, 2), px.
         """
         counter = np.arange(self._next, self._next + flags.shape[1])
         self._next += flags.shape[1]

@@ -45,8 +45,7 @@ _DATA_OFFSET = _REPORT_OFFSET + REPORT_BYTES
 DEFAULT_CAPACITY = 65536
 """Frames; eight seconds at 8 kHz."""
 _MOST_BYTES = 1 << 28
-"""Size limit of the frames without an explicit capacity: many cameras with many slots get fewer
-frames. 16 cameras with 8 slots get all, with 64 slots two seconds."""
+"""Size limit without explicit capacity: 16 cameras get all with 8 slots, with 64 two seconds."""
 _PREFIX = "ocmm-ring-"
 _TRIES = 10
 
@@ -94,10 +93,7 @@ class RingHeaderField(IntEnum):
 
 
 class FrameRing:
-    """The mapped ring; use `create` (owner) or `attach` (other side).
-
-    The owner removes the file on `close`.
-    """
+    """The mapped ring, from `create` (owner; `close` removes the file) or `attach` (other side)."""
 
     def __init__(self, path: Path, *, owner: bool) -> None:
         self.path = path
@@ -139,10 +135,7 @@ class FrameRing:
     def create(
         cls, n_cameras: int, capacity: int | None = None, n_slots: int = USUAL_SLOTS
     ) -> FrameRing:
-        """Create a ring in shared memory and return it as its owner.
-
-        Without a `capacity` it has `DEFAULT_CAPACITY` frames, or fewer if they are large.
-        """
+        """Create a ring as owner; default `DEFAULT_CAPACITY` frames, fewer if they are large."""
         frame_bytes = frame_dtype(n_cameras, n_slots).itemsize
         if capacity is None:
             capacity = min(DEFAULT_CAPACITY, _MOST_BYTES // frame_bytes)
@@ -172,7 +165,6 @@ class FrameRing:
         return cls(Path(path), owner=False)
 
     def word(self, which: RingHeaderField) -> int:
-        """Return one header word."""
         return self._words[which]
 
     def set_word(self, which: RingHeaderField, value: int) -> None:
@@ -254,10 +246,7 @@ class FrameRing:
         self._words[RingHeaderField.WRITTEN] = written + count
 
     def read(self, limit: int) -> FrameBlock | None:
-        """Return up to `limit` of the oldest unread frames, or None.
-
-        Overwritten frames are counted in ``OVERRUN`` and not returned.
-        """
+        """Return up to `limit` oldest unread frames, or None; ``OVERRUN`` counts overwritten."""
         self._words[RingHeaderField.READS] += 1
         # Read before WRITTEN, so that a write in between can only make it too small, which the
         # second check below detects.

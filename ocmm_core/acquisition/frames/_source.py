@@ -18,7 +18,6 @@ class SourceDescription:
     camera_serials: tuple[int, ...]
     frame_period_ns: int
     cycle_period_ns: int
-    """Time between two reads, ns."""
     live: bool
     """Frames arrive whether or not they are read; other sources wait for the reader."""
     simulated: bool
@@ -30,10 +29,7 @@ class SourceDescription:
 
 @runtime_checkable
 class FrameSource(Protocol):
-    """A source of frames, owned and called by one thread only.
-
-    ``read`` blocks for about 0.2 s at most, so that the owner can stop in bounded time.
-    """
+    """Source of frames of one thread; ``read`` blocks for 0.2 s at most, so that it can stop."""
 
     @property
     def description(self) -> SourceDescription: ...

@@ -31,8 +31,6 @@ class AcquisitionState(IntEnum):
 
 
 class StopReason(IntEnum):
-    """Reason why the worker stopped."""
-
     NONE = 0
     REQUESTED = 1
     FINISHED = 2
@@ -55,8 +53,7 @@ class AcquisitionStatus:
     frames: int
     frames_lost: int
     overrun: int
-    """`frames`, `frames_lost`, `overrun`: frames delivered, never arrived, and overwritten before
-    reading."""
+    """`frames`, `frames_lost`, `overrun`: delivered, never arrived, overwritten before reading."""
     internal: bool = False
     """Stopped by an unexpected error, named in ``message``."""
     pace: float | None = None
@@ -113,12 +110,8 @@ def leave_error(ring: FrameRing, error: Exception) -> None:
 class AcquisitionWorker:
     """Run a source until it ends, fails or is asked to stop.
 
-    `run` may be called directly (as in the bus process) or in a thread by `start`.
-
-    Parameters
-    ----------
-    stop
-        External stop event; None creates one.
+    `run` may be called directly (as in the bus process) or in a thread by `start`. `stop`: external
+    stop event; None creates one.
     """
 
     def __init__(

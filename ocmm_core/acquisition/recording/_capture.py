@@ -57,8 +57,7 @@ class CameraAccount:
     damaged: int = 0
     """With a wrong checksum, or that of another camera."""
     unproven: int = 0
-    """Before a second answer confirmed the serial number in the checksum, if not captured
-    otherwise."""
+    """Before a second answer confirmed the serial number in the checksum."""
     idle: int = 0
     """While not in operation or not synchronised."""
     repeated: int = 0
@@ -68,8 +67,7 @@ class CameraAccount:
     frames: int = 0
     missing: int = 0
     known: int = 0
-    """`frames`, `missing`, `known`: frames used, frames missing between them, and repeated frames.
-    """
+    """`frames`, `missing`, `known`: used, missing between them, and repeated."""
     overruns: int = 0
     restarts: int = 0
 
@@ -82,8 +80,7 @@ class CaptureAccount:
     other: int = 0
     malformed: int = 0
     cut: int = 0
-    """`packets`, `other`, `malformed`, `cut`: all packets; not EtherCAT; unreadable EtherCAT;
-    partly captured."""
+    """`packets`, `other`, `malformed`, `cut`: all; not EtherCAT; unreadable; partly captured."""
     sent: Counter[str] = field(default_factory=Counter)
     returned: Counter[str] = field(default_factory=Counter)
     """`sent`, `returned`: datagrams by command, to the cameras and back."""
@@ -113,13 +110,7 @@ class _Track:
 
 
 class BusCapture:
-    """Frames of the cameras in a capture.
-
-    Parameters
-    ----------
-    n_cameras
-        Number of cameras, if the capture does not start with their bring-up; 0: from the capture.
-    """
+    """Frames in a capture; `n_cameras`: if it starts after bring-up; 0: from the capture."""
 
     def __init__(self, path: Path, n_cameras: int = 0) -> None:
         self._path = path

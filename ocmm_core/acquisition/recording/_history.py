@@ -28,8 +28,7 @@ class FrameHistory:
     """Keep the newest frames, bounded in time and memory.
 
     Frames are copied into one circular array. Keeping the incoming blocks would avoid the copy, but
-    fragments the heap: the resident memory of a window grew by 18 MiB an hour. One thread appends;
-    reading is thread-safe.
+    fragments the heap: a window grew by 18 MiB an hour. One thread appends; reading is thread-safe.
     """
 
     def __init__(

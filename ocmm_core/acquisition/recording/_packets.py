@@ -1,8 +1,4 @@
-"""Network capture files: pcap (libpcap) and pcapng, as of tcpdump and tshark.
-
-Sources: draft-ietf-opsawg-pcap and draft-ietf-opsawg-pcapng. Truncated files are read up to the
-truncation.
-"""
+"""Network captures, also truncated (draft-ietf-opsawg-pcap and draft-ietf-opsawg-pcapng)."""
 
 from __future__ import annotations
 

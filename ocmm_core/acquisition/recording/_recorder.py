@@ -46,16 +46,10 @@ _LONGEST_WAIT_S = 0.1
 class FrameRecorder:
     """Append frames to a new file; close it or use it in ``with``; for one thread.
 
-    Only `check_name` is for any thread.
-
-    Each block is written at once, so a crash of the program loses none; the file is synced every
-    `SYNC_PERIOD_S` and on `close`, so a power failure loses about that time at most. A sync can
-    take long: record in a thread that may wait, such as the one that empties the ring.
-
-    Raises
-    ------
-    AcquisitionError
-        The file exists or cannot be written.
+    Only `check_name` is for any thread. Each block is written at once, so a crash of the program
+    loses none; the file is synced every `SYNC_PERIOD_S` and on `close`, so a power failure loses
+    about that time at most. A sync can take long: record in a thread that may wait, such as the one
+    that empties the ring. AcquisitionError: the file exists or cannot be written.
     """
 
     def __init__(self, path: Path | str, description: SourceDescription, rig: Rig) -> None:
@@ -96,14 +90,10 @@ class FrameRecorder:
     def append(self, block: FrameBlock) -> None:
         """Add the frames of `block`.
 
-        Raises
-        ------
-        AcquisitionError
-            The disk is nearly full or fails, or the recording is closed. The recording then ends
-            with the previous frames and is closed. Or the file was removed, moved or replaced:
-            `close` then copies the previous frames to another one.
-        ValueError
-            The block has another number of cameras or slots.
+        AcquisitionError: the disk is nearly full or fails, or the recording is closed. The
+        recording then ends with the previous frames and is closed. Or the file was removed, moved
+        or replaced: `close` then copies the previous frames to another one. ValueError: the block
+        has another number of cameras or slots.
         """
         if block.uv.shape[1:3] != self._shape:
             msg = f"cameras and slots {block.uv.shape[1:3]} in a recording of {self._shape}"
@@ -153,10 +143,7 @@ class FrameRecorder:
             raise lost
 
     def check_name(self) -> AcquisitionError | None:
-        """Return why the path no longer means the file that is written; None while it does.
-
-        Once the recording is closed its file may be moved.
-        """
+        """Return why the path is another file, or None; a closed recording may be moved."""
         with self._naming:
             return None if self._stream.closed else self._name_loss()
 
@@ -232,13 +219,7 @@ class FrameRecorder:
 
 
 class ReplaySource:
-    """A recording as a source of frames, bit for bit; AcquisitionError if invalid.
-
-    Parameters
-    ----------
-    speed
-        Multiple of the recorded speed; 0 is as fast as frames are read.
-    """
+    """A recording as source, bit for bit; AcquisitionError; `speed`: multiple, 0 unlimited."""
 
     def __init__(self, path: Path | str, speed: float = 0.0) -> None:
         if not 0.0 <= speed < float("inf"):

@@ -90,11 +90,7 @@ class Recording:
     """A recording, open for reading; close it or use it in ``with``; for one thread.
 
     Opening reads the heads of all chunks; frame checksums are verified on reading.
-
-    Raises
-    ------
-    AcquisitionError
-        The file is missing, unreadable, no recording, or damaged before its end.
+    AcquisitionError: the file is missing, unreadable, no recording, or damaged before its end.
     """
 
     def __init__(self, path: Path | str) -> None:
@@ -122,19 +118,10 @@ class Recording:
             raise
 
     def __len__(self) -> int:
-        """Return the number of frames."""
         return self._starts[-1]
 
     def read(self, start: int, limit: int) -> FrameBlock:
-        """Return at most `limit` frames from frame `start`, all of one recorded block.
-
-        Raises
-        ------
-        AcquisitionError
-            The frames are damaged.
-        IndexError
-            `start` is out of range.
-        """
+        """Return up to `limit` frames of one block; AcquisitionError: damaged; IndexError."""
         if not 0 <= start < len(self):
             msg = f"frame {start} of a recording with {len(self)} frames"
             raise IndexError(msg)

@@ -40,19 +40,9 @@ def rebuild(
 ) -> Rebuilt:
     """Fill an empty archive from job files.
 
-    Parameters
-    ----------
-    contents
-        Name and bytes of each file; may include all versions of a job.
-    stations
-        Name of the station by the fingerprint of its key, or a prefix of it.
-
-    Raises
-    ------
-    InputError
-        The archive is not empty.
-    StorageError
-        It cannot be written.
+    `contents`: name and bytes of each file; may include all versions of a job. `stations`: name of
+    the station by the fingerprint of its key, or a prefix of it. InputError: the archive is not
+    empty. StorageError: it cannot be written.
     """
     if archive.ask("SELECT 1 FROM job LIMIT 1").rows:
         raise InputError(
@@ -118,10 +108,7 @@ def files_in(archive: Archive) -> Iterator[tuple[str, bytes]]:
 
 
 def stations_of(archive: Archive) -> dict[str, str]:
-    """Return the station by the fingerprint of the key that signed its jobs.
-
-    A station that proved possession of the key counts; in an older archive, the first sender.
-    """
+    """Return stations by fingerprint: with proof of the key; in old archives, the first sender."""
     proven = stations_by_key(archive)
     found: dict[str, str] = {}
     rows = archive.ask("SELECT signer, key, station FROM job WHERE signer <> '' ORDER BY id").rows

@@ -1,7 +1,6 @@
 """Verification of an archive against its own files, job files, and another archive.
 
-Rows follow from a file (`records.extract_job`): every column of every row is recomputed from the
-file and compared, even if row and file both have a fault, and each difference is named.
+Every column is recomputed from the file; each difference is named.
 """
 
 from __future__ import annotations
@@ -197,10 +196,7 @@ def _claims(archive: Archive) -> Iterator[_Fault]:
 
 
 def verify_files(archive: Archive, folders: Iterable[Path]) -> Checked:
-    """Compare job files in folders with their archived versions.
-
-    A file whose audit lacks the archived step was altered afterwards.
-    """
+    """Compare job files with archived versions; one without the archived step was altered."""
     faults: list[tuple[str, str]] = []
     looked = 0
     for name, content in files_of(folders, lambda why: faults.append(("", why))):

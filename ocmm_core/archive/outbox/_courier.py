@@ -1,7 +1,6 @@
 """Delivery of an outbox, with growing pauses, until acknowledged.
 
-Safe against kills at any moment: a job is marked as delivered after the archive has it, and the
-archive stores each job once.
+Safe against kills: marked as delivered after the archive has it, which stores each job once.
 """
 
 from __future__ import annotations
@@ -45,8 +44,7 @@ class Handed:
     sent: int = 0
     aside: int = 0
     again: int = 0
-    """`sent`, `aside`, `again`: Jobs delivered; refused by the archive; requeued because the
-    archive had lost them."""
+    """`sent`, `aside`, `again`: jobs delivered; refused; requeued as lost by the archive."""
     error: OcmmError | None = None
     """Why the round ended early; None if nothing waits."""
 
@@ -74,13 +72,7 @@ def _signature(what: Signed, content: bytes) -> Signature:
 
 
 class Courier:
-    """Deliver the jobs of an outbox; for one thread, and one process per box.
-
-    Parameters
-    ----------
-    connect
-        Opens the archive; called again after every failure.
-    """
+    """Deliver jobs of an outbox; one thread and process. `connect`: again after failures."""
 
     def __init__(
         self,
@@ -102,10 +94,7 @@ class Courier:
             self._archive = None
 
     def send_waiting(self, stop: Callable[[], bool] = lambda: False) -> Handed:
-        """Deliver everything that waits; faults of archive or jobs are returned, not raised.
-
-        Raises StorageError if the outbox itself cannot be read or written.
-        """
+        """Deliver all that waits, returning faults; StorageError only for the outbox itself."""
         sent = aside = 0
         self._again = 0
         try:

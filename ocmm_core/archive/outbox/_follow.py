@@ -1,7 +1,4 @@
-"""The delivering process, one per outbox: started by a window, a station or systemd.
-
-It runs at low priority, ends with its parent, and yields to another process on the same box.
-"""
+"""The delivering process, one per outbox; low priority, ends with its parent."""
 
 from __future__ import annotations
 
@@ -31,13 +28,7 @@ _END_S = 2.0
 
 @dataclass(frozen=True, slots=True)
 class ArchivePlace:
-    """Places of archive and outbox.
-
-    Attributes
-    ----------
-    address, password
-        As for `open_archive`.
-    """
+    """Places of archive and outbox. `address`, `password`: as for `open_archive`."""
 
     address: str
     station: str

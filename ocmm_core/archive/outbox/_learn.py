@@ -18,11 +18,7 @@ _JOBS = "".join(('{"content":', '{"jobs":'))
 
 
 def learn_marks(archive: Archive, path: Path | None = None) -> int:
-    """Store new marks on this computer; return how many.
-
-    `path`: None for the file of this user. Raises StorageError if the archive cannot be read, or
-    the marks cannot be stored.
-    """
+    """Store new marks in `path` (None: this user's), return how many; StorageError."""
     known = read_held_jobs(path)
     # Another archive numbers its marks from 1; holds of the former one are not final.
     after = known.after if known.archive in ("", archive.place) else 0

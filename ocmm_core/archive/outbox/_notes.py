@@ -1,7 +1,6 @@
 """Notes of running jobs, so that none is lost with a killed program.
 
-A note is a file in the outbox that its program keeps locked. The job of an unlocked note is queued
-by the next sweep: its program ended between saving and queueing.
+A program locks its note; jobs of unlocked notes are queued by the next sweep.
 """
 
 from __future__ import annotations
@@ -68,8 +67,7 @@ def sweep(outbox: Outbox) -> int:
     """Queue the jobs whose program ended before it did, or whose outbox is lost; return how many.
 
     Missing jobs and jobs without points are skipped. Unreadable ones are queued as they are: the
-    delivery sets them aside and names them. Raises StorageError if the outbox cannot be read or
-    written.
+    delivery sets them aside and names them. StorageError for the outbox.
     """
     found = outbox.queue_unlisted()
     for note in sorted((outbox.folder / _FOLDER).glob("*")):

@@ -2,7 +2,6 @@
 
 Measuring programs queue complete job files; a separate process delivers them. Files are kept until
 acknowledged, and a copy for some time after that, for an archive that is restored from a backup.
-
 Files are named by their SHA-256. A row is written after its file, so that no row lacks a file, and
 a file without a row is a leftover.
 """
@@ -36,13 +35,7 @@ def default_outbox() -> Path:
 
 
 class Outbox(OutboxFile):
-    """Queued jobs; for one thread, many processes.
-
-    Raises
-    ------
-    StorageError
-        It cannot be read or written, is damaged, or of a later version.
-    """
+    """Queued jobs; one thread, many processes; StorageError: unreadable, damaged, or newer."""
 
     def put(self, path: Path) -> Item | None:
         """Queue a job in its current state; durable on return.
@@ -99,10 +92,7 @@ class Outbox(OutboxFile):
         return int(found)
 
     def content(self, item: Item) -> bytes:
-        """Return the queued file of a job, or the current one if the copy is gone.
-
-        Raises StorageError if neither exists, or the copy is damaged.
-        """
+        """Return the queued or current file of a job; StorageError: none, or a damaged copy."""
         file = self._file(item.sha256)
         try:
             content = read_guarded(file, LARGEST_JOB, follow=False)
@@ -191,11 +181,7 @@ class Outbox(OutboxFile):
             db.execute("UPDATE item SET state = 'waiting', said = '' WHERE state = 'aside'")
 
     def renew(self) -> None:
-        """Give this outbox a new identity, for a computer whose disk was copied.
-
-        Everything delivered under the old one is sent again: the archive recognises its jobs by
-        content.
-        """
+        """Give a new identity, for a copied disk; all is sent again, known by content."""
         with self._writing() as db:
             identity, machine = str(uuid.uuid4()), machine_identity()
             db.execute("UPDATE box SET outbox = ?, machine = ?", (identity, machine))

@@ -22,10 +22,7 @@ _WAIT_S = 5.0
 
 
 class OutboxFile:
-    """Open the file of an outbox, creating it if missing.
-
-    Raises StorageError if it cannot be read or written, is damaged, or of a later version.
-    """
+    """Open or create the file of an outbox; StorageError: unusable, damaged, or a later version."""
 
     def __init__(self, folder: Path) -> None:
         self.folder = folder

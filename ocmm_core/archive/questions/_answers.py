@@ -35,15 +35,7 @@ class ArchiveAnswer:
 
 
 def export_answer(answer: ArchiveAnswer, path: Path) -> None:
-    """Write the table of an answer: CSV, or Parquet by the suffix.
-
-    Raises
-    ------
-    InputError
-        Unknown suffix, or Parquet without pyarrow.
-    StorageError
-        The file cannot be written.
-    """
+    """Write an answer as CSV or Parquet; InputError: unknown suffix, no pyarrow; StorageError."""
     kind = path.suffix.lower()
     if kind == ".csv":
         content = csv_of(answer.columns, answer.rows)

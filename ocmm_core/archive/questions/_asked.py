@@ -29,8 +29,7 @@ class Asked:
     """`station`, `part`, `characteristic`, `operator`: Names; empty for all."""
     kind: str = "calibration"
     what: str = ""
-    """`kind`, `what`: Of `used`: calibration, tip, artefact ...; its hash (or a prefix), serial or
-    name."""
+    """`kind`, `what`: of `used`: calibration, tip, ...; its hash (or prefix), serial or name."""
     first: date | None = None
     last: date | None = None
     """`first`, `last`: Local dates, inclusive; None for no limit (`today`: today)."""

@@ -27,12 +27,8 @@ class Question:
     def ask(self, archive: Archive, asked: Asked) -> ArchiveAnswer:
         """Return the answer; malformed ones are errors, and not shown.
 
-        Raises
-        ------
-        InputError
-            A required parameter is missing, or unknown.
-        StorageError
-            The archive cannot be queried, or its rows are malformed.
+        InputError: a required parameter is missing, or unknown. StorageError: the archive cannot be
+        queried, or its rows are malformed.
         """
         try:
             return self.answers(archive, asked)
@@ -56,4 +52,3 @@ QUESTIONS = (
         "rr", "R&R over stations", ("part", "characteristic"), ("part", "characteristic"), rr
     ),
 )  # fmt: skip
-"""In the order offered."""

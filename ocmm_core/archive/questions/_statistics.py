@@ -31,13 +31,7 @@ from ocmm_core.tolerances.decisions import Verdict, capability, control_chart
 
 
 def trend(archive: Archive, asked: Asked) -> ArchiveAnswer:
-    """Return the trend of a characteristic over stations: control chart, run rules, Cpk.
-
-    Raises
-    ------
-    InputError
-        Part or characteristic is missing or unknown.
-    """
+    """Return the trend over stations: chart, run rules, Cpk; InputError: unknown characteristic."""
     needs(asked, "part", "characteristic")
     values = _values(archive, asked, asked.most)
     groups = _by_limits(values.entries)
@@ -80,11 +74,7 @@ class _Values:
 
 
 def _values(archive: Archive, asked: Asked, most: int, *, repeated: bool = False) -> _Values:
-    """Return the values of a part; ``most`` limits those that count.
-
-    `repeated`: count every measurement of a part; otherwise the last finished job per set of
-    limits.
-    """
+    """Return values of a part, ``most`` of those that count; `repeated`: not only the last."""
     judge = Judge(archive)
     named: dict[str, Cell] = {"part": asked.part, "name": asked.characteristic}
     for simulated in (0, 1):
@@ -207,12 +197,8 @@ def rr(archive: Archive, asked: Asked) -> ArchiveAnswer:
     """Return the gauge R&R over stations: parts by serial number, each measured at every station.
 
     Stations replace operators. The same number of first measurements counts for each part and
-    station; parts not measured by all stations are left out.
-
-    Raises
-    ------
-    InputError
-        There are fewer than two parts, stations or trials.
+    station; parts not measured by all stations are left out. InputError: there are fewer than two
+    parts, stations or trials.
     """
     needs(asked, "part", "characteristic")
     found = _values(archive, asked, MOST_VALUES, repeated=True)

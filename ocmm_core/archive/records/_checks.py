@@ -1,7 +1,4 @@
-"""Checks of a row before it is stored, by both stores.
-
-Rows are untrusted: they may come from another version, a damaged outbox, or an attacker.
-"""
+"""Checks of untrusted rows before they are stored, by both stores."""
 
 from __future__ import annotations
 

@@ -1,7 +1,6 @@
 """Rows of a job, from its file alone: identical on every computer, with any keys.
 
-Histories of calibrations and tips are not used: later findings are marks or recalls in the archive,
-not rows. So an archive rebuilt from the files has the same rows.
+Later findings are marks in the archive, not rows: a rebuilt archive has the same rows.
 """
 
 from __future__ import annotations
@@ -49,13 +48,7 @@ Extract = Callable[[bytes, str, str, Mapping[int, str] | None], ExtractedJob]
 
 
 def snapshot(path: Path) -> bytes:
-    """Return a consistent snapshot of a job file, even while it is being written.
-
-    Raises
-    ------
-    StorageError
-        It is missing, damaged, or changes too fast to be copied.
-    """
+    """Return a consistent snapshot of a job file; StorageError: missing, damaged, or changing."""
     with JobFile.read(path) as job:
         return job.content()
 
@@ -65,16 +58,8 @@ def extract_job(
 ) -> ExtractedJob:
     """Return the rows of a job file.
 
-    Parameters
-    ----------
-    known
-        Hash of the audit by its number of rows, of versions already archived by this station: a
-        file that does not continue them was altered.
-
-    Raises
-    ------
-    OcmmError
-        It is no job file, damaged, or of a later version.
+    `known`: hash of the audit by its number of rows, of versions already archived by this station:
+    a file that does not continue them was altered. OcmmError: no job file, damaged, or later.
     """
     with JobFile.in_memory(_CALLED, content) as file:
         head, seal = file.head, file.seal()

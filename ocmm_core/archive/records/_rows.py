@@ -73,15 +73,11 @@ class JobRow(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tr
     job_uuid: str
     steps: int
     head: str
-    """`job_uuid`, `steps`, `head`: Identity, number of rows of its audit, and hash of the last one.
-    """
+    """`job_uuid`, `steps`, `head`: identity, rows of its audit, and hash of the last one."""
     sha256: str
     size: int
-    """`sha256`, `size`: Of the file."""
     station: str
-    """Where it was measured."""
     state: JobState
-    """Finished, paused, or left open."""
     part: str
     serial: str
     order_name: str
@@ -125,8 +121,6 @@ class JobRow(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tr
 
 
 class JobRecord(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """All rows of a job."""
-
     job: JobRow
     results: tuple[ResultRow, ...]
     uses: tuple[UseRow, ...]
@@ -136,15 +130,13 @@ class Sender(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tr
     outbox: str
     station: str
     machine: str
-    """Identity of the computer, to distinguish equal names; empty for jobs taken from their files.
-    """
+    """Identity of the computer, for equal names; empty for jobs taken from their files."""
     host: str
     user: str
     """`host`, `user`: Names, for people."""
     key: str = ""
     proof: str = ""
-    """`key`, `proof`: Public key of the station, and its signature of `station_claim`, Base64;
-    empty without a key."""
+    """`key`, `proof`: public key, signature of `station_claim`, Base64; empty without a key."""
 
 
 class Delivery(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -179,7 +171,6 @@ class MarkRow(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=T
     """The job counts in no statistic, and stations hold it."""
     why: str
     who: str
-    """`why`, `who`: A sentence, and a name."""
     utc: str
     """ISO 8601."""
     finding: int = 0

@@ -1,7 +1,6 @@
 """Address of an archive, a file or a server, and the source of its password.
 
-Passwords are never stored in the settings, which others may read. They come from a private file, or
-from the sources of PostgreSQL's own programs: PGPASSFILE, ~/.pgpass or the environment.
+Passwords are not in the settings: a private file, PGPASSFILE, ~/.pgpass or the environment.
 """
 
 from __future__ import annotations
@@ -29,10 +28,7 @@ _LARGEST_PASSWORD = 4096
 
 @dataclass(frozen=True, slots=True)
 class PostgresAddress:
-    """A server, a database and connection options."""
-
     options: dict[str, str]
-    """Options of libpq."""
     password_file: Path | None = None
     """None: libpq searches it."""
     connect_s: int = 5
@@ -79,14 +75,7 @@ def check_address(text: str) -> None:
 
 
 def parse_server(text: str, password_file: Path | None = None) -> PostgresAddress:
-    """Return the address of a server.
-
-    Raises
-    ------
-    InputError
-        It cannot be used, contains a password, or would send jobs unencrypted over a network
-        without explicit ``sslmode=disable``.
-    """
+    """Return the address of a server; InputError: invalid, password, or unencrypted network."""
     try:
         parts = urlsplit(text)
         port = parts.port

@@ -111,10 +111,7 @@ def sqlite_fault(place: str, error: sqlite3.Error) -> OcmmError:
 
 
 def postgresql_fault(place: str, error: Exception) -> OcmmError:
-    """Return the error of an archive for an error of psycopg.
-
-    By SQLSTATE (PostgreSQL, appendix A); without one it never reached the server.
-    """
+    """Return the error for one of psycopg by SQLSTATE (PostgreSQL, appendix A)."""
     state = getattr(error, "sqlstate", None) or ""
     said = _short(error)
     for prefix, make in _BY_STATE:

@@ -1,7 +1,6 @@
-"""Interface of an archive for the rest of the program.
+"""Interface of an archive for the program: rows are only ever added.
 
-Rows are only ever added: a resumed job is a new version, a later finding is a mark. So stations
-need no right to change anything, and stored data stay.
+A resumed job is a new version, a finding a mark: stations need no right to change.
 """
 
 from __future__ import annotations
@@ -18,7 +17,6 @@ from ocmm_core.archive.records import Delivery, JobRecord, MarkRow, Sender
 Cell = str | float | int | bytes | None
 Row = tuple[Cell, ...]
 Kind = type | UnionType
-"""Type of a cell of an answer."""
 
 HEADS = "heads"
 """Kind of the findings with the signed ends of histories (`seals.signed_heads`)."""
@@ -65,11 +63,7 @@ class Finding:
 
 
 class Archive(Protocol):
-    """Interface of an archive; for one thread at a time.
-
-    All methods raise StorageError if the archive cannot be reached, read or written, and InputError
-    if it refuses the input.
-    """
+    """Archive; one thread at a time; StorageError: unreachable; InputError: refused input."""
 
     place: str
 
@@ -95,10 +89,7 @@ class Archive(Protocol):
         """Return the rows of a job by its number."""
 
     def ask(self, sql: str, values: Mapping[str, Cell] | None = None, *kinds: Kind) -> Table:
-        """Return the answer to read-only SQL with values as ``:name``.
-
-        With kinds, cells are checked against them; a server may return anything.
-        """
+        """Return the answer to read-only SQL, values ``:name``; cells are checked against kinds."""
 
     def now(self) -> datetime:
         """Return the time by the clock of the archive."""

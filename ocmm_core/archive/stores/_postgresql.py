@@ -55,10 +55,7 @@ class GaveUp(Enum):
 
 
 class Patience:
-    """Shut a connection if one wait takes too long; each wait is a ``with``.
-
-    `limit_s`: of one wait. `limit_bytes`: growth of this process meanwhile.
-    """
+    """Shut a connection after a wait (``with``) over `limit_s`, or growth by `limit_bytes`."""
 
     def __init__(self, descriptor: int, limit_s: float, limit_bytes: int) -> None:
         self.gave_up: GaveUp | None = None
@@ -142,11 +139,8 @@ def require_psycopg() -> None:
 class PostgresArchive(SqlArchive):
     """An archive on a server.
 
-    `set_up`: Create or update the tables; for the owner only.
-    `read_only`: Nothing can be added by this connection.
-
-    Raises InputError if the extra `shop` is not installed; StorageError if the server cannot be
-    reached, denies access, or has no archive of this version.
+    `set_up`: create or update the tables, as owner. `read_only`: nothing can be added. InputError
+    without the extra `shop`; StorageError: no server, no access, or no archive of this version.
     """
 
     _who = "SESSION_USER"

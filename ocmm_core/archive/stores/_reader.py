@@ -80,7 +80,6 @@ class SqlReader(ABC):
         return {whole_of(row[0]) for row in table.rows} & set(sequences)
 
     def content(self, sha256: str) -> bytes:
-        """Return a stored job file: see `Archive`."""
         rows = self.ask("SELECT content FROM file WHERE sha256 = :sha256", {"sha256": sha256}).rows
         if not rows:
             raise StorageError(
@@ -123,7 +122,6 @@ class SqlReader(ABC):
             raise not_understood(self.place, str(error)) from error
 
     def ask(self, sql: str, values: Mapping[str, Cell] | None = None, *kinds: Kind) -> Table:
-        """Return the answer of a query: see `Archive`."""
         with self._reading():
             table = self._ask(sql, values)
         for row in table.rows:
@@ -133,7 +131,6 @@ class SqlReader(ABC):
         return self._of(table, kinds) if kinds else table
 
     def _ask(self, sql: str, values: Mapping[str, Cell] | None) -> Table:
-        """Execute one statement of a user."""
         return self._run(sql, values)
 
     def _of(self, table: Table, kinds: Sequence[Kind]) -> Table:
@@ -144,7 +141,6 @@ class SqlReader(ABC):
         return table
 
     def _one(self, sql: str, values: Mapping[str, Cell], *kinds: Kind) -> Row:
-        """Return the single row of a statement."""
         rows = self._of(self._run(sql, values), kinds).rows
         if len(rows) != 1:
             raise not_understood(self.place, f"{len(rows)} rows where there is one")

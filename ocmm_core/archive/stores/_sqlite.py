@@ -1,7 +1,6 @@
 """Archive in a file of SQLite: the default, for one computer and all its users.
 
-Several programs may have it open: one writes, the others read (write-ahead log). Acknowledged rows
-are on the disk (``synchronous=FULL``).
+One program writes, others read (write-ahead log); acknowledged rows are on the disk.
 """
 
 from __future__ import annotations
@@ -29,10 +28,8 @@ _WAIT_S = 5.0
 class SqliteArchive(SqlArchive):
     """An archive in a file.
 
-    `path`: Of the file; created if missing, and updated.
-    `read_only`: Nothing can be added by this connection.
-
-    Raises StorageError if it is no archive, of a later version, or cannot be read or written.
+    `path`: created if missing, and updated. `read_only`: nothing can be added. StorageError: no
+    archive, of a later version, or it cannot be read or written.
     """
 
     _who = "'local'"

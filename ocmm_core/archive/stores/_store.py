@@ -84,7 +84,6 @@ class SqlArchive(SqlReader):
         return self.put_all([delivery])[0]
 
     def put_all(self, deliveries: Sequence[Delivery]) -> list[Receipt]:
-        """Store many, all or none: see `Archive`."""
         for delivery in deliveries:
             check_delivery(delivery)
             if hashlib.sha256(delivery.content).hexdigest() != delivery.record.job.sha256:
@@ -165,11 +164,7 @@ class SqlArchive(SqlReader):
         return Receipt(answer, row, off)
 
     def _admit(self, sender: Sender) -> None:
-        """Admit a sender; StorageError if another computer has its name.
-
-        A name belongs to the computer that used it first. In an archive rebuilt from job files it
-        belongs to none yet.
-        """
+        """Admit a sender; StorageError if another computer used its name first."""
         name: dict[str, Cell] = {"name": sender.station}
         claim = (
             "SELECT coalesce(nullif(s.machine, ''), (SELECT x.machine FROM sender x"

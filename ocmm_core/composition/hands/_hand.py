@@ -22,16 +22,8 @@ class Hand(ABC):
     """A thread that makes requested touches and waits until each counts.
 
     Call it with a watcher to show frames, with None to stop. Subclasses implement `_show` and
-    `_wanted`.
-
-    Parameters
-    ----------
-    failed
-        Called with the reason when frames end.
-    safe
-        What a failure does not lose, as for `contained`.
-    idle_s
-        Poll interval for requested touches, s.
+    `_wanted`. `failed`: called with the reason when frames end. `safe`: what a failure does not
+    lose, as for `contained`. `idle_s`: poll interval for requested touches, s.
     """
 
     def __init__(
@@ -56,7 +48,6 @@ class Hand(ABC):
             self._thread.start()
 
     def close(self) -> None:
-        """Close the source of the frames, if open."""
         return
 
     @property

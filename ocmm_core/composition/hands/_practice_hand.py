@@ -30,13 +30,7 @@ class ShownRig(Protocol):
 
 
 class PracticeHand(Hand):
-    """Hand at the virtual rig: performs the current step and waits until it counts.
-
-    Parameters
-    ----------
-    make
-        Returns a rig that shows the rest of the step; None if nothing is left to show.
-    """
+    """Hand at the virtual rig for the current step; `make`: a rig for its rest, None if done."""
 
     def __init__(
         self,

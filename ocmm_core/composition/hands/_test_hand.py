@@ -21,10 +21,7 @@ class Starting(Protocol):
 
 
 class Source(Protocol):
-    """Source of frames: a feed of the composition.
-
-    Live sources deliver whether read or not.
-    """
+    """Source of frames: a feed of the composition. Live sources deliver whether read or not."""
 
     @property
     def ring(self) -> FrameRing:
@@ -43,14 +40,7 @@ class Source(Protocol):
 
 
 class TestHand(Hand):
-    """A hand that makes the remaining touches of an acceptance test.
-
-    Parameters
-    ----------
-    make
-        Opens the frame source and returns it with the number of frames to show; infinite if the
-        source ends on its own.
-    """
+    """Make the remaining touches; `make` returns a source and its frames (may be infinite)."""
 
     __test__ = False
 
@@ -94,10 +84,7 @@ class TestHand(Hand):
 
 
 class VirtualHand(TestHand):
-    """Hand at the virtual rig: moves to the requested points.
-
-    Its source is remade per request, with the touches missing then.
-    """
+    """Hand at the virtual rig; its source is remade per request, with the missing touches."""
 
     @property
     def named(self) -> str:
@@ -114,11 +101,7 @@ class VirtualHand(TestHand):
 
 
 class RecordedHand(TestHand):
-    """Hand that replays a recording once and continues from its position.
-
-    Each touch is shown once. Refused touches do not return; a retest uses the frames after the
-    first run, so no frame is measured twice.
-    """
+    """Replay a recording once: touches come once, retests use later frames."""
 
     _source: Source | None = None
     _frames = np.inf
@@ -129,7 +112,6 @@ class RecordedHand(TestHand):
         return "The recording"
 
     def close(self) -> None:
-        """End the replay."""
         if self._source is not None:
             self._source.end()
             self._source = None

@@ -1,7 +1,4 @@
-"""Practice of guided procedures with a virtual hand, in separate folders.
-
-The virtual hand performs what remains of the current step.
-"""
+"""Practice of guided procedures: a virtual hand, in separate folders."""
 
 from __future__ import annotations
 
@@ -137,13 +134,7 @@ def practice_folder() -> Path:
 
 
 class Practice:
-    """Folders and hand for practice at a virtual rig.
-
-    Parameters
-    ----------
-    speed
-        Speed of the hand as a multiple of real time; zero is as fast as frames are processed.
-    """
+    """Folders and hand for practice; `speed`: multiple of real time, 0 as fast as processed."""
 
     def __init__(
         self, request: StationRequest, folder: Path | None = None, speed: float = 1.0
@@ -174,10 +165,7 @@ class Practice:
         return self.folder / "reference_points.csv"
 
     def prepare(self, now: datetime) -> None:
-        """Activate initial records if none exist, and write the point list.
-
-        Raises OcmmError if the folder is not writable or its files were altered.
-        """
+        """Activate initial records, write the point list; OcmmError: not writable, or altered."""
         rig = load_rig(self._request.rig)
         self.folder.mkdir(parents=True, exist_ok=True)
         write_atomic(self.points, _list_of(rig).encode("utf-8"))

@@ -13,8 +13,7 @@ ENCODING = "cp1252"
 FIELDS = (
     "K0001", "K0002", "K0004", "K0005", "K0006", "K0007", "K0008", "K0010", "K0011", "K0012",
 )  # fmt: skip
-"""Fields of a value in order: value, attribute, time, events, batch, nest, operator, machine,
-process, gauge."""
+"""value, attribute, time, events, batch, nest, operator, machine, process, gauge."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,7 +1,6 @@
 """Audit of files of a station: authors, times, steps and integrity.
 
-Jobs and histories are here, other files in `_audit_files`. Nothing is written, and nothing is
-recomputed; `inspection.archive` does that for jobs.
+Other files than jobs and histories are in `_audit_files`. Nothing is written or recomputed.
 """
 
 from __future__ import annotations
@@ -30,22 +29,10 @@ _STEPS = {
     "reference": "reference body stored",
     "reference_observation": "reference body beside point {}",
 }
-"""Names of the rows of the audit, by table."""
 
 
 def audit(path: Path, line: str = "") -> Audit:
-    """Return the audit of a file, or of a folder with a history of calibrations.
-
-    Parameters
-    ----------
-    line
-        Text of the code on a report of the job; may be empty.
-
-    Raises
-    ------
-    OcmmError
-        It is none of these, or cannot be read.
-    """
+    """Return the audit of a file or folder; `line`: code of a report, or ""; OcmmError: neither."""
     if path.is_dir():
         return _of_records(path)
     if path.suffix == SUFFIX or line:
@@ -56,10 +43,7 @@ def audit(path: Path, line: str = "") -> Audit:
 
 
 def files_to_audit(path: Path) -> tuple[Path, ...]:
-    """Return the auditable items of a folder: histories, and files with signatures.
-
-    Links are not followed. A file, or a folder with a history, is returned itself.
-    """
+    """Return auditable items of a folder, without links; a file or history itself."""
     if not path.is_dir() or os.path.isfile(path / _OF_HISTORY[0]):  # noqa: PTH113 - never raises
         return (path,)
     found: list[Path] = []

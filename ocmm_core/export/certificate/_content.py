@@ -89,11 +89,9 @@ class CertificateRun:
     temperature_c: float | None
     """Ambient; None if not measured."""
     rule: str
-    """Decision rule in words."""
     lines: tuple[CertificateLine, ...]
     """All that count, also failed ones."""
     passed: bool
-    """Verdict of the record, by its rule."""
     record: str
     data_sha256: str
     """`record`, `data_sha256`: Hashes of the record and of its observations."""
@@ -132,28 +130,19 @@ class CertificateValue:
 
 @dataclass(frozen=True, slots=True)
 class Certificate:
-    """A certificate of the machine.
-
-    Attributes
-    ----------
-    values, values_before
-        All other results, and the same before an adjustment, if known.
-    """
+    """Certificate of the machine; `values`, `values_before`: others, and before adjustment."""
 
     title: str
-    """In-house certificates are called records or test reports; "calibration certificate" requires
-    an ``accreditation``."""
+    """In-house: record or test report; "calibration certificate" requires an ``accreditation``."""
     number: str
     """From the hash of its record."""
     item: str
     identifications: tuple[tuple[str, str], ...]
-    """`item`, `identifications`: The item, with names and values of its serial numbers and hashes.
-    """
+    """`item`, `identifications`: names and values of serial numbers and hashes."""
     method: str
     norms: tuple[str, ...]
     """`method`, `norms`: In words, and by guideline."""
     software: str
-    """Version that made the record."""
     runs: tuple[CertificateRun, ...]
     """As found first. One if nothing was adjusted."""
     values: tuple[CertificateValue, ...]
@@ -170,17 +159,14 @@ class Certificate:
     accreditation: str = ""
     """As named in the procedure; may be empty."""
     simulated: bool = False
-    """No real machine was tested."""
     camera_doubts: tuple[str, ...] = ()
-    """Unproven properties of the cameras, in sentences; the certificate then states CAMERAS
-    UNPROVEN."""
+    """Unproven properties of cameras, in sentences; the certificate states CAMERAS UNPROVEN."""
     values_before: tuple[CertificateValue, ...] = ()
     climate: tuple[tuple[str, float], ...] = ()
     """Further temperatures by object, degrees Celsius."""
     not_found: str = ""
     not_after: str = ""
-    """`not_found`, `not_after`: Why the state before, or after, an adjustment was not determined;
-    empty if it was, or if nothing was adjusted."""
+    """`not_found`, `not_after`: why the state before or after adjustment is unknown, or ""."""
 
     @property
     def states(self) -> tuple[str, ...]:

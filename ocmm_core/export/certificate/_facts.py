@@ -23,8 +23,7 @@ CERTIFICATE_CLAUSES = (
     "7.8.2.1 i", "7.8.2.1 j", "7.8.2.1 l", "7.8.2.1 m", "7.8.2.1 n", "7.8.2.1 o", "7.8.4.1 a",
     "7.8.4.1 b", "7.8.4.1 c", "7.8.4.1 d", "7.8.4.1 e",
 )  # fmt: skip
-"""Clauses for calibration certificates. Omitted: h (nothing is received: the machine is calibrated
-on site), k and p as for reports, and opinions (7.8.4.1 f)."""
+"""Omitted: h (calibrated on site), k and p as for reports, and opinions (7.8.4.1 f)."""
 
 
 def certificate_facts(
@@ -32,8 +31,7 @@ def certificate_facts(
 ) -> tuple[PaperFact, ...]:
     """Return the head of a certificate in order; `NOT_STATED` if unknown.
 
-    Sentences are translated separately, because catalogues cannot know combined ones. `speech`:
-    language of the values; names of facts are not translated.
+    Sentences are translated one by one. `speech`: language of values; names are not translated.
     """
     return tuple(
         PaperFact("laboratory", clause, name, one_line(value) or NOT_STATED)

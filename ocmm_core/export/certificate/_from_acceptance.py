@@ -46,19 +46,9 @@ def certificate_of_acceptance(
     """Return the certificate of an acceptance test with the verdicts of its procedure.
 
     It is a calibration certificate only if the procedure names an accreditation, a real machine was
-    tested, and the test is not void.
-
-    Parameters
-    ----------
-    found
-        The same test as found, if ``record`` is after an adjustment.
-    not_found
-        Why there is none.
-
-    Raises
-    ------
-    InputError
-        ``found`` is no earlier test as found of the same machine and procedure.
+    tested, and the test is not void. `found`: the same test as found, if ``record`` is after an
+    adjustment. `not_found`: why there is none. InputError: ``found`` is no earlier test as found of
+    the same machine and procedure.
     """
     tested = record.instrument
     void = record.verdict is Verdict.VOID
@@ -175,8 +165,7 @@ def vouched_record(path: Path) -> AcceptanceRecord:
 def found_before(record: AcceptanceRecord, folder: Path) -> tuple[AcceptanceRecord | None, str]:
     """Return the test as found in the folder of a test after adjustment, or why not.
 
-    It is the last earlier one of the same machine and procedure. If that is also after an
-    adjustment, the state before the later adjustment was not tested.
+    The last earlier one of the same machine and procedure, unless that is after an adjustment.
     """
     before, unread = [], 0
     for path in files_of_folder(folder, ".json"):

@@ -2,8 +2,7 @@
 
 Parameters and their covariance are those of the sealed record. The covariance (of a small rotation
 and translation in the camera frame, `camera.PARAMETERS`) is propagated to centre and rotation
-vector, the quantities of interest, with derivatives by differences; the model is smooth, and one
-sigma is a small step.
+vector, the quantities of interest, with derivatives by differences of one sigma.
 """
 
 from __future__ import annotations
@@ -57,17 +56,10 @@ def certificate_of_calibration(store: CalibrationStore, paper: Paper) -> Certifi
     """Return the certificate of the calibration of the cameras in use.
 
     The state as found is the last verification of the previous calibration, that after adjustment
-    the
-    first one of the current calibration. If one is missing, the certificate states "not
-    determined",
-    and the statement of conformity covers the state after adjustment alone.
-
-    Raises
-    ------
-    InputError
-        There is no calibration.
-    CalibrationError
-        A record was changed, or its covariance is invalid.
+    the first one of the current calibration. If one is missing, the certificate states "not
+    determined", and the statement of conformity covers the state after adjustment alone.
+    InputError: there is no calibration. CalibrationError: a record was changed, or its covariance
+    is invalid.
     """
     record = calibration_in(store)
     own, made = record_hash(record), store.verifications()
@@ -152,10 +144,7 @@ def _parameters(record: CameraRecord) -> Iterator[CertificateValue]:
 
 
 def _stated(entry: CameraEntry, covariance: Float) -> tuple[Float, Float]:
-    """Return centre, rotation vector and lens of a camera, and their standard uncertainties.
-
-    `covariance`: (14, 14), in the order of `camera.PARAMETERS`.
-    """
+    """Return centre, rotation vector and lens with sigmas; `covariance`: (14, 14), `PARAMETERS`."""
     camera, here = camera_of(entry), _numbers(entry)
     jacobian = np.zeros((len(here), N_PARAMETERS))
     steps = np.maximum(np.sqrt(np.diag(covariance)), _NEVER_SMALLER)

@@ -88,15 +88,9 @@ def certificate_of_cameras(store: CalibrationStore, paper: Paper) -> Certificate
     """Return the certificate of the cameras in use: their last verification.
 
     The run after adjustment is that of the current calibration. If that replaced another one, the
-    run
-    as found is the last verification of the other one; a verification of the current calibration
-    that
-    is not its first one is a run as found without adjustment.
-
-    Raises
-    ------
-    InputError
-        There is no calibration, or it was never verified.
+    run as found is the last verification of the other one; a verification of the current
+    calibration that is not its first one is a run as found without adjustment. InputError: there is
+    no calibration, or it was never verified.
     """
     record = calibration_in(store)
     own = record_hash(record)

@@ -37,7 +37,6 @@ class DccQuantity:
     """Names in all languages and ``refType`` of each level, outermost first."""
     value: float
     unit: str
-    """`value`, `unit`: As written."""
     expanded: float | None
     k: float | None
     """`expanded`, `k`: Expanded uncertainty in the same unit, and its coverage factor, or None."""
@@ -75,16 +74,8 @@ class Dcc:
 def read_dcc(content: bytes, trusted: TrustedSigners | None = None) -> Dcc:
     """Return the content of a certificate.
 
-    Parameters
-    ----------
-    trusted
-        Signers whose XML signatures are trusted; None for none.
-
-    Raises
-    ------
-    InputError
-        It is no DCC of version 3, too large or too deep, has a document type, or an invalid
-        number.
+    `trusted`: signers whose XML signatures are trusted; None for none. InputError: it is no DCC of
+    version 3, too large or too deep, has a document type, or an invalid number.
     """
     document = _root(content)
     signature, root = xml_signature(document, content, trusted or TrustedSigners())

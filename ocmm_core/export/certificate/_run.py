@@ -31,10 +31,7 @@ def calibration_in(store: CalibrationStore) -> CameraRecord:
 
 
 def require_vouched(path: Path, signer: SealState, exchanged: OcmmError | None = None) -> None:
-    """Refuse records without a signature of a trusted station; raises OcmmError.
-
-    `exchanged`: why the records are not the newest ones; None if they are.
-    """
+    """Raise OcmmError for records without a trusted signature; `exchanged`: if not the newest."""
     if exchanged is not None:
         raise exchanged
     if signer.sound:

@@ -82,11 +82,8 @@ class DccFound:
 def write_certificate(paper: Certificate, folder: Path) -> Path:
     """Write the signed DCC of a certificate and return its path.
 
-    Raises
-    ------
-    StorageError
-        A number is not finite, the file read back differs, or the folder or the key of this
-        station cannot be used.
+    StorageError: a number is not finite, the file read back differs, or the folder or the key of
+    this station cannot be used.
     """
     name, content = _signed(paper)
     write_together({folder / name: content})
@@ -96,10 +93,7 @@ def write_certificate(paper: Certificate, folder: Path) -> Path:
 def write_certificates(
     papers: Sequence[tuple[Certificate, Pages]], folder: Path
 ) -> tuple[Path, ...]:
-    """Write all files of `signed_certificates` or none, and return their paths.
-
-    Raises StorageError as `write_certificate`.
-    """
+    """Write all files of `signed_certificates` or none; StorageError as `write_certificate`."""
     files = signed_certificates(papers, folder)
     write_together(files)
     return tuple(files)
@@ -108,10 +102,7 @@ def write_certificates(
 def signed_certificates(
     papers: Sequence[tuple[Certificate, Pages]], folder: Path
 ) -> dict[Path, bytes]:
-    """Return pages and signed DCC of every certificate; the pages contain the DCC.
-
-    Errors as `write_certificate`, and those of ``papers``.
-    """
+    """Return pages with the DCC, and signed DCC, of all; errors as `write_certificate`."""
     files: dict[Path, bytes] = {}
     for paper, pages in papers:
         name, content = _signed(paper)
@@ -120,15 +111,7 @@ def signed_certificates(
 
 
 def check_dcc_seal(path: Path, keys: KeyFolder) -> DccFound:
-    """Return a certificate with the state of its signatures.
-
-    Raises
-    ------
-    InputError
-        The certificate or its signature cannot be read.
-    StorageError
-        The key ring cannot be read.
-    """
+    """Return a certificate with its signatures; InputError or StorageError if unreadable."""
     dcc = read_dcc(read_bytes(path, LARGEST), trusted_signers(keys))
     beside = path.with_name(path.name + SEAL_SUFFIX)
     signature = None

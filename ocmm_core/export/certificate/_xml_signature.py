@@ -65,7 +65,6 @@ class XmlSignature:
     signer: str = ""
     """Subject of the signer's certificate."""
     why: str = ""
-    """Reason why it is INVALID."""
     station: SealState | None = None
     """State of the key, if a station signed it."""
 
@@ -86,29 +85,13 @@ class TrustedSigners:
 
 
 def trusted_signers(keys: KeyFolder) -> TrustedSigners:
-    """Return the trusted laboratories and stations.
-
-    Raises
-    ------
-    InputError
-        A file in the folder of laboratories is no certificate.
-    StorageError
-        The key ring cannot be read.
-    """
+    """Return trusted laboratories and stations; InputError: no certificate; StorageError."""
     files = files_of_folder(keys.folder / _FOLDER, ".pem")
     return TrustedSigners(tuple(_loaded(path) for path in files), keys.believed())
 
 
 def trust_laboratory(path: Path, keys: Path) -> x509.Certificate:
-    """Trust the X.509 certificate of a laboratory, and return it.
-
-    Raises
-    ------
-    InputError
-        The file is no certificate.
-    StorageError
-        The folder cannot be written.
-    """
+    """Trust the X.509 certificate of a laboratory; InputError: no certificate; StorageError."""
     found = _loaded(path)
     folder = keys / _FOLDER
     folder.mkdir(mode=0o700, parents=True, exist_ok=True)
@@ -137,16 +120,8 @@ def xml_signature(
 ) -> tuple[XmlSignature, etree._Element]:
     """Return the state of the signature in a document, and the document as signed.
 
-    Parameters
-    ----------
-    root
-        The document, read without entities and document types.
-    content
-        The same as bytes.
-
-    Returns
-    -------
-    The document is ``root`` itself unless the signature is valid.
+    `root`: the document, read without entities and document types. `content`: the same as bytes.
+    The returned document is ``root`` itself unless the signature is valid.
     """
     signatures = list(root.iter(f"{_DS}Signature"))
     if not signatures:

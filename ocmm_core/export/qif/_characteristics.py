@@ -35,11 +35,7 @@ def add_characteristics(
     frames: Mapping[tuple[str, ...], str],
     device: str,
 ) -> None:
-    """Add all characteristics.
-
-    `characteristics`, `measurements`: their parent elements. `frames`: ids of the datum reference
-    frames. `device`: id of the measuring device.
-    """
+    """Add all characteristics; `frames`, `device`: ids of datum frames, and of the device."""
     lists = Lists(writer, characteristics, "Characteristic")
     features = {feature.name: feature for feature in data.features}
     shapes = {name: feature.shape for name, feature in features.items()}

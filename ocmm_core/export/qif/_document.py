@@ -68,11 +68,7 @@ def make_document(data: ReportData) -> etree._Element:
 
 
 def inspection_status(part: PartVerdict) -> tuple[str, str]:
-    """Return element and text of the verdict on a part in QIF.
-
-    Undecided parts neither pass nor fail. PASS cannot express requirements that the plan lacks: the
-    verdict is then written in words.
-    """
+    """Return element and text of the verdict; in words for undecided parts, incomplete plans."""
     if part.word is PartWord.CONFORMS and part.is_partial:
         return "OtherInspectionStatus", part.headline
     words = {PartWord.CONFORMS: "PASS", PartWord.DOES_NOT_CONFORM: "FAIL"}

@@ -65,8 +65,7 @@ _STATED = (
 class Node:
     """An element that tracks which of its children and attributes were read.
 
-    `units`: of the document. `is_pmi`: use the units of product and manufacturing information
-    (characteristics).
+    `units`: of the document. `is_pmi`: use those of PMI (characteristics).
     """
 
     def __init__(self, element: etree._Element, units: DocumentUnits, *, is_pmi: bool) -> None:
@@ -199,10 +198,7 @@ def _three(node: Node) -> tuple[float, float, float]:
 
 
 class References:
-    """A document with its references, and the names of imported features.
-
-    Raises NotTakenError for contradictory units or duplicate ids.
-    """
+    """A document, its references and imported names; NotTakenError: units, duplicate ids."""
 
     def __init__(self, root: etree._Element) -> None:
         self.root, self._units = root, units_of(root, Q)

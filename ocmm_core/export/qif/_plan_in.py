@@ -64,11 +64,8 @@ class QifPlan:
 def plan_of_qif(content: bytes, name: str, part: str, file: str = "QIF document") -> QifPlan:
     """Return the plan of a document with its account, and the omitted items.
 
-    Raises
-    ------
-    InputError
-        It is no QIF document of version 3, too large, has a document type or contradictory units,
-        or no importable feature.
+    InputError: it is no QIF document of version 3, too large, has a document type or contradictory
+    units, or no importable feature.
     """
     root = _root(content)
     try:

@@ -25,8 +25,6 @@ class NotTakenError(Exception):
 
 @dataclass(frozen=True, slots=True)
 class DocumentUnits:
-    """Units of length and angle of a document."""
-
     lengths: MutableMapping[str, float]
     """mm per declared unit, by name."""
     angles: MutableMapping[str, float]

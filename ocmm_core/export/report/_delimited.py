@@ -1,7 +1,4 @@
-"""Tables as delimited text by a profile, and back.
-
-Cells are never quoted: names are whitelisted before, and text loses characters that need it.
-"""
+"""Tables as delimited text by a profile, and back; cells are never quoted."""
 
 from __future__ import annotations
 
@@ -15,7 +12,6 @@ _INSTEAD = {",": ";", ";": ",", "\t": " "}
 
 
 def delimited(table: Table, profile: Profile, shape: TableProfile) -> bytes:
-    """Return a table as text."""
     has_keys = _has_keys(table)
     lines = [[_cell(cell, profile, has_keys) for cell in row] for row in table.rows]
     if shape.header:

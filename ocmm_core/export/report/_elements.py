@@ -20,8 +20,7 @@ class Element:
     across: Float | None = None
     """`direction`, `across`: (3,), unit: normal or axis, and the direction of the length."""
     diameter: float | None = None
-    """mm: of circle, sphere, cylinder; of a cone perpendicular to its axis at ``point``; of the
-    centre line of a torus."""
+    """mm: of a cone square to its axis at ``point``; of the centre line of a torus."""
     length: float | None = None
     width: float | None = None
     """`length`, `width`: mm: of slot, rectangle and ellipse, over all; the width of a torus is that
@@ -31,10 +30,7 @@ class Element:
 
 
 def element_of_nominal(nominal: NominalFeature, frame: RigidTransform) -> Element:
-    """Return a nominal of the plan in another frame.
-
-    Properties that the shape lacks are left out, regardless of defaults of the plan.
-    """
+    """Return a nominal in another frame, without properties that the shape lacks."""
     shape = nominal.shape
     across = unit(np.array(nominal.across)) if shape.spec.has_across else None
     return Element(

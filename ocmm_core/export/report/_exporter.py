@@ -12,10 +12,7 @@ from ocmm_core.export.report._tables import Table
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ReportFormat:
-    """Description of a format for people and commands.
-
-    Reports of incomplete jobs are refused in every format alike (`require_complete`).
-    """
+    """Description of a format; all refuse incomplete jobs (`require_complete`)."""
 
     name: str
     title: str
@@ -34,10 +31,7 @@ class Exporter(ReportFormat):
     contents: Callable[[Sequence[ReportData], Profile], dict[str, bytes]]
     """The files of jobs, bytes by file name."""
     differences: Callable[[Sequence[ReportData], Profile, Mapping[str, bytes]], list[str]]
-    """Differences between files read back and the jobs, a sentence each. It has a reader
-    independent of the writer."""
+    """Differences between files and jobs, in sentences, by a reader independent of the writer."""
     preview: Callable[[Sequence[ReportData], Profile], tuple[Table, ...]]
-    """Contents of the files as tables."""
     batch: bool
-    """Several jobs go into one file as several values; otherwise the functions get one job at a
-    time."""
+    """Several jobs go into one file as several values; otherwise one job at a time."""

@@ -69,15 +69,7 @@ def account_file(plan: Plan, suffix: str) -> bytes:
 
 
 def write_account(plan: Plan, path: Path) -> Path:
-    """Write the inspection plan as .csv or .xlsx, and return its path.
-
-    Raises
-    ------
-    InputError
-        The plan has no requirements, or the ending is another one.
-    StorageError
-        The file cannot be written.
-    """
+    """Write the plan as .csv or .xlsx; InputError: no requirements, other ending; StorageError."""
     if not plan.requirements:
         raise InputError(
             "plan.no_account",
@@ -276,7 +268,6 @@ def _files(data: ReportData) -> tuple[str, str]:
 
 
 def _sheets(data: ReportData) -> tuple[tuple[tuple[str, ...], Table], ...]:
-    """Return the three forms with the lines above them."""
     return (
         (_above(data, "AS9102 form 1: part number accountability"), accountability_table(data)),
         (_above(data, "AS9102 form 2: product accountability"), product_table(data)),

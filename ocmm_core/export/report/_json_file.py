@@ -1,7 +1,6 @@
 """The whole job as JSON with its raw observations and exact numbers.
 
-Numbers are written in the shortest form that reads back as the same number; an unseen spot is null.
-The schema is versioned: later ones never change the meaning of a field.
+Shortest form that reads back equal; an unseen spot is null; fields never change their meaning.
 """
 
 from __future__ import annotations

@@ -1,7 +1,6 @@
 """Names and texts in files of other programs: names are checked, free text is cleaned.
 
-A name used as a command or a file name is never escaped: it is accepted or refused. Free text
-(operators, serial numbers, notes) is kept without control characters.
+Names for commands and files are accepted or refused; text has no control characters.
 """
 
 from __future__ import annotations
@@ -79,8 +78,5 @@ def one_line(text: str) -> str:
 
 
 def spreadsheet_text(text: str) -> str:
-    """Return text, quoted if a spreadsheet would compute it (OWASP ASVS 1.2.10).
-
-    For cells of text only: negative numbers start with a minus.
-    """
+    """Return text, quoted if a spreadsheet would compute it (OWASP ASVS 1.2.10); never numbers."""
     return f"'{text}" if text.lstrip().startswith(_COMMANDS) else text

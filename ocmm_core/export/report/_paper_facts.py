@@ -1,7 +1,6 @@
-"""Required statements of a test report (ISO/IEC 17025:2017, 7.8.2 and 7.8.3), field by field.
+"""Required statements of a test report (ISO/IEC 17025:2017, 7.8.2 and 7.8.3).
 
-Each fact names its clause, so that a test can check the list. Unknown facts are `NOT_STATED`;
-nothing is guessed or omitted.
+Each names its clause; unknown facts are `NOT_STATED`, none is guessed or omitted.
 """
 
 from __future__ import annotations
@@ -30,8 +29,7 @@ CLAUSES = (
     "7.8.2.1 h", "7.8.2.1 i", "7.8.2.1 j", "7.8.2.1 l", "7.8.2.1 m", "7.8.2.1 n", "7.8.2.1 o",
     "7.8.2.2", "7.8.3.1 a", "7.8.3.1 b", "7.8.3.1 c",
 )  # fmt: skip
-"""Clauses for test reports. Omitted: k (sampling: every item is measured), p (results of others:
-there are none), opinions and methods of customers (7.8.3.1 d, e)."""
+"""Omitted: k (no sampling), p (no results of others), opinions, methods (7.8.3.1 d, e)."""
 
 _HEAD_DIGITS = 16
 _NUMBER_DIGITS = 8

@@ -7,10 +7,9 @@ import was found (docs/exports.md).
 
 Points are compensated surface points; their vector leaves the material, so that the ball centre is
 ``xyz + radius * ijk``. Ball centres are written only on request of the profile, into files named
-accordingly.
-
-The verdict on the part is first in ``_job.csv``. The states of the job (simulated, incomplete) are
-in the names of all files, and in a column of every table with a header, in every profile.
+accordingly. The verdict on the part is first in ``_job.csv``. The states of the job (simulated,
+incomplete) are in the names of all files, and in a column of every table with a header, in every
+profile.
 """
 
 from __future__ import annotations
@@ -122,10 +121,7 @@ def _cloud(table: Table) -> bytes:
 
 
 def _macro(points: Table) -> bytes:
-    """Return a macro that makes every point, safe against injection.
-
-    ``$`` expands variables in this language and ``"`` ends a text; names can contain neither.
-    """
+    """Return a macro that makes every point; names contain neither ``$`` nor ``"``."""
     lines = [_VERSION]
     for *place, name in points.rows:
         x, y, z = _numbers(place)

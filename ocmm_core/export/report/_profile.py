@@ -19,12 +19,8 @@ _MOST_DECIMALS = 9
 
 
 class TableProfile(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """One table."""
-
     header: bool
-    """The first line holds the names of the columns."""
     columns: list[str]
-    """In order."""
     when_needed: list[str] = msgspec.field(default_factory=list)
     """Further columns, written if the job has values for them."""
 
@@ -36,7 +32,6 @@ class Profile(Document, frozen=True, kw_only=True):
     delimiter: Literal[",", ";", "tab"]
     decimal: Literal[".", ","]
     lengths: Literal["mm", "inch"]
-    """Unit of all lengths in the files."""
     length_decimals: int
     angle_decimals: int
     vector_decimals: int

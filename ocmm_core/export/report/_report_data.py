@@ -46,8 +46,6 @@ class Instrument:
 
 @dataclass(frozen=True, slots=True)
 class ReportedFeature:
-    """One feature of the job."""
-
     seen: FeatureView
     """Shape, points as reported, fit in the world frame, verdict, note."""
     nominal: NominalFeature | None
@@ -71,7 +69,6 @@ class ReportedResult:
     """A result with the characteristic of the plan."""
 
     result: CharacteristicResult
-    """Value, uncertainty and verdict."""
     asked: Characteristic | None
     """None if the plan does not contain it."""
 
@@ -102,9 +99,7 @@ class ReportData:
     view: JobView
     """Features, results, points held back and reasons for unproven verdicts."""
     head: JobHead
-    """Operator, part, serial number, documents."""
     plan: Plan
-    """Plan of the job, with the decision rule."""
     T_part_from_world: RigidTransform | None
     """Alignment; without it (None) measured values are in the world frame."""
     features: tuple[ReportedFeature, ...]
@@ -118,10 +113,8 @@ class ReportData:
     calibration: Instrument
     probe: Instrument
     reference: Instrument
-    """`calibration`, `probe`, `reference`: States and hashes. The label of ``reference`` is empty
-    without a reference body."""
+    """`calibration`, `probe`, `reference`: states, hashes; no label without a reference body."""
     climate: Climate
-    """Temperatures and compensations."""
     notes: tuple[str, ...] = ()
     """Sentences about suspect parts of the file."""
     taken_back: tuple[tuple[MeasuredPoint, str], ...] = ()
@@ -271,11 +264,7 @@ def report_data(
 
 
 def _part_from_nominal(plan: Plan) -> RigidTransform | None:
-    """Return the motion from the frame in which nominals are written; None if nothing gives it.
-
-    Nominals may be in the frame of a drawing or model. Measured values are in the frame of the
-    datums, and so must be the nominals next to them.
-    """
+    """Return the motion from the frame of the nominals (drawing, model) to the part, or None."""
     bound = plan.bound_alignment
     if bound is None:
         return RigidTransform.identity()

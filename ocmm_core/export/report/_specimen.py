@@ -16,10 +16,7 @@ _NO_JOB = "00000000-0000-0000-0000-000000000000"
 
 
 def specimen_report() -> ReportData:
-    """Return the report of an untouched part: every result is "Not measured".
-
-    No number is made up, and it is marked SIMULATED, so that the page is not taken for a report.
-    """
+    """Return the report of an untouched part: all NOT MEASURED, no number made up, SIMULATED."""
     path = resource(*_PLAN)
     plan = load_plan(path)
     head = JobHead(

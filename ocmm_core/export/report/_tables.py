@@ -1,8 +1,6 @@
-"""Tables of a report: points, features, characteristics and head, cell by cell.
+"""Tables of a report, cell by cell, for all human-readable formats.
 
-All human-readable formats (text files, workbook, preview) take their cells from here, so that they
-agree. Points are compensated surface points; their vector leaves the material, so that the ball
-centre is ``xyz + radius * ijk``.
+Compensated surface points; vectors leave the material: ball centre ``xyz + radius * ijk``.
 """
 
 from __future__ import annotations

@@ -228,7 +228,6 @@ def _footed(text: str) -> str:
 
 
 def _above(data: ReportData) -> tuple[str, ...]:
-    """Return the lines above the table of every sheet."""
     return (str(said(data.state_words, _speech(data))),) if data.states else ()
 
 
@@ -255,7 +254,6 @@ def _speech(data: ReportData) -> Speech:
 
 
 def _cells_of(data: ReportData, profile: Profile) -> dict[str, list[list[Cell]]]:
-    """Return the rows of every sheet."""
     above: list[list[Cell]] = [[line] for line in _above(data)]
     front: list[list[Cell]] = [[line] for line in _front_lines(data)]
     front += [list(row) for row in _job_rows(data)]

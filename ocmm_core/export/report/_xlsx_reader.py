@@ -16,10 +16,7 @@ _MOST_BYTES = 200_000_000
 
 
 def read_workbook(content: bytes) -> dict[str, list[list[str | float | None]]]:
-    """Return the cells of every sheet of a workbook by name, row by row.
-
-    Raises ValueError if it holds a formula or a link, or is too large.
-    """
+    """Return the cells of every sheet; ValueError for formulas, links or too large books."""
     with zipfile.ZipFile(io.BytesIO(content)) as archive:
         parts = {info.filename: info for info in archive.infolist()}
         if sum(info.file_size for info in parts.values()) > _MOST_BYTES:

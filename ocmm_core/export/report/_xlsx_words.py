@@ -1,8 +1,4 @@
-"""Translation of a workbook: sheets, heads, verdicts, sentences.
-
-Names of people, parts, features and documents are not translated, only columns and lines with words
-of the program. The other formats are not translated: programs read them.
-"""
+"""Translation of a workbook: words of the program, not names; programs read the rest."""
 
 from __future__ import annotations
 

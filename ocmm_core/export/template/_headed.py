@@ -25,19 +25,8 @@ def use_head(settings: Settings, folder: Path) -> Path | None:
     Laboratory, logo, machine, place, signatures, language and unit are put into the template of the
     settings, or into the current one, and the result is stored for every route to a report
     (`keep_template`). Without such settings the current template is unchanged, and None is
-    returned.
-
-    Parameters
-    ----------
-    folder
-        For the template with its head and logo.
-
-    Raises
-    ------
-    InputError
-        The template or the logo cannot be used.
-    StorageError
-        It cannot be written.
+    returned. `folder`: for the template with its head and logo. InputError: the template or the
+    logo cannot be used. StorageError: it cannot be written.
     """
     path = _written_head(settings, folder / _FOLDER)
     if path is None:

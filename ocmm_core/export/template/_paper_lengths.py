@@ -1,7 +1,4 @@
-"""Lengths in reports: mm or inch, with the unit in every head.
-
-Machine-readable files (QIF, DCC, Q-DAS, JSON, PolyWorks tables) keep the unit of their format.
-"""
+"""Lengths in reports: mm or inch in every head; machine-readable files keep theirs."""
 
 from __future__ import annotations
 
@@ -25,7 +22,6 @@ class PaperLengths:
     """Format of lengths, and U, in a report."""
 
     unit: LengthUnit = "mm"
-    """Of all lengths of its tables and plots."""
 
     @property
     def word(self) -> str:
@@ -46,10 +42,7 @@ class PaperLengths:
         return f"{value:+z.{self.decimals}f}" if signed else f"{value:z.{self.decimals}f}"
 
     def quantity(self, value: float, unit: str, *, signed: bool = False) -> str:
-        """Return a value of a table whose head has the unit of lengths.
-
-        `value`: mm, or degrees if ``unit`` is ``deg``, with their sign.
-        """
+        """Return a value for tables with a unit in the head; `value`: mm, or degrees, with sign."""
         if unit == "deg":
             return f"{value:+z.4f}°" if signed else f"{value:z.4f}°"
         return self.number(value, signed=signed)

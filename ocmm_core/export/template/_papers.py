@@ -39,21 +39,12 @@ def station_template() -> Path:
 
 
 def template_in_use() -> Path:
-    """Return the default template of a report."""
     kept = station_template()
     return kept if kept.exists() else standard_template()
 
 
 def keep_template(path: Path) -> Path:
-    """Store a template with its logo for every report of this station; return its path.
-
-    Raises
-    ------
-    InputError
-        It cannot be used.
-    StorageError
-        It cannot be stored.
-    """
+    """Store a template with its logo for this station; InputError: unusable; StorageError."""
     paper, kept = load_paper(path), station_template()
     if path.resolve() == kept.resolve():
         return kept
@@ -98,14 +89,8 @@ def given_with(job: Path) -> Particulars:
 def keep_given(job: Path, given: Particulars) -> Path:
     """Store data next to the file of a job; return the path.
 
-    The number of a report is not stored, as it belongs to one report.
-
-    Raises
-    ------
-    InputError
-        A text is too long, or an ambient reading is invalid.
-    StorageError
-        It cannot be stored.
+    The number of a report is not stored, as it belongs to one report. InputError: a text is too
+    long, or an ambient reading is invalid. StorageError: it cannot be stored.
     """
     _require_short(given)
     path = _beside(job)
@@ -121,17 +106,8 @@ def keep_given(job: Path, given: Particulars) -> Path:
 def paper_of(job: Path, given: Particulars | None = None, template: Path | None = None) -> Paper:
     """Return the report sheet of a job.
 
-    Parameters
-    ----------
-    given
-        Overrides data stored with the job, field by field.
-    template
-        Default: that of this station, else the plain one.
-
-    Raises
-    ------
-    InputError
-        Template, or data stored with the job, cannot be used.
+    `given`: overrides data stored with the job, field by field. `template`: default: that of this
+    station, else the plain one. InputError: template, or data stored with the job, cannot be used.
     """
     kept = given_with(job)
     if given is not None:

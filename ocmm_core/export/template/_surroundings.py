@@ -1,7 +1,4 @@
-"""Sentences on ambient readings given with a report.
-
-Readings stored in the job itself have priority (`_paper_facts.environment`).
-"""
+"""Sentences on ambient readings given with a report; those in the job have priority."""
 
 from __future__ import annotations
 

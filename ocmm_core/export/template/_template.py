@@ -73,8 +73,6 @@ class MachinePart(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fiel
 
 
 class ReportTemplate(Document, frozen=True, kw_only=True):
-    """A template as stored."""
-
     name: str
     language: Literal["en", "de"] = "en"
     """Of the report. Machine-readable files (JSON, tables, QIF) are in English."""
@@ -105,8 +103,7 @@ class Particulars:
     order: str = ""
     drawing: str = ""
     revision: str = ""
-    """`order`, `drawing`, `revision`: Of the ordered part; ``order`` is used if the job has none.
-    """
+    """`order`, `drawing`, `revision`: of the order; ``order`` only if the job has none."""
     machine: str = ""
     """The machine that made the part, for statistics."""
     place: str = ""
@@ -116,12 +113,10 @@ class Particulars:
     room: str = ""
     humidity: str = ""
     pressure: str = ""
-    """`room`, `humidity`, `pressure`: Ambient air, °C, % and hPa: a number, a range, or a number
-    with its uncertainty (`surroundings`)."""
+    """`room`, `humidity`, `pressure`: °C, %, hPa: number, range, or with U (`surroundings`)."""
     deviations: tuple[str, ...] = ()
     """From the plan or the method, in sentences, in addition to those found in the job."""
     remarks: tuple[str, ...] = ()
-    """Other statements, in sentences."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -154,11 +149,8 @@ def standard_template() -> Path:
 def load_paper(path: Path | str, given: Particulars | None = None) -> Paper:
     """Return the template of the document at ``path`` with its logo.
 
-    Raises
-    ------
-    InputError
-        The document is malformed, omits a required section, repeats a section, is too long to be
-        printed, or its logo is no PNG or JPEG next to it.
+    InputError: the document is malformed, omits a required section, repeats a section, is too long
+    to be printed, or its logo is no PNG or JPEG next to it.
     """
     path = Path(path)
     try:

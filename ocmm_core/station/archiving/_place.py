@@ -1,7 +1,4 @@
-"""Archive and outbox of a station, by its settings.
-
-Measuring commands also read this part of the settings: it changes no number (decision 85).
-"""
+"""Archive and outbox of a station by its settings; changes no number (decision 85)."""
 
 from __future__ import annotations
 
@@ -24,19 +21,8 @@ def archive_place(
 ) -> ArchivePlace | None:
     """Return the places of archive and outbox; None if the archive is off.
 
-    Parameters
-    ----------
-    address
-        Overrides the settings.
-    settings
-        None: those of this user.
-    outbox
-        Folder of the outbox; None is that of this user.
-
-    Raises
-    ------
-    InputError
-        The address cannot be used.
+    `address` overrides `settings`; these and `outbox` (a folder) default to this user's.
+    InputError: the address cannot be used.
     """
     settings = settings or SettingsStore.of_this_user().load().settings
     chosen = (address if address is not None else settings.archive_address).strip()

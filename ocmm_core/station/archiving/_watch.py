@@ -1,8 +1,6 @@
-"""Thread that queues the job of a station in the outbox when it is finished or paused.
+"""Thread that queues a job of a station in the outbox when finished or paused.
 
-It waits for a pause in changes, so that a burst of steps is one version. It does not slow
-measuring:
-it reads the job file as any other program may.
+It waits for a pause, so that bursts become one version, and reads as others do.
 """
 
 from __future__ import annotations

@@ -45,7 +45,6 @@ class CoachView:
     """Display next to the readout."""
 
     ellipsoid: Ellipsoid | None = None
-    """Current uncertainty of the ball, or None."""
     hint: Hint | None = None
     """A turn that would improve it; None if not worthwhile."""
     remedy: str = ""

@@ -24,8 +24,7 @@ class StreamClient:
     address: str
     since_s: float
     moved_s: float
-    """`since_s`, `moved_s`: Connection time, and last time when it read something or had nothing to
-    read (monotonic)."""
+    """`since_s`, `moved_s`: connected; last read, or nothing to read (monotonic)."""
     transport: asyncio.Transport | None = None
     """None before the handshake."""
     heard: bytearray = field(default_factory=bytearray)

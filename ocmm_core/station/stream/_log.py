@@ -1,8 +1,7 @@
 """Numbered messages of the live stream, complete and in order, for late clients.
 
 The latest lines are in memory, older ones in an unnamed file that vanishes with the program, so
-that memory is bounded. If the file cannot be written, they stay in memory: a full disk costs
-memory, but no line.
+that memory is bounded. If that cannot be written, they stay in memory.
 """
 
 from __future__ import annotations
@@ -57,10 +56,7 @@ class StreamLog:
                 self._latest.popleft()
 
     def read(self, number: int) -> tuple[bytes, int]:
-        """Return lines from ``number`` on, at most `BLOCK`, and the number of the next one.
-
-        Raises OSError if the file of older lines cannot be read.
-        """
+        """Return lines from ``number`` on, at most `BLOCK`, and the next number; OSError."""
         with self._lock:
             if number > self._filed:
                 first = number - self._filed - 1

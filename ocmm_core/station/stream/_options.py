@@ -39,11 +39,7 @@ def check_stream(options: StreamOptions) -> None:
 
 
 def tls_context(options: StreamOptions) -> ssl.SSLContext | None:
-    """Return the TLS context; None for plain TCP.
-
-    Raises InputError if a file is missing, unreadable, does not fit the other, or the certificate
-    has expired.
-    """
+    """Return the TLS context, or None; InputError: missing, unreadable, mismatched or expired."""
     certificate, private_key = options.certificate, options.private_key
     if certificate is None and private_key is None:
         return None

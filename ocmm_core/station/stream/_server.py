@@ -55,15 +55,8 @@ _BACKLOG = 128
 class StreamServer:
     """Serve the stream of a station, job after job; a context manager, or `start` and `close`.
 
-    Parameters
-    ----------
-    failed
-        Receives unexpected errors that ended the stream or a client.
-
-    Raises
-    ------
-    InputError
-        The address is open to others without a strong token, or the certificate cannot be used.
+    `failed`: receives unexpected errors that ended the stream or a client. InputError: the address
+    is open to others without a strong token, or the certificate cannot be used.
     """
 
     def __init__(

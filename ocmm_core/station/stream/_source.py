@@ -12,8 +12,6 @@ from ocmm_core.storage import JobStep
 
 
 class StreamedEvents(Protocol):
-    """Signals of changes."""
-
     @property
     def changed(self) -> SignalInstance:
         """Emitted after every change of the job."""
@@ -36,17 +34,12 @@ class StreamedJob(Protocol):
         ...
 
     def steps_since(self, job: Path | None, after: int) -> tuple[Path, list[JobStep]]:
-        """Return the current job, and its steps after an audit row.
-
-        From the start if ``job`` is another one; empty only if there are no more.
-        """
+        """Return job and steps after an audit row, from 0 if another; empty only if no more."""
         ...
 
 
 class StreamedLooks(Protocol):
-    def live(self) -> LiveView:
-        """Return the live view."""
-        ...
+    def live(self) -> LiveView: ...
 
 
 class StreamedInstruments(Protocol):

@@ -1,7 +1,4 @@
-"""Verdict for the live stream, computed on its own thread as it takes up to some seconds.
-
-Asked for after a change; several changes become one evaluation, and the latest result is kept.
-"""
+"""Verdict for the live stream on its own thread (seconds); bursts become one evaluation."""
 
 from __future__ import annotations
 

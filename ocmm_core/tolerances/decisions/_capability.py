@@ -4,10 +4,9 @@ Individuals and moving ranges, as parts come one at a time. Sources: W. Shewhart
 of ISO 7870-2 for individuals (limits at 2.66 mean moving ranges), the four run rules of the Western
 Electric Statistical Quality Control Handbook (1956), the trend of L. Nelson, Journal of Quality
 Technology 16 (1984), the indices of ISO 22514-2, and the confidence interval of Cpk of A. Bissell,
-Applied Statistics 39 (1990), with the degrees of freedom of moving ranges.
-
-The scatter of the values includes that of the measurement, so a capability is never overestimated.
-The share of the measurement is reported with it.
+Applied Statistics 39 (1990), with the degrees of freedom of moving ranges. The scatter of the
+values includes that of the measurement, so a capability is never overestimated. The share of the
+measurement is reported with it.
 """
 
 from __future__ import annotations
@@ -34,9 +33,7 @@ RUN = 8
 """Values in a row on one side of the centre line, improbable by chance."""
 
 EFFICIENCY_OF_RANGES = 0.605
-"""Degrees of freedom of a standard deviation from moving ranges, relative to those of the usual
-one.
-"""
+"""Degrees of freedom of a standard deviation from moving ranges, relative to the usual one."""
 
 NORMAL_975 = 1.959964
 """97.5 % point of the normal distribution."""
@@ -91,9 +88,7 @@ class ProcessCapability:
     mean: float
     sigma_within: float
     sigma_overall: float
-    """`mean`, `sigma_within`, `sigma_overall`: Their mean; standard deviation from moving ranges;
-    and over all.
-    """
+    """`mean`, `sigma_within`, `sigma_overall`: mean; s from moving ranges; s over all values."""
     cp: float | None
     cpk: float
     """`cp`, `cpk`: From ``sigma_within``; ``cp`` is None for one-sided limits."""
@@ -122,10 +117,7 @@ class ProcessCapability:
 
 
 def control_chart(values: Float) -> ControlChart:
-    """Return the control chart of ``values`` (n,) in order of production.
-
-    Raises InputError for too few values, or a non-finite one.
-    """
+    """Return the chart of ``values`` (n,) in order; InputError if too few or not finite."""
     values = _checked(values)
     centre = float(values.mean())
     half = 3.0 * _sigma_within(values)

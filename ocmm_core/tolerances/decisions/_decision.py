@@ -164,10 +164,7 @@ def tolerance_ratio(lower: float, upper: float, expanded_uncertainty: float) -> 
 def make_result(
     characteristic: Characteristic, evaluation: Evaluation, spreads: Spreads, rule: Rule
 ) -> CharacteristicResult:
-    """Return the result of a measured characteristic, with U (95 %) and verdict.
-
-    Raises MeasuringError as `decide`.
-    """
+    """Return the result of a characteristic with U (95 %) and verdict; errors as `decide`."""
     value, bonus = evaluation.value, evaluation.bonus
     lower, upper = characteristic.lower, characteristic.upper
     uncertainty = expanded(spreads.of_value, value)
@@ -234,10 +231,7 @@ def provisional(result: CharacteristicResult, why: str) -> CharacteristicResult:
 
 
 def not_proven(result: CharacteristicResult, why: str) -> CharacteristicResult:
-    """Return a result whose value proves nothing, with the reason.
-
-    Unmeasured and provisional results are unchanged.
-    """
+    """Return a result as NOT PROVEN, with the reason; unmeasured or provisional ones unchanged."""
     if result.verdict in (Verdict.NOT_MEASURED, Verdict.PROVISIONAL):
         return result
     return replace(

@@ -23,8 +23,6 @@ _STEPS = (1.0, 2.0, 3.0, 5.0)
 
 
 class DeviationClass(Enum):
-    """Class of a whisker."""
-
     MORE = "too much material"
     WITHIN = "within, accepted"
     WITHIN_ONLY = "within, not accepted"
@@ -59,9 +57,7 @@ class DeviationPicture:
     factor: float
     """Magnification of the drawing."""
     limit: float | None
-    """mm: half the tolerance, if common to all; else None, and the scale ends at the limits of
-    each.
-    """
+    """mm: half the tolerance, if common to all; None: the scale ends at the limits of each."""
 
     def count(self, kind: DeviationClass) -> int:
         return sum(whisker.kind is kind for whisker in self.whiskers)

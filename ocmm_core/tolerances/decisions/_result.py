@@ -54,14 +54,11 @@ class CharacteristicResult:
     tur: float | None = None
     """Tolerance divided by twice U; None without a value or a tolerance."""
     leaning: Literal["", "in", "out"] = ""
-    """Side of the limit of an unproven value: ``"in"`` (a conditional pass in the words of
-    ILAC-G8), ``"out"`` (a conditional fail), or empty.
-    """
+    """Side of the limit: ``"in"`` (ILAC-G8 conditional pass), ``"out"`` (fail) or ""."""
     interval: tuple[float, float] | None = None
     """95 % interval of the true value; None together with ``measured``."""
     association: str = ""
     frame: str = ""
-    """Name of the frame of the value, or empty."""
     floor: float | None = None
     """Value of a perfect form due to noise alone; None if not applicable."""
     bonus: float = 0.0
@@ -72,11 +69,7 @@ class CharacteristicResult:
 
     @property
     def stated(self) -> tuple[float, float, float] | None:
-        """Return reportable value, deviation and U.
-
-        None without a measurement, and for a provisional value, which may be shown as such on
-        screen but not in reports or statistics.
-        """
+        """Return value, deviation, U for reports; None if not measured, or provisional."""
         if (
             self.verdict in (Verdict.NOT_MEASURED, Verdict.PROVISIONAL)
             or self.measured is None

@@ -1,7 +1,6 @@
 """Combined verdicts of several characteristics, for a feature and for the part.
 
-Verdicts are combined only here. Screens, sounds, reports, exports and the live stream use these
-results; the worst characteristic leads.
+Verdicts are combined only here, for all outputs; the worst characteristic leads.
 """
 
 from __future__ import annotations
@@ -57,8 +56,7 @@ NO_VERDICT = VerdictSummary(None, "", ())
 def summarise(results: Sequence[CharacteristicResult], feature: str = "") -> VerdictSummary:
     """Return the verdict on characteristics in the order of the plan, and the deciding one.
 
-    Among equally bad ones the first with a value that depends on ``feature`` alone decides, then
-    the first with a value, then the first.
+    Among equally bad ones, the first with a value by ``feature`` alone, with a value, or at all.
     """
     if not results:
         return NO_VERDICT
@@ -130,10 +128,7 @@ class RequirementCount:
 
 @dataclass(frozen=True, slots=True)
 class PartVerdict:
-    """The verdict on the whole part.
-
-    Texts show `headline`, never the word alone: it names the requirements that the plan lacks.
-    """
+    """Verdict on the part. Show `headline`, never the word alone: it names missing requirements."""
 
     word: PartWord
     """For decisions of the program and for columns with a fixed set of words."""
@@ -160,10 +155,7 @@ class PartVerdict:
 
     @property
     def headline(self) -> str:
-        """Return the word, with the count of requirements if the plan lacks some.
-
-        For example ``PART CONFORMS: 18 of 52 requirements of the model are in this plan``.
-        """
+        """Return the word; of incomplete plans with counts (``PART CONFORMS: 18 of 52 ...``)."""
         count = self.requirement_words if self.is_partial else ""
         return f"{self.word.value}: {count}" if count else self.word.value
 
@@ -189,10 +181,7 @@ class PartVerdict:
 
     @property
     def shown_as(self) -> Verdict | None:
-        """Return the verdict with colour, sign and sound of the part.
-
-        A part is not shown as good by a plan that has none of the requirements of its sources.
-        """
+        """Return verdict, colour, sign and sound; a plan without requirements is never good."""
         count = self.requirements
         has_none = count is not None and self.is_partial and not count.present
         return Verdict.NOT_PROVEN if has_none and self.word is PartWord.CONFORMS else self.verdict
@@ -224,10 +213,8 @@ def judge_part(
     """Return the verdict on a part from all characteristics, in the order of the plan.
 
     A part with a NOT CONFORM characteristic does not conform, even if incomplete. It conforms only
-    if every feature is complete and all characteristics CONFORM.
-
-    ``requirements`` is how many requirements of its sources the plan contains; it does not change
-    the word.
+    if every feature is complete and all characteristics CONFORM. ``requirements`` is how many
+    requirements of its sources the plan contains; it does not change the word.
     """
     summary = summarise(results)
     named = {

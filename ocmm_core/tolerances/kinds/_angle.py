@@ -84,10 +84,7 @@ def angle(
     alignment: AnyAlignment | None,
     frames: Frames,
 ) -> Evaluation:
-    """Return the apex angle of a cone, or the angle of two elements, deg.
-
-    Raises FitError as `angle_of_axes`.
-    """
+    """Return the apex angle of a cone, or of two elements, deg; FitError as `angle_of_axes`."""
     geometries = {name: feature.fit.geometry for name, feature in actual.items()}
     shapes = {name: feature.fit.shape for name, feature in actual.items()}
     if len(characteristic.features) == 1:
@@ -143,12 +140,7 @@ def angle_rule(
 
     Between two faces it is the angle in the material, else the acute one, and in either case the
     supplement if that is clearly meant by the nominal. Near a right angle, where both are alike,
-    the directions of the plan decide.
-
-    Raises
-    ------
-    FitError
-        The part frame is needed, and its features do not determine it.
+    the directions of the plan decide. FitError: the part frame is needed and undetermined.
     """
     names = characteristic.features
     flat = [shapes[name] is Shape.PLANE for name in names]
@@ -176,14 +168,9 @@ def angle_rule(
 def angle_of_axes(
     characteristic: Characteristic, actual: Mapping[str, ActualFeature], rule: AngleRule
 ) -> Evaluation | None:
-    """Return the evaluation of a nominally zero angle; None for other angles.
+    """Return the evaluation of a nominally zero angle, the length of a vector; else None.
 
-    It is the length of a vector: deviation of one direction from the other, in two directions.
-
-    Raises
-    ------
-    FitError
-        The angle has no side at this value, or its side is undetermined.
+    Deviation of directions in two directions. FitError: no side at this value, or undetermined.
     """
     first, second = (actual[name] for name in characteristic.features)
     one = rule.senses[0] * first.fit.direction

@@ -27,8 +27,7 @@ def characteristic_fault(
 ) -> Fault | None:
     """Return field and fault of an impossible characteristic, else None.
 
-    ``shapes`` are those of all features, probed and constructed; ``nominals`` are geometry vectors
-    (12,), part frame; ``probed`` are names.
+    ``shapes``: of all features; ``nominals``: (12,), part frame; ``probed``: names.
     """
     spec = KINDS.get(item.kind)
     if spec is None:

@@ -41,13 +41,7 @@ def distance(
     alignment: AnyAlignment | None,
     frames: Frames,
 ) -> Evaluation:
-    """Return the distance of two features, or the difference of their places on an axis.
-
-    Raises
-    ------
-    FitError
-        They coincide, there is no part frame, or two faces are not opposite.
-    """
+    """Return the distance, also along an axis; FitError: coincident, no frame, not opposite."""
     first, second = (actual[name] for name in characteristic.features)
     if characteristic.association:
         return distance_of_faces(characteristic, first, second)
@@ -76,10 +70,7 @@ def coordinate(
     alignment: AnyAlignment | None,
     frames: Frames,
 ) -> Evaluation:
-    """Return the coordinate of a feature's point in the part frame.
-
-    Raises FitError without a part frame.
-    """
+    """Return a coordinate of a feature's point; FitError without a part frame."""
     frame = frames.aligned(characteristic.name)
     place, slope = _along(characteristic, actual[characteristic.features[0]], frame)
     return Evaluation(place, slope, frame=frame.words)
@@ -101,10 +92,7 @@ def distance_of_geometry(
     shapes: Mapping[str, Shape],
     alignment: AnyAlignment | None,
 ) -> float:
-    """Return the distance of two elements, mm.
-
-    Raises FitError for a distance along an axis without a part frame.
-    """
+    """Return the distance of two elements, mm; along an axis FitError without a part frame."""
     one, other = characteristic.features
     if not characteristic.axis:
         return _distance(geometries[one], shapes[one], geometries[other], shapes[other])
@@ -119,10 +107,7 @@ def coordinate_of_geometry(
     shapes: Mapping[str, Shape],
     alignment: AnyAlignment | None,
 ) -> float:
-    """Return a coordinate of an element's point, mm, part frame.
-
-    Raises FitError without a part frame.
-    """
+    """Return a coordinate of an element's point, mm, part frame; FitError without one."""
     return _place(characteristic, characteristic.features[0], geometries, alignment)
 
 
@@ -144,8 +129,7 @@ def _distance(first: Float, shape: Shape, second: Float, other: Shape) -> float:
 
     From a plane along its normal to the point of the other; between two planes along the second
     one's normal at the first one's centroid; from an axis square to it; between two axes at the
-    first one's point if nearly parallel, else along their common perpendicular; else between the
-    centres.
+    first one's point if nearly parallel, else by the common perpendicular; else by centres.
     """
     arm = first[POINT] - second[POINT]
     if other is Shape.PLANE:

@@ -23,10 +23,7 @@ def drawn_value(
     shapes: Mapping[str, Shape],
     alignment: AnyAlignment | None,
 ) -> float | None:
-    """Return the value on a part as drawn, mm or deg; None if the nominals do not determine it.
-
-    A zone at the nominal place of its own feature has the value zero.
-    """
+    """Return the value as drawn, mm or deg (zero at its own nominal); None if undetermined."""
     spec = spec_of(item.kind)
     names = (*item.features, *item.datums)
     if any(name not in nominals for name in names):

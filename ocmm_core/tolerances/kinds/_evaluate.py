@@ -147,20 +147,10 @@ def geometry_value(
 ) -> float:
     """Return a size, distance or coordinate, mm, or an angle, deg.
 
-    Parameters
-    ----------
-    geometries
-        Geometry vectors (12,) by name (`features.shapes.element`), in one frame.
-    alignment
-        Rule of the part frame; needed for values along an axis, possibly for angles near a right
-        one.
-
-    Raises
-    ------
-    FitError
-        There is no part frame, or the kind needs points rather than geometry.
-    KeyError
-        A feature of the characteristic is missing.
+    `geometries`: geometry vectors (12,) by name (`features.shapes.element`), in one frame.
+    `alignment`: rule of the part frame; needed for values along an axis, possibly for angles near a
+    right one. FitError: there is no part frame, or the kind needs points rather than geometry.
+    KeyError: a feature of the characteristic is missing.
     """
     value = spec_of(characteristic.kind).geometry
     if value is None:

@@ -1,8 +1,7 @@
 """Straightness, flatness, roundness, cylindricity and form (ISO 1101, 17.2 to 17.6).
 
-Ball centres are on a surface parallel to that of the part, so a zone of theirs is one of the part.
-The default is the minimum zone; least squares if specified in the plan. Includes straightness of an
-axis and of a probed edge.
+Zones of ball centres are parallel to those of the part. Minimum zone; least squares if the plan
+says so. Includes straightness of an axis and of a probed edge.
 """
 
 from __future__ import annotations
@@ -108,12 +107,7 @@ def form(
     """Return the width of the zone of a feature's form.
 
     Straightness of an axis is that of the centres of its sections; roundness of a cylinder that of
-    its worst section.
-
-    Raises
-    ------
-    FitError
-        Only the minimum number of points, no sections, or no zone was found.
+    its worst section. FitError: the minimum number of points, no sections, or no zone.
     """
     feature = actual[characteristic.features[0]]
     shape = feature.fit.shape

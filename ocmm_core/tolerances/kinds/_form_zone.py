@@ -1,8 +1,4 @@
-"""Form within a zone: its width, and its gradient by every point.
-
-Contact points of the minimum zone with balanced weights give the derivative by the envelope
-theorem.
-"""
+"""Width of a form zone; balanced contact points give its gradient (envelope theorem)."""
 
 from __future__ import annotations
 

@@ -1,7 +1,4 @@
-"""Position and coaxiality (ISO 1101, 17.12 and 17.13), with the bonus of ISO 2692.
-
-The bonus increases the tolerance of a position by a material modifier (ISO 2692).
-"""
+"""Position and coaxiality (ISO 1101, 17.12 and 17.13), with the bonus of ISO 2692."""
 
 from __future__ import annotations
 
@@ -102,13 +99,7 @@ def position(
     alignment: AnyAlignment | None,
     frames: Frames,
 ) -> Evaluation:
-    """Return the diameter or width of the smallest zone about the true place.
-
-    Raises
-    ------
-    FitError
-        A datum does not hold, or there is neither a datum nor a part frame.
-    """
+    """Return the smallest zone about the true place; FitError without datum or part frame."""
     name = characteristic.features[0]
     feature = actual[name]
     frame = (
@@ -149,8 +140,7 @@ def coaxiality(
 ) -> Evaluation:
     """Return twice the greatest distance of a centre or axis from the datum's.
 
-    Between two balls the distance is in space; for a circle or ball it is measured across the axis
-    of the datum, or across its own if the datum is a ball.
+    In space between balls; else across the axis of the datum, or across its own to a ball.
     """
     feature, datum = actual[characteristic.features[0]], actual[characteristic.datums[0]]
     axis, slope = datum.fit.direction, datum.jacobian[3:6]

@@ -57,13 +57,8 @@ def orientation(
 
     The true direction is that of the plan in the frame of the datums, made exactly parallel or
     square to the primary datum if the kind implies it. A face must have all points between two
-    planes; for an axis both ends of its toleranced length count.
-
-    Raises
-    ------
-    FitError
-        The plan's directions contradict the kind, a feature has no points of its own, or the datums
-        do not hold.
+    planes; for an axis both ends of its toleranced length count. FitError: the plan's directions
+    contradict the kind, a feature has no points of its own, or the datums do not hold.
     """
     name = characteristic.features[0]
     feature, datum = actual[name], actual[characteristic.datums[0]]
@@ -85,8 +80,7 @@ def orientation(
 def meant_direction(kind: str, own: Float, base: Float, *, alike: bool) -> Float | None:
     """Return the intended direction (3,), unit, of a feature, or None if not intended.
 
-    ``own`` and ``base`` are the nominal directions of feature and primary datum; ``alike`` if both
-    are planes, or both are axes: parallel elements have parallel directions.
+    ``own``, ``base``: nominals of feature and datum; ``alike``: both planes or both axes.
     """
     if kind == "angularity":
         return own

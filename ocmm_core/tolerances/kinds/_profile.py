@@ -37,12 +37,8 @@ def profile(
     """Return twice the greatest distance of surface points from the nominal surface.
 
     The pose follows from the datums; degrees of freedom that they leave minimise the greatest
-    distance. All dimensions are nominal. Several features are one surface.
-
-    Raises
-    ------
-    FitError
-        A feature has no points of its own, or the datums do not hold.
+    distance. All dimensions are nominal. Several features are one surface. FitError: a feature has
+    no points of its own, or the datums do not hold.
     """
     if characteristic.faces:
         return _against_model(characteristic, actual, frames)

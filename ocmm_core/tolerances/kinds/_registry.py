@@ -22,10 +22,7 @@ from ocmm_core.tolerances.kinds._spec import KindSpec, Symbol
 
 
 def registered(entries: Iterable[KindSpec]) -> Mapping[str, KindSpec]:
-    """Return entries by name, in order; raise InternalError for an inconsistency.
-
-    Inconsistent are duplicate names, and an entry that refers to a missing kind.
-    """
+    """Return entries by name, in order; InternalError for duplicate names, or a missing kind."""
     found: dict[str, KindSpec] = {}
     for entry in entries:
         if entry.name in found:
@@ -73,10 +70,7 @@ def spec_of(kind: str) -> KindSpec:
 
 
 def spec_for(kind: str, shape: Shape | None) -> KindSpec:
-    """Return the entry that a kind is equivalent to for a first feature's shape.
-
-    ``shape`` is None if unknown. Raises InputError for an unknown kind.
-    """
+    """Return the equivalent entry for a first shape (None: unknown); InputError: unknown kind."""
     entry = spec_of(kind)
     if shape is None or shape not in entry.stands_for:
         return entry

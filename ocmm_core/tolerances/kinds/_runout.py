@@ -37,11 +37,7 @@ def runout(
 
     Radially for round surfaces, square to the surface for a cone, axially for a face. Circular
     run-out is that of the worst section; sections are found from the positions of the points.
-
-    Raises
-    ------
-    FitError
-        The feature has no points of its own, or they do not lie in sections.
+    FitError: the feature has no points of its own, or they do not lie in sections.
     """
     feature, datum = actual[characteristic.features[0]], actual[characteristic.datums[0]]
     surface = surface_points(feature)

@@ -88,10 +88,7 @@ def size(
     alignment: AnyAlignment | None,
     frames: Frames,
 ) -> Evaluation:
-    """Return the size of a feature, by its own association or that of the plan.
-
-    Raises FitError as `associated_size`.
-    """
+    """Return the size by the feature's or the plan's association; FitError as `associated_size`."""
     feature = actual[characteristic.features[0]]
     own = own_association(feature)
     if characteristic.association not in ("", own):
@@ -128,15 +125,7 @@ def _gauge_diameter(cone: Float, plane: Float, at: float) -> float:
 
 
 def associated_size(characteristic: Characteristic, feature: ActualFeature) -> Evaluation:
-    """Return the size of one feature by the plan's association.
-
-    Diameter or radius of circle, sphere and cylinder; length or width of slot and rectangle.
-
-    Raises
-    ------
-    FitError
-        The feature is constructed, no such element was found, or no two points are opposite.
-    """
+    """Return a size by the plan's association; FitError: constructed, no element, none opposite."""
     association = characteristic.association
     if characteristic.kind in ("length", "width"):
         lengthwise = characteristic.kind == "length"
@@ -152,10 +141,7 @@ def associated_size(characteristic: Characteristic, feature: ActualFeature) -> E
 def distance_of_faces(
     characteristic: Characteristic, first: ActualFeature, second: ActualFeature
 ) -> Evaluation:
-    """Return the two-point size between two opposite faces.
-
-    Raises FitError as `zones.between_faces`.
-    """
+    """Return the two-point size of two opposite faces; FitError as `zones.between_faces`."""
     association = characteristic.association
     return _of_rank(*between_faces(first, second, association), association)
 

@@ -120,11 +120,9 @@ class KindSpec:
     one_sided: bool
     """The value is the width of a zone: nonnegative, with an upper limit only."""
     evaluate: Evaluate
-    """Computes value and gradient."""
     geometry: OfGeometry | None
     """The value from geometry alone; None if it needs points or the datum frame."""
     monte_carlo: MonteCarlo
-    """Fast simulation method."""
     qif: QifWords
     symbol: Symbol | None
     """On drawings; None if written as a word."""
@@ -144,7 +142,6 @@ class KindSpec:
     (each None if unknown) and those of the datums; None if the kind has a single zone or none.
     """
     association_fault: Check = no_association
-    """Fault of a given association."""
     checks: tuple[Check, ...] = ()
     """Further checks, after those common to all kinds."""
     in_part: Callable[[Characteristic], bool] = never

@@ -42,12 +42,8 @@ def symmetry(
 
     Median points of two faces are halfway between a point of either face and the other one, across
     the datum plane; those of a slot are the ends and the middle of its middle line. About a datum
-    axis the middle plane contains the axis and is turned as the slot.
-
-    Raises
-    ------
-    FitError
-        A face has no points of its own, or the faces are not opposite to each other.
+    axis the middle plane contains the axis and is turned as the slot. FitError: a face has no
+    points of its own, or the faces are not opposite to each other.
     """
     datum = actual[characteristic.datums[0]]
     if len(characteristic.features) == 1:

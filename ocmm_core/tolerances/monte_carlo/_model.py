@@ -58,8 +58,7 @@ class Refit:
     centroid: Float
     base: Float
     size: float
-    """`centroid`, `base`, `size`: Its ball centres: centroid (3,), about it (n, 3), and scale, mm.
-    """
+    """`centroid`, `base`, `size`: ball centres: centroid (3,), about it (n, 3), and scale, mm."""
     places: Int
     """(n,): of its points among all."""
     start: Float
@@ -110,11 +109,7 @@ class Refit:
 
 
 def refits_of(actual: Mapping[str, ActualFeature]) -> tuple[Refit, ...]:
-    """Return the features that can be refitted quickly, planes first.
-
-    Those are probed least-squares elements of the shapes with a compiled fit, circles by plane
-    first.
-    """
+    """Return quick features, planes, then circles by plane first: probed least-squares elements."""
     found = []
     for name, feature in actual.items():
         shape, touches, raw = feature.fit.shape, feature.touches, feature.raw

@@ -4,10 +4,9 @@ All inputs are perturbed by their joint uncertainty and the whole evaluation is 
 nonlinearity (`_trials`); trials are added in batches until twice the standard errors of the mean,
 of the standard uncertainty and of both ends of the interval are below the numerical tolerance
 (7.9). Then the interval of linear propagation, y ± U, is compared with the simulated one (8.1),
-both for the probability 95.45 %, that of k = 2.
-
-The form of surfaces is drawn with the variance of the residuals; the uncertainty of this variance
-only widens the U of a result, and is excluded from both intervals here.
+both for the probability 95.45 %, that of k = 2. The form of surfaces is drawn with the variance of
+the residuals; the uncertainty of this variance only widens the U of a result, and is excluded from
+both intervals here.
 """
 
 from __future__ import annotations
@@ -39,8 +38,6 @@ _QUICK_A_TASK, _SLOW_A_TASK = 10, 2
 
 @dataclass(frozen=True, slots=True)
 class Batch:
-    """One batch."""
-
     draws: Draws
     """(m, k): deviations of the values from the measured ones; NaN for a failed fit."""
     figures: Float
@@ -139,8 +136,6 @@ _FEWEST_BATCHES = 10
 
 @dataclass(frozen=True, slots=True)
 class MonteCarloOptions:
-    """How long and how finely."""
-
     max_trials: int = 1_000_000
     """For fast values; memory grows with it, 4 bytes a trial and value."""
     max_slow_trials: int = 2_000
@@ -168,18 +163,14 @@ class MonteCarloValue:
     """Number with a value."""
     mean: float
     sigma: float
-    """`mean`, `sigma`: Over the trials."""
     symmetric: tuple[float, float]
     shortest: tuple[float, float]
-    """`symmetric`, `shortest`: Intervals of 95.45 % of them: probabilistically symmetric, and
-    shortest.
-    """
+    """`symmetric`, `shortest`: intervals of 95.45 %, probabilistically symmetric, and shortest."""
     tolerance: float
     """Numerical tolerance of sigma."""
     off_low: float
     off_high: float
-    """`off_low`, `off_high`: Distance of the ends of value ± 2 standard from those of
-    ``symmetric``."""
+    """`off_low`, `off_high`: ends of value ± 2 standard less those of ``symmetric``."""
     settled: bool
 
     @property

@@ -36,12 +36,7 @@ def simulate_elsewhere(
 ) -> MonteCarloReport:
     """Simulate in another process and wait for it; see `monte_carlo.simulate`.
 
-    ``given_up`` is polled twenty times a second; the process is then ended within two seconds.
-
-    Raises
-    ------
-    OcmmError
-        It failed, was cancelled, or the process died.
+    ``given_up`` is polled 20 times a second and obeyed in two. OcmmError: failed, cancelled, died.
     """
     # The child reads this before it imports numpy; its threads each have their own batches.
     use_one_thread()

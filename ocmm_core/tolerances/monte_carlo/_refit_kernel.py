@@ -135,32 +135,13 @@ def refit(
 ) -> int:  # fmt: skip
     """Fit the element of ``kind`` through the points of every trial.
 
-    Parameters
-    ----------
-    kind
-        Of `newton_kernel`, or one of the kinds here.
-    base
-        (n, 3): measured points about their centroid, mm.
-    size
-        mm: scale of the points.
-    places
-        (n,): indices of the points among all.
-    deviations
-        (m, >= 3 N), mm: of all points in every trial.
-    start
-        (8,): element of the measured points, about their centroid, in sizes; for lines and planes
-        the direction is at the axis entries.
-    normals
-        (m, 3): of the plane of a projected circle; otherwise unused.
-    geometry
-        (m, 12), out: as `shapes.element`, mm, about the centroid of the measured points.
-    ranges
-        (m,), out: greatest less smallest residual, mm.
-
-    Returns
-    -------
-    int
-        Trials without a fit; they are NaN.
+    `kind`: of `newton_kernel`, or one of the kinds here. `base`: (n, 3): measured points about
+    their centroid, mm. `size`: mm: scale of the points. `places`: (n,): indices of the points among
+    all. `deviations`: (m, >= 3 N), mm: of all points in every trial. `start`: (8,): element of the
+    measured points, about their centroid, in sizes; for lines and planes the direction is at the
+    axis entries. `normals`: (m, 3): of the plane of a projected circle; otherwise unused.
+    `geometry`: (m, 12), out: as `shapes.element`, mm, about the centroid of the measured points.
+    `ranges`: (m,), out: greatest less smallest residual, mm. Returns trials without a fit (NaN).
     """
     n = len(base)
     flat = kind in (DISC, PROJECTED_KIND)

@@ -39,8 +39,7 @@ from ocmm_core.tolerances.zones import Characteristic, Evaluation
 _CENTRED = (Shape.POINT, Shape.CIRCLE, Shape.SPHERE)
 _STEP = 1e-5
 _FAR = 30.0
-"""Least distance of a distance or angle from its fold, in standard uncertainties, for second order.
-"""
+"""Least distance of a distance or angle from its fold, in standard uncertainties."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -94,7 +93,6 @@ class QuickModel:
 
     refits: tuple[Refit, ...]
     values: Mapping[str, SecondOrder | Vector | Range]
-    """By name of the characteristic."""
 
     def trials(self, deviations: Float) -> tuple[Float, int]:
         """Return the values (m, k) of trials with ``deviations`` (m, 3 N + 1), and failed fits."""

@@ -25,8 +25,6 @@ _NOTHING = 1e-12
 
 @dataclass(frozen=True, slots=True)
 class BudgetRow:
-    """One source."""
-
     name: str
     standard: float
     """Its standard uncertainty contribution, in the unit of the value."""
@@ -47,7 +45,6 @@ class Budget:
     characteristic: str
     value: float
     unit: str
-    """`value`, `unit`: As measured."""
     rows: tuple[BudgetRow, ...]
     """Greatest first; the sum of their squares is the square of ``standard``."""
     standard: float
@@ -66,13 +63,7 @@ def budget_of(
     factors: PointFactors,
     samples: Sequence[FormSample],
 ) -> Budget:
-    """Return the budget of a value from all ``parts`` of the joint uncertainty.
-
-    Raises
-    ------
-    MeasuringError
-        Its elements are too poorly determined for an uncertainty.
-    """
+    """Return the budget of a value from all ``parts``; MeasuringError if poorly determined."""
     spreads = spreads_of(characteristic, evaluation, actual, factors, samples)
     if not math.isfinite(spreads.growth):
         raise MeasuringError("uncertainty.curved", NOT_DETERMINED, WHAT_TO_DO)

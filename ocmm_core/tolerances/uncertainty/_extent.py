@@ -38,13 +38,9 @@ class Extent:
     covariance: Float
     """(n, n) of their errors."""
     free: Float | None = None
-    """(n, k): derivatives of the deviations by the parameters that minimise the zone; None if not
-    minimised.
-    """
+    """(n, k): derivatives of the deviations by the parameters minimised; None if none."""
     about_nominal: bool = False
-    """The range is twice the greatest deviation from a fixed nominal surface: then scaling all
-    deviations gives a part with less form.
-    """
+    """Twice the greatest deviation from a fixed nominal surface: scaling all reduces the form."""
     seed: int = 1
     """For the noise of a supposed part."""
     _noise: list[Float] = field(default_factory=list, repr=False, compare=False)
@@ -87,8 +83,6 @@ class Extent:
     def least(self, probability: float) -> float:
         """Return the lower confidence bound of the true value.
 
-        Notes
-        -----
         `beyond` supposes the worst part: every place measured beyond the limit truly lies at it.
         Noise lifts the maximum of n values at one limit by about sigma sqrt(2 ln n), so this bound
         is lower than necessary: U of profiles in a frame had a coverage of 97.8 % instead of 95.4,
@@ -127,7 +121,6 @@ class Rank:
     """(m, m) of their errors."""
     greatest: bool
     seed: int = 1
-    """For the noise of a supposed part."""
     _noise: list[Float] = field(default_factory=list, repr=False, compare=False)
 
     @property

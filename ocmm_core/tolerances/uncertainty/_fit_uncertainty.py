@@ -53,9 +53,7 @@ class Stated:
     standard: float
     """Standard uncertainty u; of a direction the greatest, rad."""
     expanded: float | None
-    """U, with a coverage of 95.45 %; of a direction the angle of the cone about it. None if first
-    order is not valid, or the fit has a rival.
-    """
+    """U (95.45 %), of a direction its cone; None if first order is invalid or it has a rival."""
     degrees: float
     """Effective degrees of freedom."""
     growth: float = 1.0
@@ -89,16 +87,11 @@ class FitUncertainty:
     radius: Stated | None
     second: Stated | None
     half_angle: Stated | None
-    """`radius`, `second`, `half_angle`: As in the geometry of the fit, mm and rad; None if the
-    shape has none.
-    """
+    """`radius`, `second`, `half_angle`: as in the fit, mm and rad; None if the shape has none."""
 
 
 def fit_uncertainty(fit: Fit, points: Points3) -> FitUncertainty | None:
-    """Return the uncertainty of a least-squares fit from its points (n, 3), mm.
-
-    None without scatter: for other criteria, and for the minimum number of points.
-    """
+    """Return the uncertainty of a least-squares fit of points (n, 3), mm; None without scatter."""
     samples = scatter_samples(fit, points)
     if not samples:
         return None
@@ -182,11 +175,7 @@ def _reach(variances: Float, degrees: float) -> float:
 
 
 def scatter_samples(fit: Fit, points: Points3) -> tuple[FormSample, ...]:
-    """Return the scatter samples of a fit; empty without residuals.
-
-    An outline has two scatters, within its plane and out of it, with different causes: form of the
-    outline, and probing heights.
-    """
+    """Return the scatter samples of a fit; of an outline two: in its plane, and across it."""
     if fit.criterion is not Criterion.LEAST_SQUARES:
         return ()
     n = len(points)

@@ -1,8 +1,4 @@
-"""Noise floor of form results: the expected value without any deviation.
-
-A range of deviations is never zero, even for a perfect part. The floor is printed with the result
-and never subtracted.
-"""
+"""Noise floor of form results: value of a perfect part; printed, never subtracted."""
 
 from __future__ import annotations
 
@@ -25,11 +21,7 @@ _JITTER = 1e-9
 
 
 def noise_floor(noise: FormNoise, errors: Float, seed: int = SEED) -> float:
-    """Return the average value, mm, of a perfect part due to the noise of the points.
-
-    A minimised zone is also minimised for the noise; ``errors`` (m, m), mm^2, is the covariance of
-    the deviations.
-    """
+    """Return the mean value, mm, of a perfect part by noise; ``errors``: (m, m), mm^2."""
     rows = len(errors) // 2 if noise.mirrored else len(errors)
     errors = errors[:rows, :rows]
     variances = np.maximum(np.diagonal(errors), 0.0)
@@ -47,10 +39,7 @@ def noise_floor(noise: FormNoise, errors: Float, seed: int = SEED) -> float:
 
 
 def least_greatest(deviations: Float, free: Float) -> Float:
-    """Return the minimised greatest amount (b,) of each row of deviations over ``free``.
-
-    Accurate to a percent or two, sufficient for a mean over noise; see `bounds_of_least`.
-    """
+    """Return the minimised greatest amount (b,) of rows over ``free``, to two percent."""
     lower, upper = bounds_of_least(deviations, free, _STEPS)
     middle: Float = 0.5 * (upper + np.minimum(lower, upper))
     return middle
@@ -59,19 +48,10 @@ def least_greatest(deviations: Float, free: Float) -> Float:
 def bounds_of_least(deviations: Float, free: Float, steps: int) -> tuple[Float, Float]:
     """Return lower and upper bounds of the minimised greatest amount of each row, (b,).
 
-    Parameters
-    ----------
-    deviations
-        (b, n).
-    free
-        (n, k): any combination of the columns may be subtracted from each row.
-    steps
-        More steps give tighter bounds.
-
-    Notes
-    -----
-    Lawson's weights (C. Lawson, thesis, UCLA 1961): weighted least squares whose weights grow with
-    the residuals. The weighted mean square is a lower bound, the greatest residual an upper one.
+    `deviations`: (b, n). `free`: (n, k): any combination of the columns may be subtracted from each
+    row. `steps`: more steps give tighter bounds. Lawson's weights (C. Lawson, thesis, UCLA 1961):
+    weighted least squares whose weights grow with the residuals. The weighted mean square is a
+    lower bound, the greatest residual an upper one.
     """
     u, strengths, _ = np.linalg.svd(free, full_matrices=False)
     basis = u[:, strengths > _NOTHING * max(float(strengths[0]), 1e-300)]

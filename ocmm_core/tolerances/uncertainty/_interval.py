@@ -87,8 +87,7 @@ class Normal:
     def beyond(self, low: float, high: float) -> float:
         """Return the probability that it is beyond one limit, the more probable one.
 
-        One limit at a time: otherwise a value in the middle of a narrow tolerance would be proven
-        outside.
+        One limit at a time: else a value amid a narrow tolerance would be proven outside.
         """
         return max(
             normal_probability((low - self.value) / self.sigma),
@@ -120,7 +119,6 @@ class Length:
 
     @property
     def value(self) -> float:
-        """Return the measured value."""
         return float(np.linalg.norm(self.vector))
 
     @property
@@ -143,8 +141,7 @@ class Length:
     def inside(self, low: float, high: float) -> float:
         """Return the probability that the true vector ends within the zone.
 
-        All true vectors are equally likely a priori: the probability of ISO 14253-1 in the
-        dimensions of the zone.
+        All are equally likely a priori: ISO 14253-1 in the dimensions of the zone.
         """
         return within(high, self.vector, self.covariance)
 
@@ -209,8 +206,7 @@ def within(radius: float, mean: Float, covariance: Float) -> float:
 def expanded(spread: Spread, value: float) -> float:
     """Return U: half the width of the interval about ``value`` that covers the true value.
 
-    Twice the standard uncertainty, and more if noise increases the value: the interval then extends
-    to the lower and upper confidence bounds.
+    2 u; if noise increases the value, up to the lower and upper confidence bounds.
     """
     linear = 2.0 * spread.sigma
     if isinstance(spread, Normal) or not math.isfinite(linear):

@@ -38,10 +38,7 @@ from ocmm_core.tolerances.uncertainty._interval import TWO_SIDED
 
 
 def of_residuals(slopes: ResidualSlopes, factors: PointFactors) -> tuple[float, Float]:
-    """Return the sum of the variances of n residuals, mm^2, and its derivatives (n, 3).
-
-    Derivatives are by the feature's own points.
-    """
+    """Return the summed variances of n residuals, mm^2, with derivatives (n, 3) by own points."""
     by_geometry, element, places = slopes.by_geometry, slopes.geometry, slopes.places
     of_points = element.at(places)
     # Points not used by the element, as those of a plane, are in its own covariance only.
@@ -80,9 +77,7 @@ class FormSample:
     scatter: float
     """Mean square of the residuals for each degree of freedom, mm^2."""
     variance: float
-    """Of the form: the scatter less the noise of the points, mm^2. An estimate from few residuals,
-    possibly negative.
-    """
+    """Of the form, mm^2: scatter less the noise of the points; possibly negative."""
     degrees: int
     """Degrees of freedom of the scatter, at least one."""
 
@@ -95,10 +90,7 @@ class FormSample:
 def form_samples(
     actual: Mapping[str, ActualFeature | FitError], factors: PointFactors
 ) -> tuple[FormSample, ...]:
-    """Return the form estimates of all features with redundant points.
-
-    Constructions have no surface of their own, and a single point no residuals.
-    """
+    """Return the form estimates of probed features with redundant points."""
     found = []
     for name, feature in actual.items():
         if not isinstance(feature, ActualFeature) or feature.touches is None:
@@ -159,10 +151,7 @@ def _line_sample(
 def sample_of(
     name: str, places: Int, normals: Float, squares: float, noise: float, degrees: int
 ) -> FormSample:
-    """Return the sample of a feature with a sum of squared residuals ``squares``, mm^2.
-
-    ``noise`` is the sum of their variances due to the noise of the points, mm^2.
-    """
+    """Return a feature's sample; ``squares``, ``noise``: sums, mm^2, of residuals and variances."""
     return FormSample(
         feature=name,
         places=places,

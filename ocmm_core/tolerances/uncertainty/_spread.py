@@ -30,9 +30,7 @@ class Spreads:
     judged: Spread
     """About the value less the bonus of a modifier, which is compared with the limit."""
     growth: float = 1.0
-    """Factor from the second-order terms of the fits in both (`_first_order`); infinite if U is
-    refused, and both are of first order.
-    """
+    """Factor by second order of both fits (`_first_order`); infinite: U refused, both of first."""
 
     @property
     def errors(self) -> Float | None:
@@ -83,11 +81,7 @@ def contributing_samples(
 
 
 def of_own_form(characteristic: Characteristic, actual: Mapping[str, ActualFeature]) -> bool:
-    """Return whether the form of the feature is the measurand.
-
-    True for zones of its surface points, and for local sizes: a two-point size (ISO 14405-1) is the
-    distance of two points of the real surface, including their form.
-    """
+    """Return whether form is the measurand: zones of surface points, two-point sizes."""
     spec = spec_of(characteristic.kind)
     if spec.own_form:
         return True

@@ -1,8 +1,4 @@
-"""Cached minimum zones and bounding elements of ball centres.
-
-A job is evaluated after every touch, and each search takes some 0.1 s. Features without new points
-have the same centres; their elements are reused.
-"""
+"""Cached minimum zones and bounding elements of ball centres: a search takes 0.1 s."""
 
 from __future__ import annotations
 
@@ -21,12 +17,7 @@ def associated(start: Fit, points: Points3, criterion: Criterion, offset: float 
     """Return the element of points (n, 3), mm, by a criterion other than least squares.
 
     ``start`` is their least-squares fit; ``offset``, mm, the distance of the points outside an
-    ellipse, for its minimum zone.
-
-    Raises
-    ------
-    FitError
-        As `features.zones.fit_zone` and `fit_bounded`.
+    ellipse, for its minimum zone. FitError as `features.zones.fit_zone` and `fit_bounded`.
     """
     return _searched(_Search(start, points, criterion, offset))
 

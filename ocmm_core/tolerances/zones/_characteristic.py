@@ -33,15 +33,11 @@ class Characteristic(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_f
     upper: float
     nominal: float = 0.0
     lower: float = 0.0
-    """`nominal`, `lower`, `upper`: Nominal value and limits of the deviation, mm, or deg for an
-    angle. A geometrical tolerance t has only ``upper`` = t.
-    """
+    """`nominal`, `lower`, `upper`: mm or deg; a geometrical tolerance t has only ``upper`` = t."""
     limits: Literal["set", "proposed"] = "set"
     """``"proposed"``: the program chose the limits; not valid until a person sets them."""
     axis: Literal["", "x", "y", "z"] = ""
-    """Of the aligned part frame: axis of a coordinate or distance; the direction across the planes
-    of a zone of two planes, for points and axes.
-    """
+    """In the part frame: of a coordinate or distance; across a zone of two planes."""
     datums: list[str] = msgspec.field(default_factory=list)
     """Datum features in order of precedence."""
     association: Association = ""
@@ -51,9 +47,7 @@ class Characteristic(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_f
     two-point size.
     """
     zone: Literal["", "planes", "cylinder", "sphere"] = ""
-    """Of position and of the orientation of an axis; empty is the usual one: two planes for a face,
-    a sphere for a point or ball, a cylinder for all else.
-    """
+    """Of position, orientation; "": planes for a face, sphere for a point, else cylinder."""
     modifier: Literal["", "maximum material", "least material"] = ""
     """Widens the tolerance of a position by the departure of the size from its material limit."""
     material_size: float = 0.0
@@ -61,12 +55,8 @@ class Characteristic(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_f
     length: float = 0.0
     """mm: toleranced length of an axis; zero: the probed length."""
     offset: float = 0.0
-    """mm: offset of a profile's zone from the nominal surface (UZ), material inside; negative
-    inwards.
-    """
+    """mm: offset of a profile's zone from the nominal surface (UZ); negative into the material."""
     at: float = 0.0
     """mm: distance from the datum plane, along its normal, of the diameter of a cone."""
     faces: tuple[NominalFace, ...] = ()
-    """Faces of the model to compare ball centres with, for the profile of a surface; default: the
-    nominal surface of each feature.
-    """
+    """Faces that ball centres are compared with; default: the nominal surface of each feature."""

@@ -33,15 +33,7 @@ _THICKEST = 0.35
 
 
 def derived_points(feature: ActualFeature, length: float = 0.0) -> tuple[DerivedPoint, ...]:
-    """Return the centre of a feature, or both ends of its axis.
-
-    ``length``, mm, is about the middle of the probed part; zero for the probed length.
-
-    Raises
-    ------
-    FitError
-        An axis has no length.
-    """
+    """Return centre or ends of axis, ``length`` mm long (0: as probed); FitError: no length."""
     geometry, jacobian = feature.fit.geometry, feature.jacobian
     if not feature.fit.shape.spec.is_long:
         return (DerivedPoint(geometry[0:3], jacobian[0:3]),)
@@ -80,13 +72,7 @@ class Section:
 
 
 def sections(name: str, places: Float) -> tuple[Section, ...]:
-    """Return the sections of probed points from heights along the axis, or radii (n,), mm.
-
-    Raises
-    ------
-    FitError
-        The points do not lie in sections, or a section has too few.
-    """
+    """Return sections by heights or radii (n,), mm; FitError: no sections, or too few points."""
     order = np.argsort(places, kind="stable")
     whole = float(np.ptp(places))
     gaps = np.diff(places[order])
@@ -125,10 +111,9 @@ def axis_sections(feature: ActualFeature) -> tuple[Section, ...]:
 
 
 def section_circle(feature: ActualFeature, section: Section) -> tuple[Fit, Rows]:
-    """Return the least-squares circle of a section's ball centres, with its jacobian.
+    """Return the least-squares circle of a section's centres, with its jacobian, 12 rows.
 
-    The jacobian, 12 rows by all centres, treats the axis direction as constant: its tilt of the
-    section is of second order.
+    The axis direction counts as constant: its tilt of the section is of second order.
     """
     touches, raw = own_fit(feature)
     fit, _ = fit_circle_projected(touches.tips[section.rows], raw.direction)
@@ -137,10 +122,7 @@ def section_circle(feature: ActualFeature, section: Section) -> tuple[Fit, Rows]
 
 
 def median_line(feature: ActualFeature) -> tuple[DerivedPoint, ...]:
-    """Return the centres of all sections: the extracted axis.
-
-    Raises FitError for fewer than three sections.
-    """
+    """Return the centres of all sections (extracted axis); FitError for fewer than three."""
     found = axis_sections(feature)
     if len(found) < 3:
         raise FitError(

@@ -40,17 +40,11 @@ class FormNoise:
     """Deviations whose range is the value, and their noise."""
 
     deviations: Float
-    """(m,), mm: the value is the greatest less the smallest. For a zone with fixed middle they are
-    the distances from it and their opposites.
-    """
+    """(m,), mm: the value is their range; of a zone with fixed middle, distances and opposites."""
     by_coordinates: Rows
-    """m rows: derivatives by ball centres and the ball, without the part absorbed by the
-    least-squares element.
-    """
+    """m rows: by ball centres and the ball, without the share of the least-squares element."""
     free: Float
-    """(m, k): derivatives by the k parameters that minimise the zone; k is zero without
-    minimisation.
-    """
+    """(m, k): by the k parameters that minimise the zone; k = 0 without minimisation."""
     mirrored: bool = False
     """The second half of the rows is the opposite of the first."""
 
@@ -98,18 +92,14 @@ class Evaluation:
     None for a linear value.
     """
     association: str = ""
-    """Association of the element, for the report."""
     frame: str = ""
-    """Frame or datums of the value, or empty."""
     bonus: float = 0.0
     bonus_gradient: Rows | None = None
     """`bonus`, `bonus_gradient`: mm: addition of a material modifier to the upper limit, with its
     gradient; the decision compares ``value - bonus`` with the limit. None without a bonus.
     """
     noise: FormNoise | None = None
-    """If the value is the range of many deviations, bounded below by the noise floor
-    (`uncertainty._floor.noise_floor`); else None.
-    """
+    """If the value is a range of many deviations, bounded below by `noise_floor`; else None."""
     ranked: Ranked | None = None
     """If the value is a size by rank, which noise biases."""
     note: str = ""

@@ -83,12 +83,7 @@ class Frames:
         """Return the frame of up to three datums in their precedence, or of none.
 
         Freedom left by the datums is set by the toleranced features, so that the search for the
-        smallest zone starts near it.
-
-        Raises
-        ------
-        FitError
-            A datum does not determine the frame, or its nominal place is unknown.
+        smallest zone starts near it. FitError: undetermined, or unknown nominal place.
         """
         if not datums:
             started = self._started((), features, geometries_of(self._actual))
@@ -100,13 +95,7 @@ class Frames:
         return held.frame.after(started.compose(held.frame.T_frame_from_world.inverse()))
 
     def of_part(self, name: str) -> ZoneFrame:
-        """Return the frame of the nominals, from the plan's alignment; ``name`` is for errors.
-
-        Raises
-        ------
-        FitError
-            There is no alignment, or its features do not determine the frame.
-        """
+        """Return the frame of the nominals; ``name`` is for errors; FitError: undetermined."""
         if self._alignment is None:
             raise no_part_frame(name, "Name its datums, or add an alignment to the plan.")
         aligned = self.aligned(name)

@@ -32,35 +32,20 @@ _HALF_FANS = 8
 
 @dataclass(frozen=True, slots=True)
 class Smallest:
-    """Result of the minimisation."""
-
     motion: Float
     """(k,): the free parameters."""
     value: float
     """mm: the greatest deviation."""
     shares: Float
-    """(m,): weights of the deviations, or of the ends of axes, in order; they add up to one, and
-    those of deviations carry their sign.
-    """
+    """(m,): weights of deviations (signed) or ends of axes, in order; they add up to one."""
 
 
 Deviations = Callable[[Float], tuple[Float, Float]]
-"""From parameters (k,) to deviations and their derivatives by a further small step.
-
-Numbers: (m,) and (m, k); vectors: (m, d) and (m, d, k).
-"""
+"""Parameters (k,) to deviations, derivatives: (m,), (m, k) or vectors (m, d), (m, d, k)."""
 
 
 def smallest_zone(deviations: Deviations, size: int) -> Smallest:
-    """Return the motion (size,), from zero on, that minimises the greatest deviation.
-
-    Deviations are numbers (m,), scaled to move by some mm per unit; ``size`` may be zero.
-
-    Raises
-    ------
-    FitError
-        No convergence.
-    """
+    """Return the motion (size,), from zero, of least greatest deviation (m,), mm; else FitError."""
 
     def as_vectors(motion: Float) -> tuple[Float, Float]:
         values, jacobian = deviations(motion)

@@ -71,13 +71,7 @@ class ModelSurface:
         return self._less_ball(self._feet)
 
     def checked(self, points: Float, rotation: Float) -> tuple[Float, Float]:
-        """Return the same from a search over all faces.
-
-        Raises
-        ------
-        FitError
-            A nearest place is on an edge, ambiguous, or implausible for the touch.
-        """
+        """Repeat by searching all faces; FitError: on an edge, ambiguous or implausible."""
         self._feet = nearest_feet(points, self._faces)
         values, normals = self._less_ball(self._feet)
         along = np.einsum("ni,ni->n", self._directions @ rotation.T, normals)

@@ -1,8 +1,7 @@
 """Surface points under the ball, with derivatives by all measured points.
 
 The ball touches at a surface normal through its centre. The associated element gives that normal
-better than the probing direction: a contact point is the ball's centre less one radius along the
-normal of the element.
+better than the probing direction: a contact point is the ball's centre less one radius along it.
 """
 
 from __future__ import annotations
@@ -70,21 +69,12 @@ def surface_points(feature: ActualFeature) -> SurfacePoints:
 
 
 def own_fit(feature: ActualFeature) -> tuple[Touches, Fit]:
-    """Return the touches of a feature and the fit of their ball centres.
-
-    Raises FitError for a construction, which has no touches.
-    """
+    """Return the touches of a feature and the fit of their centres; FitError if constructed."""
     return _own(feature)
 
 
 def least_squares(feature: ActualFeature) -> Fit:
-    """Return the least-squares element of the ball centres, for any criterion.
-
-    Raises
-    ------
-    FitError
-        The feature is constructed, or its points do not determine the element.
-    """
+    """Return the least-squares element of the centres; FitError: constructed, undetermined."""
     touches, raw = _own(feature)
     if raw.criterion is Criterion.LEAST_SQUARES:
         # Derived fits stay in its plane, even if that was found together with the circle.
@@ -100,10 +90,9 @@ def least_squares(feature: ActualFeature) -> Fit:
 
 
 def kept_offset(feature: ActualFeature) -> float:
-    """Return the offset of ball centres outside an element that keeps the ball, mm.
+    """Return the offset, mm, of centres outside an element that keeps the ball, else zero.
 
-    Zero for other shapes, whose ball centres are on an element of the same shape. Raises FitError
-    for a construction.
+    Other shapes have centres on an element of the same shape. FitError for a construction.
     """
     touches, raw = _own(feature)
     if raw.shape.spec.ball != "kept":

@@ -34,14 +34,9 @@ _STEP = 1e-5
 
 
 def around(feature: ActualFeature, association: Association) -> tuple[Float, Rows]:
-    """Return half two-point sizes of circle, sphere or cylinder, and their gradients.
+    """Return half two-point sizes of circle, sphere, cylinder, with gradients, by rank.
 
-    Only those relevant for a rank, most extreme first (`_contenders`).
-
-    Raises
-    ------
-    FitError
-        The feature is constructed, or no two points are opposite.
+    Most extreme first (`_contenders`). FitError: constructed, or no two points opposite.
     """
     touches, raw = own_fit(feature)
     arms = touches.tips - raw.point
@@ -67,15 +62,7 @@ def across_slot(
 ) -> tuple[Float, Rows]:
     """Return the two-point sizes across the sides of a slot or rectangle, with gradients.
 
-    Parameters
-    ----------
-    lengthwise
-        Between its straight ends instead.
-
-    Raises
-    ------
-    FitError
-        The feature is constructed, or no two points are opposite.
+    `lengthwise`: between straight ends instead. FitError: constructed, or no two opposite.
     """
     touches, raw = own_fit(feature)
     beside = np.cross(raw.direction, raw.across)
@@ -101,12 +88,7 @@ def slot_envelope(feature: ActualFeature, *, widest: bool) -> tuple[float, Rows]
     """Return the width between two planes along the sides of a slot, with gradient, mm.
 
     They are parallel to the slot: the widest pair encloses all points of the sides, the other has
-    none between. Points need not be opposite.
-
-    Raises
-    ------
-    FitError
-        The feature is constructed, or a side has no point.
+    none between. Points need not be opposite. FitError: constructed, or a side has no point.
     """
     _, raw = own_fit(feature)
     size, gradient = 2.0 * float(feature.fit.geometry[SECOND]), 2.0 * feature.jacobian[SECOND]
@@ -139,13 +121,8 @@ def between_faces(
 ) -> tuple[Float, Rows]:
     """Return the two-point sizes between two opposite faces, and their gradients.
 
-    They are square to the middle plane of the two faces.
-
-    Raises
-    ------
-    FitError
-        A face is constructed, they do not face away from each other or towards each other, or no
-        two points are opposite.
+    They are square to the middle plane of the two faces. FitError: a face is constructed, they do
+    not face away from each other or towards each other, or no two points are opposite.
     """
     if float(one.fit.direction @ other.fit.direction) > _FACING:
         raise FitError(

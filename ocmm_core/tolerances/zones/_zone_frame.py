@@ -19,11 +19,8 @@ class ZoneFrame:
     """A frame with its derivatives by the points."""
 
     T_frame_from_world: RigidTransform
-    """Pose of the nominal geometry."""
     by_coordinates: Rows
-    """6 rows: rotation, rad, over shift, mm, of the frame by every coordinate: a point x of the
-    frame moves by ``turn x x + shift``.
-    """
+    """6 rows, rad over mm, by every coordinate: a point x moves by ``turn x x + shift``."""
     motions: Float
     """(6, k): free motions, in the same form."""
     words: str

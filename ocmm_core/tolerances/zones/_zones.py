@@ -50,10 +50,7 @@ class TouchedSurface(Protocol):
         ...
 
     def checked(self, points: Float, rotation: Float) -> tuple[Float, Float]:
-        """Return the final deviations for a rotation (3, 3) from the world to the zone's frame.
-
-        FitError if one is undefined.
-        """
+        """Return final deviations, rotation (3, 3) world to zone; FitError if one is undefined."""
         ...
 
     def pull_back(self, weights: Float, normals: Float) -> Rows:
@@ -130,10 +127,7 @@ class DerivedPoint:
 
 
 def surface_zone(surfaces: Sequence[TouchedSurface], frame: ZoneFrame) -> Evaluation:
-    """Return twice the greatest distance of surface points from true geometry.
-
-    Raises FitError if the search does not converge, or a distance is undefined.
-    """
+    """Return twice the greatest distance from true geometry; FitError without a solution."""
     worlds = [surface.world for surface in surfaces]
 
     def distances(at: ZoneFrame, *, checked: bool = False) -> tuple[Float, Float, Float]:
@@ -206,8 +200,7 @@ def _all_seen(surfaces: Sequence[TouchedSurface], values: Float, normals: Float)
 def form_noise(distances: Float, by_coordinates: Rows, free: Float) -> FormNoise:
     """Return the deviations (n,), mm, of a zone from its middle.
 
-    ``by_coordinates`` are n rows, nothing absorbed yet; ``free`` (n, k) are the derivatives by the
-    free motions of the zone.
+    ``by_coordinates``: n rows, nothing absorbed; ``free`` (n, k): by free motions of the zone.
     """
     n = len(distances)
     if free.shape[1]:
