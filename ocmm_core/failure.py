@@ -181,7 +181,6 @@ class ThreadNet:
         """Everything that was told."""
 
     def __enter__(self) -> ThreadNet:
-        """Begin to catch."""
         self._previous = threading.excepthook
         threading.excepthook = self._on_error
         return self

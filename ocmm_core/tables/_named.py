@@ -70,7 +70,6 @@ class TextTable:
     grammar: NumberGrammar
     skipped: tuple[SkippedRows, ...]
     sha256: str
-    """Of the file."""
 
     def value(self, key: str, what: str) -> tuple[int, str]:
         """Return line and value of a key of the head; InputError, naming ``what``, if missing."""

@@ -40,7 +40,6 @@ class UnitChoice:
     """Symbols by role, if the columns have different units."""
 
     def in_mm(self, values: Float) -> Float:
-        """Return coordinates (n, 3), mm."""
         if bool(np.all(self.factors == 1.0)):
             return values
         return np.asarray(np.vectorize(scaled, otypes=[np.float64])(values, self.factors))

@@ -84,7 +84,6 @@ class BodyTracker:
         return leds
 
     def process(self, block: FrameBlock) -> TrackBlock:
-        """Return the tracked frames of ``block``."""
         self._claims.clear()
         self._n_slots = block.uv.shape[2]
         pieces: list[TrackBlock] = []

@@ -70,7 +70,6 @@ class TrackingPipeline:
         return self._reference.tracker.slot_leds() if self._reference is not None else None
 
     def process(self, block: FrameBlock) -> TrackBlock:
-        """Return the tracked frames of ``block``."""
         if self._reference is None:
             return self._probe.process(block)
         seen = self._reference.process(block)

@@ -22,7 +22,6 @@ class Pattern:
     literals: tuple[str, ...]
     """What stands before, between and behind the fields; one more than fields."""
     names: tuple[str, ...]
-    """Names of the fields."""
     marks: tuple[str, ...]
     """What each field holds: a number ``n``, a word of the program ``w`` (where it is none,
     whatever it is), a word of the program for certain ``k``, a sentence of the program ``s``, or

@@ -221,7 +221,6 @@ class ArtefactSheet(WorkSheet):
         self.table.setFocus()
 
     def close_work(self) -> None:
-        """Stop reading; call before the window closes."""
         super().close_work()
         self._register.close(0.0)
 
@@ -283,7 +282,6 @@ class ArtefactSheet(WorkSheet):
             self.sure.ask(tr("Remove {id} from the register?").format(id=entry.id))
 
     def set_theme(self, theme: Theme) -> None:
-        """Paint with ``theme`` from now on."""
         self._theme = theme
         self._show_reasons()
 

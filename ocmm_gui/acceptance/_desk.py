@@ -139,7 +139,6 @@ class AcceptanceDesk(GuidedStack):
         super().leave()
 
     def close_work(self) -> None:
-        """Stop the test and reading; call before the window closes."""
         self.close_runner()
         self._lists.close(0.0)
 

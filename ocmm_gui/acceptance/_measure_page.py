@@ -77,7 +77,6 @@ class MeasurePage(CollectPage):
         self._lay_out()
 
     def show_seen(self, seen: Seen) -> None:
-        """Show target, progress and results."""
         super().show_seen(seen)
         view = seen.view_as(GuidedAcceptanceView)
         if not self.temperature.hasFocus():
@@ -94,7 +93,6 @@ class MeasurePage(CollectPage):
         self._paint()
 
     def set_theme(self, theme: Theme) -> None:
-        """Paint with ``theme`` from now on."""
         self._theme = theme
         self._paint()
 

@@ -222,7 +222,6 @@ class StudySheet(WorkSheet):
             self._begin(tr("Analysing"), work)
 
     def set_theme(self, theme: Theme) -> None:
-        """Paint with ``theme`` from now on."""
         self._theme = theme
         self._show_characteristic()
 
@@ -249,7 +248,6 @@ class StudySheet(WorkSheet):
         self.show_answer(answer)
 
     def show_answer(self, answer: object) -> None:
-        """Show progress, results, or a type-1 study."""
         if isinstance(answer, StudyProgress):
             self._show_progress(answer)
         elif isinstance(answer, StudyReport):

@@ -225,7 +225,6 @@ class ArchiveSheet(WorkSheet):
         self.target.ask(self._proposed() / "archive.csv")
 
     def turn_to_recall(self) -> None:
-        """Switch between recall and queries."""
         recalls = not self._recalls()
         self.target.hide()
         self._asking.setVisible(not recalls)

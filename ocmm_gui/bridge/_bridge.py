@@ -72,7 +72,6 @@ class JobChangeCommands(QObject):
         self._begin(go_on)
 
     def is_beginning(self) -> bool:
-        """Return whether another job is being started."""
         return self._queue.begins
 
     def _begin(self, call: Callable[[], str]) -> None:
@@ -115,7 +114,6 @@ class MaintenanceCommands(QObject):
         self._failed_elsewhere.connect(self.failed, queued)
 
     def save_bus_text(self, path: Path) -> None:
-        """Write the report of the bus to a file."""
         self._queue.do(
             lambda: self._maintenance.save_bus_text(path), lambda: self.bus_text_saved.emit(path)
         )

@@ -35,7 +35,6 @@ class ErrorChart(Plot):
         )
 
     def paintEvent(self, event: QPaintEvent) -> None:
-        """Paint limits as a band, and every error as a dot with its uncertainty."""
         painter = self._painter()
         box = self._paint_head(painter).adjusted(_SCALE_PX, 4.0, -4.0, -self._foot)
         theme, checks = self._theme, self._checks

@@ -60,7 +60,6 @@ class HistoryChart(Chart):
         self._say(word or "–")
 
     def paintEvent(self, event: QPaintEvent) -> None:
-        """Paint the scale, limits, days, and every course in a colour and a shape."""
         painter = self._painter()
         self._paint_head(painter)
         box = QRectF(

@@ -122,7 +122,6 @@ class ResidualHistogram(Plot):
         )
 
     def paintEvent(self, event: QPaintEvent) -> None:
-        """Paint the bars, the curve and the scale."""
         painter = self._painter()
         box = self._paint_head(painter).adjusted(8.0, 8.0, -8.0, -26.0)
         theme = self._theme

@@ -137,7 +137,6 @@ class SupportSheet(Sheet):
         return self._draft is not None
 
     def close_work(self) -> None:
-        """Stop collecting before the window closes."""
         self._worker.close(_CLOSE_S)
 
     def left_out(self) -> tuple[str, ...]:

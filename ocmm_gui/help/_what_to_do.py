@@ -126,7 +126,6 @@ class _AnswerTable(DataTable):
         self.resizeRowsToContents()
 
     def set_theme(self, theme: Theme) -> None:
-        """Write in the colours of ``theme`` from now on."""
         self._colours = theme
         self.show_answers(self._found)
 

@@ -121,7 +121,6 @@ class FileBrowser(QWidget):
         self.files.setFocus()
 
     def close_work(self) -> None:
-        """Stop reading folders."""
         self._worker.close(0.0)
 
     def keyPressEvent(self, event: QKeyEvent) -> None:

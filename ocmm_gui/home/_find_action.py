@@ -72,7 +72,6 @@ class FindAction(QFrame):
         self.field.setFocus()
 
     def close_search(self) -> None:
-        """Close without running an action."""
         self.hide()
         self.closed.emit()
 
@@ -131,7 +130,6 @@ class _Field(OwnKeysField):
     moved = Signal(int)
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
-        """Move in the list, or type."""
         if step := list_step(event):
             self.moved.emit(step)
             return

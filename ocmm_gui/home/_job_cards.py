@@ -90,7 +90,6 @@ class JobCards(QListWidget):
             self.judging.start(Judging(paths, probes, calibrations))
 
     def show_verdict(self, judged: JudgedJob) -> None:
-        """Show the verdict of a job."""
         self._judged[judged.path] = judged
         for row, job in enumerate(self._jobs):
             if job.path == judged.path:
@@ -102,7 +101,6 @@ class JobCards(QListWidget):
         return self._jobs[row].path if 0 <= row < len(self._jobs) else None
 
     def set_theme(self, theme: Theme) -> None:
-        """Paint with ``theme`` from now on."""
         self._theme = theme
         for row, job in enumerate(self._jobs):
             self._show(self.item(row), job)

@@ -148,7 +148,6 @@ class SettingsPage(Sheet):
         return bool(self._waiting)
 
     def close_work(self) -> None:
-        """Stop reading folders, drawing pages and playing sounds."""
         self.sounds.close_work()
         self.browser.close_work()
         self.preview.close_work()

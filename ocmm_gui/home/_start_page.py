@@ -145,7 +145,6 @@ class StartPage(QWidget):
         return self.jobs.chosen()
 
     def show_state(self, state: StationState) -> None:
-        """Show the status of cameras and tip."""
         self._clear_state()
         for row, line in enumerate(state.lines):
             what = PlainLabel(said_word(line.what))

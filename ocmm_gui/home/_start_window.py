@@ -206,7 +206,6 @@ class StartWindow(NoticeWindow):
             event.acceptProposedAction()
 
     def dropEvent(self, event: QDropEvent) -> None:
-        """Open the dropped file."""
         path = dropped_file(event.mimeData())
         if path is not None:
             event.acceptProposedAction()
@@ -273,7 +272,6 @@ class StartWindow(NoticeWindow):
         self._archive_sheet.open()
 
     def _open_manual(self) -> None:
-        """Open the manual at the section of the current page."""
         shown = self._stack.currentWidget()
         # Its documents are read on demand.
         from ocmm_gui.manual import ManualSheet, place_of

@@ -79,7 +79,6 @@ class AnswerPanel(QFrame):
         self.declined.emit()
 
     def set_theme(self, theme: Theme) -> None:
-        """Paint with ``theme`` from now on."""
         self._theme = theme
         self._paint()
 
@@ -88,7 +87,6 @@ class AnswerPanel(QFrame):
         return QSize(300, super().minimumSizeHint().height())
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """Adapt the type size to the window."""
         super().resizeEvent(event)
         self._set_fonts()
 

@@ -45,7 +45,6 @@ class FitText(Painted):
             self.update()
 
     def use_limit(self, limit: float) -> None:
-        """Set the maximum pixel size."""
         if limit != self._limit:
             self._limit = limit
             self.update()

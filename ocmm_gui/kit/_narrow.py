@@ -128,7 +128,6 @@ class NarrowButton(QPushButton):
         return fit_words(self.text(), font, room.width(), room.height(), wraps=False)
 
     def paintEvent(self, event: QPaintEvent) -> None:
-        """Paint the words in the type that fits."""
         found = self.fitted() if is_longer() and self.text() else None
         if found is None:
             super().paintEvent(event)

@@ -174,7 +174,6 @@ class NumberTable(DataTable):
         self.setWordWrap(False)
 
     def set_theme(self, theme: Theme) -> None:
-        """Write in the colours of ``theme`` from now on."""
         self._colours = theme
         self.blockSignals(True)
         for row in range(self.rowCount()):

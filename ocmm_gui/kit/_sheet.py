@@ -169,7 +169,6 @@ class ChoiceBox(QComboBox):
         self.setCurrentIndex(self.findData(choice))
 
     def set_theme(self, theme: Theme) -> None:
-        """Paint with ``theme`` from now on."""
         self._theme = theme
         self.update()
 

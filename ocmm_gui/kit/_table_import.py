@@ -126,7 +126,6 @@ class TableImport(QWidget):
             (self.take if found.table is not None else self.columns).setFocus()
 
     def set_theme(self, theme: Theme) -> None:
-        """Paint with ``theme`` from now on."""
         self._theme = theme
         self.decimal.set_theme(theme)
         self._colour()

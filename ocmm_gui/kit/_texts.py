@@ -136,7 +136,6 @@ class PlainLabel(QLabel):
         )
 
     def paintEvent(self, event: QPaintEvent) -> None:
-        """Paint the text in the type that fits."""
         found = self.fitted() if is_longer() and self.text() else None
         if found is None or (found.text == self.text() and found.font == self.font()):
             super().paintEvent(event)

@@ -214,7 +214,6 @@ class HandControl(QObject):
 
     @property
     def taken(self) -> bool:
-        """Return whether the user holds the probe."""
         return self._hand is not None and self._hand.taken
 
     def calls(self) -> dict[str, Callable[[], None]]:

@@ -201,7 +201,6 @@ class BusPage(QStackedWidget):
         self._show_report(view, view.report)
 
     def set_theme(self, theme: Theme) -> None:
-        """Paint with ``theme`` from now on."""
         self._theme = theme
         if self._view is not None and self._view.report is not None:
             self._show_phase(self._view, self._view.report)

@@ -114,7 +114,6 @@ class StatusPage(QWidget, Generic[V, H]):
         return self._empty.text()
 
     def set_theme(self, theme: Theme) -> None:
-        """Paint with ``theme`` from now on."""
         self._theme = theme
         self._paint_word(self._word.text())
 

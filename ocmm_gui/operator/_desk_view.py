@@ -226,7 +226,6 @@ class DeskView(CoachedView):
         self.guidance.show_job(job)
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """Give the panel its share of a wide screen."""
         self._side.setFixedWidth(max(_PANEL_PX, round(_PANEL_SHARE * self.width())))
         super().resizeEvent(event)
 

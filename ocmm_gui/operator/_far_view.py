@@ -254,7 +254,6 @@ class FarView(CoachedView):
         return pixels | {self._message.text(): self._message.type_pixels()}
 
     def set_theme(self, theme: Theme) -> None:
-        """Paint with ``theme`` from now on."""
         self._theme = theme
         for caption in self._captions.values():
             caption.show_text(caption.text(), theme.muted)

@@ -22,7 +22,6 @@ class Feedback:
         self._approach = Approach(sounds)
 
     def play(self, sound: Sound) -> None:
-        """Play a sound, if possible."""
         if self._sounds is not None:
             self._sounds.play(sound)
 
@@ -59,7 +58,6 @@ class Feedback:
         self._approach.feed(target, tip_world)
 
     def toggle_tone(self) -> None:
-        """Turn the approach tone on or off."""
         self._approach.enabled = not self._approach.enabled
         self._notices.inform(
             tr("Approach tone on.") if self._approach.enabled else tr("Approach tone off.")

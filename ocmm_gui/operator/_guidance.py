@@ -72,7 +72,6 @@ class Guidance(QFrame):
         return self._trouble.text()
 
     def set_theme(self, theme: Theme) -> None:
-        """Paint with ``theme`` from now on."""
         self._theme = theme
         self._paint()
 

@@ -254,7 +254,6 @@ class JobSheet(Sheet):
         self._lists.do(lambda: None, lambda _none: self._go_on(), self.failed.emit)
 
     def close_work(self) -> None:
-        """Stop reading lists; call before the window closes."""
         self._lists.close(0.0)
 
     def _go_on(self) -> None:

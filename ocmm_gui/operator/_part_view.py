@@ -69,7 +69,6 @@ class PartVerdictView(Painted):
         return self._word_font_px(), self._line_px()
 
     def paintEvent(self, event: QPaintEvent) -> None:
-        """Paint sign, word and reasons."""
         if self._job is None:
             return
         painter = self._painter()

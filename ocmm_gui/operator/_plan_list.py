@@ -39,7 +39,6 @@ class PlanList(QListWidget):
     """List of the features; a click activates one."""
 
     feature_chosen = Signal(str)
-    """Emits the name of the clicked feature."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -84,7 +83,6 @@ class PlanList(QListWidget):
                 self.scrollToItem(item)
 
     def set_theme(self, theme: Theme) -> None:
-        """Paint with ``theme`` from now on."""
         self._delegate.theme = theme
         self.viewport().update()
 

@@ -120,7 +120,6 @@ class Readout(QWidget):
         self.update()
 
     def set_theme(self, theme: Theme) -> None:
-        """Paint with ``theme`` from now on."""
         self._theme = theme
         self.update()
 
@@ -137,7 +136,6 @@ class Readout(QWidget):
         return QSize(180, 150)
 
     def paintEvent(self, event: QPaintEvent) -> None:
-        """Paint the rows, the caption and, for a moment, the border."""
         painter = QPainter(self)
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
         painter.setPen(QPen(QColor(self._theme.border), self._theme.border_px))

@@ -275,7 +275,6 @@ class PlanSheet(Sheet):
             self.measure_wanted.emit(self.draft.path)
 
     def close_work(self) -> None:
-        """Cancel background work; call it before the window closes."""
         self._teaching.cancel()
         self.models.importing.close_work(_END_S)
 

@@ -133,7 +133,6 @@ class AlignmentSheet(Sheet):
             self._paint()
 
     def close_work(self) -> None:
-        """Cancel the computation; call it before the window closes."""
         self._process.cancel()
         self.progress.hide()
 

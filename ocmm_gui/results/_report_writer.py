@@ -116,7 +116,6 @@ class ReportWriter(QObject):
         return True
 
     def cancel(self) -> None:
-        """Cancel writing; call it before the window closes."""
         self._process.cancel()
         self._end()
 

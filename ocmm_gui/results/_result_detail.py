@@ -126,7 +126,6 @@ class ResultDetail(QFrame):
             self._simulation.start(partial(trials_of_file, self._source.path, self._result.name))
 
     def cancel(self) -> None:
-        """Cancel all computations; call it before the window closes."""
         self._drill.cancel()
         self._simulation.cancel()
         self.progress.hide()

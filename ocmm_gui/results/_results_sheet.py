@@ -253,7 +253,6 @@ class ResultsSheet(Sheet):
             self._refresh()
 
     def close_work(self) -> None:
-        """Cancel computations; call it before the window closes."""
         self._opening.cancel()
         self.detail.cancel()
 

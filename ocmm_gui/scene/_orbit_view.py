@@ -86,7 +86,6 @@ class OrbitView(Painted):
         self._moving.start()
 
     def mousePressEvent(self, event: QMouseEvent) -> None:
-        """Start turning or panning."""
         self._mouse = self._pressed = event.position()
 
     def mouseMoveEvent(self, event: QMouseEvent) -> None:

@@ -130,7 +130,6 @@ class CameraPlot(QWidget):
         return tuple(label.toPlainText().strip() for label in self._labels if label.isVisible())
 
     def set_theme(self, theme: Theme) -> None:
-        """Paint with ``theme`` from now on."""
         self._theme = theme
         self._paint()
 

@@ -188,7 +188,6 @@ class PointView(OrbitView):
         return self._mode
 
     def set_theme(self, theme: Theme) -> None:
-        """Paint with ``theme`` from now on."""
         super().set_theme(theme)
         if self._job is not None:
             self._draw_job(self._job)
@@ -306,7 +305,6 @@ class PointView(OrbitView):
         super()._moved(orbit)
 
     def paintEvent(self, event: QPaintEvent) -> None:
-        """Paint the work, and a small overview of the rig in a corner."""
         painter = self._painter()
         theme, orbit = self._theme, self._orbit
         self._paint_panel(painter)

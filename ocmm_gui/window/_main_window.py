@@ -300,7 +300,6 @@ class MainWindow(NoticeWindow):
         self.search.ask(self.pages.keys(), self.pages.others())
 
     def _open_manual(self) -> None:
-        """Open the manual at the section of the current page."""
         self.sheets.open_manual(self.pages.shown())
 
     def _on_page(self) -> None:

@@ -231,7 +231,6 @@ class Maintenance(MadeLate):
         return self._practice is not None
 
     def close_work(self) -> None:
-        """Cancel computations and recordings; call it before the window closes."""
         if self.is_made("view"):
             self.probe_design.cancel()
             self.fits.cancel()

@@ -95,7 +95,6 @@ class Output(QObject):
         return self._writer.is_busy()
 
     def close_work(self) -> None:
-        """Cancel writing; call it before the window closes."""
         self._writer.cancel()
 
     def tell_written(self, written: Written) -> None:

@@ -290,7 +290,6 @@ class Sheets(MadeLate):
             self.alignment.job_changed(job)
 
     def close_work(self) -> None:
-        """Cancel computations; call it before the window closes."""
         for sheet in self._made:
             sheet.close_work()
 

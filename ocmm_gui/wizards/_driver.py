@@ -159,11 +159,9 @@ class WizardDriver(QObject):
         self.do(lambda now: self.procedure.keep(now, reason))
 
     def do(self, call: Callable[[datetime], None]) -> None:
-        """Queue a command of the procedure."""
         self._commands.put(lambda: call(self._clock()))
 
     def set_automatic(self, automatic: bool) -> None:
-        """Enable or disable automatic takes."""
         self._automatic = automatic
 
     def calculate(self) -> None:

@@ -163,7 +163,6 @@ class Runner(QWidget):
         self._show_buttons(page)
 
     def set_theme(self, theme: Theme) -> None:
-        """Paint with ``theme`` from now on."""
         self._theme = theme
         if self._seen is not None:
             self._show_gate(self._seen)

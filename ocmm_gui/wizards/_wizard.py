@@ -150,7 +150,6 @@ class Wizard(GuidedStack):
         self.start.show_trouble(trouble)
 
     def set_theme(self, theme: Theme) -> None:
-        """Paint with ``theme`` from now on."""
         super().set_theme(theme)
         self.tables.set_theme(theme)
 

@@ -13,7 +13,6 @@ _STYLES = {"PASS": "green", "FAIL": "red"}
 
 
 def print_record(console: Console, record: AcceptanceRecord) -> None:
-    """Print quantities, repeated or refused points, and the verdict."""
     if record.instrument.simulated:
         console.print(say("SIMULATED: measured on the virtual rig"), style="yellow")
     for why in record.instrument.unproven:

@@ -26,7 +26,6 @@ _STYLES = {
 
 
 def print_report(report: DoctorReport, console: Console) -> None:
-    """Print each check with its remedy, and the number of checks per light."""
     table = Table.grid(padding=(0, 2))
     # Words are never split: a light is read from afar.
     for _ in range(2):

@@ -169,7 +169,6 @@ def _known(solution: Solution, others: list[Solution], d: int) -> bool:
 
 
 def not_converged(shape: Shape) -> FitError:
-    """Return the error for an iteration without convergence."""
     return FitError(
         "fit.not_converged",
         f"No {shape.value.lower()} fits the points: the iteration did not converge.",

@@ -43,7 +43,6 @@ def line_of_planes(first: Float, second: Float) -> Float:
 
 
 def point_of_planes(first: Float, second: Float, third: Float) -> Float:
-    """Return the intersection point of three planes."""
     planes = (first, second, third)
     normals = unit(np.stack([plane[DIRECTION] for plane in planes]))
     _clear(abs(float(np.linalg.det(normals))), "The planes nearly meet in one line or in none")
@@ -83,7 +82,6 @@ def dropped_on_axis(point: Float, axis: Float) -> Float:
 
 
 def line_in_plane(axis: Float, plane: Float) -> Float:
-    """Return the projection of a line or axis onto a plane."""
     normal, along = unit(plane[DIRECTION]), unit(axis[DIRECTION])
     flat = along - (along @ normal) * normal
     _clear(float(np.linalg.norm(flat)), "The line is nearly normal to the plane")
@@ -91,7 +89,6 @@ def line_in_plane(axis: Float, plane: Float) -> Float:
 
 
 def circle_in_plane(circle: Float, plane: Float) -> Float:
-    """Return the projection of a circle onto a plane."""
     normal, axis = unit(plane[DIRECTION]), unit(circle[DIRECTION])
     cosine = float(normal @ axis)
     if abs(cosine) < np.cos(np.radians(MOST_TILT_DEG)):
@@ -106,7 +103,6 @@ def circle_in_plane(circle: Float, plane: Float) -> Float:
 
 
 def middle(first: Float, second: Float) -> Float:
-    """Return the middle of two points or centres."""
     return element(0.5 * (first[POINT] + second[POINT]))
 
 

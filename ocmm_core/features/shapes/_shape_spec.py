@@ -15,7 +15,6 @@ import numpy as np
 from ocmm_core.geometry import Float
 
 GEOMETRY_SIZE = 12
-"""Length of the geometry vector of `element`."""
 
 POINT, DIRECTION, ACROSS = slice(0, 3), slice(3, 6), slice(9, 12)
 RADIUS, SECOND, HALF_ANGLE = 6, 7, 8
@@ -75,7 +74,6 @@ class Size:
 
     @property
     def is_angle(self) -> bool:
-        """Return whether it is an angle rather than a length."""
         return self.place == HALF_ANGLE
 
     def whole(self, geometry: Float) -> float:

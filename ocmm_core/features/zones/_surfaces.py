@@ -72,7 +72,6 @@ class ElementFamily:
 
     @property
     def code(self) -> int:
-        """Return the code of `_distance_kernel`."""
         return _CODES[self.kind]
 
 
@@ -132,7 +131,6 @@ class Placed:
 
 
 def possible(surface: ElementFamily, placed: Placed) -> bool:
-    """Return whether an element with these sizes exists."""
     return bool(possible_sizes(surface.code, placed.sizes))
 
 

@@ -88,7 +88,6 @@ class MailLine:
             self._is_emergency(answer)
 
     def next_counter(self) -> int:
-        """Return the next mailbox counter."""
         self._counter = self._counter % 7 + 1
         return self._counter
 
@@ -105,7 +104,6 @@ class MailLine:
         return answer
 
     def read(self, index: int, sub: int, *, complete: bool = False) -> bytes | Refusal:
-        """Read an entry."""
         return upload(self.sdo, index, sub, complete=complete)
 
     def write(

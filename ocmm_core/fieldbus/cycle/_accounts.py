@@ -71,7 +71,6 @@ class BusAccounts:
             self._cameras[camera].bad_cycles += 1
 
     def emergency(self, camera: str) -> None:
-        """Count an emergency message."""
         self._cameras[camera].emergencies += 1
 
     def lost(self, frames: int) -> None:

@@ -99,7 +99,6 @@ class BusSettings:
 
     @property
     def interfaces(self) -> tuple[str, ...]:
-        """Return all interfaces of the bus."""
         return (self.interface, self.redundant_interface)[: 2 if self.redundant_interface else 1]
 
 

@@ -79,7 +79,6 @@ class CameraBus:
 
     @property
     def stray_answers(self) -> int:
-        """Return the number of unexpected answers since the start."""
         master = self._session.master
         now = 0 if master is None else master.port.tally.stray
         return self._stray_before + now + self._service.stray

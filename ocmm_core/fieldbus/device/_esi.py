@@ -57,7 +57,6 @@ Element = ElementTree.Element
 
 
 def esi_document() -> bytes:
-    """Return the ESI file."""
     root = Element("EtherCATInfo", {"Version": "1.6"})
     vendor = _add(root, "Vendor")
     _add(vendor, "Id", _hex(VENDOR_ID, 8))

@@ -58,11 +58,9 @@ class InputLayout:
 
     @property
     def input_pdos(self) -> tuple[Pdo, ...]:
-        """Return the PDOs of the input."""
         return (self.header_pdo, *FRAME_PDOS)
 
     def decode(self, content: bytes) -> Header:
-        """Return the header at the start of a camera's input."""
         found = HEADER_STRUCT.unpack_from(content)
         if self.says_serial:
             counter, start_ns, period_ns, valid, status, cycle, config, boot, crc = found
@@ -70,7 +68,6 @@ class InputLayout:
         return Header._make(found)
 
     def encode(self, header: Header) -> bytes:
-        """Return a header in wire format."""
         small, large = header.cycle_counter, header.status
         if self.says_serial:
             small, large = large, small

@@ -69,7 +69,6 @@ class MailboxLine:
         self._idle = 0
 
     def next_counter(self) -> int:
-        """Return the counter for the next mailbox to the camera."""
         self._counter = self._counter % MAX_COUNTER + 1
         return self._counter
 
@@ -92,7 +91,6 @@ class MailboxLine:
         self._expecting = False
 
     def jobs(self) -> Iterator[Job]:
-        """Yield the requests of this cycle."""
         if self._unsure:
             self._unsure -= 1
         if self._out is not None and not self._writing and not self._unsure:

@@ -145,7 +145,6 @@ class SdoTransfer(ABC):
 
     @property
     def done(self) -> bool:
-        """Return whether the transfer is complete."""
         return self._done
 
     @property

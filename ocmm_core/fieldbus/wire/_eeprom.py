@@ -37,7 +37,6 @@ class EepromRead:
 
     @property
     def error(self) -> BusError | None:
-        """Return what went wrong, or None."""
         return self._error
 
     @property

@@ -261,7 +261,6 @@ class Master:
             )
 
     def request(self, state: int) -> None:
-        """Request a state from all devices."""
         self._master.state = state
         self._master.write_state()
 

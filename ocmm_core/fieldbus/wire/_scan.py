@@ -126,7 +126,6 @@ class RawLine:
         )
 
     def close(self) -> None:
-        """Close the socket."""
         self._channel.close()
 
     def _wait(self, asked: Sequence[Datagram]) -> list[Datagram] | None:

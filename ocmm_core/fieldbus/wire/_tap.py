@@ -73,5 +73,4 @@ class Tap:
         self.dropped += dropped
 
     def close(self) -> None:
-        """Close the socket."""
         self._channel.close()

@@ -49,7 +49,6 @@ class LinkPort:
         return self._socket.fileno()
 
     def receive(self) -> bytearray | None:
-        """Return the next incoming frame, or None."""
         try:
             return bytearray(self._socket.recv(_FRAME_BYTES))
         except OSError:
@@ -154,7 +153,6 @@ class Wire:
                     time.sleep(_IDLE_S)
 
     def close(self) -> None:
-        """Close the interfaces."""
         self._time.close()
         for port in self._ports:
             port.close()

@@ -66,7 +66,6 @@ def sync_managers(device: DeviceDescription, image: ProcessImage) -> SyncManager
 def described_eeprom(
     device: DeviceDescription, image: ProcessImage, serial: int, alias: int
 ) -> bytes:
-    """Return the content of the EEPROM."""
     head = bytearray(SII_CONFIGURATION)
     struct.pack_into("<H", head, 8, alias)
     head += struct.pack("<H", checksum_of_configuration(head))
@@ -99,7 +98,6 @@ def described_eeprom(
 def described_dictionary(
     device: DeviceDescription, image: ProcessImage, serial: int
 ) -> dict[int, DictionaryObject]:
-    """Return the object dictionary."""
     name = device.name.encode("ascii", errors="replace")
     identity = (device.vendor, device.product, device.revisions[1], serial)
     objects = {
@@ -202,7 +200,6 @@ class DescribedCamera:
         )
 
     def answer(self, mailbox: bytes) -> bytes | None:
-        """Return the answer to a mailbox; see `Application`."""
         return None if self.mailbox_hangs else self.coe.answer(mailbox)
 
     def state_changed(self, state: int) -> None:
@@ -267,7 +264,6 @@ class DescribedCamera:
         return image.pack_inputs(values)
 
     def generate(self, now_ns: int) -> bool:
-        """Work ahead; return whether work was done."""
         self.esc.now_ns = now_ns
         if not self.period_ns:
             return False

@@ -30,7 +30,6 @@ class LedView:
     """The user leads it, not the robot."""
     hand: HandView = field(default_factory=HandView)
     clear_mm: float = CLEAR_MM
-    """Distance from the surface."""
     turn: tuple[float, float] = (0.0, 0.0)
     """(2,), rad: lean to the right and back."""
 
@@ -106,7 +105,6 @@ class HandAtRig:
                 self._hand.press()
 
     def view(self) -> LedView:
-        """Return how the probe is held."""
         with self._lock:
             hand = self._hand
             seen = hand.view() if self._taken and hand is not None else HandView()

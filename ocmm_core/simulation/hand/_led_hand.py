@@ -171,7 +171,6 @@ class MouseHand:
             self._presses = 1
 
     def view(self) -> HandView:
-        """Return the state of the hand."""
         with self._lock:
             wish, aim, normal = self._wish, None, None
             if wish is not None and np.any(wish.normal_part):

@@ -256,7 +256,6 @@ class PixelScript(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fiel
     script: RigScript
 
     def to_json(self) -> str:
-        """Return the script as JSON."""
         return msgspec.json.encode(self).decode("utf-8")
 
     def build(self) -> PixelFrames:

@@ -113,7 +113,6 @@ class VirtualRig:
 
     @property
     def n_frames(self) -> int:
-        """Return the length of the script in frames."""
         return self._frame_at(self._operator.duration_s)
 
     @property
@@ -205,7 +204,6 @@ class VirtualRig:
         return turn @ pose.rotation, turn @ pose.translation + shift
 
     def camera_frames(self, camera: int, first: int, count: int) -> CameraFrames:
-        """Return `count` frames of one camera from `first`."""
         motion = self.motion(first, count)
         valid, uv = self._see(camera, motion, first, count, self._white(camera, first, count))
         return valid.astype(np.uint16), self.flags(motion, first).astype(np.uint16), uv
@@ -236,7 +234,6 @@ class VirtualRig:
         return np.isfinite(by_led[..., 0]), by_led
 
     def frames(self, first: int, count: int) -> FrameBlock:
-        """Return `count` frames of all cameras from `first`."""
         return self.frames_of(self.motion(first, count), first)
 
     def frames_of(self, motion: Motion, first: int) -> FrameBlock:

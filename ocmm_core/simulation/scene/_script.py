@@ -35,7 +35,6 @@ class RigScript(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields
     reference: str = ""
 
     def to_json(self) -> str:
-        """Return the script as JSON."""
         return msgspec.json.encode(self).decode("utf-8")
 
     def build(self) -> VirtualRig:

@@ -33,13 +33,11 @@ class SensorOptions:
     """Outward shift of a fifth of the light at the corner of the sensor, proportional to the
     distance from its middle elsewhere."""
     led_electrons_per_us: float = 420.0
-    """Electrons of one LED per microsecond of exposure."""
     background_electrons_per_us: float = 1.0
     """Ambient light per pixel."""
     read_noise_electrons: float = 40.0
     """Standard deviation of a dark pixel."""
     dark_level_counts: float = 500.0
-    """Mean dark count."""
     dark_spread_electrons: float = 60.0
     """Standard deviation of the dark signal between pixels."""
     hot_part: float = 1e-4

@@ -130,7 +130,6 @@ class SimulatedSource:
 
     @property
     def period_s(self) -> float:
-        """Return the time between two frames of the rig, s."""
         return self._rig.frame_period_ns * 1e-9
 
     def take_over(self, hand: LedHand) -> None:

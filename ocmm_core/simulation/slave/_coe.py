@@ -158,7 +158,6 @@ class CoeServer:
         """Mailboxes answered with an error reply or not at all."""
 
     def value(self, index: int, sub: int) -> bytes:
-        """Return a value of the dictionary."""
         return self._values.read(index, sub)
 
     def set_value(self, index: int, sub: int, value: bytes) -> None:
@@ -174,7 +173,6 @@ class CoeServer:
         return self._coe(_EMERGENCY, struct.pack("<HB5s", code, register, data))
 
     def answer(self, mailbox: bytes) -> bytes | None:
-        """Return the mailbox that answers `mailbox`, or None."""
         if len(mailbox) < _MAILBOX_HEAD or mailbox[5] & 0x0F == _MAILBOX_ERROR:
             self.bad_mailboxes += 1
             return None

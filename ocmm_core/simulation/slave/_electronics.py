@@ -82,7 +82,6 @@ class Snapshots:
         return True
 
     def live(self) -> dict[Address, Callable[[], bytes]]:
-        """Return readers of the entries."""
         return {
             (SNAPSHOT, _STATE): lambda: bytes([self._state]),
             (SNAPSHOT, _PROGRESS): lambda: bytes([self._percent()]),
@@ -94,7 +93,6 @@ class Snapshots:
         }
 
     def written(self) -> dict[Address, Callable[[bytes], object]]:
-        """Return the actions for written entries."""
         return {
             **{
                 (SNAPSHOT, sub): self._setter(sub)
@@ -208,7 +206,6 @@ class Electronics:
         return self._told_sensor[1], self._told_sensor[2]
 
     def configure(self, config: CameraConfig) -> None:
-        """Apply the configuration to the sensor."""
         self._sensor.configure(
             self._camera,
             exposure_ns=config.exposure_ns,
@@ -227,7 +224,6 @@ class Electronics:
         return self._black.work(now_ns) or self._snapshots.work()
 
     def live(self) -> dict[Address, Callable[[], bytes]]:
-        """Return readers of the entries."""
         return {
             **self._diagnosis.live(),
             (IDENTIFY, 2): lambda: struct.pack("<H", self._blinks_for()),
@@ -247,7 +243,6 @@ class Electronics:
         }
 
     def written(self) -> Mapping[Address, Callable[[bytes], object]]:
-        """Return the actions for written entries."""
         return {
             **self._diagnosis.written(),
             (IDENTIFY, 1): self._blink,

@@ -163,7 +163,6 @@ class Esc:
 
     @property
     def station_address(self) -> int:
-        """Return the address assigned by the master."""
         return self.memory[STATION_ADDRESS] | self.memory[STATION_ADDRESS + 1] << 8
 
     @property
@@ -259,7 +258,6 @@ class Esc:
             self._application.outputs_written()
 
     def refresh_inputs(self) -> None:
-        """Have the application renew the inputs."""
         self._application.refresh_inputs()
         if self.spoil is not None:
             self.spoil(self.memory)

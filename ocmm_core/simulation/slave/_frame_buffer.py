@@ -56,7 +56,6 @@ class FrameBuffer:
 
     @property
     def running(self) -> bool:
-        """Return whether exposures are running."""
         return self.period_ns > 0
 
     def start(self, start_ns: int, period_ns: int) -> None:
@@ -92,7 +91,6 @@ class FrameBuffer:
         return self.blind or (first < self._dark.stop and self._dark.start < first + count)
 
     def stop(self) -> None:
-        """Stop the exposures."""
         self.period_ns = 0
 
     def is_behind(self, now_ns: int) -> bool:

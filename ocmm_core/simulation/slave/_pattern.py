@@ -72,9 +72,7 @@ class Clocked(Protocol):
     now_ns: int
 
     @property
-    def system_time_ns(self) -> int:
-        """Return the distributed-clock time."""
-        ...
+    def system_time_ns(self) -> int: ...
 
 
 class Scheduled(Protocol):

@@ -32,7 +32,6 @@ class SlaveClock:
         self.rate_ppb = rate_ppb
 
     def jump(self, amount_ns: int) -> None:
-        """Add a step to the clock."""
         self._shown_ns += amount_ns
 
     def follow(self, difference_ns: int, now_ns: int) -> None:

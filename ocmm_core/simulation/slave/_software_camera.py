@@ -158,7 +158,6 @@ class SoftwareCamera:
             self.buffer.resume(*self._schedule(), self.esc.system_time_ns)
 
     def answer(self, mailbox: bytes) -> bytes | None:
-        """Return the answer to a mailbox; see `Application`."""
         if self.mailbox_hangs:
             return None
         if len(mailbox) >= _MAILBOX_HEAD and mailbox[5] & 0x0F == _FOE:
@@ -235,7 +234,6 @@ class SoftwareCamera:
         DATA_CRC.pack_into(memory, INPUT_START + DATA_CRC_AT, crc)
 
     def generate(self, now_ns: int) -> bool:
-        """Work ahead; return whether work was done."""
         self.esc.now_ns = now_ns
         self.buffer.blind = self.electronics.sensor_fails
         return self.buffer.generate(self.esc.system_time_ns) or self.electronics.work(now_ns)

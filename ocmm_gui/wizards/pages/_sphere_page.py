@@ -37,7 +37,6 @@ class SpherePicture(Painted):
             self.update()
 
     def paintEvent(self, event: QPaintEvent) -> None:
-        """Paint the sphere on its stem, and the places."""
         painter = self._painter()
         theme = self._theme
         frame = self._paint_panel(painter)

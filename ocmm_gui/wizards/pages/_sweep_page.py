@@ -44,7 +44,6 @@ class SweepPage(HandsPage):
         self.scores.addWidget(self.bars, 6)
 
     def show_seen(self, seen: Seen) -> None:
-        """Show phase, map, scores and cameras."""
         view = seen.view_as(PivotView)
         self.show_cameras(view.base.live)
         sweep = view.second if self._second else view.first
@@ -101,7 +100,6 @@ class FirstConePage(HandsPage):
         self.scores.addWidget(self.visits)
 
     def show_seen(self, seen: Seen) -> None:
-        """Show the instruction, the attitude of the first sweep, and the cameras."""
         view = seen.view_as(PivotView)
         self.show_cameras(view.base.live)
         step = view.base.step

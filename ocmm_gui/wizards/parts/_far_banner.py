@@ -71,7 +71,6 @@ class FarBanner(Painted):
         return word.pixelSize(), wrapped_pixels(self._told.note, note, far_type(self))
 
     def paintEvent(self, event: QPaintEvent) -> None:
-        """Paint mark, word, line and bar."""
         painter = self._painter()
         frame, theme, told = self._paint_panel(painter), self._theme, self._told
         colour = QColor(mark_colour(theme, told.mark))
