@@ -13,14 +13,8 @@ _LONGEST = 2000
 class OcmmError(Exception):
     """Base of every error that the product raises on purpose.
 
-    Parameters
-    ----------
-    code
-        Stable identifier, lower case with dots, e.g. ``"plan.no_features"``.
-    what
-        One sentence that says what is wrong and where.
-    remedy
-        One sentence that says what to do.
+    ``code``: stable identifier, lower case with dots, e.g. ``"plan.no_features"``; ``what``: one
+    sentence on what is wrong and where; ``remedy``: one sentence.
     """
 
     def __init__(self, code: str, what: str, remedy: str) -> None:

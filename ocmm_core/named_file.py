@@ -35,15 +35,8 @@ class NameLoss:
 class NamedFile:
     """The identity of a file that is written, compared with its name.
 
-    Parameters
-    ----------
-    state
-        Of the file that is written, e.g. by its descriptor; None for the one at `path`.
-
-    Raises
-    ------
-    OSError
-        There is no such file.
+    ``state``: of the file, e.g. by its descriptor; None for the one at `path`. OSError if it is
+    absent.
     """
 
     def __init__(self, path: Path, state: os.stat_result | None = None) -> None:
@@ -154,19 +147,10 @@ def rescue_folders() -> tuple[Path, ...]:
 
 
 def write_rescued(name: str, content: bytes | Callable[[Path], bytes]) -> Path | None:
-    """Write data to a new file in the first folder that takes them, and return its path.
+    """Write data to a new file in the first possible folder; return its path, None without one.
 
-    Parameters
-    ----------
-    name
-        Of the file whose data they are; the new one has a number in addition.
-    content
-        The data, or a function that makes them for the path of the new file.
-
-    Returns
-    -------
-    path
-        None if no folder takes them.
+    ``name``: of the file whose data they are, to which a number is added; ``content``: the data, or
+    a function that makes them for the path of the new file.
     """
     stem, suffix = os.path.splitext(name)  # noqa: PTH122 - a name may begin with a full stop
     for folder in rescue_folders():

@@ -142,11 +142,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
 def run(parsed: argparse.Namespace) -> int:
     """Show windows in sequence, and return when the last one has closed.
 
-    Raises
-    ------
-    OcmmError
-        The station of the command line cannot be built. Choices of the start page that cannot be
-        opened are reported there instead.
+    OcmmError if the station of the command line cannot be built. Choices of the start page that
+    cannot be opened are reported there instead.
     """
     store = SettingsStore.of_this_user(given(parsed))
     app = make_application(store.load().settings.window_zoom)

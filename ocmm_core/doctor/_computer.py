@@ -173,12 +173,7 @@ class Computer:
 def this_computer(*, interface: str = "", jobs: Path | None = None) -> Computer:
     """Return this computer and its user; raise InputError unless on Linux.
 
-    Parameters
-    ----------
-    interface
-        Camera network adapter; default: that of ``/etc/ocmm/bus.env``.
-    jobs
-        Folder of the jobs; default: the current one.
+    ``interface`` defaults to that of ``/etc/ocmm/bus.env``, ``jobs`` to the current folder.
     """
     if sys.platform != "linux":
         raise InputError(

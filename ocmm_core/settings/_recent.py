@@ -25,10 +25,7 @@ class _Places(msgspec.Struct, frozen=True):
 class RecentPlaces:
     """Recent places, newest first; an unreadable file counts as an empty list.
 
-    Parameters
-    ----------
-    path
-        None: the system's state folder of this user.
+    ``path`` None: the system's state folder of this user.
     """
 
     def __init__(self, path: Path | None = None) -> None:

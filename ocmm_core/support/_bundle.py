@@ -68,10 +68,8 @@ class BundleDraft:
     ) -> str:
         """Return the list of included and missing parts.
 
-        Parameters
-        ----------
-        say
-            Translates a sentence for the reader; the list in the archive is English, for support.
+        ``say`` translates a sentence for the reader; the list in the archive is English, for
+        support.
         """
         lines = [
             say(f"OCMM support bundle, {datetime.now(UTC).isoformat(timespec='seconds')}"),
@@ -93,13 +91,7 @@ def draft_bundle(
     mask_names: bool,
     told: Callable[[str, float], None] = lambda title, share: None,
 ) -> BundleDraft:
-    """Collect all parts and remove secrets and, if requested, names.
-
-    Parameters
-    ----------
-    mask_names
-        Also remove names of people.
-    """
+    """Collect all parts and remove secrets and, with ``mask_names``, names of people."""
     loaded = site.store.load()
     secrets = secrets_in(secret_texts(loaded), site.environment)
     cleaner = Cleaner(secrets, names_of(loaded, site) if mask_names else ())
@@ -119,12 +111,8 @@ def draft_bundle(
 def write_bundle(draft: BundleDraft, path: Path, without: Collection[str] = ()) -> int:
     """Write the archive and return its size, bytes.
 
-    Raises
-    ------
-    InputError
-        Unknown part, or the file name does not end in .zip.
-    StorageError
-        It cannot be written.
+    InputError for an unknown part or a file name without .zip; StorageError if it cannot be
+    written.
     """
     if path.suffix.lower() != ".zip":
         raise InputError(

@@ -131,11 +131,8 @@ def read_table(
 ) -> TextTable:
     """Return the table at ``path``.
 
-    Raises
-    ------
-    InputError
-        The file cannot be read, has no line with the column names, lacks a column or names one
-        twice, a row has another number of cells, or the decimal sign is ambiguous.
+    InputError if the file cannot be read, has no line with the column names, lacks a column or
+    names one twice, a row has another number of cells, or the decimal sign is ambiguous.
     """
     path, options = Path(path), options or TableOptions()
     content = bytes_of(path, most)

@@ -201,11 +201,8 @@ def _weigh(line: int, text: str, proofs: _Found, groups: _Found, unclear: _Found
 def typed_number(text: str, *, comma: bool) -> float | None:
     """Return a number typed into a field; None if it is not a number or could mean two values.
 
-    Parameters
-    ----------
-    comma
-        The field shows numbers with a decimal comma. The other sign is also a decimal sign, unless
-        it could separate thousands: 1,234 is refused where numbers have a decimal point.
+    ``comma``: the field shows numbers with a decimal comma. The other sign is also a decimal sign,
+    unless it could separate thousands: 1,234 is refused where numbers have a decimal point.
     """
     plain = plain_signs(text)
     shown = "," if comma else "."

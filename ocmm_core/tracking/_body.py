@@ -119,11 +119,8 @@ class ProbeBody:
 def load_probe(path: Path | str) -> ProbeBody:
     """Return the probe of the document at ``path``.
 
-    Raises
-    ------
-    InputError
-        The document is malformed, has too few or too many LEDs, LEDs in one place or on one line,
-        a tip diameter that is not positive, or labels that can be confused.
+    InputError if it is malformed, has too few or too many LEDs, LEDs in one place or on one line, a
+    tip diameter that is not positive, or labels that can be confused.
     """
     return body_of(load_document(path, ProbeDocument, SCHEMA), path, digest(path))
 
@@ -194,15 +191,8 @@ def nearest_ambiguity(
 def check_labels(path: Path | str, what: str, body: ProbeBody | LedBody) -> None:
     """Refuse a body with ambiguous labels; a strobe code makes all labels certain.
 
-    Parameters
-    ----------
-    path, what
-        The document and its kind, ``"probe"`` or ``"reference"``.
-
-    Raises
-    ------
-    InputError
-        Labels are ambiguous with all LEDs visible, with one hidden, or for three.
+    ``what``: ``"probe"`` or ``"reference"``. InputError if labels are ambiguous with all LEDs
+    visible, with one hidden, or for three.
     """
     if body.code is not None:
         return

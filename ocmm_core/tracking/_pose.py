@@ -46,16 +46,10 @@ def solve(
 ) -> PoseBatch:
     """Return pose, tip, covariance and chi-square of every frame.
 
-    Parameters
-    ----------
-    uv
-        (n, C, L, 2), px by LED number, NaN if unseen.
-    sigma_px
-        Standard deviation of a spot, px, each axis.
-    method
-        ``"gauss-newton"``: one step on all reprojection residuals after the rigid fit, which
-        reaches the Cramer-Rao bound; ``"thesis"``: unweighted rigid fit of triangulated targets
-        (thesis 2.4), for comparison. Its covariance is that of the former, hence too small.
+    ``uv`` (n, C, L, 2), px by LED number, NaN if unseen; ``sigma_px``: standard deviation of a
+    spot, each axis. ``"gauss-newton"``: one step on all reprojection residuals after the rigid fit,
+    which reaches the Cramer-Rao bound; ``"thesis"``: unweighted rigid fit of triangulated targets
+    (thesis 2.4), for comparison. Its covariance is that of the former, hence too small.
     """
     return solve_leds(uv, rig, body.leds_probe, body.tip_probe, sigma_px, method)
 

@@ -159,17 +159,9 @@ def judge_stillness(
 ) -> Stillness:
     """Judge whether a ball rested.
 
-    Parameters
-    ----------
-    times_s
-        (n,), s, ascending; at least ten.
-    places
-        (n, 3), mm.
-    covariances
-        (n, 3, 3), mm^2: independent noise of each. Increased if consecutive places scatter more,
-        never decreased.
-    limit_mm
-        Shortest length that counts as motion.
+    ``times_s`` (n,), ascending, at least ten; ``places`` (n, 3), mm; ``covariances`` (n, 3, 3),
+    mm^2: independent noise of each, increased if consecutive places scatter more, never decreased;
+    ``limit_mm``: shortest length that counts as motion.
     """
     batches = _batch(times_s, places, covariances)
     shapes = _shapes(batches.times)

@@ -54,10 +54,7 @@ def screen_factor(size: QSize) -> float:
 def fitting_factor(size: QSize) -> float:
     """Return how much smaller everything is on a screen that pages do not fit, at most 1.
 
-    Parameters
-    ----------
-    size
-        As of `screen_factor`.
+    ``size``: as of `screen_factor`.
     """
     share = min(size.width() / _TRIED.width(), size.height() / _TRIED.height(), 1.0)
     return max(_LEAST, int(share / _STEP + 1e-6) * _STEP)

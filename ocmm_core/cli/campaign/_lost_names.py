@@ -147,12 +147,8 @@ def lose_name(
 ) -> Trial:
     """Lose the name of a running job at a random moment after a random point, and count its points.
 
-    A quarter of the jobs are closed at once, before a timer could notice.
-
-    Parameters
-    ----------
-    measure
-        Measures in a folder, writes lines to a pipe and stops when the other pipe is closed.
+    A quarter of the jobs are closed at once, before a timer could notice. ``measure`` measures in a
+    folder, writes lines to a pipe and stops when the other pipe is closed.
     """
     rng = random.Random(f"{seed} {number}")  # noqa: S311 - moments, no secret
     jobs = out / "jobs"

@@ -52,17 +52,8 @@ def fit_cylinder(
 ) -> Fit:
     """Return the cylinder of ``points`` (n, 3), mm; residuals are positive outside.
 
-    Parameters
-    ----------
-    direction_hint
-        (3,): orients the axis.
-    radius_hint
-        mm: may decide between rivals, of which up to six pass through five points.
-
-    Raises
-    ------
-    FitError
-        Too few points, or they do not determine one cylinder.
+    ``direction_hint`` (3,) orients the axis; ``radius_hint``, mm, may decide between rivals, of
+    which up to six pass through five points. FitError if the points do not determine one cylinder.
     """
     points = checked_points(Shape.CYLINDER, points)
     flat = degenerate(

@@ -106,19 +106,9 @@ def fit_in_given_plane(
     """Return the outline of ``points`` (n, 3), mm, projected along ``plane_normal``.
 
     It lies in the plane through the centroid of the points, square to the normal (3,) of any
-    length, which is its direction.
-
-    Returns
-    -------
-    fit
-        Its jacobian takes the normal as given.
-    by_normal
-        (12, 3): d(geometry) / d(unit normal), for changes square to the normal.
-
-    Raises
-    ------
-    FitError
-        Too few points, or they do not determine the shape.
+    length, which is its direction and constant for its jacobian. ``by_normal`` (12, 3) is
+    d(geometry) / d(unit normal), for changes square to the normal. FitError if the points do not
+    determine the shape.
     """
     points = checked_points(shape, points)
     normal = unit(np.asarray(plane_normal, dtype=np.float64))

@@ -185,19 +185,9 @@ ELEMENTS = {
 def distance_derivatives(fit: Fit, points: Points3) -> tuple[Float, Float]:
     """Return the first-order derivatives of the signed distances of points.
 
-    Parameters
-    ----------
-    fit
-        Any fit.
-    points
-        (n, 3), mm; the fitted points, as the side of a line comes from their residuals.
-
-    Returns
-    -------
-    by_geometry
-        (n, 12): d(distance) / d(geometry).
-    by_point
-        (n, 3): d(distance) / d(the point itself): the normal of the element towards the point.
+    ``points`` (n, 3), mm, are the fitted ones, as the side of a line comes from their residuals.
+    ``by_geometry`` (n, 12) is d(distance) / d(geometry); ``by_point`` (n, 3) is d(distance) / d(the
+    point itself): the normal of the element towards the point.
     """
     by_geometry = np.zeros((len(points), GEOMETRY_SIZE))
     normals = ELEMENTS[fit.shape].jacobian(fit, points - fit.point, by_geometry)
@@ -219,20 +209,10 @@ def nominal_distances(shape: Shape, geometry: Float, points: Points3) -> tuple[F
 
     Circle, ellipse, slots and rectangle are seen along their normal: a line in their plane, at any
     height. A rectangle has no corners: each point belongs to its nearest side. Points and lines
-    count as planes: ``geometry`` must have the normal of their face as direction.
+    count as planes: ``geometry`` (12,) must have the normal of their face as direction.
 
-    Parameters
-    ----------
-    geometry
-        (12,), see `features.shapes.element`.
-    points
-        (n, 3), mm, in the same frame.
-
-    Returns
-    -------
-    distances
-        (n,), mm: positive outside of round shapes, and on the normal's side of a plane.
-    normals
-        (n, 3), unit: towards growing distance.
+    ``points`` are (n, 3), mm, in the frame of ``geometry``. Distances (n,), mm, are positive
+    outside of round shapes, and on the normal's side of a plane; normals (n, 3), unit, point to
+    growing distance.
     """
     return ELEMENTS[shape].signed(geometry, points - geometry[POINT])

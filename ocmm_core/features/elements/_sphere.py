@@ -15,10 +15,7 @@ from ocmm_core.geometry import Float, Points3
 def fit_sphere(points: Points3) -> Fit:
     """Return the sphere through ``points`` (n, 3), mm; residuals are positive outside.
 
-    Raises
-    ------
-    FitError
-        Too few points, or they do not determine a sphere.
+    FitError if there are too few points, or they do not determine a sphere.
     """
     points = checked_points(Shape.SPHERE, points)
     centroid, about, size = centred(Shape.SPHERE, points)

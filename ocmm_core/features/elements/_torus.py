@@ -152,18 +152,9 @@ def fit_torus(
 ) -> Fit:
     """Return the torus of ``points`` (n, 3), mm; residuals are positive outside the tube.
 
-    Parameters
-    ----------
-    direction_hint
-        (3,): orients the axis.
-    sizes_hint
-        mm, radii of the centre line and of the tube: may decide between rivals, which exist for
-        seven points.
-
-    Raises
-    ------
-    FitError
-        Too few points, or they do not determine a torus whose tube is thinner than its ring.
+    ``direction_hint`` (3,) orients the axis; ``sizes_hint``, mm, radii of the centre line and of
+    the tube, may decide between rivals, which exist for seven points. FitError if the points do not
+    determine a torus whose tube is thinner than its ring.
     """
     points = checked_points(Shape.TORUS, points)
     flat = degenerate(

@@ -123,15 +123,8 @@ def construct(
 ) -> Float:
     """Return the geometry vector (12,) of a construction in closed form.
 
-    Parameters
-    ----------
-    shapes, geometries
-        Of its features, in the order of `needed_features`; vectors (12,), mm, one frame.
-
-    Raises
-    ------
-    FitError
-        Its features do not determine it.
+    ``shapes`` and ``geometries`` (12,), mm, one frame, are in the order of `needed_features`.
+    FitError if they do not determine it.
     """
     first, second = geometries[0], geometries[min(1, len(geometries) - 1)]
     match construction:

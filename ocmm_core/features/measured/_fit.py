@@ -64,12 +64,9 @@ def fit_shape(
 
 
 def associate(start: Fit, points: Points3, criterion: Criterion, offset: float = 0.0) -> Fit:
-    """Return the element of another criterion, from a least-squares fit and its rival.
+    """Return the element of another criterion; FitError as `fit_zone` and `fit_bounded`.
 
-    Raises
-    ------
-    FitError
-        See `fit_zone` and `fit_bounded`.
+    ``start`` is the least-squares fit, with its rival.
     """
     if start.rival is not None:
         first = associate(replace(start, rival=None), points, criterion, offset)

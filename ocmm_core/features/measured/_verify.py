@@ -111,10 +111,7 @@ def verify_folder(
 ) -> tuple[SetReport, ...]:
     """Return the comparison of cold-started fits with all pairs below ``folder``.
 
-    Raises
-    ------
-    InputError
-        There are no pairs, or one cannot be read; the message names the file.
+    InputError, with the file, if there are no pairs or one cannot be read.
     """
     root = Path(folder)
     sets: dict[str, list[PairResult]] = {}
@@ -133,12 +130,8 @@ def verify_pair(
     """Return the comparison of the fit of ``file`` with its certified result.
 
     The certified result is in the unit of the points. After its numbers the form may follow: the
-    width of the zone, or the diameter for a line in space.
-
-    Raises
-    ------
-    InputError
-        A file cannot be read, or its shape is unknown.
+    width of the zone, or the diameter for a line in space. InputError for unreadable files or
+    shapes.
     """
     shape = shape_of(file)
     held = read_points_file(file)

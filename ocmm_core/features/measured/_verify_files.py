@@ -112,12 +112,8 @@ def lengths_of(shape: Shape) -> list[int]:
 def certified_of(file: Path, shape: Shape) -> tuple[Float, float | None]:
     """Return the certified numbers in ``file``, and the form if it follows them.
 
-    One or several numbers a line; comments, and words such as "radius:", are skipped.
-
-    Raises
-    ------
-    InputError
-        It cannot be read, or has the wrong count of numbers.
+    One or several numbers a line; comments, and words such as "radius:", are skipped. InputError if
+    it cannot be read, or has the wrong count of numbers.
     """
     try:
         lines = decoded(read_guarded(file, LARGEST_DOCUMENT)).splitlines()

@@ -203,14 +203,8 @@ def line_distances(about: Float, axes: Float, along: Float, residuals: Float) ->
 def spread_alike(turning: Float, shifts: Float, constant: Float, jacobian: Float) -> None:
     """Write derivatives of a geometry by points, (12, 3 n), from equal blocks.
 
-    Parameters
-    ----------
-    turning
-        (12, k, 3): d(geometry) / d(a point) per unit of its ``shifts``.
-    shifts
-        (n, k): weight of each point.
-    constant
-        (12, 3): contribution common to all points.
+    ``turning`` (12, k, 3): d(geometry) / d(a point) per unit of its ``shifts`` (n, k), its weights;
+    ``constant`` (12, 3): contribution common to all points.
     """
     n, k = shifts.shape
     for place in range(len(turning)):
@@ -243,16 +237,8 @@ def spread_alike(turning: Float, shifts: Float, constant: Float, jacobian: Float
 def spread(gain: Float, shifts: Float, normals: Float, constant: Float, jacobian: Float) -> None:
     """Add the derivatives of a geometry by points to ``jacobian`` (12, 3 n).
 
-    Parameters
-    ----------
-    gain
-        (12, k): d(geometry) / d(step of the fit).
-    shifts
-        (n, k): weight of a normal shift of each point in the step.
-    normals
-        (n, 3).
-    constant
-        (12, 3): contribution of every point independent of the normal.
+    ``gain`` (12, k): d(geometry) / d(step of the fit); ``shifts`` (n, k): weight of a shift of each
+    point along its normal (n, 3) in the step; ``constant`` (12, 3): independent of the normal.
     """
     n, k = shifts.shape
     moves = np.empty(n)

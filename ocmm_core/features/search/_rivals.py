@@ -96,10 +96,8 @@ def candidates(
 def decided(possible: Sequence[Solution], build: Callable[[Float], Fit]) -> Fit:
     """Return the fit of the first of `candidates`, with its rival if there is one.
 
-    Raises
-    ------
-    FitError
-        From ``build``. If the points do not determine a rival, they do not determine the element.
+    FitError comes from ``build``: points that do not determine a rival do not determine the
+    element.
     """
     first = build(possible[0].parameters.copy())
     for solution in possible[1:]:

@@ -122,16 +122,9 @@ def minima(
 ) -> list[Solution]:  # fmt: skip
     """Return the minima found, best first, each once.
 
-    Parameters
-    ----------
-    points
-        (n, d), centred and scaled.
-    families
-        Independent of each other, the quickest first.
-    possible
-        Whether parameters (8,) define an element at all.
-    sure
-        Whether one family is accepted; default `certain`.
+    ``points`` (n, d) are centred and scaled; ``families`` independent, the quickest first;
+    ``possible``: whether parameters (8,) define an element; ``sure``: whether one family is
+    accepted.
     """
     found: list[Solution] = []
     asked: list[tuple[Float, Float, Float]] = []

@@ -36,19 +36,12 @@ RANK = 1e-10
 
 
 def least_held(hessians: Float, touch: Float, right: Float) -> float | None:
-    """Return the minimum over directions of the greatest curvature of a set of forces.
+    """Return the minimum over unit directions of the greatest curvature of a set of forces.
 
-    Parameters
-    ----------
-    hessians
-        (c, m, m): second derivatives of the distances of the contacts, with the sign of their side,
-        in the directions left free by the contacts.
-    touch, right
-        (r, c) and (r,): nonnegative forces are in balance if ``touch @ forces`` equals ``right``.
-
-    Returns
-    -------
-    For unit directions; None for more than two directions or too many contacts.
+    ``hessians`` (c, m, m): second derivatives of the distances of the contacts, with the sign of
+    their side, in the directions left free by the contacts. Nonnegative forces are in balance if
+    ``touch @ forces``, (r, c), equals ``right`` (r,). None for more than two directions or too many
+    contacts.
     """
     if not 1 <= hessians.shape[1] <= 2:
         return None

@@ -138,12 +138,8 @@ def geometry_of(
 ) -> Values:
     """Return the geometry vector (12,), scaled, of an element after a step (8,).
 
-    Parameters
-    ----------
-    offset
-        Reference distance of the element: a radius, the height of a plane, the tube of a torus.
-    centroid
-        (3,): mean of the points; its foot is the point of line, plane, cylinder and cone.
+    ``offset`` is the element's reference distance: a radius, the height of a plane, the tube of a
+    torus. The foot of the ``centroid`` (3,) is the point of line, plane, cylinder and cone.
     """
     lean = np.array([step[3], step[4], 1.0])
     axis = placed.frame @ (lean / np.sqrt(lean @ lean))

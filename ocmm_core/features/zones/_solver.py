@@ -115,18 +115,8 @@ def settle(
 ) -> Zone:  # fmt: skip
     """Return the local optimum reached from ``start``.
 
-    Parameters
-    ----------
-    points
-        (n, 3), centred and scaled.
-    start
-        Initial element.
-    steps
-        (k, k): see `natural_steps`.
-    radius
-        Initial size of the trust region, in these.
-    most
-        Maximum number of steps.
+    ``points`` (n, 3) are centred and scaled; ``radius`` is the initial trust region in ``steps``
+    (k, k), see `natural_steps`; ``most`` limits the number of steps.
     """
     radii = (radius, _greatest(_delicate(surface), steps))
     return _by_few(surface, points, start, steps, radii, most, None)[0]

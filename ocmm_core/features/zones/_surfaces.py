@@ -166,16 +166,9 @@ def second_derivatives(
 ) -> tuple[Float, Float, Float]:
     """Return second derivatives of weighted distances at a step of zero.
 
-    Rows and columns of fixed entries are zero.
-
-    Returns
-    -------
-    by_step
-        (8, 8): second derivatives by the step of the sum of weighted distances.
-    by_points
-        (n, 3): d(distance) / d(point), in the frame of the element; not weighted.
-    mixed
-        (n, 8, 3): d(weighted jacobian) / d(point), in the frame of the element.
+    ``by_step`` (8, 8), of their sum by the step, with zero rows and columns of fixed entries; in
+    the frame of the element ``by_points`` (n, 3), d(distance) / d(point), not weighted, and
+    ``mixed`` (n, 8, 3), d(weighted jacobian) / d(point).
     """
     by_step = np.zeros((STEP_SIZE, STEP_SIZE))
     by_points = np.zeros((len(local), 3))

@@ -25,13 +25,7 @@ _POLL_S = 0.0005
 
 
 class MailLine:
-    """Mailboxes of one camera.
-
-    Parameters
-    ----------
-    timed
-        Called with measured times and their limits.
-    """
+    """Mailboxes of one camera; ``timed`` is called with measured times and their limits."""
 
     def __init__(
         self,

@@ -89,12 +89,7 @@ class BusAccounts:
     ) -> BusReport:
         """Return the current report.
 
-        Parameters
-        ----------
-        phase_ns
-            Position of the cycles on the bus clock.
-        pace
-            Pace of a bus whose time waits for this computer; None for others.
+        ``phase_ns``: position of the cycles on the bus clock; ``pace``: as in `BusReport`.
         """
         settings, session, view = self._settings, bus.session, bus.view
         known = view.cameras if len(view.cameras) == len(settings.cameras) else ()

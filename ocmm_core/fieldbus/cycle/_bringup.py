@@ -155,20 +155,8 @@ class Session:
 def bring_up(settings: BusSettings, session: Session, host_time: HostTime) -> Iterator[BusPhase]:
     """Find, check, configure and synchronise the cameras and bring them to OP.
 
-    Parameters
-    ----------
-    session
-        Filled in; the caller must close it in any case.
-
-    Yields
-    ------
-    BusPhase
-        Phase of the next step. A step blocks for about 0.2 s at most.
-
-    Raises
-    ------
-    BusError
-        With the camera, state or object at fault, and the remedy.
+    Yields the phase of the next step, which blocks for about 0.2 s at most. ``session`` is filled
+    in; the caller must close it in any case. BusError with the camera, state or object at fault.
     """
     yield BusPhase.LINK
     for interface in settings.interfaces:

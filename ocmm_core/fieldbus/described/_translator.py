@@ -87,10 +87,7 @@ class InputTranslator:
     def translate(self, content: bytes, clock_ns: int, next_frame: int = 0) -> bytes:
         """Return inputs in our own layout; without spots if the camera shows none.
 
-        Parameters
-        ----------
-        next_frame
-            Number of the first frame still needed; those before this block are lost.
+        ``next_frame``: the first frame still needed; those before this block are lost.
         """
         device, timing = self._device, self._timing
         cycle_ns = timing.period_ns * device.exposures
@@ -177,12 +174,8 @@ class InputTranslator:
     ) -> tuple[NDArray[np.uint16], NDArray[np.uint16], NDArray[np.float64]]:
         """Return spot masks, flags and pixels of all exposures of an input.
 
-        Returns
-        -------
-        valid, flags
-            (n,): bit s: slot s holds a spot; bit 0: button pressed.
-        uv
-            (n, 8, 2), px; NaN without spot.
+        ``valid``, ``flags`` (n,): bit s: slot s holds a spot; bit 0: button pressed; ``uv`` (n, 8,
+        2), px.
         """
         device = self._device
         count, slots = device.exposures, device.slots

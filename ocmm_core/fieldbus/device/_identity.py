@@ -54,16 +54,9 @@ def assign(
 ) -> tuple[int, ...]:
     """Return the wire position (0 first) of each expected camera.
 
-    Parameters
-    ----------
-    described
-        Name and kind of cameras described by a file; None: our own cameras.
-
-    Raises
-    ------
-    BusError
-        A device is of another kind, a serial number or alias is duplicated, a camera is missing or
-        foreign, or it carries the alias of another one.
+    ``described``: name and kind of cameras described by a file; None: our own. BusError if a device
+    is of another kind, a serial number or alias is duplicated, a camera is missing or foreign, or
+    it carries the alias of another one.
     """
     for position, device in enumerate(found, start=1):
         if described is None:

@@ -72,17 +72,8 @@ if HOST.is_linux_like:
 class Master:
     """An open EtherCAT master; devices are numbered by wire position, 0 first.
 
-    Parameters
-    ----------
-    sizes
-        Bytes of inputs and outputs of each camera.
-    token
-        Position of the cycle number in its outputs, see `Port`.
-
-    Raises
-    ------
-    BusError
-        It cannot be opened.
+    ``sizes``: bytes of inputs and outputs of each camera; ``token``: position of the cycle number
+    in its outputs, see `Port`. BusError if it cannot be opened.
     """
 
     def __init__(
@@ -326,11 +317,7 @@ class Master:
 
         Answers in several Ethernet frames are awaited on our own sockets, which see the same
         answers: pysoem would spin for the second and take the processor from other threads.
-
-        Parameters
-        ----------
-        token
-            Heartbeat in the outputs of this cycle.
+        ``token``: heartbeat in the outputs of this cycle.
         """
         port = self.port
         port.begin(service, token)

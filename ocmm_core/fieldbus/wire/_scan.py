@@ -89,13 +89,7 @@ def write_word(exchange: Exchange, position: int, word: int, value: int) -> None
 
 
 class RawLine:
-    """Single datagrams over an accepted interface, without a master.
-
-    Raises
-    ------
-    BusError
-        Another program is a master there.
-    """
+    """Single datagrams over an interface without a master; BusError if another program is one."""
 
     def __init__(self, interface: str) -> None:
         self._interface = interface

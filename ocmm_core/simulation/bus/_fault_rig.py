@@ -46,12 +46,8 @@ Answer = TypeVar("Answer")
 class FaultRig:
     """The whole wire with fault injection; a context manager.
 
-    Parameters
-    ----------
-    present
-        Cameras created; default `expected`.
-    unplugged
-        Cameras not on the wire at the start.
+    ``present``: cameras created, default `expected`; ``unplugged``: cameras not on the wire at
+    first.
     """
 
     def __init__(

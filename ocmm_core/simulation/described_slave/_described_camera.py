@@ -149,19 +149,9 @@ _BRIGHTNESS = 1000
 class DescribedCamera:
     """One camera built from its description; an `Application` of its controller.
 
-    Parameters
-    ----------
-    lens
-        Correction lens; required if it sends corrected millimetres.
-
-    Attributes
-    ----------
-    frozen
-        Fault: its program hangs while its controller continues to answer.
-    mailbox_hangs
-        Fault: mailboxes are accepted and never answered.
-    start_ns, period_ns
-        Exposure k is at ``start_ns + k * period_ns`` of its clock; 0: none.
+    ``lens`` corrects the spots and is required if it sends corrected millimetres. Faults:
+    ``frozen``, its program hangs while its controller answers; ``mailbox_hangs``, mailboxes are
+    never answered. Exposure k is at ``start_ns + k * period_ns`` of its clock; a period of 0: none.
     """
 
     def __init__(

@@ -128,15 +128,8 @@ def run_study(
 ) -> StudyResult:
     """Return the errors of many runs, independent of their distribution.
 
-    Parameters
-    ----------
-    processes
-        On this computer; None lets the site decide. With one, everything runs in this process.
-
-    Raises
-    ------
-    OcmmError
-        A run failed, or the site cannot be used.
+    ``processes`` are on this computer; None lets the site decide, one runs everything in this
+    process. OcmmError if a run failed, or the site cannot be used.
     """
     seeds = np.random.SeedSequence(seed).spawn(runs)
     parts = [slice(first, first + _RUNS_A_TASK) for first in range(0, runs, _RUNS_A_TASK)]

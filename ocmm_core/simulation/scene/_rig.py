@@ -220,12 +220,8 @@ class VirtualRig:
     def led_images(self, camera: int, first: int, count: int) -> tuple[NDArray[np.bool_], Float]:
         """Return the true LED images of a camera in `count` frames from `first`.
 
-        Returns
-        -------
-        visible
-            (count, L) bool, by LED number, those of a reference body last.
-        uv
-            (count, L, 2), px: without white noise, with the optical pattern; NaN if not visible.
+        Visible (count, L), and uv (count, L, 2), px, without white noise, with the optical pattern,
+        NaN if not visible; by LED number, those of a reference body last.
         """
         slots = np.concatenate([self._world.slots[camera], self._world.reference_slots[camera]])
         white = np.zeros((count, len(slots), 2))

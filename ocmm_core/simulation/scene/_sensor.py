@@ -94,10 +94,7 @@ def normal_table() -> Float:
 class Sensor:
     """Sensor of one camera; all results are functions of their arguments.
 
-    Attributes
-    ----------
-    pattern_key, frame_stream
-        Keys of the fixed pattern and of the noise of frames, see `exposure`.
+    ``pattern_key``, ``frame_stream``: keys of the fixed pattern and of frame noise, see `exposure`.
     """
 
     def __init__(

@@ -43,17 +43,10 @@ class LedHand(Protocol):
 class SimulatedSource:
     """A `FrameSource` that reads a virtual rig.
 
-    Not live: rig time waits for slow readers, and no frame is lost.
-
-    Parameters
-    ----------
-    speed
-        Multiple of real time; zero is as fast as frames are read.
-    hover
-        At the end of the script the probe rests at home for ever; otherwise the source ends.
-    rest_speed
-        Speed at rest if ``speed`` is zero, because an open window would keep a core busy. Zero is
-        as fast as frames are read.
+    Not live: rig time waits for slow readers, and no frame is lost. ``speed`` is a multiple of real
+    time; zero is as fast as frames are read. With ``hover`` the probe rests at home for ever after
+    the script, at ``rest_speed`` if ``speed`` is zero, because an open window would keep a core
+    busy.
     """
 
     def __init__(

@@ -98,10 +98,7 @@ class _InUse:
 class BlackImages:
     """The black image objects and their work.
 
-    Parameters
-    ----------
-    darken
-        Called with the number of exposures without LEDs; returns their duration, ns.
+    ``darken`` is called with the number of exposures without LEDs; it returns their duration, ns.
     """
 
     def __init__(

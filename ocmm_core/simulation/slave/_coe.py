@@ -131,14 +131,8 @@ class _Download:
 class CoeServer:
     """Answers CoE mailboxes from an object dictionary.
 
-    Parameters
-    ----------
-    live
-        Readers of computed values, by (index, entry); may raise `AbortError`.
-    written
-        Actions before a value is stored, by (index, entry); may raise `AbortError`.
-    configurable
-        Whether entries for PREOP may be written now.
+    By (index, entry): ``live``, readers of computed values; ``written``, actions before a value is
+    stored; both may raise `AbortError`. ``configurable``: entries for PREOP may be written now.
     """
 
     def __init__(

@@ -155,10 +155,7 @@ _WIDTH, _HEIGHT, _TEMPERATURE, _HOURS = range(2, 6)
 class Electronics:
     """Application behind the objects of one camera.
 
-    Parameters
-    ----------
-    sensor
-        Serial number and size of the sensor, px, for object 0x9000.
+    ``sensor``: serial number and size of the sensor, px, for object 0x9000.
     """
 
     def __init__(

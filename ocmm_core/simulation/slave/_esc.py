@@ -102,12 +102,8 @@ class Application(Protocol):
 class Esc:
     """One slave controller.
 
-    Parameters
-    ----------
-    clock_offset_ns
-        Offset of this slave's free-running clock from the host's.
-    sync_managers
-        Start, length, control, status, activation and type of each; the master may set no others.
+    ``clock_offset_ns``: of its free-running clock from the host's; ``sync_managers``: start,
+    length, control, status, activation and type of each; the master may set no others.
     """
 
     def __init__(

@@ -86,21 +86,10 @@ _DIAGNOSIS, _STREAM = int(CameraStatus.DIAGNOSIS), int(Control.STREAM)
 class SoftwareCamera:
     """One camera on the wire.
 
-    Parameters
-    ----------
-    store, banks
-        Non-volatile memory and firmware; pass the same objects after a restart.
-    layout
-        Input layout, which defines the revision.
-    sensor
-        Reported sensor serial number and size, px; 0: the camera's own number.
-
-    Attributes
-    ----------
-    frozen
-        Fault: the application hangs while its controller continues to answer.
-    mailbox_hangs
-        Fault: mailboxes are accepted and never answered.
+    Pass the same ``store`` and ``banks``, its non-volatile memory and firmware, after a restart;
+    ``layout``: input layout, which defines the revision; ``sensor``: reported serial number and
+    size, px; 0: the camera's own number. Faults: ``frozen``, the application hangs while its
+    controller answers; ``mailbox_hangs``, mailboxes are accepted and never answered.
     """
 
     def __init__(
