@@ -199,10 +199,7 @@ class ChainFile(Generic[T]):
             raise self.lost(loss.words)
 
     def lost(self, words: str) -> StorageError:
-        """Save all lines in another file, once, and return the error that names it.
-
-        ``words``: what happened to this file, if its name still means it.
-        """
+        """Save all lines in another file, once; return the error, with ``words`` on this file."""
         if self._lost is not None:
             return self._lost
         loss = None if self._name is None else self._name.loss()

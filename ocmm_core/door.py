@@ -15,21 +15,11 @@ from importlib import import_module
 
 
 def door(room: str, **homes: str) -> Callable[[str], object]:
-    """Return the ``__getattr__`` of a room.
+    """Return the ``__getattr__`` of a package, which loads and caches its names.
 
-    Parameters
-    ----------
-    room
-        ``__name__`` of the package.
-    homes
-        Each file inside the room with the names that it gives out, parted by blanks. A name that is
-        that of the file without its underscore is the module itself, where it has no such name.
-
-    Returns
-    -------
-    __getattr__
-        Loads a name, and remembers it so that it is asked for once only. It raises
-        AttributeError for a name that the room does not give out.
+    ``homes``: each file inside with the names that it exports, separated by blanks. A name that is
+    that of the file without its underscore is the module itself, if it has no such name.
+    AttributeError for other names.
     """
     found_in = {name: home for home, names in homes.items() for name in names.split()}
 

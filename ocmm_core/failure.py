@@ -157,10 +157,7 @@ def write_last(text: str = "") -> None:
 
 
 class ThreadNet:
-    """Catch, while the context is open, exceptions of threads without a boundary of their own.
-
-    ``tell`` gets the message, on the thread that failed.
-    """
+    """Catch exceptions of threads without a boundary; ``tell`` gets the message on that thread."""
 
     def __init__(self, tell: Callable[[OcmmError], None]) -> None:
         self._tell = tell

@@ -63,13 +63,7 @@ def temporary_file(path: Path) -> tuple[int, Path]:
 
 @contextlib.contextmanager
 def scratch_folder(what: str) -> Iterator[Path]:
-    """Give a new folder to work in, gone with all that is in it at the end.
-
-    Raises
-    ------
-    OSError
-        There is no place for it.
-    """
+    """Give a new folder to work in, removed with its content at the end; or raise OSError."""
     while True:
         folder = Path(tempfile.mkdtemp(prefix=f"{_SCRATCH}{what}-"))
         descriptor = _held(folder)

@@ -55,8 +55,7 @@ class Computer:
     data: Path
     state: Path
     jobs: Path
-    """`home`, `data`, `state`, `jobs`: folders of that user and of the jobs, as paths of the
-    computer."""
+    """`home`, `data`, `state`, `jobs`: folders of that user and of jobs, on the computer."""
     program: Path
     """Running interpreter or program, as a path of the computer."""
     interface: str = ""

@@ -118,9 +118,7 @@ class FrameDoubt:
 
     T_frame_from_world: RigidTransform
     covariance: Float
-    """(6, 6): small rotation, rad, about the frame axes through its origin, and shift, mm, along
-    them.
-    """
+    """(6, 6): rotation, rad, about the frame axes through its origin, and shift, mm."""
 
 
 def contributions(

@@ -52,10 +52,7 @@ class PatternField:
         return PatternField(self.camera[places], self.place[places], self.gain[places])
 
     def answers(self, gradients: Float) -> Float:
-        """Return the derivatives of k values by the relevant bumps, (k, f).
-
-        ``gradients`` (k, N, 3): of the values by the points.
-        """
+        """Return derivatives (k, f) by the relevant bumps, of values with gradients (k, N, 3)."""
         by_spots = np.einsum("kni,nsai->kans", gradients, self.gain, optimize=True)
         count, bumps = len(gradients), self.bumps()
         found: Float = by_spots.reshape(2 * count, -1) @ bumps

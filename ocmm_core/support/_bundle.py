@@ -66,11 +66,7 @@ class BundleDraft:
     def contents(
         self, without: Collection[str] = (), say: Callable[[str], str] = lambda text: text
     ) -> str:
-        """Return the list of included and missing parts.
-
-        ``say`` translates a sentence for the reader; the list in the archive is English, for
-        support.
-        """
+        """Return the list of included and missing parts; ``say`` translates it for the reader."""
         lines = [
             say(f"OCMM support bundle, {datetime.now(UTC).isoformat(timespec='seconds')}"),
             say("Passwords, tokens and private keys were taken out."),
@@ -109,11 +105,7 @@ def draft_bundle(
 
 
 def write_bundle(draft: BundleDraft, path: Path, without: Collection[str] = ()) -> int:
-    """Write the archive and return its size, bytes.
-
-    InputError for an unknown part or a file name without .zip; StorageError if it cannot be
-    written.
-    """
+    """Write the archive, return bytes; InputError for a wrong part or name; StorageError."""
     if path.suffix.lower() != ".zip":
         raise InputError(
             "support.name", f"{path}: a support bundle is a .zip file.", "Give a name in .zip."

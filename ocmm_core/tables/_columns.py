@@ -214,12 +214,10 @@ def checked_roles(
 
 
 def counted_roles(path: Path, rows: Sequence[tuple[int, list[str]]]) -> tuple[str, ...]:
-    """Return the roles of columns without a heading.
+    """Return the roles of columns without a heading; InputError if they are ambiguous.
 
     Three numbers are x, y and z, six whose last three form unit vectors also a normal; texts before
     or behind them are names. Anything else has to be stated.
-
-    Raises InputError if the columns could have several meanings.
     """
     width = len(rows[0][1])
     texts = [

@@ -48,10 +48,7 @@ def _decimals(text: str) -> int:
 
 
 def require_like_names(path: Path, names: Sequence[tuple[int, str]]) -> None:
-    """Raise InputError if first or last rows lack the number that all other names have.
-
-    Such rows are often means, limits or nominal values in any language.
-    """
+    """Raise InputError if first or last rows lack the numbers of all names: often means, limits."""
     kinds = [found[1] if (found := _NUMBERED.fullmatch(name)) else None for _, name in names]
     odd = [place for place, kind in enumerate(kinds) if kind is None]
     usual = {kind for kind in kinds if kind is not None}
@@ -122,9 +119,8 @@ def read_grid(
 ) -> TextGrid:
     """Return the lines of a table, without comments and lines that the user skips.
 
-    `has_texts`: Cells are free text: a comment needs a separate line.
-
-    Raises InputError if a line is longer than any row, or --skip cannot be understood.
+    ``has_texts``: cells are free text: a comment needs a separate line. InputError if a line is
+    longer than any row, or --skip cannot be understood.
     """
     grid = TextGrid(path, " ", [])
     skipped = options.skipped()

@@ -66,13 +66,10 @@ def choose_unit(
     rows: Sequence[tuple[int, str]] = (),
     roles: Sequence[str] = ("x", "y", "z"),
 ) -> UnitChoice:
-    """Return the unit of the lengths.
+    """Return the unit of the lengths; InputError if one is unknown or two statements contradict.
 
-    `columns`: Line and text of the unit of a column, by its role.
-    `rows`: Line and text of the unit of each row; empty if rows have none.
-    `roles`: Columns that are lengths.
-
-    Raises InputError if a unit is unknown, or two statements contradict each other.
+    ``columns``: line and text of the unit by role; ``rows``: of each row, or empty; ``roles``:
+    lengths.
     """
     if options.unit:
         unit = named_unit(options.unit, "length")

@@ -38,9 +38,7 @@ class Ambiguity:
     """A wrong labelling that fits the body nearly as well as the correct one."""
 
     labels: tuple[int, ...]
-    """LED number assigned to the place of LED 0, 1, 2 ... (for `nearest`: of the visible ones), -1
-    if none.
-    """
+    """LED assigned to the place of LED 0, 1 ... (`nearest`: of the visible ones), -1: none."""
     residual_mm: float
     """RMS distance of the LEDs after the best rigid motion."""
     tip_error_mm: float

@@ -46,8 +46,7 @@ class ProbeDocument(Document, frozen=True, kw_only=True):
     strobe: StrobeEntry | None = None
     expansion: float | None = None
     expansion_sigma: float | None = None
-    """`expansion`, `expansion_sigma`: Thermal expansion of the probe as a whole and its standard
-    uncertainty, 1/K; without them `UNKNOWN_EXPANSION`."""
+    """`expansion`, `expansion_sigma`: of the whole probe, 1/K; without: `UNKNOWN_EXPANSION`."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -17,10 +17,7 @@ from ocmm_core.tracking._result import ReferenceHome, TrackBlock
 
 @dataclass(slots=True)
 class TrackingPipeline:
-    """Track a stream of frames with one rig and one probe; for one thread.
-
-    Labelling is independent of block boundaries.
-    """
+    """Track frames with one rig and one probe, independent of block boundaries; for one thread."""
 
     rig: Rig
     body: ProbeBody

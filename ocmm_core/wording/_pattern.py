@@ -29,13 +29,7 @@ class Pattern:
 
     @classmethod
     def of(cls, template: str) -> Pattern:
-        """Return the pattern of a sentence with names in braces.
-
-        Raises
-        ------
-        ValueError
-            The braces do not close.
-        """
+        """Return the pattern of a sentence with names in braces, or raise ValueError."""
         literals, names, marks = [""], [], []
         for text, name, mark, _ in string.Formatter().parse(template):
             literals[-1] += text

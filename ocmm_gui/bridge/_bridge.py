@@ -36,8 +36,7 @@ class JobChangeCommands(QObject):
     job_left = Signal(str)
     """Emits the fate of an unfinished job when another one starts."""
     only_to_look = Signal(Path)
-    """Emits a job that cannot be resumed (measured by another program, or not sealed here), only
-    viewed."""
+    """Emits a job that is only viewed: measured by another program, or not sealed here."""
     job_begun = Signal()
     """Another job has started; its first `job_changed` follows its evaluation."""
 

@@ -39,8 +39,7 @@ _EDGE = 0.1
 
 _MARK_PX, _MANY_MARK_PX = 11, 6
 _MOST_WORDS = 16
-"""With more spots labels are illegible and trails indistinguishable; the title counts the labelled
-ones."""
+"""Beyond it labels are illegible and trails alike; the title counts labelled spots."""
 
 _ROW = 4
 """Up to this many cameras are in a row, with axes; more in a square, without."""

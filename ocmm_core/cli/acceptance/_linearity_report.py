@@ -134,10 +134,7 @@ def linearity_chart(found: LinearityReport, *, simulated: bool = False) -> str:
 
 
 def _band(found: LinearityReport, at: Float) -> Float:
-    """Return the half width of the band at references (n,), from that at the parts.
-
-    Its square is a parabola in the reference, so that three references determine it.
-    """
+    """Return the band's half width at references (n,): its square is a parabola through three."""
     study = found.study
     fit = np.polynomial.Polynomial.fit(study.references, study.bands**2, 2)
     band: Float = np.sqrt(np.maximum(fit(at), 0.0))

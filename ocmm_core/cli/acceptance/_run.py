@@ -60,13 +60,9 @@ class PointCollector:
     """Record every point of a test whose ball rests at the required place.
 
     Keeps the last point across sources and retests: a ball still at rest there gives no second
-    point.
-
-    `rig`, `body`: Cameras and probe that are tracked.
-    `temperature`: Returns the room temperature.
-    `told`: Called with the view and a hint while points are recorded.
-    `stop`: Polled between batches.
-    `keep`: Also receives all frames, before they are evaluated.
+    point. ``rig``, ``body``: tracked cameras and probe; ``temperature`` returns that of the room;
+    ``told`` gets the view and a hint; ``stop`` is polled between batches; ``keep`` also receives
+    all frames, before they are evaluated.
     """
 
     def __init__(
@@ -155,10 +151,7 @@ def run_test(
     record: Path | None,
     force: bool,
 ) -> AcceptanceRecord:
-    """Run a test to its verdict, and return the record.
-
-    Raises CalibrationError if the test may not start, or the source ended before the last point.
-    """
+    """Run a test and return the record; CalibrationError if it may not start, or data end early."""
     require_scenes(site.source)
     is_recorded = origin_of(site.source) is Origin.RECORDING
     if is_recorded:
@@ -208,10 +201,7 @@ def run_test(
 
 
 def room_temperature(site: AcceptanceSite, celsius: float | None, stated: str) -> Temperature:
-    """Return the temperature of the room; a virtual room has 20 degrees unless one is typed.
-
-    Raises InputError if a real room has none, or it lacks the uncertainty of its thermometer.
-    """
+    """Return the room temperature (virtual: 20 degrees unless typed); InputError if incomplete."""
     read = read_temperature(celsius, stated, datetime.now(UTC))
     if read is not None:
         return read

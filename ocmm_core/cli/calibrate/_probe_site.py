@@ -116,10 +116,8 @@ def collect_from(
 ) -> None:
     """Record from a source until done, optionally keeping its frames in a file.
 
-    `frames`: Length of a script; None for a source without end.
-
-    Raises CalibrationError if a recording of real cameras has no known calibration, or the source
-    ended before the last step.
+    ``frames``: length of a script, None without end. CalibrationError if a recording of real
+    cameras has no known calibration, or the source ended before the last step.
     """
     try:
         require_cameras(checked_for_replay(probe.cameras, feed.recorded), console)

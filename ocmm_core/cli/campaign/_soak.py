@@ -55,10 +55,7 @@ class SoakSamples:
         )
 
     def growth(self) -> tuple[float, float]:
-        """Return the slope of the memory after the warm-up and its standard deviation, MiB/h.
-
-        By a fitted straight line; both NaN with too few samples.
-        """
+        """Return slope and standard deviation after warm-up, MiB/h; NaN for too few samples."""
         kept = [at for at, when in enumerate(self.times) if when >= WARM_UP_S]
         if len(kept) < _FEWEST:
             return float("nan"), float("nan")

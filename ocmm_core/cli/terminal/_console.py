@@ -32,11 +32,7 @@ class PlainConsole(Console):
 
 
 def make_console(*, soft_wrap: bool = False, stderr: bool = False) -> Console:
-    """Return the console; pipes and files are wide enough for the whole table.
-
-    `soft_wrap`: Leave long lines as they are.
-    `stderr`: Keep the output separate from what other programs read.
-    """
+    """Return the console; pipes and files fit the whole table; ``soft_wrap`` keeps long lines."""
     console = PlainConsole(soft_wrap=soft_wrap, stderr=stderr)
     if soft_wrap or console.is_terminal:
         return console

@@ -91,10 +91,7 @@ def taubin_centre(eigenvector: Float, mean_square: Float) -> tuple[Float, Float]
 
 
 def fit_balls(shape: Shape, points: Float) -> list[Ball]:
-    """Return the best-fit ball of centred and scaled ``points`` (n, d), and its rivals.
-
-    Raises FitError if undetermined by the points, or without convergence.
-    """
+    """Return the ball of centred, scaled ``points`` (n, d), and its rivals; or raise FitError."""
     n, d = points.shape
     flat = degenerate(
         shape,

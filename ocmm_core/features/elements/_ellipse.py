@@ -144,10 +144,7 @@ def fit_ellipse(points: Points3, direction_hint: Float | None = None, offset: fl
 def fit_ellipse_projected(
     points: Points3, plane_normal: Float, offset: float = 0.0
 ) -> tuple[Fit, Float]:
-    """Return the ellipse of ``points`` projected along ``plane_normal``.
-
-    See `flat.fit_in_given_plane` and, for ``offset``, `fit_ellipse`.
-    """
+    """Return the ellipse as `flat.fit_in_given_plane`; for ``offset`` see `fit_ellipse`."""
     outline = partial(_outline, offset=offset)
     return fit_in_given_plane(Shape.ELLIPSE, points, plane_normal, outline)
 

@@ -67,13 +67,7 @@ OutlineFit: TypeAlias = Callable[[Float, float], Sequence[Outline]]
 def fit_in_own_plane(
     shape: Shape, points: Points3, direction_hint: Float | None, outline_fit: OutlineFit
 ) -> Fit:
-    """Return the outline in the orthogonal-distance plane of ``points`` (n, 3), mm.
-
-    Raises
-    ------
-    FitError
-        Too few points, or they do not determine the shape.
-    """
+    """Return the outline in the orthogonal-distance plane of points (n, 3), mm, or FitError."""
     points = checked_points(shape, points)
     plane = own_plane(shape, points, direction_hint)
     normal = plane.axes[2]

@@ -10,10 +10,7 @@ from ocmm_core.geometry import Points3
 
 
 def fit_point(points: Points3) -> Fit:
-    """Return the mean of ``points`` (n, 3), mm; residuals are distances, nonnegative.
-
-    Raises FitError without points, or for non-finite ones.
-    """
+    """Return the mean of ``points`` (n, 3), mm, with nonnegative residuals; or raise FitError."""
     points = checked_points(Shape.POINT, points)
     n = len(points)
     geometry = np.zeros(GEOMETRY_SIZE)

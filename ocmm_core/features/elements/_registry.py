@@ -80,9 +80,7 @@ class ElementSpec:
     signed: Signed
     """Signed distances from a nominal, see `nominal_distances`."""
     kernel: int | None
-    """Kind of the compiled solver that tracks a minimum as points move; None: the element is
-    refitted.
-    """
+    """Kind of the compiled solver that tracks a minimum; None: the element is refitted."""
     may_be_turned: bool
     """`fit_oriented` supports a given direction."""
 

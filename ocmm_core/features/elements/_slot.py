@@ -70,10 +70,7 @@ def fit_slot_projected(
     plane_normal: Float,
     sizes_hint: tuple[float, float] | None = None,
 ) -> tuple[Fit, Float]:
-    """Return the slot or rectangle of ``points`` projected along ``plane_normal``.
-
-    See `flat.fit_in_given_plane` and `fit_slot`.
-    """
+    """Return the slot or rectangle as `flat.fit_in_given_plane`; for hints see `fit_slot`."""
     return fit_in_given_plane(shape, points, plane_normal, _outline_fit(shape, sizes_hint))
 
 

@@ -130,8 +130,7 @@ def verify_pair(
     """Return the comparison of the fit of ``file`` with its certified result.
 
     The certified result is in the unit of the points. After its numbers the form may follow: the
-    width of the zone, or the diameter for a line in space. InputError for unreadable files or
-    shapes.
+    width of the zone, or the diameter for a line in space. InputError if unreadable or unknown.
     """
     shape = shape_of(file)
     held = read_points_file(file)

@@ -61,20 +61,9 @@ def candidates(
 ) -> list[Solution]:
     """Return the best solution and its possible rivals, best first.
 
-    Parameters
-    ----------
-    solutions
-        Best first, at least one.
-    n
-        Number of points.
-    expected
-        Distance from the plan. Decides between rivals only if one is near and all others are
-        clearly not: that one is returned alone.
-
-    Raises
-    ------
-    FitError
-        The best one did not converge.
+    ``solutions``, at least one, are best first, of ``n`` points; ``expected``, the distance from
+    the plan, decides only if one is near and all others are clearly not: that one is returned
+    alone. FitError if the best one did not converge.
     """
     best, numbers = solutions[0], MINIMUM_POINTS[shape]
     if not best.converged:
@@ -160,13 +149,7 @@ def with_rival(first: Fit, second: Fit) -> Fit:
 
 
 def unambiguous(fit: Fit) -> Fit:
-    """Return the fit if it has no rival.
-
-    Raises
-    ------
-    FitError
-        `fit.ambiguous`: with the sizes of both elements.
-    """
+    """Return the fit; FitError `fit.ambiguous`, with both elements' sizes, if it has a rival."""
     if fit.rival is None:
         return fit
     first, second = sizes_in_words(fit), sizes_in_words(fit.rival)

@@ -60,16 +60,13 @@ STUCK, PATIENCE = 1e-9, 10
 OPEN = 1e9
 """Condition number beyond which a parameter is undetermined."""
 WELL, NOISY = 50.0, 0.03
-"""Condition number and root mean squared residual below which two agreeing families are accepted.
-"""
+"""Condition number and RMS residual below which two agreeing families are accepted."""
 CLOSE, WELL_CLOSE = 0.003, 1000.0
 """The same for many points at small distance."""
 FEW_POINTS = 12
 """Up to this number, never certain."""
 SAME, ONE, ALIKE = 1e-6, 1e-4, 1e-3
-"""Relative difference below which two minima are the same: within one search, of two families, and
-of two unrefined ends.
-"""
+"""Relative difference of equal minima: within a search, of two families, of unrefined ends."""
 
 Family = Callable[[], Float]
 """Returns starts (m, 8)."""

@@ -45,9 +45,7 @@ shape is another shape, so the fit keeps the distance.
 """
 
 Spread: TypeAlias = Literal["point", "line", "plane", "sphere", "turn"]
-"""Required spread of the points: none, along a length, over an area, over half a sphere, or around
-a direction.
-"""
+"""Required spread: none, along a length, over an area or half a sphere, round a direction."""
 
 SizeField: TypeAlias = Literal["diameter", "length", "width", "angle_deg"]
 """Fields of a nominal feature, and of a report's element, with whole sizes."""

@@ -57,8 +57,7 @@ class Fit:
     """
     criterion: Criterion = Criterion.LEAST_SQUARES
     contacts: tuple[int, ...] = ()
-    """Rows of the contact points of any criterion but least squares: its certificate of optimality.
-    """
+    """Rows of contact points of criteria but least squares: the certificate of optimality."""
     free: bool = False
     """Circle: in space, plane and circle as one problem."""
     rival: Fit | None = None

@@ -148,10 +148,7 @@ class Certificate:
 
 
 def certificate(fit: Fit, points: Points3, offset: float = 0.0) -> Certificate:
-    """Return the certificate of ``fit`` for ``points`` (n, 3), mm, recomputed.
-
-    For ``offset`` see `zone.fit_zone`.
-    """
+    """Recompute the certificate of a fit of points (n, 3), mm; ``offset`` as in `zone.fit_zone`."""
     refuse_masked(fit.shape.value.lower(), points)
     if fit.criterion is Criterion.LEAST_SQUARES:
         return Certificate(False, "Not certified: a least-squares element has no contacts.")

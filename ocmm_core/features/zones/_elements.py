@@ -107,10 +107,7 @@ def zone_surface(fit: Fit) -> ElementFamily | None:
 
 
 def task_of(fit: Fit, points: Points3, surface: ElementFamily, offset: float = 0.0) -> ZoneTask:
-    """Return the task that starts from ``fit`` to ``points`` (n, 3), mm.
-
-    Points of an ellipse may be ``offset``, mm, outside of it.
-    """
+    """Return the task from ``fit`` to points (n, 3), mm, of an ellipse ``offset``, mm, outside."""
     centroid, about, size = centred(fit.shape, points)
     across, z = fit.across, fit.direction
     if not z.any():

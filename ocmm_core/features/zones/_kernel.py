@@ -20,9 +20,7 @@ ROUNDING = 1e-15
 """Relative error of a sum that counts as rounding."""
 MAX_EXCHANGES = 400
 PLAIN_EXCHANGES = 150
-"""Number of exchanges after which the first violated row enters instead of the worst, against
-cycles.
-"""
+"""Exchanges after which the first violated row enters instead of the worst, against cycles."""
 
 
 @compiled()

@@ -51,8 +51,7 @@ class ElementFamily:
     free: tuple[int, ...]
     """Free entries of a step: indices of u, v, w, a, b, the two sizes and the turn."""
     lower: bool = True
-    """The zone has an independent lower bound; otherwise the greatest distance alone is minimised.
-    """
+    """The zone has an independent lower bound; else the greatest distance alone is minimised."""
     sign: float = 1.0
     """-1: distances are negated, so that the smallest is maximised."""
     even: bool = False

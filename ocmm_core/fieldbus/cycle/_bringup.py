@@ -94,8 +94,7 @@ class BusSettings:
     """Interface at the other end of the ring; empty without redundancy."""
     device: DeviceDescription | None = None
     lenses: tuple[Intrinsics, ...] = ()
-    """`device`, `lenses`: camera description and, if the cameras correct, the intrinsics of each;
-    None and empty for our own."""
+    """`device`, `lenses`: camera description, and intrinsics if they correct; None, empty: ours."""
 
     @property
     def interfaces(self) -> tuple[str, ...]:
@@ -133,13 +132,7 @@ class Session:
         return bool(self.translators) and not self.translators[0].shares_clock
 
     def outputs(self, next_frame: int, token: int) -> bytes:
-        """Return the outputs of a camera in the cycle `token`.
-
-        Parameters
-        ----------
-        next_frame
-            Number of the first frame still needed; acknowledges all before it.
-        """
+        """Return the outputs in the cycle `token`; acknowledges all before `next_frame`."""
         if self.image is not None:
             return self.image.pack_outputs(token)
         control = Control.STREAM if token else 0

@@ -92,10 +92,7 @@ class BusClock:
 
 
 class CyclePacer:
-    """Start times of the cycles, and the number of elapsed cycles.
-
-    Without a bus clock the cycles follow this computer's clock.
-    """
+    """Start times of the cycles, by this computer's clock without a bus clock, and their count."""
 
     def __init__(self, period_ns: int, now_ns: int) -> None:
         self._period_ns = period_ns

@@ -31,10 +31,7 @@ _DEEP_CYCLES = 2
 
 
 def alarm_of(error: BusError) -> str:
-    """Return the alarm of a bring-up error.
-
-    Errors without an alarm, such as missing rights, keep their code and remedy.
-    """
+    """Return the alarm of a bring-up error; others, such as missing rights, keep their code."""
     return alarm_of_error(error.code) or error.code
 
 

@@ -122,10 +122,7 @@ class ProcessImage:
         return found
 
     def number(self, content: bytes, role: Role, exposure: int = -1) -> int | None:
-        """Return the first integer of a role in an exposure, or None.
-
-        A number outside the exposures applies to all of them.
-        """
+        """Return the first integer of a role, or None; one outside the exposures applies to all."""
         for entry in self._all:
             if entry.role is role and entry.exposure in (exposure, -1):
                 raw = content[entry.at : entry.at + entry.size]
@@ -153,10 +150,7 @@ class ProcessImage:
         return next(8 * entry.size for entry in self._all if entry.role is role)
 
     def pack_inputs(self, values: dict[tuple[Role, int, int], float]) -> bytes:
-        """Return inputs with values by role, exposure and slot; others are zero.
-
-        Integers wrap around, as counters do.
-        """
+        """Return inputs with values by role, exposure and slot, else zero; integers wrap around."""
         found = [values.get((entry.role, entry.exposure, entry.slot), 0.0) for entry in self._all]
         return self._struct.pack(
             *[

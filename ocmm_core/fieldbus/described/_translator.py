@@ -34,8 +34,7 @@ from ocmm_core.fieldbus.device import (
 _SPOT_LIMIT_PX, _SPOT_LIMIT_MM = 8192.0, 100.0
 """Larger than any sensor."""
 _REPEATS = 3
-"""Without a counter, inputs are old after this many cycles of bit-identical spots: noise would
-change them."""
+"""Without a counter, inputs are old after so many bit-identical cycles: noise changes them."""
 _EDGE_NS = 5_000
 """Closer to the renewal of the inputs, the block read is ambiguous."""
 _RUNNING = int(CameraStatus.OPERATIONAL | CameraStatus.SYNCHRONISED)
@@ -54,10 +53,7 @@ class Timing(NamedTuple):
 
 
 class InputTranslator:
-    """Translator of one described camera, across bring-ups.
-
-    `lens` is required if the camera sends corrected millimetres.
-    """
+    """Translator of one described camera, across bring-ups; `lens` if it sends corrected mm."""
 
     def __init__(
         self,

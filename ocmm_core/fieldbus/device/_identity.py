@@ -25,8 +25,7 @@ class CameraIdentity:
     sensor: int = 0
     width: int = 0
     height: int = 0
-    """`sensor`, `width`, `height`: serial number and size, px, of the calibrated sensor; 0:
-    unknown."""
+    """`sensor`, `width`, `height`: serial number and size, px, as calibrated; 0: unknown."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -78,10 +78,7 @@ class InputLayout:
         return zlib.crc32(_SERIAL.pack(serial)) if self.says_serial else 0
 
     def crc(self, content: bytes | bytearray | memoryview, serial: int) -> int:
-        """Return the checksum (CRC-32 of ISO 3309) of a camera's whole input.
-
-        Its own field counts as zero.
-        """
+        """Return the CRC-32 (ISO 3309) of a whole input; its own field counts as zero."""
         return _crc(content, self.crc_begin(serial))
 
     def mark(self, serial: int) -> int:

@@ -184,10 +184,7 @@ def decode_frame(frame: bytes) -> tuple[int, tuple[Datagram, ...]]:
 
 
 def answers_like(frame: bytes, asked: Sequence[Datagram]) -> tuple[Datagram, ...] | None:
-    """Return the datagrams of a frame that answers `asked`, or None.
-
-    Answers may carry additional flags. Damaged or foreign frames are no answers.
-    """
+    """Return the datagrams of a frame that answers `asked` (more flags allowed), else None."""
     try:
         _index, datagrams = decode_frame(frame)
     except BusError:

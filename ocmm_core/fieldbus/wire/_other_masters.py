@@ -34,10 +34,7 @@ def is_foreign(frame: bytes) -> bool:
 
 
 def refuse_other_programs(interfaces: Sequence[str]) -> None:
-    """Raise BusError if another program has an EtherCAT socket on an interface.
-
-    ``bus.second_master`` names the program if this user may read it.
-    """
+    """Raise BusError ``bus.second_master`` if another program, named if possible, has a socket."""
     own = _own_inodes()
     for interface in interfaces:
         others = [inode for inode in _sockets_on(interface) if inode not in own]

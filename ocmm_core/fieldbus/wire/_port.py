@@ -144,10 +144,7 @@ class Port:
             ) from error
 
     def ask(self, datagrams: Sequence[Datagram]) -> tuple[Datagram, ...] | None:
-        """Send datagrams outside a cycle and return their answers.
-
-        Blocks for 30 ms at most; returns None without answer.
-        """
+        """Send datagrams outside a cycle, for 30 ms at most; return their answers or None."""
         service = self._questions
         for _ in range(_ASK_TRIES):
             answers: list[Datagram] = []

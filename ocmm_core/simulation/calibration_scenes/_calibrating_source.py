@@ -11,10 +11,7 @@ BLOCK_NS = 10_000_000
 
 
 class CalibratingSource:
-    """A `FrameSource` that shows the scenes once and ends.
-
-    Not live: rig time waits for slow readers.
-    """
+    """A `FrameSource` that shows the scenes once and ends; rig time waits for slow readers."""
 
     def __init__(self, rig: CalibrationScenesRig, speed: float = 0.0) -> None:
         self._rig = rig

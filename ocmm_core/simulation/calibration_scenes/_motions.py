@@ -63,10 +63,7 @@ def visits(
 
 
 def waves(volume_world: Float, scene: FreeMotionScene, body: ProbeBody) -> Float:
-    """Return segments through places and attitudes of the volume.
-
-    Each segment ends in another cell, so that the whole volume is crossed.
-    """
+    """Return segments through places and attitudes, each to another cell: the volume is crossed."""
     rng = np.random.default_rng([scene.seed, STREAM + 1])
     low, high = volume_world
     cells = np.array(list(np.ndindex(_CELLS, _CELLS, _CELLS)))

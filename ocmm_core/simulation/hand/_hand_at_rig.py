@@ -35,10 +35,7 @@ class LedView:
 
 
 class HandAtRig:
-    """Take the probe from the robot, lead it, and return it; thread-safe.
-
-    Produces camera frames, as any other motion.
-    """
+    """Take the probe from the robot, lead it, and return it; a thread-safe source of frames."""
 
     def __init__(self, source: SimulatedSource, rig: VirtualRig) -> None:
         self._source, self._rig = source, rig

@@ -71,8 +71,7 @@ class HandView:
     touches: bool = False
     aim_world: Float | None = None
     normal_world: Float | None = None
-    """`aim_world`, `normal_world`: (3,), mm and unit: target on the part, and the way out; None off
-    the part."""
+    """`aim_world`, `normal_world`: (3,), mm, unit: target on the part and way out; None off it."""
     forgotten: int = 0
     """Dropped targets."""
 

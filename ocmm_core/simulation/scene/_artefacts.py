@@ -102,8 +102,7 @@ class TrueFeature:
     """(3,), unit: length direction of slot and ellipse, otherwise zero."""
     length: float = 0.0
     width: float = 0.0
-    """`length`, `width`: mm, overall, of slot and ellipse; the width of a torus is its tube
-    diameter."""
+    """`length`, `width`: mm, overall, of slot and ellipse; width of a torus: tube diameter."""
     half_angle: float = 0.0
     """rad: of a cone, whose radius falls along its direction."""
 

@@ -85,8 +85,7 @@ class ScriptedTouch:
     contact_s: float
     settled_s: float
     retract_s: float
-    """`contact_s`, `settled_s`, `retract_s`: first contact, and start and end of the rest of the
-    ball centre."""
+    """`contact_s`, `settled_s`, `retract_s`: first contact, start and end of the ball's rest."""
     surface_world: Float
     """(3,), mm: the point that is touched."""
     normal_world: Float
@@ -140,10 +139,7 @@ class Operator:
         return self._timeline.touches
 
     def extend(self, touches: Touches, not_before_s: float) -> None:
-        """Append touches after the end of the script, or after `not_before_s` if later.
-
-        Touch points are new, even for a feature touched before.
-        """
+        """Append touches at new points after the script's end, or `not_before_s` if later."""
         with self._lock:
             self._timeline = self._extended(self._timeline, touches, not_before_s)
 

@@ -55,8 +55,7 @@ class ProbeStudy:
     rig: Rig | None = None
     spot_sigma_px: float = 0.0105
     centre_world: Float | None = None
-    """`rig`, `spot_sigma_px`, `centre_world`: for "bundle": cameras, spot noise, px, and ball
-    centre, (3,), mm."""
+    """`rig`, `spot_sigma_px`, `centre_world`: for "bundle": cameras, px, ball centre (3,), mm."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -151,10 +151,7 @@ class VirtualRig:
         )
 
     def extend(self, touches: Touches, after_frame: int = 0) -> None:
-        """Append touches after the end of the script, or after `after_frame` if later.
-
-        Thread-safe.
-        """
+        """Append touches after the script's end, or `after_frame` if later; thread-safe."""
         self._operator.extend(touches, after_frame * self.frame_period_ns * 1e-9)
 
     def complete(self, missing: Missing, after_frame: int) -> None:

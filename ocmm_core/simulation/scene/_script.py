@@ -30,8 +30,7 @@ class RigScript(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields
     seed: int
     options: WorldOptions = WorldOptions()
     frame_rate_hz: int = 0
-    """`seed`, `options`, `frame_rate_hz`: as in `VirtualRig`; rate 0 is that of the rig document.
-    """
+    """`seed`, `options`, `frame_rate_hz`: as in `VirtualRig`; rate 0: as in the rig document."""
     reference: str = ""
 
     def to_json(self) -> str:

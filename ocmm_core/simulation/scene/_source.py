@@ -114,10 +114,7 @@ class SimulatedSource:
         """Do nothing: the source holds no resources."""
 
     def extend(self, touches: Touches) -> None:
-        """Append touches after the script or after now; thread-safe.
-
-        The new touches start after the blocks in progress.
-        """
+        """Append touches after the script or the blocks in progress; thread-safe."""
         with self._lock:
             self._rig.extend(touches, self._next_frame + self._block)
 
@@ -126,10 +123,7 @@ class SimulatedSource:
         return self._rig.frame_period_ns * 1e-9
 
     def take_over(self, hand: LedHand) -> None:
-        """Give the probe to a hand from the next frame on; thread-safe.
-
-        Pending touches of the operator are dropped.
-        """
+        """Give the probe to a hand from the next frame, dropping pending touches; thread-safe."""
         with self._lock:
             now = self._rig.operator_motion(self._next_frame, 1)
             hand.begin(now.tip_world[0], rotation_vector(now.rotation_world_from_probe[0]))

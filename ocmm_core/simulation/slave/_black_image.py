@@ -123,10 +123,7 @@ class BlackImages:
         self._now_ns = 0
 
     def switch_on(self) -> None:
-        """Use the stored image, as at power-on.
-
-        Without a stored one, the sensor keeps its factory image.
-        """
+        """Use the stored image as at power-on; without one the factory image stays."""
         try:
             block = self._store.load(STORED_NAME)
             if block is None:

@@ -153,10 +153,7 @@ _WIDTH, _HEIGHT, _TEMPERATURE, _HOURS = range(2, 6)
 
 
 class Electronics:
-    """Application behind the objects of one camera.
-
-    ``sensor``: serial number and size of the sensor, px, for object 0x9000.
-    """
+    """Application behind one camera's objects; ``sensor``: serial number and size, px (0x9000)."""
 
     def __init__(
         self,

@@ -38,8 +38,7 @@ from ocmm_core.tracking.kernels._meeting_kernel import triangulate_pairs, undist
 
 MAX_POSES = 32
 MAX_COMPARISONS = 32_000_000
-"""Limits of kept poses and compared distance pairs, beyond which the scene counts as too confusing.
-"""
+"""Limits of kept poses and compared distance pairs; beyond, the scene is too confusing."""
 
 ALL_SPOTS = 16
 """Up to this number of spots a camera, all are seeds."""

@@ -30,8 +30,7 @@ from ocmm_core.tracking.kernels._kernel import (
 from ocmm_core.tracking.kernels._small_algebra import backward, cholesky, forward, turn
 
 ANSWERED, TOO_FEW, OPEN = 0, 1, 2
-"""Status values: solved, fewer than three LEDs seen by two cameras, or pose undetermined by them.
-"""
+"""Solved, fewer than three LEDs seen by two cameras, or pose undetermined by them."""
 
 N_LENS = 14
 """Parameters of a camera, in the order of `camera.PARAMETERS`."""
