@@ -162,10 +162,7 @@ class ChainFile(Generic[T]):
             )
 
     def signers(self) -> tuple[SealState, ...]:
-        """Return the state of the signature of each line, oldest first.
-
-        Raises StorageError if a signature does not belong to its line.
-        """
+        """Return the states of the lines' signatures, oldest first; StorageError if one is bad."""
         return tuple(self._signer_of(index) for index in range(len(self._signatures)))
 
     def _signer_of(self, index: int) -> SealState:

@@ -1,10 +1,9 @@
-"""The door of a room: what its face names is loaded from the files inside when it is asked for.
+"""Lazy exports of packages (PEP 562).
 
-Every package is a room. Others import from the package alone (`from ocmm_core.camera import Rig`);
-its files begin with an underscore, and nobody else names them (tests/doors.py looks). A face that
-loaded all its files at once would make a command pay for rooms that it never enters, so the names
-are looked up by this function, the way PEP 562 allows it. What a type checker and the import
-graph see stands beside it under ``if TYPE_CHECKING``; a test holds the two together.
+Others import from the package alone (`from ocmm_core.camera import Rig`); its files begin with an
+underscore, and tests/doors.py checks that no other code names them. Loading all files at once would
+make a command pay for packages that it never uses. Type checkers and the import graph read the
+names under ``if TYPE_CHECKING``; a test compares both.
 """
 
 from __future__ import annotations

@@ -1,8 +1,4 @@
-"""The one error tree of the product.
-
-Every error that can reach a person carries a stable code, one clear sentence that says
-what is wrong (naming the file, the line or the field) and what to do about it.
-"""
+"""The error tree of the product: a stable code, a sentence with file, line or field, a remedy."""
 
 from __future__ import annotations
 

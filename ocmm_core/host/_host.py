@@ -40,10 +40,7 @@ class Host(ABC):
 
     @abstractmethod
     def open_as_it_is(self, path: Path) -> int:
-        """Return a descriptor of a file or folder itself: no link is followed, nothing waited for.
-
-        OSError if it is a link, is gone, or cannot be opened.
-        """
+        """Return a descriptor of a file or folder, not waiting nor following links; OSError."""
 
     @abstractmethod
     def is_at(self, descriptor: int, path: Path) -> bool:

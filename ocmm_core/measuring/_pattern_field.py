@@ -84,10 +84,7 @@ class PatternField:
         return found
 
     def bumps(self) -> csr_array:
-        """Return the height of every bump at every spot, sparse (N S, f), without empty bumps.
-
-        The fields of the two axes are independent and have the same heights.
-        """
+        """Return heights of bumps at spots, sparse (N S, f), without empty ones, on either axis."""
         first = np.floor(self.place).astype(np.int32) - np.int32(_REACH - 1)
         steps = np.arange(2 * _REACH, dtype=np.int32)
         away = self.place[..., None] - first[..., None] - steps

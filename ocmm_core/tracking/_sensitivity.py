@@ -64,10 +64,7 @@ class PoseSensitivity:
 
 
 def tip_sensitivity(spots: Float, rig: Rig, body: ProbeBody) -> TipSensitivity:
-    """Return the tip of spots (C, L, 2), px by LED number, and its derivatives.
-
-    Raises TrackingError if the spots do not determine a pose.
-    """
+    """Return the tip of spots (C, L, 2), px by LED number, and derivatives; or TrackingError."""
     return tip_sensitivities(spots[None], rig, body)[0]
 
 

@@ -104,15 +104,7 @@ class Translation:
                 self._wordless.append(known)
 
     def of(self, text: str, code: str = "") -> str:
-        """Return a text of the core in this language, or as it is where it is not known.
-
-        Parameters
-        ----------
-        text
-            One or several sentences.
-        code
-            Of the error that says it; empty if there is none.
-        """
+        """Return sentences in this language, unchanged if unknown; ``code``: of an error."""
         key = (text, code)
         if key not in self._seen:
             if len(self._seen) >= _REMEMBERED:

@@ -1,7 +1,4 @@
-"""Artefact register: entries, expiry, and reasons for refusal.
-
-Form of an artefact, typed or read from a certificate.
-"""
+"""Artefact register: entries, expiry, refusals, and a form, typed or read from a certificate."""
 
 from __future__ import annotations
 

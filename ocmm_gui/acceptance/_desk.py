@@ -51,10 +51,7 @@ _TEXTS = WizardTexts(
 
 
 class AcceptanceDesk(GuidedStack):
-    """One test at a time.
-
-    `tap`: Station frames; measuring is suspended while a watcher is attached.
-    """
+    """One test at a time; while ``tap`` has a watcher, measuring is suspended."""
 
     paper_wanted = Signal(object)
     """Emits the `Path` of the record for a certificate."""

@@ -44,10 +44,7 @@ class TakesTemperature(Protocol):
 
 
 class MeasurePage(CollectPage):
-    """Picture of volume and artefact, progress, last errors, room temperature.
-
-    `away`: (3,), unit: from the cameras to the volume.
-    """
+    """Volume, artefact, progress, last errors, temperature; ``away`` (3,): cameras to volume."""
 
     keys = ("back", "automatic", "take", "next")
     misread = Signal(object)

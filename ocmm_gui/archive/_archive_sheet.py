@@ -108,11 +108,7 @@ _MOST_NOTES = 5
 
 
 class ArchiveSheet(WorkSheet):
-    """Query the archive in a side process.
-
-    `place`: Returns archive and outbox by the settings; None if the archive is off.
-    `folder`: Proposed for exported files.
-    """
+    """Query the archive, of ``place`` by the settings, in a side process; ``folder``: exports."""
 
     def __init__(
         self, place: Callable[[], ArchivePlace | None], folder: Callable[[], Path]

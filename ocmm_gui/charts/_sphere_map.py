@@ -47,10 +47,7 @@ class Mapped:
 
 
 class SphereMap(Painted):
-    """Directions about a centre, seen from above, with the cameras below.
-
-    The distance from the centre is the angle (azimuthal equidistant).
-    """
+    """Directions about a centre, from above, cameras below; azimuthal equidistant."""
 
     def __init__(self, name: str, rig: Rig) -> None:
         super().__init__(name, SCENE_SIZE, SCENE_LEAST)

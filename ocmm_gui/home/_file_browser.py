@@ -1,8 +1,4 @@
-"""Non-modal file browser in the window.
-
-Recent places at the left, files of the folder at the right. Read-only, so shipped documents can
-also be browsed.
-"""
+"""Non-modal read-only file browser: recent places at the left, files of the folder at right."""
 
 from __future__ import annotations
 

@@ -108,10 +108,7 @@ class FindAction(QFrame):
 
 
 def fitting(text: str, actions: Mapping[str, QAction]) -> tuple[str, ...]:
-    """Return the keys of the actions with all typed words, best first.
-
-    Prefix matches of the name first, then other matches in it, then those in explanations.
-    """
+    """Return the keys of actions with all typed words: name prefixes, names, explanations."""
     words = text.lower().split()
     ranked = []
     for place, (key, action) in enumerate(actions.items()):

@@ -59,9 +59,7 @@ class SettingsPage(Sheet):
     """Section names, with one section at a time at their right.
 
     Values are stored on Return or when leaving the field. Values that a running job cannot adopt
-    wait until the job is reopened, by a key.
-
-    `apply`: Reopens the job; None without an open job.
+    wait until it is reopened by a key, with ``apply`` (None without an open job).
     """
 
     changed = Signal(object)

@@ -16,10 +16,7 @@ _FAR_SHARE, _DESK_PX = 34.0 / 1080.0, 16.0
 
 
 class AnswerPanel(QFrame):
-    """One line: the question, and the keys to agree and to decline.
-
-    Only these two keys are captured; all others act on the window as before.
-    """
+    """One line: the question, and the keys to agree and decline; other keys act as before."""
 
     agreed = Signal()
     declined = Signal()

@@ -13,10 +13,7 @@ _LEAST_PX = 9
 
 
 class FitText(Painted):
-    """One line in the largest type that fits, with an optional mark before it.
-
-    `reserve`: This text must fit as well; keeps changing digits from changing the type size.
-    """
+    """One line in the largest type that also fits ``reserve``: digits do not resize it."""
 
     def __init__(
         self,

@@ -25,11 +25,7 @@ _FOLDER = "i18n"
 
 
 def chosen_language(setting: str, wanted: Sequence[str] | None = None) -> str:
-    """Return the language of a setting.
-
-    `setting`: One of `LANGUAGES`, or ``system``.
-    `wanted`: User languages by preference, such as ``de-AT``; None reads the system's.
-    """
+    """Return the language of a setting, or for ``system`` of ``wanted``, None: the system's."""
     if setting in LANGUAGES:
         return setting
     if wanted is None:

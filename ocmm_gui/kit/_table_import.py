@@ -25,9 +25,7 @@ _PAUSE_MS = 300
 class TableImport(QWidget):
     """First and last lines of a table, with columns, unit and decimal sign, all changeable.
 
-    Return takes the table over, Esc goes back without.
-
-    `example`: Columns of such a table, as they are stated.
+    Return takes the table over, Esc goes back; ``example``: columns as they are stated.
     """
 
     changed = Signal(object, object)

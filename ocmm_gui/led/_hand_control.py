@@ -1,7 +1,4 @@
-"""Control of the virtual probe: mouse and keys to the core.
-
-While leading, mouse and keys over the 3-D view move the ball, not the view.
-"""
+"""Control of the virtual probe: while leading, mouse and keys move the ball, not the view."""
 
 from __future__ import annotations
 

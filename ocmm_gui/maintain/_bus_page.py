@@ -1,7 +1,4 @@
-"""Bus page: wire, cameras, cycle counts, clocks and events.
-
-Counts and shares of the bus cycles add up.
-"""
+"""Bus page: wire, cameras, cycle counts and shares that add up, clocks and events."""
 
 from __future__ import annotations
 

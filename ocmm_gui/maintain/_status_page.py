@@ -47,10 +47,9 @@ H = TypeVar("H")
 class StatusPage(QWidget, Generic[V, H]):
     """A large status word, its meaning, and facts; refreshed while visible.
 
-    `pull_overview`: Returns the contents of the store; called on opening and after status changes,
-      as it reads many files.
-    `in_order`, `design`: Texts for good order, and for a virtual rig.
-    `in_doubt`: Opens the jobs with suspect points.
+    ``pull_overview`` returns the contents of the store, on opening and after status changes, as it
+    reads many files; ``in_order``, ``design``: texts for good order, and for a virtual rig;
+    ``in_doubt`` opens the jobs with suspect points.
     """
 
     def __init__(

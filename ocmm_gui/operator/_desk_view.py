@@ -1,7 +1,4 @@
-"""Desk view: a large part view, plan, feature and status, cameras on demand.
-
-Includes the camera line with the button for the images.
-"""
+"""Desk view: part, plan, feature and status, and the camera line with a button for images."""
 
 from __future__ import annotations
 

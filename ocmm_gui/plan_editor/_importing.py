@@ -206,10 +206,7 @@ def _with_frame(plan: Plan, path: Path, *, relocate: bool) -> Imported:
 
 
 class Importing(WorkLine):
-    """Read a file in the background and show progress; hidden otherwise.
-
-    `in_use`: returns the equipment of the station; None without one.
-    """
+    """Read a file in the background, showing progress; ``in_use``: the station's equipment."""
 
     imported = Signal(object)
     offered = Signal(object)

@@ -82,9 +82,8 @@ _END_S = 1.0
 class PlanSheet(Sheet):
     """List on the left, form in the middle, picture and checks on the right.
 
-    `plan`, `path`: The current plan of the station, and its file if known.
-    `job_path`: Returns the file of the running job, whose part can be the master.
-    `in_use`: Returns the cameras and the probe for imported models.
+    ``plan``, ``path``: of the station, its file if known; ``job_path`` returns the running job,
+    whose part can be the master; ``in_use``: cameras and probe for imported models.
     """
 
     warned = Signal(str)

@@ -88,10 +88,7 @@ def paint_tag(painter: QPainter, number: int) -> None:
 def archival_pdf(
     drawn: bytes, tags: Sequence[PageTag], facts: PdfFacts, files: Mapping[str, bytes]
 ) -> bytes:
-    """Return drawn pages as PDF/A-3a with associated files.
-
-    `files`: data of the pages by name, ending in ``.json``, ``.xml`` or ``.csv``.
-    """
+    """Return pages as PDF/A-3a with associated files: ``.json``, ``.xml`` or ``.csv`` by name."""
     writer = PdfWriter(clone_from=io.BytesIO(drawn))
     writer.pdf_header = "%PDF-1.7"
     root, moment = writer.root_object, datetime.fromisoformat(facts.utc)

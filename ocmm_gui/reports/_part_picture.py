@@ -1,7 +1,4 @@
-"""Picture of the measured part, as large as possible, with labels that do not overlap.
-
-Labels are next to their items, or as near as possible, at the end of a thin line.
-"""
+"""Picture of the measured part, as large as possible; labels next to items, or on thin lines."""
 
 from __future__ import annotations
 

@@ -76,10 +76,7 @@ def lay_out(record: RecallRecord) -> Canvas:
 
 
 def pdf_bytes(record: RecallRecord) -> bytes:
-    """Return the recall as a PDF file with the sealed record inside.
-
-    Raises StorageError if the file read back differs from the input.
-    """
+    """Return the recall as PDF with its record; StorageError if the file read back differs."""
     canvas = lay_out(record)
     last = foot(record)
     return written_pdf(

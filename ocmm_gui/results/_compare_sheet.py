@@ -105,10 +105,7 @@ class TrendTable(DataTable):
 
 
 class CompareSheet(WorkSheet):
-    """Read the jobs of a folder in a side process and compare them.
-
-    `records`: returns the folders of records of probes and calibrations; None is that of this user.
-    """
+    """Compare the jobs of a folder in a side process; ``records`` returns record folders."""
 
     def __init__(
         self, records: Callable[[], tuple[Path | None, Path | None]] = lambda: (None, None)

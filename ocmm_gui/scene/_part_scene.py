@@ -122,9 +122,8 @@ class PartDrawing(QObject):
     ) -> PartScene | None:  # fmt: skip
         """Return the part for painting, or None.
 
-        `place`: World from model.
-        `marked`: Colours ``#rrggbb`` by face index.
-        `colours`: (n, 3) of its vertices, instead of face colours.
+        ``place``: world from model; ``marked``: ``#rrggbb`` by face; ``colours`` (n, 3) of
+        vertices.
         """
         if self._model is None or self._whole is None:
             return None

@@ -1,8 +1,4 @@
-"""Deviations as colours on the part near touched points; grey elsewhere.
-
-`value_field` computes the coloured region and values from the drawn whiskers; this module assigns
-class colours.
-"""
+"""Class colours of deviations on the part near touched points (`value_field`), else grey."""
 
 from __future__ import annotations
 

@@ -122,8 +122,7 @@ def paint_scale(
 ) -> None:  # fmt: skip
     """Paint the scale: too little, within, too much, with limits at the middle's ends.
 
-    `scale`: Type size relative to the screen's.
-    `reach_mm`: Colour reach of a point; None without colours.
+    ``scale``: type size relative to the screen's; ``reach_mm``: colour reach; None: no colours.
     """
     if not picture.whiskers:
         return

@@ -23,8 +23,6 @@ class PartPicture(OrbitView):
 
     Faces are indices of ``model.faces``, as in ``model.triangle_faces``. Turn with the left button
     or arrow keys, pan with the right one, zoom with wheel or plus and minus; F fits.
-
-    `name`: Accessible name; default "part".
     """
 
     face_clicked = Signal(int)

@@ -67,9 +67,7 @@ class PointView(OrbitView):
     """Keeps the work visible until the user turns the view; F resumes.
 
     Orbit with the left button or the arrow keys, pan with the right one, zoom with the wheel.
-
-    `rig`, `body`: In use.
-    `animated`: View changes take some tenths of a second.
+    ``animated``: view changes take some tenths of a second.
     """
 
     def __init__(self, rig: Rig, body: ProbeBody, *, animated: bool = False) -> None:

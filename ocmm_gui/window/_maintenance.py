@@ -1,7 +1,4 @@
-"""Maintenance of rig and probe: the pages of Maintain, the wizards, and their follow-ups.
-
-All are made, and loaded, at their first use: the window is shown before that.
-"""
+"""Maintenance of rig and probe: Maintain, wizards, follow-ups; all loaded at their first use."""
 
 from __future__ import annotations
 
@@ -41,10 +38,8 @@ if TYPE_CHECKING:
 class Maintenance(MadeLate):
     """Make pages and wizards at their first use, and join them to the station.
 
-    `feedback`: Sounds of the wizards.
-    `actions`: By key.
-    `tests`: Acceptance tests and certificates.
-    `practice`: Virtual rig for practising wizards; None for real work.
+    ``feedback``: sounds of wizards; ``actions`` by key; ``tests``: acceptance tests and
+    certificates; ``practice``: virtual rig for practising; None for real work.
     """
 
     made = Signal(object)

@@ -1,7 +1,4 @@
-"""The sheets of the window: results, reports, plan, alignment, job.
-
-A sheet is made, with its imports, at its first use: the window is shown before that.
-"""
+"""The sheets of the window: results, reports, plan, alignment, job; loaded at first use."""
 
 from __future__ import annotations
 

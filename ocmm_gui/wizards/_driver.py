@@ -48,10 +48,7 @@ _log = logging.getLogger(__name__)
 
 
 class WizardDriver(QObject):
-    """Drive one procedure; created and used on the window's thread.
-
-    `predict`: Predicts the quality of the result so far; None if unsupported.
-    """
+    """Drive one procedure, on the window's thread; ``predict``: quality so far, or None."""
 
     seen = Signal(object)
     failed = Signal(object)

@@ -79,10 +79,7 @@ def text_chart(found: LinearityReport) -> list[str]:
 
 
 def linearity_chart(found: LinearityReport, *, simulated: bool = False) -> str:
-    """Return the chart as SVG: biases over references, the line, its band and zero.
-
-    The picture may be separated from its text, so it contains SIMULATED itself.
-    """
+    """Return the chart as SVG, itself marked if SIMULATED: biases, the line, its band, zero."""
     study = found.study
     low, high = float(study.references.min()), float(study.references.max())
     at = np.linspace(low, high, 61)

@@ -1,7 +1,4 @@
-"""Acceptance tests on the terminal: frames, points, retests, verdict.
-
-A point is recorded as soon as the ball rests at the required place.
-"""
+"""Acceptance tests on the terminal: a point is recorded once the ball rests at its place."""
 
 from __future__ import annotations
 
@@ -86,10 +83,7 @@ class PointCollector:
         )
 
     def collect(self, feed: Feed, frames: int | None = None) -> bool:
-        """Record points from a started source; return whether all are recorded.
-
-        `frames`: Length of its script; None for a source without end.
-        """
+        """Record points of a started source; return whether all are; ``frames`` None: endless."""
         session, seen = self._session, 0
         while session.current >= 0 and not self._stop():
             stopped = read_status(feed.ring).state is AcquisitionState.STOPPED

@@ -1,7 +1,4 @@
-"""Files of running jobs that are removed, moved, replaced, unmounted, or on a full disk.
-
-The job runs as a user starts it, and the remains are read as a user reads them.
-"""
+"""Files of running jobs removed, moved, replaced, unmounted, or on a full disk."""
 
 from __future__ import annotations
 

@@ -1,7 +1,4 @@
-"""Soak: jobs at the full rate in sequence, in one program that must not grow.
-
-The window and the wire have a soak of their own, ``benchmarks.soak``.
-"""
+"""Soak: jobs at full rate in one program that must not grow (window: ``benchmarks.soak``)."""
 
 from __future__ import annotations
 

@@ -1,7 +1,4 @@
-"""Cylinder by orthogonal distance, cold start without an axis.
-
-Every trial axis starts with Taubin's circle through the points projected along it; see `search`.
-"""
+"""Cylinder by orthogonal distance, cold start by Taubin's circle along every trial axis."""
 
 from __future__ import annotations
 

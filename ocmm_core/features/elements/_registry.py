@@ -1,8 +1,4 @@
-"""Registry of elements: computation for each shape.
-
-`features.shapes` has the properties of shapes; this module their fits and distances. A shape
-without an entry raises KeyError.
-"""
+"""Registry of elements: fits and distances of each shape; KeyError for a shape without."""
 
 from __future__ import annotations
 
@@ -72,9 +68,7 @@ class ElementSpec:
     fit: Callable[[Points3, Known], Fit]
     """Least squares, from points (n, 3), mm."""
     projected: Callable[[Points3, Float, Known], tuple[Fit, Float]] | None
-    """The same in a plane of given normal (3,), with the derivatives (12, 3) by the normal; None
-    for shapes without a plane.
-    """
+    """The same in a plane of a normal (3,), with its derivatives (12, 3); None without a plane."""
     jacobian: Slopes
     """Derivatives of signed distances, see `distance_derivatives`."""
     signed: Signed

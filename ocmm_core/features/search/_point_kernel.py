@@ -10,10 +10,7 @@ from ocmm_core.geometry import Float
 
 @compiled(reorder=True)
 def centre(points: Float, centroid: Float, about: Float) -> float:
-    """Write the centroid (3,) and the scaled points about it (n, 3); return their size.
-
-    The size is the root mean squared distance from the centroid.
-    """
+    """Write centroid (3,) and points about it (n, 3), over their RMS distance; return that."""
     n = len(points)
     x = y = z = 0.0
     for row in range(n):

@@ -1,8 +1,4 @@
-"""Form of an entry in the registry of shapes: words, numbers and traits.
-
-Computing code depends on traits, never on lists of shapes, so that a new shape only needs an entry
-in `_specs`.
-"""
+"""Form of an entry in the registry of shapes: code depends on traits, not on lists of shapes."""
 
 from __future__ import annotations
 

@@ -192,10 +192,7 @@ def by_bounds(surface: ElementFamily, signs: Float) -> Float:
 
 
 def start_pattern(k: int, count: int) -> Float:
-    """Return ``count`` unit directions (count, k): both senses of every axis, then more.
-
-    The further ones follow R. Roberts' additive sequence: evenly spread and deterministic.
-    """
+    """Return unit directions (count, k): every axis both ways, then R. Roberts' sequence."""
     along = np.concatenate([np.eye(k), -np.eye(k)])
     ratio = 2.0
     for _ in range(40):

@@ -87,10 +87,7 @@ class BusAccounts:
         celsius: Mapping[str, float],
         pace: float | None,
     ) -> BusReport:
-        """Return the current report.
-
-        ``phase_ns``: position of the cycles on the bus clock; ``pace``: as in `BusReport`.
-        """
+        """Return the report; ``phase_ns``: of cycles on bus time; ``pace``: see `BusReport`."""
         settings, session, view = self._settings, bus.session, bus.view
         known = view.cameras if len(view.cameras) == len(settings.cameras) else ()
         # After bring-up has found a camera; a failed one leaves it in INIT.

@@ -73,10 +73,7 @@ class MailboxLine:
         return self._counter
 
     def send(self, content: bytes, *, expect: bool = True) -> None:
-        """Write a mailbox once the camera has room; replaces a waiting one.
-
-        With `expect`, every cycle polls for the answer.
-        """
+        """Write a mailbox once there is room, replacing a waiting one; `expect`: poll for it."""
         self._out = content
         self._unsure = 0
         self._expecting = expect

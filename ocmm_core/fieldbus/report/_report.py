@@ -1,8 +1,4 @@
-"""Snapshot of the bus as JSON, for screens and reports.
-
-The bus process writes it into the ring several times a second and at every phase change; reading it
-disturbs nothing.
-"""
+"""Snapshot of the bus as JSON, written into the ring several times a second and per phase."""
 
 from __future__ import annotations
 

@@ -120,10 +120,7 @@ def best_seen(
     volume_world: Float,
     rng: np.random.Generator,
 ) -> Float:
-    """Return a probe attitude as a rotation vector (3,), rad.
-
-    Chosen so that the cameras see most LEDs within the calibrated volume.
-    """
+    """Return the rotation vector (3,), rad, that shows most LEDs in the calibrated volume."""
     low, high = volume_world
     best, least = np.zeros(3), np.inf
     for _ in range(_ATTEMPTS):

@@ -1,7 +1,4 @@
-"""Slave built from a description (ETG.2010, ETG.1000.6).
-
-EEPROM, object dictionary, exposures by its clock, spots in its own units.
-"""
+"""Slave built from a description (ETG.2010, ETG.1000.6): EEPROM, objects, exposures, spots."""
 
 from __future__ import annotations
 

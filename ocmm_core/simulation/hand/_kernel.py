@@ -1,7 +1,4 @@
-"""Compiled loops of the led hand: distance to solids, and motion of the ball.
-
-Part frame; mm, s, rad.
-"""
+"""Compiled loops of the led hand: distance to solids, and motion; part frame, mm, s, rad."""
 
 from __future__ import annotations
 

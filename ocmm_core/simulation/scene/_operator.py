@@ -108,10 +108,7 @@ class _Timeline:
 
 
 class Operator:
-    """The script; thread-safe between reading motion and extending.
-
-    ``tip_radius`` is the true radius of the ball, mm.
-    """
+    """The script; thread-safe between reading and extending; ``tip_radius``, mm, is true."""
 
     def __init__(self, part: Part, tip_radius: float, touches: Touches, seed: int) -> None:
         self._part = part

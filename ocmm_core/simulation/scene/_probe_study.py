@@ -84,10 +84,7 @@ def draw_angles(study: ProbeStudy, rng: np.random.Generator, count: int) -> Floa
 
 
 def draw_targets(study: ProbeStudy, rng: np.random.Generator) -> tuple[Float, Float]:
-    """Return the moments (L, 13) of one run's paths and its targets (n, L, 3), mm.
-
-    The targets are empty unless the LEDs are requested.
-    """
+    """Return moments (L, 13) of a run's paths, and targets (n, L, 3), mm, or none if unwanted."""
     n_leds = len(study.leds)
     moments = np.zeros((n_leds, 13))
     points = np.empty((study.poses if study.with_leds else 0, n_leds, 3))

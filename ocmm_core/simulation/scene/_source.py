@@ -138,10 +138,7 @@ class SimulatedSource:
                 self._hand = None
 
     def _read_led(self) -> FrameBlock | None:
-        """Return the next block of the led hand, or None without one.
-
-        The hand is only exchanged between blocks.
-        """
+        """Return the next block of the led hand, exchanged only between blocks, or None."""
         with self._lock:
             if self._hand is None:
                 return None

@@ -1,7 +1,4 @@
-"""Black image of a software camera (object 0x8020): measure, store, load, clear.
-
-The work exceeds a master's time limit for an answer, so it runs in the background.
-"""
+"""Black image of a software camera (object 0x8020), in the background: it exceeds time limits."""
 
 from __future__ import annotations
 

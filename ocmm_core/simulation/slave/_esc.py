@@ -1,8 +1,4 @@
-"""Software EtherCAT slave controller: registers, EEPROM, clock, states.
-
-Register layout of ETG.1000.4 and the ET1100. Mailbox contents and process data are left to an
-`Application`.
-"""
+"""Software EtherCAT slave controller (ETG.1000.4, ET1100): registers, EEPROM, clock, states."""
 
 from __future__ import annotations
 

@@ -35,10 +35,7 @@ class SlaveClock:
         self._shown_ns += amount_ns
 
     def follow(self, difference_ns: int, now_ns: int) -> None:
-        """Follow the reference clock, within the limits of a slave's control loop.
-
-        ``difference_ns`` is own minus received system time.
-        """
+        """Follow the reference clock within a slave's limits; difference: own minus received."""
         if self._compared_ns is not None:
             limit = (now_ns - self._compared_ns) // _FOLLOW_SHARE
             self._shown_ns -= max(-limit, min(limit, difference_ns))

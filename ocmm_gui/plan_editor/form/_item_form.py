@@ -58,10 +58,8 @@ class ItemForm(QScrollArea):
     """Edit an item; errors name the field.
 
     If a choice decides which fields exist, the lines follow it and keep compatible values.
-
-    `name`: Accessible name.
-    `make`: Type of the item, as for `form_lines`.
-    `without`: Fields without a line; they stay unchanged.
+    ``name``: accessible; ``make``: as for `form_lines`; ``without``: fields without a line,
+    unchanged.
     """
 
     edited = Signal()

@@ -8,11 +8,7 @@ from ocmm_gui.wizards.parts._shown import Seen
 
 
 def gate_words(seen: Seen, accepted: str, *, going_on: bool) -> tuple[str, Mark]:
-    """Return the sentence with its mark.
-
-    `accepted`: Consequence of accepting the result.
-    `going_on`: The next step is entered automatically.
-    """
+    """Return the sentence with its mark; ``accepted``: consequence; ``going_on``: automatically."""
     base = seen.view.base
     gate = base.step.gate
     if base.decision is not ProcedureDecision.OPEN and not is_unstored(base):
