@@ -119,7 +119,6 @@ class BodyTracker:
             self._reader.remember(block.counter, _there(block.uv))
 
     def _forget(self, reason: str) -> None:
-        """Discard the labels and search again with the next frame."""
         self.slot_of_led, self.reason = None, reason
         self._search_at_ns = self._patience_ns = self._doubtful = 0
 

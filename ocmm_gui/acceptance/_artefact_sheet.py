@@ -283,7 +283,6 @@ class ArtefactSheet(WorkSheet):
         self._show_reasons()
 
     def _do(self, call: Callable[[], T], done: Callable[[T], None], reading: str) -> None:
-        """Access the register in the background; report errors."""
         self._doing += 1
 
         def finish(answer: T) -> None:

@@ -114,7 +114,6 @@ class AcceptanceDesk(GuidedStack):
         return proposals
 
     def _tell_failure(self, error: Exception, reading: str) -> None:
-        """Show on the start page why something could not be read."""
         told = contained(error, reading, "Nothing was changed.")
         self.start.show_trouble(said(f"{told.what} {told.remedy}"))
 

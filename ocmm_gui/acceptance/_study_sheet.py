@@ -195,7 +195,6 @@ class StudySheet(WorkSheet):
             self._use(plan)
 
     def use_jobs(self, folder: Path) -> None:
-        """Set the job folder, and read the progress."""
         self._jobs = folder
         if self._plan is not None:
             self.look()

@@ -185,7 +185,6 @@ class ArchiveSheet(WorkSheet):
         self.ask()
 
     def ask(self) -> None:
-        """Run the selected query, or recall, in the background."""
         place = self._place_now()
         if place is None:
             return
@@ -230,7 +229,6 @@ class ArchiveSheet(WorkSheet):
             self.say(tr("Choose what was found wrong, then recall (F8). Nothing is changed."))
 
     def store(self) -> None:
-        """Store the displayed recall in the given name."""
         if not self._recalls():
             self.say(tr("Turn to the recall first (F10)."))
             return

@@ -138,5 +138,4 @@ class ResultCommands:
         self._queue.change(lambda session: session.accept_alignment(words), done)
 
     def report(self, done: Callable[[ReportData], None], failed: Failed) -> None:
-        """Provide all data of a report on the current job."""
         self._queue.ask(self._station.reports.data, done, failed)

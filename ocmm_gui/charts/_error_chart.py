@@ -86,7 +86,6 @@ class ErrorChart(Plot):
         self._paint_groups(painter, box, pitch)
 
     def _paint_groups(self, painter: QPainter, box: QRectF, pitch: float) -> None:
-        """Paint boundaries and names of lines or spheres, as space permits."""
         painter.setFont(text_font(13))
         begin = 0
         names = [group_of(one.name) for one in self._checks]

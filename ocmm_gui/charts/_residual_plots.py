@@ -105,7 +105,6 @@ class ResidualHistogram(Plot):
         self._sigma = 0.0
 
     def show_residuals(self, residuals: Sequence[CameraResiduals]) -> None:
-        """Show both coordinates of all used residuals of all cameras."""
         values = np.concatenate([one.residuals_px[one.used].ravel() for one in residuals])
         self._sigma = rms_of(values)
         self._reach = 4.5 * self._sigma

@@ -121,7 +121,6 @@ class SupportSheet(Sheet):
         self.gather()
 
     def gather(self) -> None:
-        """Collect everything again, in the background."""
         self._draft = None
         self.files.clear()
         self.text.clear()

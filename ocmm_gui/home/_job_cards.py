@@ -121,7 +121,6 @@ class JobCards(QListWidget):
 
 
 def card_words(job: LastJob, judged: JudgedJob | None = None) -> str:
-    """Return the lines of a job in the list."""
     when = datetime.fromtimestamp(job.changed_s).astimezone()
     moment = f"{time_words(when)} {when.tzname()}"
     fault = job.fault if judged is None or job.fault is not None else judged.fault

@@ -151,7 +151,6 @@ class SettingsPage(Sheet):
         self.preview.close_work()
 
     def _follow_head(self) -> None:
-        """Update the report preview: the selected template with its head."""
         self.preview.follow(self.loaded.settings)
 
     def _with_preview(self, section: str) -> QWidget:

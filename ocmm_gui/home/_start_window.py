@@ -201,7 +201,6 @@ class StartWindow(NoticeWindow):
         self._leave_for(errand, path)
 
     def dragEnterEvent(self, event: QDragEnterEvent) -> None:
-        """Accept one plan or job."""
         if dropped_file(event.mimeData()) is not None:
             event.acceptProposedAction()
 

@@ -50,7 +50,6 @@ class FitText(Painted):
         return self._text
 
     def type_pixels(self) -> int:
-        """Return the pixel size that the line is painted with."""
         return self._font_size()
 
     def size_of(self, text: str) -> int:

@@ -126,7 +126,6 @@ class DataTable(QTableWidget):
             self._write(row, column, word)
 
     def right_heads(self, columns: Iterable[int]) -> None:
-        """Right-align the titles of number columns."""
         for column in columns:
             head = self.horizontalHeaderItem(column)
             if head is not None:

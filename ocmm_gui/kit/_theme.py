@@ -89,7 +89,6 @@ def _luminance(colour: str) -> float:
 
 
 def verdict_colour(theme: Theme, verdict: Verdict | None) -> str:
-    """Return the colour of a verdict's word and mark."""
     return {
         Verdict.CONFORM: theme.good,
         Verdict.NOT_CONFORM: theme.bad,

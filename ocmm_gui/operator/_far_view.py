@@ -241,7 +241,6 @@ class FarView(CoachedView):
         return self._verdict.text()
 
     def type_pixels(self) -> dict[str, int]:
-        """Return the pixel size of all far-readable texts."""
         texts = (self._status, self._verdict, self._feature, self._count, *self._values.values())
         if self._what.currentWidget() is self.part:
             texts = (self._status,)

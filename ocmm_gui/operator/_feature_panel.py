@@ -287,7 +287,6 @@ class FeaturePanel(QFrame):
         return self._outliers.text()
 
     def title(self) -> str:
-        """Return shape and name of the shown feature."""
         return self._title.text()
 
     def set_theme(self, theme: Theme) -> None:

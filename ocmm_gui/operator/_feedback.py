@@ -30,7 +30,6 @@ class Feedback:
         self._readout().flash(good=True)
 
     def refused(self, refusal: Refusal) -> None:
-        """Signal a touch without point."""
         wrong = refusal.code is RefusalCode.WRONG_FACE
         self.play(Sound.WRONG_FACE if wrong else Sound.REFUSED)
         self._readout().flash(good=False)

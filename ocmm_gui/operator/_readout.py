@@ -179,7 +179,6 @@ class Readout(QWidget):
             painter.drawRoundedRect(QRectF(self.rect()).adjusted(half, half, -half, -half), 6, 6)
 
     def _paint_trouble(self, painter: QPainter, large: str, why: str) -> None:
-        """Paint the remedy, and the reason smaller below."""
         box = self._reason_box()
         first = QRectF(box)
         if why:

@@ -255,7 +255,6 @@ class PlanSheet(Sheet):
         self._change_to(lambda: load_plan(path), path)
 
     def ask_requirements(self) -> None:
-        """Ask for the file of the inspection plan."""
         path, stem = self.draft.path, file_stem(self.draft.plan.name)
         own = Path.home() if path is None or is_shipped(path) else path.parent
         self.listing.ask(own / f"{stem}_requirements.xlsx")

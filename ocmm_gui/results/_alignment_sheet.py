@@ -96,7 +96,6 @@ class AlignmentSheet(Sheet):
         self.use_keys({"again": self.compute, "accept": self.accept}, primary="accept")
 
     def open(self) -> None:
-        """Compute the alignment from the current points."""
         self.compute()
         self.table.setFocus()
 

@@ -194,7 +194,6 @@ class CompareSheet(WorkSheet):
         self.table.setFocus()
 
     def export(self) -> None:
-        """Ask for the file of the displayed table."""
         if self._shown is None:
             self.say(tr("Select the folder with the jobs of the batch."))
             return

@@ -130,7 +130,6 @@ class ReportWriter(QObject):
         return True
 
     def _gather(self) -> None:
-        """Freeze the job in the background."""
         request = self._request
         if request is None:
             return

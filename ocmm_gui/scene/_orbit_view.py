@@ -65,7 +65,6 @@ class OrbitView(Painted):
         return QRectF(self.rect()).adjusted(2.5, 2.5, -2.5, -2.5)
 
     def _moved(self, orbit: Orbit) -> None:
-        """Change the view on user input."""
         self._moved_to(orbit)
 
     def _moved_to(self, orbit: Orbit) -> None:

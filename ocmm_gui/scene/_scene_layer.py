@@ -160,7 +160,6 @@ class _Drawing:
             painter.end()
 
     def _lay_part(self) -> None:
-        """Draw faces and lines in front of or on the painted part."""
         canvas, scene = self.canvas, self.scene
         if canvas is None or scene.part is None:
             return

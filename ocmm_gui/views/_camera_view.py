@@ -133,7 +133,6 @@ class CameraPlot(QWidget):
         self._paint()
 
     def _place_labels(self, spots: Float, names: Sequence[str], seen: NDArray[np.bool_]) -> None:
-        """Place the labels, each without covering another label or spot."""
         self._add_labels(len(spots))
         if int(seen.sum()) > _MOST_WORDS:
             seen = np.zeros_like(seen)

@@ -139,7 +139,6 @@ class PartPicture(OrbitView):
         painter.drawText(line, Qt.AlignmentFlag.AlignLeft, self._words)
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
-        """Fit with F, otherwise as every view."""
         if event.key() == Qt.Key.Key_F:
             self.fit()
         else:

@@ -313,7 +313,6 @@ class MainWindow(NoticeWindow):
         self.close()
 
     def dragEnterEvent(self, event: QDragEnterEvent) -> None:
-        """Accept one plan or job, unless a procedure is running."""
         if dropped_file(event.mimeData()) is not None and self.pages.may_be_left():
             event.acceptProposedAction()
 

@@ -183,7 +183,6 @@ class Maintenance(MadeLate):
         return (Page(tr("Acceptance"), tip, self.tests.page, keys),)
 
     def _write_certificate(self) -> None:
-        """Ask for the place of the current page's certificate."""
         instruments = self._bridge.station.instruments
         shown = self.view.page()
         if shown is self.calibration:

@@ -200,7 +200,6 @@ class Sheets(MadeLate):
         return any(sheet is widget for sheet in self._made)
 
     def open_results(self) -> None:
-        """Show the results of the current job."""
         self.wanted.emit(self.results)
         self.results.open()
 

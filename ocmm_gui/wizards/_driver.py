@@ -128,7 +128,6 @@ class WizardDriver(QObject):
 
     @property
     def now(self) -> Seen:
-        """Return the current state for display."""
         running = self._worker is not None and self._worker.is_alive()
         since = time.monotonic() - self._begun_at if running else None
         return Seen(self._view, self._automatic, since)

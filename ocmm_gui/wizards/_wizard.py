@@ -188,7 +188,6 @@ class Wizard(GuidedStack):
             self._begin({**self._values, **stated})
 
     def _refuse(self, error: OcmmError) -> None:
-        """Show on the first page why a session cannot start."""
         self._decline_table()
         self.start.show_trouble(said(f"{error.what} {error.remedy}"))
 

@@ -114,7 +114,6 @@ def print_verification(console: Console, outcome: VerificationOutcome) -> None:
 
 
 def _print_session(console: Console, record: VerificationRecord) -> None:
-    """Print corners, seats, and other findings on the session."""
     reached = sum(one.reached for one in record.corners)
     _say(console, say(f"Corners  {reached} of {len(record.corners)} reached"))
     for corner in record.corners:

@@ -62,7 +62,6 @@ class SoakSamples:
         return float(slope), float(np.sqrt(covariance[0, 0]))
 
     def found(self) -> dict[str, int]:
-        """Return the growth so far as findings."""
         slope, sigma = self.growth()
         grown = {"memory above 1 MiB/h": int(slope - _SURE * sigma > MOST_MIB_AN_HOUR)}
         if len(self.others) > _WARM_JOBS + 1:

@@ -70,7 +70,6 @@ def print_changes(changes: Sequence[SystemChange], console: Console) -> None:
 
 
 def print_mended(done: Sequence[Mended], what: str, console: Console) -> None:
-    """Print the failed changes, and the number of successful ones."""
     for one in done:
         if one.complaint:
             console.print(f"  {say('Not done:')} {one.change.place}: {say(one.complaint)}")

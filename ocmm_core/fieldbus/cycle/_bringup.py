@@ -139,7 +139,6 @@ class Session:
         return OUTPUT_STRUCT.pack(control, 0, (next_frame - 1) % COUNTER_MODULUS, token)
 
     def close(self) -> None:
-        """Leave the cameras in INIT and release the interface; idempotent."""
         if self.master is not None:
             self.master.close()
             self.master = None

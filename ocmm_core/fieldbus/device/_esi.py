@@ -101,7 +101,6 @@ def esi_document() -> bytes:
 
 
 def type_name(entry: ObjectEntry) -> str:
-    """Return the ESI name of an entry's type."""
     if entry.kind == DataType.VISIBLE_STRING:
         return f"STRING({entry.room})"
     if entry.kind == DataType.OCTET_STRING:

@@ -306,12 +306,10 @@ class SdoWrite(SdoTransfer):
 
     @property
     def result(self) -> bytes:
-        """Return empty bytes."""
         return b""
 
     @property
     def progress(self) -> tuple[int, int]:
-        """Return acknowledged and total bytes."""
         return self._acknowledged, len(self._value)
 
     def _body(self) -> bytes:

@@ -41,12 +41,10 @@ class EepromRead:
 
     @property
     def result(self) -> bytes:
-        """Return the words read so far."""
         return bytes(self._value[: self._wanted])
 
     @property
     def progress(self) -> tuple[int, int]:
-        """Return bytes read and in total."""
         return len(self.result), self._wanted
 
     def jobs(self) -> Iterator[Job]:

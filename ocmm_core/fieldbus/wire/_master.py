@@ -175,7 +175,6 @@ class Master:
                 )
 
     def station(self, position: int) -> int:
-        """Return the station address of a device."""
         return _FIRST_STATION + position
 
     def read_object(

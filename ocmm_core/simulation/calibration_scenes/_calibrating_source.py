@@ -34,12 +34,10 @@ class CalibratingSource:
         )
 
     def open(self) -> None:
-        """Start at the first frame."""
         self._next = 0
         self._due_s = time.monotonic()
 
     def read(self) -> Cycle:
-        """Return the next block; wait for its time if the source is paced."""
         count = min(self._block, self._rig.n_frames - self._next)
         frames = self._rig.frames(self._next, count) if count > 0 else None
         self._next += max(count, 0)

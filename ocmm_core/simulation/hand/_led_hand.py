@@ -198,7 +198,6 @@ class MouseHand:
             self._phase, self._since_s, self._button_s = _Phase.FOLLOW, 0.0, 0.0
 
     def place(self) -> tuple[Float, Float]:
-        """Return ball centre (3,), mm, world, and attitude (3,), rad."""
         with self._lock:
             place = self._state[kernel.PLACE : kernel.PLACE + 3]
             return self._pose.apply(place), self._attitude.copy()

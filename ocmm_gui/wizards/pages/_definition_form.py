@@ -83,7 +83,6 @@ class LedTable(NumberTable):
             super().closeEditor(editor, hint)
 
     def show_leds(self, leds: Sequence[LedEntry]) -> None:
-        """Replace the shown LEDs."""
         rows = []
         for row, led in enumerate(leds):
             place = (localised(f"{value:.7g}") for value in led.position)

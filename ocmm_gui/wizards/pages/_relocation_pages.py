@@ -99,7 +99,6 @@ class TiltRow(Painted):
             painter.drawText(number, left, text)
 
     def _paint_probe(self, painter: QPainter, tip: QPointF, name: str) -> None:
-        """Paint a probe with its ball at a place, leaning as its name indicates."""
         theme = self._theme
         angle = _LEAN.get(name, 0.0)
         # Towards and away from the cameras a probe looks shorter; its ball shows the direction.

@@ -61,7 +61,6 @@ class FarBanner(Painted):
         return self._told.note
 
     def type_pixels(self) -> tuple[int, int]:
-        """Return the pixel sizes of the word and of the sentence below it."""
         inside = _inside(QRectF(self.rect()))
         note = self._note_box(inside)
         head = QRectF(inside)
