@@ -35,8 +35,7 @@ class NameLoss:
 class NamedFile:
     """The identity of a file that is written, compared with its name.
 
-    ``state``: of the file, e.g. by its descriptor; None for the one at `path`. OSError if it is
-    absent.
+    ``state``: of the file, e.g. by descriptor; None for the one at `path`; or OSError.
     """
 
     def __init__(self, path: Path, state: os.stat_result | None = None) -> None:

@@ -50,16 +50,14 @@ class Host(ABC):
     def sharing_byte(self, descriptor: int, at: int) -> AbstractContextManager[None]:
         """Return what keeps a shared lock on a byte, which libraries of this process respect.
 
-        Nothing if the system or the file system has no locks of descriptors. BlockingIOError if
-        another program has it alone.
+        Nothing without locks of descriptors; BlockingIOError if another program has it alone.
         """
 
     @abstractmethod
     def hold_name(self, path: Path) -> int:
         """Return a descriptor that only identifies the file at a path; -1 if the system has none.
 
-        Locks of other descriptors are not released when it is closed. OSError if there is no such
-        file.
+        Closing it releases no locks of other descriptors. OSError if there is no file.
         """
 
     @abstractmethod

@@ -24,8 +24,7 @@ _MOST_ODD = 8
 def require_no_codes(path: Path, rows: Sequence[tuple[int, Sequence[str]]]) -> None:
     """Raise InputError if a cell such as -9999 stands for a missing value.
 
-    ``rows``: line, and coordinates as texts. A code has fewer decimals than other cells of its
-    column.
+    ``rows``: line, texts of coordinates. A code has fewer decimals than the rest of its column.
     """
     for place in range(len(rows[0][1])):
         found = [(line, row[place]) for line, row in rows if _CODE.fullmatch(row[place])]

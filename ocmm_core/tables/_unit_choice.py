@@ -68,8 +68,7 @@ def choose_unit(
 ) -> UnitChoice:
     """Return the unit of the lengths; InputError if one is unknown or two statements contradict.
 
-    ``columns``: line and text of the unit by role; ``rows``: of each row, or empty; ``roles``:
-    lengths.
+    ``columns``: line and text of units by role; ``rows``: of each, or empty; ``roles``: lengths.
     """
     if options.unit:
         unit = named_unit(options.unit, "length")

@@ -55,9 +55,8 @@ class LedBody:
 
     name: str
     leds_body: Float
-    """(L, 3), mm, body frame."""
     led_directions_body: Float
-    """(L, 3), unit."""
+    """`leds_body`: (L, 3), mm, body frame; `led_directions_body`: (L, 3), unit."""
     emission_half_angle: float
     """rad; outside this cone an LED is not visible."""
     rules: tuple[tuple[Float, Float], ...] = ()
@@ -76,17 +75,15 @@ class ProbeBody:
 
     name: str
     leds_probe: Float
-    """(L, 3), mm, probe frame."""
     led_directions_probe: Float
-    """(L, 3), unit."""
+    """`leds_probe`: (L, 3), mm, probe frame; `led_directions_probe`: (L, 3), unit."""
     emission_half_angle: float
     """rad; outside this cone an LED is not visible."""
     tip_probe: Float
     """(3,), mm, probe frame: ball centre."""
     tip_radius: float
-    """mm."""
     tip_radius_sigma: float
-    """mm, standard uncertainty."""
+    """`tip_radius`: mm; `tip_radius_sigma`: mm, standard uncertainty."""
     geometry_covariance: Float
     """(3 L + 3, 3 L + 3), mm^2: LED coordinates, then the tip."""
     rules: tuple[tuple[Float, Float], ...]

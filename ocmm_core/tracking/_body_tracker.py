@@ -45,8 +45,7 @@ class TrackingOptions:
 class BodyTracker:
     """Track one body in a stream of frames with one rig.
 
-    Only the labels of the slots are kept between blocks; for one thread. Labelling is independent
-    of block boundaries.
+    Only slot labels are kept between blocks; independent of block boundaries; for one thread.
     """
 
     rig: Rig

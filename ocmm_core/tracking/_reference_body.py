@@ -72,8 +72,7 @@ class ReferenceBody:
 def load_reference(path: Path | str) -> ReferenceBody:
     """Return the reference body of the document at ``path``.
 
-    InputError if it is malformed, its LEDs are too few or too many, in one place or on one line, or
-    its labels can be confused.
+    InputError if malformed, or LEDs are too few, too many, in one place, in line or confusable.
     """
     path = Path(path)
     document = load_document(path, ReferenceDocument, SCHEMA)

@@ -99,9 +99,8 @@ class _Batches:
     """(m,), from 0 to 1."""
     span_s: float
     places: Float
-    """(m, 3), mm."""
     variances: Float
-    """(m, 3), mm^2: of spot noise."""
+    """`places`: (m, 3), mm; `variances`: (m, 3), mm^2: of spot noise."""
     axes: Float
     """(3, 3): the columns."""
 
@@ -138,8 +137,7 @@ class _Fits:
 def wildness(times_s: Float, places: Float, covariances: Float) -> Float:
     """Return the distance of each place from its neighbours, (n,), in standard deviations.
 
-    The centre is the median of a batch, interpolated linearly, so that motion is no outlier.
-    Parameters as `judge_stillness`.
+    From interpolated medians of batches: motion is no outlier. As `judge_stillness`.
     """
     labels = _labels(times_s)
     numbers = np.unique(labels)

@@ -45,8 +45,7 @@ def language_file(language: str) -> Path:
 def use_language(app: QCoreApplication, language: str) -> bool:
     """Use a language from now on; return whether its files were complete.
 
-    Existing windows do not change: call it before creating them. Without a file, sentences are
-    English and nothing is raised.
+    Call it before creating windows. Without a file, sentences are English; nothing is raised.
     """
     for translator in app.findChildren(QTranslator):
         if translator.objectName() == _MARK:

@@ -53,8 +53,7 @@ FIRST = "start.md"
 def place_of(page: QWidget | None) -> str:
     """Return the section that explains a page, as ``document.md#section``.
 
-    Container pages return the current one in ``page()``, pages of several kinds their kind in
-    ``topic()``.
+    Containers return the current page in ``page()``, pages of several kinds ``topic()``.
     """
     shown = page
     inner = getattr(shown, "page", None)

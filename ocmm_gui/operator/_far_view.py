@@ -1,7 +1,6 @@
 """Far view: only what is read at three metres.
 
-A capital must be at least 63 px high on a 1920 x 1080 screen of 24 inches (20 minutes of arc);
-changing digits are larger.
+Capitals are at least 63 px of 1080 high on 24 inches (20 minutes of arc), changing digits more.
 """
 
 from __future__ import annotations

@@ -138,8 +138,7 @@ def with_offers(
     `plan_file`: Path of the plan, with its model next to it; None if never saved: no model is kept.
     `zone_mm`: Width of the zone of the profile of free forms; None without any.
 
-    Raises StorageError if the model cannot be copied next to the plan, and InputError if the plan
-    would become unmeasurable.
+    StorageError if the model cannot be copied, InputError if the plan became unmeasurable.
     """
     reach = ask_for_chosen(read.model, taken, given_up, progress)
     taken = reach.taken

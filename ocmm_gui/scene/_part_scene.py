@@ -122,8 +122,7 @@ class PartDrawing(QObject):
     ) -> PartScene | None:  # fmt: skip
         """Return the part for painting, or None.
 
-        ``place``: world from model; ``marked``: ``#rrggbb`` by face; ``colours`` (n, 3) of
-        vertices.
+        ``place``: world from model; ``marked``: ``#rrggbb`` by face; ``colours`` (n, 3).
         """
         if self._model is None or self._whole is None:
             return None

@@ -53,8 +53,7 @@ _Box = tuple[float, float, float, float]
 class CameraPlot(QWidget):
     """One camera: spots as crosses with slot, LED, and trail.
 
-    Shows the sensor region with the spots. It moves only when a spot reaches its edge, so that spot
-    motion is visible.
+    The region moves only when a spot reaches its edge, so that spot motion is visible.
     """
 
     def __init__(self, camera: CameraModel, *, small: bool = False) -> None:

@@ -60,8 +60,7 @@ def open_probe_site(
 ) -> TerminalProbeSite:
     """Return cameras and records of a probe.
 
-    Raises InputError if a document is wrong, and CalibrationError if the cameras have no usable
-    calibration.
+    InputError for a wrong document, CalibrationError without usable calibration of the cameras.
     """
     body, design = load_probe(probe), load_rig(rig)
     cameras = choose_calibration(source, rig, calibrations, uncalibrated=uncalibrated)

@@ -192,8 +192,7 @@ def touch_all(
 ) -> None:
     """Record all touches of a virtual rig in a session, and retry refused ones.
 
-    ``touches``: features with their number of touches; ``seen`` modifies frames before the
-    pipeline.
+    ``touches``: features and numbers of touches; ``seen`` modifies frames before the pipeline.
     """
     meant = [name for name, count in touches for _ in range(count)]
     first = taken = rounds = 0

@@ -18,8 +18,7 @@ _WIDE = 118
 class PlainConsole(Console):
     """A console that prints texts literally: most contain foreign names and paths.
 
-    Square brackets are no markup, and control characters are shown as their code. Style with
-    ``style=`` or `rich.text.Text`.
+    Brackets are no markup, control characters show their code; style by ``style=`` or `Text`.
     """
 
     def __init__(self, **options: Any) -> None:

@@ -44,8 +44,7 @@ def fit_circle_free(points: Points3, direction_hint: Float | None = None) -> Fit
     """Return the circle in space nearest to ``points`` (n, 3), mm, in one problem.
 
     Residuals are distances from it, including those square to its plane, positive outside the
-    cylinder through the circle. FitError if there are too few points or they do not determine a
-    circle.
+    cylinder through the circle. FitError if undetermined.
     """
     two_steps = fit_circle(points, direction_hint)
     points = np.ascontiguousarray(points, dtype=np.float64)

@@ -36,8 +36,7 @@ def plane_slopes(fit: Fit, arms: Float, by_geometry: Float) -> Points3:
 def line_slopes(fit: Fit, arms: Float, by_geometry: Float) -> Points3:
     """Write derivatives of distances from a line by its direction; return the normals.
 
-    The side of a line in space comes from the residuals; one in a plane is an outline without
-    width.
+    The side of a line in space comes from the residuals; one in a plane has no width.
     """
     if fit.across.any():
         return square_jacobian(fit, arms, by_geometry)

@@ -101,8 +101,7 @@ def fit_in_given_plane(
 
     It lies in the plane through the centroid of the points, square to the normal (3,) of any
     length, which is its direction and constant for its jacobian. ``by_normal`` (12, 3) is
-    d(geometry) / d(unit normal), for changes square to the normal. FitError if the points do not
-    determine the shape.
+    d(geometry) / d(unit normal), for changes square to the normal. FitError if undetermined.
     """
     points = checked_points(shape, points)
     normal = unit(np.asarray(plane_normal, dtype=np.float64))

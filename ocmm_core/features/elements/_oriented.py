@@ -60,8 +60,7 @@ def turned_direction(
     """Return the direction of least, or most, scatter of points as it turns about an axis.
 
     ``start`` (3,), unit, rotated about ``about`` (3,), unit, gives all permitted directions;
-    ``along``: it is that of a line, not the normal of a plane. FitError if the points do not
-    determine it.
+    ``along``: it is that of a line, not the normal of a plane. FitError if undetermined.
     """
     _, about_middle, size = centred(shape, points)
     direction = start

@@ -190,8 +190,7 @@ def distance_derivatives(fit: Fit, points: Points3) -> tuple[Float, Float]:
 def surface_normals(fit: Fit, points: Points3) -> Points3:
     """Return the outward normals (n, 3) of the surface represented by an element.
 
-    A circle is the rim of a bore or pin, with normals in its plane, unlike the distances of a
-    circle in space.
+    A circle is the rim of a bore or pin, with normals in its plane, also if fitted in space.
     """
     return distance_derivatives(replace(fit, free=False), points)[1]
 

@@ -242,8 +242,7 @@ def _actual(
 def compensated(nominal: NominalFeature, touches: Touches, raw: Fit, by_all: Rows) -> ActualFeature:
     """Return the feature of a fit of ball centres; FitError as `compensation`.
 
-    The jacobian of ``raw`` is by the feature's own points; ``by_all`` (12,) is d(its geometry) /
-    d(ball centres, tip radius).
+    ``raw`` has the jacobian by its own points, ``by_all`` (12,) by all centres and tip radius.
     """
     sign = sign_of(nominal)
     by_geometry, normals = distance_derivatives(raw, touches.tips)

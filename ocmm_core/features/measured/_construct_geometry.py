@@ -109,8 +109,7 @@ def middle(first: Float, second: Float) -> Float:
 def halving_plane(first: Float, second: Float, *, between: bool) -> Float:
     """Return the plane of points equidistant from two planes.
 
-    Between two faces its normal is the difference of theirs, across it is the sum: faces point away
-    from the material.
+    Between two faces its normal is the difference of theirs, across the sum: faces point outwards.
     """
     sign = -1.0 if between else 1.0
     one, other = unit(first[DIRECTION]), unit(second[DIRECTION])

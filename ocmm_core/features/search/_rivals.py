@@ -85,8 +85,7 @@ def candidates(
 def decided(possible: Sequence[Solution], build: Callable[[Float], Fit]) -> Fit:
     """Return the fit of the first of `candidates`, with its rival if there is one.
 
-    FitError comes from ``build``: points that do not determine a rival do not determine the
-    element.
+    FitError from ``build``: points that do not determine a rival determine no element.
     """
     first = build(possible[0].parameters.copy())
     for solution in possible[1:]:

@@ -120,8 +120,7 @@ def minima(
     """Return the minima found, best first, each once.
 
     ``points`` (n, d) are centred and scaled; ``families`` independent, the quickest first;
-    ``possible``: whether parameters (8,) define an element; ``sure``: whether one family is
-    accepted.
+    ``possible``: whether parameters (8,) define an element; ``sure``: to accept one family.
     """
     found: list[Solution] = []
     asked: list[tuple[Float, Float, Float]] = []

@@ -109,9 +109,8 @@ class Balance:
     signs: Float
     """(c,): +1 at the upper bound, -1 at the lower."""
     forces: Float
-    """(c,): nonnegative."""
     unbalanced: float
-    """Remaining sum of forces."""
+    """`forces`: (c,): nonnegative; `unbalanced`: Remaining sum of forces."""
     least_curvature: float
     """Least second derivative in directions left free by the contacts, relative to the greatest;
     infinite without free directions, zero if negative without gain.
@@ -140,9 +139,8 @@ class Certificate:
     """"certified" with the criterion, or the reason why not."""
     contacts: tuple[int, ...] = ()
     forces: tuple[float, ...] = ()
-    """In the order of ``contacts``."""
     unbalanced: float = np.inf
-    """Remaining sum of forces."""
+    """`forces`: In the order of ``contacts``; `unbalanced`: Remaining sum of forces."""
     unique: bool = False
     """Neighbouring elements are all worse."""
 

@@ -83,9 +83,8 @@ class ZoneTask:
     """(n, 3), about their centroid, divided by ``size``."""
     start: Placed
     centroid: Float
-    """(3,), mm."""
     size: float
-    """mm."""
+    """`centroid`: (3,), mm; `size`: mm."""
 
     @property
     def tube(self) -> bool:

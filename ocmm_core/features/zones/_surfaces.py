@@ -120,8 +120,7 @@ class Placed:
     def moved(self, step: Float) -> Placed:
         """Return the element after ``step`` (8,), its origin at the foot of the centroid.
 
-        The foot keeps numbers small; the w of elements that depend on sliding along the axis is
-        subtracted.
+        The foot keeps numbers small; w of elements that depend on it is subtracted.
         """
         frame, origin, sizes = np.empty((3, 3)), np.empty(3), np.empty(3)
         own = np.ascontiguousarray(self.frame)

@@ -1,7 +1,6 @@
 """Line between the conformance test and a camera: datagrams and a clock.
 
-The rules use nothing else, so they also run on a camera in the same process, in the line's time
-instead of the computer's.
+The rules use nothing else: they also run on a camera in this process, in the line's time.
 """
 
 from __future__ import annotations

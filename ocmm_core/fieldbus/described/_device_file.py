@@ -116,9 +116,8 @@ class DeviceDescription(Document, frozen=True, kw_only=True):
     step: float
     """Resolution of these coordinates, px or mm."""
     slots: int
-    """Spots per exposure, 1 to 8."""
     exposures: int
-    """Exposures per cycle, 1 to 12."""
+    """`slots`: Spots per exposure, 1 to 8; `exposures`: Exposures per cycle, 1 to 12."""
     clock: Clock
     doubt_ns: int
     inputs: tuple[ProcessObject, ...]

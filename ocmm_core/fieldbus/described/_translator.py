@@ -170,8 +170,7 @@ class InputTranslator:
     ) -> tuple[NDArray[np.uint16], NDArray[np.uint16], NDArray[np.float64]]:
         """Return spot masks, flags and pixels of all exposures of an input.
 
-        ``valid``, ``flags`` (n,): bit s: slot s holds a spot; bit 0: button pressed; ``uv`` (n, 8,
-        2), px.
+        ``valid``, ``flags`` (n,): bit s: slot s; bit 0: button pressed; ``uv`` (n, 8, 2), px.
         """
         device = self._device
         count, slots = device.exposures, device.slots

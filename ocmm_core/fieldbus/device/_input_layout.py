@@ -106,8 +106,7 @@ NO_MARK = -1
 def data_mark(content: bytes) -> int:
     """Return the checksum of a camera's whole input XOR the received one.
 
-    Equals `InputLayout.mark` of its camera for an undamaged input, and `NO_MARK` for incomplete
-    ones.
+    `InputLayout.mark` of its camera for an undamaged input, `NO_MARK` for incomplete ones.
     """
     if len(content) != INPUT_DTYPE.itemsize:
         return NO_MARK

@@ -163,8 +163,7 @@ class SdoTransfer(ABC):
     def answer(self, content: bytes) -> None:
         """Process the camera's answer.
 
-        BusError ends the transfer: ``bus.refused`` if the camera aborts, ``bus.mailbox`` if the
-        answer does not match the request.
+        BusError ends it: ``bus.refused`` by the camera, ``bus.mailbox`` for mismatched answers.
         """
         if self._done:
             raise self._unfit("it comes after the end")

@@ -275,8 +275,7 @@ class Master:
     def first_cycle(self) -> None:
         """Exchange process data once, patiently; later cycles keep exact timeouts.
 
-        During configuration pysoem relies on longer waits than specified; afterwards its socket
-        must not block.
+        pysoem relies on long waits in configuration; later its socket must not block.
         """
         service = ServiceChannel()
         self.port.collect(service)

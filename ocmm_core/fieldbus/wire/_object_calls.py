@@ -43,8 +43,7 @@ class ObjectCalls:
     def call(self, position: int, name: str, index: int, action: Callable[[], bytes]) -> bytes:
         """Return the result of `action`, one transfer; retry after lost frames.
 
-        BusError ``bus.no_answer``, or an exception of `action`, e.g. BusError if the camera
-        refuses.
+        BusError ``bus.no_answer``, or an exception of `action`, as if the camera refuses.
         """
         if position not in self._met:
             self._met.add(position)

@@ -110,8 +110,7 @@ class Passage(NamedTuple):
 class Port:
     """One end of the bus cable, or both with a redundancy cable.
 
-    ``foreign`` counts frames of another master; not on a ring, where our own may also pass no
-    camera.
+    ``foreign`` counts frames of another master; not on a ring, where ours look alike.
     """
 
     def __init__(

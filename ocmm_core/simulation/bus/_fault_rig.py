@@ -46,8 +46,7 @@ Answer = TypeVar("Answer")
 class FaultRig:
     """The whole wire with fault injection; a context manager.
 
-    ``present``: cameras created, default `expected`; ``unplugged``: cameras not on the wire at
-    first.
+    ``present``: cameras created, default `expected`; ``unplugged``: not on the wire at first.
     """
 
     def __init__(

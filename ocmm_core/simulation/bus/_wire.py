@@ -85,8 +85,7 @@ class LinkPort:
 class Wire:
     """Software cameras on an Ethernet link, or between the two ends of a ring.
 
-    ``control``: Unix datagram socket that accepts `CameraDeed` as JSON and returns a `DeedAnswer`;
-    empty: none.
+    ``control``: Unix datagram socket for `CameraDeed` as JSON, answered by `DeedAnswer`, or empty.
     """
 
     def __init__(

@@ -73,8 +73,7 @@ class PartPose(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=
 class PartDocument(Document, frozen=True, kw_only=True):
     """Document of a part; lengths in mm, part frame.
 
-    ``reference`` is the pose of an attached reference body: from the reference frame to the part
-    frame.
+    ``reference`` is the pose of an attached reference body: part from reference frame.
     """
 
     name: str

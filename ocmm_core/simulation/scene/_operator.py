@@ -162,8 +162,7 @@ class Operator:
     def resume(self, tip_world: Float, attitude: Float, at_s: float) -> None:
         """Bring the probe home from its place: up first, so that it clears the part.
 
-        From ``tip_world`` (3,), mm, and ``attitude`` (3,), rad; ``at_s`` is after the end of the
-        script.
+        From ``tip_world`` (3,), mm, and ``attitude`` (3,), rad; ``at_s``: after the script.
         """
         with self._lock:
             old = self._timeline

@@ -135,8 +135,7 @@ class PixelFrames:
     ) -> None:
         """Configure a camera, which restarts searching; see `SensorControl`.
 
-        InputError if the exposure exceeds the period, the threshold is zero, or a window is off the
-        sensor.
+        InputError if exposure exceeds the period, threshold is zero, or a window is off.
         """
         unit = self._cameras[camera]
         if not 0 < exposure_ns <= self.rig.frame_period_ns:

@@ -56,8 +56,7 @@ class RigScript(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields
 def _behind_body(probe: str, identity: str) -> tuple[int, ...]:
     """Return the LEDs hidden by the body of a probe, by its shipped design, if any.
 
-    Tests half a million directions, as slow as the rest of a virtual rig; cached per probe document
-    by its ``identity``.
+    Tests half a million directions, so it is cached per probe document by its ``identity``.
     """
     body = load_probe(Path(probe))
     design = shipped_design(body)

@@ -35,8 +35,7 @@ _NO_SPOT = b"\x00\x00"
 class FrameBuffer:
     """Frame buffer of one camera.
 
-    ``overruns`` counts the events of frames ``lost`` in a full buffer, ``late`` the requests for
-    frames not generated in time.
+    ``overruns`` counts events of frames ``lost`` in a full buffer, ``late`` frames not in time.
     """
 
     def __init__(self, provider: CameraFrames, camera: int) -> None:
