@@ -1,5 +1,3 @@
-"""Processor of the bus."""
-
 from __future__ import annotations
 
 import re

@@ -1,5 +1,3 @@
-"""Checks of clock and time zone."""
-
 from __future__ import annotations
 
 from datetime import UTC, datetime, timedelta

@@ -1,5 +1,3 @@
-"""What only Linux can do says so, in one sentence."""
-
 from __future__ import annotations
 
 from ocmm_core.errors import InputError

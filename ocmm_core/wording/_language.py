@@ -1,5 +1,3 @@
-"""Which language somebody reads."""
-
 from __future__ import annotations
 
 from collections.abc import Mapping

@@ -1,5 +1,3 @@
-"""Text as large as its place allows."""
-
 from __future__ import annotations
 
 from PySide6.QtCore import QRectF, Qt

@@ -1,5 +1,3 @@
-"""Common base of self-painted widgets."""
-
 from __future__ import annotations
 
 from PySide6.QtCore import QRectF, QSize

@@ -1,5 +1,3 @@
-"""Common base of the calibration and probe pages."""
-
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence

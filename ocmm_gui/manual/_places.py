@@ -1,5 +1,3 @@
-"""Section of the manual for each page."""
-
 from __future__ import annotations
 
 from PySide6.QtWidgets import QWidget

@@ -1,5 +1,3 @@
-"""Plan as a list, with a mark and a word per feature."""
-
 from __future__ import annotations
 
 from PySide6.QtCore import QModelIndex, QPersistentModelIndex, QRectF, QSize, Qt, Signal

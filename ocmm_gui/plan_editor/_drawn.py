@@ -1,5 +1,3 @@
-"""Drawing of an item of a plan."""
-
 from __future__ import annotations
 
 from ocmm_core.camera import Vector3

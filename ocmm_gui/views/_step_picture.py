@@ -1,5 +1,3 @@
-"""Picture of a step: the plan's file, or the nominal feature."""
-
 from __future__ import annotations
 
 from pathlib import Path

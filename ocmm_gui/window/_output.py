@@ -1,5 +1,3 @@
-"""Files written by keys: reports, the report of the bus, the log."""
-
 from __future__ import annotations
 
 from collections.abc import Callable

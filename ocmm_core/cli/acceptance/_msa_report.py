@@ -1,5 +1,3 @@
-"""Gauge studies as tables on the terminal."""
-
 from __future__ import annotations
 
 from rich.console import Console

@@ -1,5 +1,3 @@
-"""Acceptance records as tables on the terminal."""
-
 from __future__ import annotations
 
 from rich.console import Console

@@ -1,5 +1,3 @@
-"""Steps shared by the commands of ``ocmm calibrate``."""
-
 from __future__ import annotations
 
 from datetime import UTC, datetime

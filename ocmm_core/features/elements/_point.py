@@ -1,5 +1,3 @@
-"""A point: the mean of repeated touches of one place."""
-
 from __future__ import annotations
 
 import numpy as np

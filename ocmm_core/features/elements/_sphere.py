@@ -1,5 +1,3 @@
-"""A sphere by orthogonal distance."""
-
 from __future__ import annotations
 
 from dataclasses import replace

@@ -1,5 +1,3 @@
-"""Nominal features of a plan."""
-
 from __future__ import annotations
 
 from typing import Literal

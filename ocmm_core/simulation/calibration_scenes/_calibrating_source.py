@@ -1,5 +1,3 @@
-"""Frame source of calibration scenes."""
-
 from __future__ import annotations
 
 import time

@@ -1,5 +1,3 @@
-"""Serialisable description of a virtual rig."""
-
 from __future__ import annotations
 
 from functools import lru_cache

@@ -1,5 +1,3 @@
-"""Form of a probe definition: numbers, LEDs, and file."""
-
 from __future__ import annotations
 
 from collections.abc import Sequence

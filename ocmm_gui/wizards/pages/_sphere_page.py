@@ -1,5 +1,3 @@
-"""Spheres of a verification: touch points and progress."""
-
 from __future__ import annotations
 
 from math import cos, pi, sin

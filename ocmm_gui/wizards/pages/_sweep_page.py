@@ -1,5 +1,3 @@
-"""Sweep pages of the pivot calibration."""
-
 from __future__ import annotations
 
 import numpy as np
