@@ -170,10 +170,7 @@ def _structure(writer: PdfWriter, tags: Sequence[PageTag]) -> IndirectObject:
 
 
 def _marked(content: bytes, tags: Sequence[PageTag]) -> tuple[list[int], bytes]:
-    """Return the elements on a page in order, and the page with marked content.
-
-    Untagged content is an artifact: lines, coloured fields, page footers.
-    """
+    """Return the elements on a page in order, and its marked content; all else is an artifact."""
     found: list[int] = []
 
     def change(match: re.Match[bytes]) -> bytes:

@@ -136,10 +136,7 @@ class SideProcess(QObject):
         return True
 
     def cancel(self) -> None:
-        """Cancel the computation, and wait until it has ended; no more signals.
-
-        An atomic write may finish first, within the closing time of a window.
-        """
+        """Cancel and await the end, after an atomic write if one runs; no more signals."""
         if self._process is not None and not (self._whole and self._whole.acquire(block=False)):
             self._process.join(_END_S)
         ending = self._end()

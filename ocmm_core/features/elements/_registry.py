@@ -188,10 +188,7 @@ def distance_derivatives(fit: Fit, points: Points3) -> tuple[Float, Float]:
 
 
 def surface_normals(fit: Fit, points: Points3) -> Points3:
-    """Return the outward normals (n, 3) of the surface represented by an element.
-
-    A circle is the rim of a bore or pin, with normals in its plane, also if fitted in space.
-    """
+    """Return the outward normals (n, 3) of an element's surface; of a circle in its plane."""
     return distance_derivatives(replace(fit, free=False), points)[1]
 
 

@@ -131,10 +131,7 @@ def halving_plane(first: Float, second: Float, *, between: bool) -> Float:
 
 
 def halving_line(first: Float, second: Float, *, between: bool) -> Float:
-    """Return the bisector of two lines or axes, in the smaller angle or square to it.
-
-    Points of the line are equidistant from both (exact for intersecting or parallel ones).
-    """
+    """Return the bisector of two lines or axes, equidistant if they meet or are parallel."""
     one, other = unit(first[DIRECTION]), unit(second[DIRECTION])
     cosine = float(one @ other)
     if between and abs(cosine) < _LEAST_SINE:

@@ -87,10 +87,7 @@ def constructed_features(
 def nominal_geometries(
     features: Sequence[NominalFeature], constructions: Sequence[Construction]
 ) -> dict[str, Float]:
-    """Return the nominal geometry vectors (12,), part frame, of all features, by name.
-
-    Constructions without one (parallel or coincident nominals) are missing.
-    """
+    """Return nominal geometry vectors (12,), part frame, by name, without undetermined ones."""
     geometries = {item.name: nominal_geometry(item) for item in features}
     shapes = shapes_with({item.name: item.shape for item in features}, constructions)
     for item in in_order(constructions):

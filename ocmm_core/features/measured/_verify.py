@@ -109,10 +109,7 @@ def verify_folder(
     convention: Convention = Convention.NIST,
     criterion: Criterion = Criterion.LEAST_SQUARES,
 ) -> tuple[SetReport, ...]:
-    """Return the comparison of cold-started fits with all pairs below ``folder``.
-
-    InputError, with the file, if there are no pairs or one cannot be read.
-    """
+    """Return the comparison of cold-started fits with all pairs below ``folder``; or InputError."""
     root = Path(folder)
     sets: dict[str, list[PairResult]] = {}
     for file in pairs_below(root):

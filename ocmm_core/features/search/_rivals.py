@@ -96,10 +96,7 @@ def decided(possible: Sequence[Solution], build: Callable[[Float], Fit]) -> Fit:
 
 
 def covered(first: Fit, second: Fit) -> bool:
-    """Return whether the second element is within the uncertainty of the first.
-
-    The uncertainty is that from the scatter of the residuals, in every entry of the geometry.
-    """
+    """Return whether the second element is within the first one's uncertainty, from its scatter."""
     n, numbers = len(first.residuals), MINIMUM_POINTS[first.shape]
     if n <= numbers:
         return False

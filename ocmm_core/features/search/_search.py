@@ -100,10 +100,7 @@ def best_ends(kind: int, points: Float, starts: Float, count: int) -> Float:
 
 
 def planned(families: Sequence[Family], places: slice, sizes: Float) -> Family:
-    """Return the starts of the first two families, with the sizes of the plan.
-
-    Many elements pass through few points, and the planned one must be among them.
-    """
+    """Return the starts of the first two families, with the planned sizes: these must be tried."""
 
     def family() -> Float:
         starts = np.concatenate([family() for family in families[:2]])
