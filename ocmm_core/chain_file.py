@@ -62,24 +62,11 @@ class _Line(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaul
 class ChainFile(Generic[T]):
     """The file, open for reading and growing.
 
-    Parameters
-    ----------
-    path
-        Made, with its folder, at the first append.
-    kind
-        What every line holds.
-    signed
-        Kind of content; new lines are signed. None: without signatures.
-    remembered
-        This station remembers how far it goes.
-    known
-        An earlier reading of this file: unchanged lines are not decoded again.
-
-    Raises
-    ------
-    StorageError
-        A line was changed or has another content, its signature does not belong to it, or lines
-        are missing at the end.
+    ``path`` is made, with its folder, at the first append; ``kind``: type of every line;
+    ``signed``: kind of content, new lines are signed, None: without signatures; ``remembered``:
+    this station remembers how far it goes; ``known``: an earlier reading of this file: unchanged
+    lines are not decoded again. StorageError if a line was changed or has another content, its
+    signature does not belong to it, or lines are missing at the end.
     """
 
     def __init__(
@@ -175,10 +162,7 @@ class ChainFile(Generic[T]):
             )
 
     def signers(self) -> tuple[SealState, ...]:
-        """Return the state of the signature of each line, oldest first.
-
-        Raises StorageError if a signature does not belong to its line.
-        """
+        """Return the states of the lines' signatures, oldest first; StorageError if one is bad."""
         return tuple(self._signer_of(index) for index in range(len(self._signatures)))
 
     def _signer_of(self, index: int) -> SealState:
@@ -212,13 +196,7 @@ class ChainFile(Generic[T]):
             raise self.lost(loss.words)
 
     def lost(self, words: str) -> StorageError:
-        """Save all lines in another file, once, and return the error that names it.
-
-        Parameters
-        ----------
-        words
-            What happened to this file, if its name still means it.
-        """
+        """Save all lines in another file, once; return the error, with ``words`` on this file."""
         if self._lost is not None:
             return self._lost
         loss = None if self._name is None else self._name.loss()
@@ -246,13 +224,10 @@ class ChainFile(Generic[T]):
     def append(self, item: T) -> None:
         """Add a line and return when it is on the disk.
 
-        Raises
-        ------
-        StorageError
-            It could not be written, or another program has written meanwhile; the file holds what
-            it held before. After a sync that failed it is not written again: that might seem to
-            succeed. Or the file was removed, moved or replaced: then the lines before are saved
-            in another file.
+        StorageError if it could not be written, or another program has written meanwhile; the file
+        holds what it held before. After a sync that failed it is not written again: that might seem
+        to succeed. If the file was removed, moved or replaced, the lines before are saved in
+        another one.
         """
         self.require_name()
         if self._disk_failed:

@@ -58,18 +58,10 @@ class Document(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=
 
 
 def load_document(path: Path | str, kind: type[T], schema: str) -> T:
-    """Read, check and return the document at ``path``.
+    """Read, check and return the document at ``path`` with this ``schema`` line.
 
-    Parameters
-    ----------
-    schema
-        The ``schema`` line that it must carry.
-
-    Raises
-    ------
-    InputError
-        The file is missing, unreadable, not TOML, of another schema or unit, has an unknown,
-        missing or mistyped field, or holds a number that is not finite.
+    InputError if the file is missing, unreadable, not TOML, of another schema or unit, has an
+    unknown, missing or mistyped field, or holds a number that is not finite.
     """
     path = Path(path)
     data = _parsed(path, read_text(path, LARGEST_DOCUMENT))
@@ -123,10 +115,7 @@ def stays_inside(name: str) -> bool:
 def read_bytes(path: Path, most: int = LARGEST_FILE, *, follow: bool = True) -> bytes:
     """Return the content of ``path``; at most ``most`` bytes are read, and a link if ``follow``.
 
-    Raises
-    ------
-    InputError
-        It is missing, no file, larger, or cannot be read.
+    InputError if it is missing, no file, larger, or cannot be read.
     """
     try:
         return read_guarded(path, most, follow=follow)
@@ -164,12 +153,9 @@ def read_text(path: Path, most: int = LARGEST_FILE) -> str:
 
 
 def decode_json(content: bytes | str, kind: type[D]) -> D:
-    """Return what a JSON text says.
+    """Return the content of a JSON text.
 
-    Raises
-    ------
-    msgspec.MsgspecError
-        It is no JSON, not of this kind, no UTF-8, or nested without end.
+    msgspec.MsgspecError if it is no JSON, not of this kind, no UTF-8, or nested without end.
     """
     try:
         return msgspec.json.decode(content, type=kind)
@@ -231,13 +217,10 @@ def digest(path: Path | str) -> str:
 
 
 def write_atomic(path: Path, content: bytes) -> None:
-    """Write ``content`` to a temporary name beside ``path``, sync it and rename it.
+    """Write ``content`` to a temporary name next to ``path``, sync it and rename it.
 
-    Raises
-    ------
-    OSError
-        The folder cannot be written; ``path`` then holds what it held before. Where the folder
-        could not be synced it holds the new content, which a power failure may still take back.
+    OSError if the folder cannot be written; ``path`` is unchanged then. If the folder could not be
+    synced, it has the new content, which a power failure may still revert.
     """
     with written_beside(path, content) as temporary:
         temporary.replace(path)
@@ -269,16 +252,11 @@ def write_new(path: Path, content: bytes) -> os.stat_result:
 
 @contextlib.contextmanager
 def written_beside(path: Path, content: bytes) -> Iterator[Path]:
-    """Give a file beside ``path`` with this content on the disk; it is gone at the end.
+    """Give a file next to ``path`` with this content on the disk; it is gone at the end.
 
-    Until then it is locked, so that nobody takes it for a leftover (`leftovers`). Whoever renames
-    it meanwhile keeps it. A sync that failed is never tried again on the same file: it might seem
-    to succeed.
-
-    Raises
-    ------
-    OSError
-        The folder cannot be written.
+    Until then it is locked, so that it does not count as a leftover (`leftovers`). A caller that
+    renames it meanwhile keeps it. A failed sync is never retried on the same file: it might seem to
+    succeed. OSError if the folder cannot be written.
     """
     descriptor, temporary = temporary_file(path)
     try:

@@ -1,10 +1,9 @@
-"""The door of a room: what its face names is loaded from the files inside when it is asked for.
+"""Lazy exports of packages (PEP 562).
 
-Every package is a room. Others import from the package alone (`from ocmm_core.camera import Rig`);
-its files begin with an underscore, and nobody else names them (tests/doors.py looks). A face that
-loaded all its files at once would make a command pay for rooms that it never enters, so the names
-are looked up by this function, the way PEP 562 allows it. What a type checker and the import
-graph see stands beside it under ``if TYPE_CHECKING``; a test holds the two together.
+Others import from the package alone (`from ocmm_core.camera import Rig`); its files begin with an
+underscore, and tests/doors.py checks that no other code names them. Loading all files at once would
+make a command pay for packages that it never uses. Type checkers and the import graph read the
+names under ``if TYPE_CHECKING``; a test compares both.
 """
 
 from __future__ import annotations
@@ -15,21 +14,11 @@ from importlib import import_module
 
 
 def door(room: str, **homes: str) -> Callable[[str], object]:
-    """Return the ``__getattr__`` of a room.
+    """Return the ``__getattr__`` of a package, which loads and caches its names.
 
-    Parameters
-    ----------
-    room
-        ``__name__`` of the package.
-    homes
-        Each file inside the room with the names that it gives out, parted by blanks. A name that is
-        that of the file without its underscore is the module itself, where it has no such name.
-
-    Returns
-    -------
-    __getattr__
-        Loads a name, and remembers it so that it is asked for once only. It raises
-        AttributeError for a name that the room does not give out.
+    ``homes``: each file inside with the names that it exports, separated by blanks. A name that is
+    that of the file without its underscore is the module itself, if it has no such name.
+    AttributeError for other names.
     """
     found_in = {name: home for home, names in homes.items() for name in names.split()}
 

@@ -1,8 +1,4 @@
-"""The one error tree of the product.
-
-Every error that can reach a person carries a stable code, one clear sentence that says
-what is wrong (naming the file, the line or the field) and what to do about it.
-"""
+"""The error tree of the product: a stable code, a sentence with file, line or field, a remedy."""
 
 from __future__ import annotations
 
@@ -13,14 +9,8 @@ _LONGEST = 2000
 class OcmmError(Exception):
     """Base of every error that the product raises on purpose.
 
-    Parameters
-    ----------
-    code
-        Stable identifier, lower case with dots, e.g. ``"plan.no_features"``.
-    what
-        One sentence that says what is wrong and where.
-    remedy
-        One sentence that says what to do.
+    ``code``: stable identifier, lower case with dots, e.g. ``"plan.no_features"``; ``what``: one
+    sentence on what is wrong and where; ``remedy``: one sentence.
     """
 
     def __init__(self, code: str, what: str, remedy: str) -> None:

@@ -76,20 +76,11 @@ _numbers = itertools.count(1)
 
 
 def contained(error: BaseException, part: str, safe: str = "", remedy: str = AGAIN) -> OcmmError:
-    """Return what to tell of an exception; the traceback of an unexpected one is in a file then.
+    """Return the message of an exception; the traceback of an unexpected one is stored in a file.
 
-    Never raises, whatever is wrong with the disk or with the exception itself.
-
-    Parameters
-    ----------
-    error
-        What was caught.
-    part
-        What failed, as the beginning of a sentence: "The reconstruction".
-    safe
-        Sentence that says what is not lost; may be empty.
-    remedy
-        `REOPEN` where a job is measured.
+    Never raises, whatever is wrong with the disk or with the exception itself. ``part``: what
+    failed, as the beginning of a sentence, "The reconstruction"; ``safe``: sentence on what is not
+    lost, may be empty; ``remedy``: `REOPEN` where a job is measured.
     """
     told = described(error, part, safe, remedy)
     if not isinstance(told, InternalError) or told is cause_of(error):
@@ -166,13 +157,7 @@ def write_last(text: str = "") -> None:
 
 
 class ThreadNet:
-    """Catch, while the context is open, what a thread without a boundary of its own raises.
-
-    Parameters
-    ----------
-    tell
-        Gets what to tell, on the thread that failed.
-    """
+    """Catch exceptions of threads without a boundary; ``tell`` gets the message on that thread."""
 
     def __init__(self, tell: Callable[[OcmmError], None]) -> None:
         self._tell = tell
@@ -181,7 +166,6 @@ class ThreadNet:
         """Everything that was told."""
 
     def __enter__(self) -> ThreadNet:
-        """Begin to catch."""
         self._previous = threading.excepthook
         threading.excepthook = self._on_error
         return self

@@ -96,8 +96,7 @@ def unit(vector: Float) -> Float:
 def rigid_fit(reference: Float, measured: Float) -> tuple[Float, Float]:
     """Return rotation (3, 3) and translation (3,) that take ``reference`` to ``measured``.
 
-    Orthogonal Procrustes (thesis 1.3.2) with the determinant, so that it never is a reflection.
-    Both arrays are (n, 3).
+    Orthogonal Procrustes (thesis 1.3.2), never a reflection; both arrays are (n, 3).
     """
     a, b = reference.mean(axis=0), measured.mean(axis=0)
     u, _, vt = np.linalg.svd((measured - b).T @ (reference - a))

@@ -54,10 +54,7 @@ def environment(kind: str) -> dict[str, str]:
 
 
 def njit(**options: object) -> Callable[[F], F]:
-    """Return numba's decorator, which compiles for the kind of this processor.
-
-    Where the environment names a processor already, that one counts.
-    """
+    """Return numba's decorator for the kind of this processor, or that in the environment."""
     _choose()
     import numba
 

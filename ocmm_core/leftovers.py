@@ -49,13 +49,7 @@ def hold(descriptor: int, path: Path) -> bool:
 
 
 def temporary_file(path: Path) -> tuple[int, Path]:
-    """Make a file beside ``path`` to write its content into; return its descriptor and its name.
-
-    Raises
-    ------
-    OSError
-        The folder cannot be written.
-    """
+    """Make a file next to ``path`` for its content; return its descriptor and name; or OSError."""
     while True:
         name = path.with_name(f".{path.name}.ocmm-{secrets.token_hex(3)}.tmp")
         try:
@@ -69,13 +63,7 @@ def temporary_file(path: Path) -> tuple[int, Path]:
 
 @contextlib.contextmanager
 def scratch_folder(what: str) -> Iterator[Path]:
-    """Give a new folder to work in, gone with all that is in it at the end.
-
-    Raises
-    ------
-    OSError
-        There is no place for it.
-    """
+    """Give a new folder to work in, removed with its content at the end; or raise OSError."""
     while True:
         folder = Path(tempfile.mkdtemp(prefix=f"{_SCRATCH}{what}-"))
         descriptor = _held(folder)
@@ -94,13 +82,7 @@ def scratch_path(what: str) -> Path:
 
 
 def keep_folder(folder: Path) -> bool:
-    """Make the folder of a `scratch_path` and hold it until this process ends; say whether it did.
-
-    Raises
-    ------
-    OSError
-        There is no place for it.
-    """
+    """Make and hold the folder of a `scratch_path` until exit; return success, or raise OSError."""
     for _ in range(_TRIES):
         folder.mkdir(mode=0o700)
         # Never closed: the end of the process does that.
@@ -125,16 +107,9 @@ def _held(folder: Path) -> int | None:
 
 
 def clear_leftovers(folders: Iterable[Path]) -> int:
-    """Remove what killed programs were writing in these folders, and what they worked in.
+    """Remove files and work folders of killed programs in these folders; return how many.
 
-    Parameters
-    ----------
-    folders
-        Where this program writes files; those that are not there are left out.
-
-    Returns
-    -------
-    How many files and folders are gone. Nothing is raised: a leftover that cannot be removed stays.
+    Missing folders are left out. Never raises: a leftover that cannot be removed stays.
     """
     count = 0
     for folder in {folder.absolute() for folder in folders}:

@@ -90,7 +90,6 @@ class NamedFile:
             self._descriptor = -1
 
     def __del__(self) -> None:
-        """Give up the descriptor."""
         with contextlib.suppress(AttributeError):
             self.close()
 

@@ -85,8 +85,7 @@ def _joins(three: str) -> bool:
 def name_fault(name: str) -> str:
     """Return why a name that plans refer to cannot be used; empty if it can be.
 
-    It has letters, marks and digits of any script, spaces, and ``_ . - /``, and begins with a
-    letter, a digit or ``_``.
+    Letters, marks, digits of any script, spaces and ``_ . - /``; first a letter, digit or ``_``.
     """
     if fault := label_fault(name):
         return fault
@@ -107,8 +106,7 @@ def usable_name(text: str, longest: int = LONGEST_NAME) -> str:
 def file_stem(name: str) -> str:
     """Return a file name without its ending for a name, valid on every system and unique to it.
 
-    Spaces become ``_``. A name that is changed otherwise gets a short hash, so that ``A/B`` and
-    ``A_B`` are two files.
+    Spaces become ``_``; names changed otherwise get a short hash: ``A/B`` and ``A_B`` differ.
     """
     plain = normal_name(name).replace(" ", "_")
     kept = "".join("_" if sign in _RESERVED or not sign.isprintable() else sign for sign in plain)

@@ -66,24 +66,14 @@ def side_by_side(
     named: Callable[[T], str],
     told: Callable[[int], None] = lambda done: None,
 ) -> Iterator[R | OcmmError]:
-    """Give what came of each thing, in their order, whichever is done first.
+    """Yield the answers for all things, in their order, whichever is done first.
 
-    Whoever closes this generator, or leaves it by an exception, ends the processes within a second
-    each, whatever they do.
-
-    Parameters
-    ----------
-    work
-        Of one thing; a function of a module, or a `functools.partial` of one. What it raises is the
-        answer for that thing, and the others go on; so it is where its process dies.
-    things
-        Can be sent to another process, as the answers can.
-    processes
-        How many; with 1 all is done in this one.
-    named
-        What the work on a thing is called, as the beginning of a sentence: "The reading of a.ocmm".
-    told
-        How many are done.
+    A caller that closes this generator, or leaves it by an exception, ends the processes within a
+    second each, whatever they do. ``work`` on one thing is a function of a module, or a
+    `functools.partial` of one. Its exception is the answer for that thing, and the others go on; so
+    it is if its process dies. ``things`` and answers can be sent to another process; ``processes``:
+    with 1 all is done in this one; ``named``: name of the work on a thing, as the beginning of a
+    sentence: "The reading of a.ocmm"; ``told``: called with the number done.
     """
     if processes <= 1:
         for done, thing in enumerate(things):
@@ -105,13 +95,7 @@ def side_by_side(
 
 
 def end_with_parent(may: Callable[[], bool] = lambda: True) -> None:
-    """Let this process end as soon as the one that started it is gone, whatever it does then.
-
-    Parameters
-    ----------
-    may
-        Asked then; where it says no, the process goes on to its end.
-    """
+    """End this process as soon as its parent is gone, unless ``may``, called then, forbids it."""
     parent = multiprocessing.parent_process()
     if parent is None:
         return
@@ -126,16 +110,11 @@ def end_with_parent(may: Callable[[], bool] = lambda: True) -> None:
 
 
 class Aside:
-    """Work that a copy of this process does beside it; it ends with this one.
+    """Work of a copy of this process next to it; it ends with this one and the starting thread.
 
-    A copy has all that this process holds, also what cannot be sent, such as objects of C++, but
-    no threads. What it sends waits there for this process, and the work goes on meanwhile. It ends
-    with the thread that made it, too.
-
-    Parameters
-    ----------
-    work
-        Is given what sends bytes to this process.
+    A copy has all that this process holds, also what cannot be sent, such as objects of C++, but no
+    threads. What it sends waits there for this process, and the work continues meanwhile. ``work``
+    is given what sends bytes to this process.
     """
 
     def __init__(self, work: Callable[[Callable[[bytes], None]], None]) -> None:
@@ -156,12 +135,9 @@ class Aside:
         self._pipe = ours
 
     def next(self, limit_s: float) -> bytes | None:
-        """Wait for what the work sends next; None where it sends nothing more, for any reason.
+        """Wait for the next bytes of the work; None at its end, for any reason.
 
-        Parameters
-        ----------
-        limit_s
-            After so much time of processors it is ended.
+        After ``limit_s`` of processor time it is ended.
         """
         if self._pipe is None:
             return None

@@ -108,21 +108,10 @@ def open_guarded(
 ) -> int:
     """Return the descriptor of a regular file; nothing is waited for.
 
-    Parameters
-    ----------
-    follow
-        A link may lead to it. Never for a side file.
-    most
-        Bytes at most.
-    private
-        It must belong to the user of this process or to root, and others must not write it.
-    flags, mode
-        Of `os.open`; a file that is made is never made through a link.
-
-    Raises
-    ------
-    OSError
-        It is missing, no regular file, larger, or another one's; ``strerror`` says which.
+    ``follow``: a link may lead to it, never for a side file; ``most`` bytes; ``private``: it must
+    belong to the user of this process or to root, and others must not write it; ``flags``,
+    ``mode``: of `os.open`; a file that is made is never made through a link. OSError if it is
+    missing, no regular file, larger, or another one's; ``strerror`` says which.
     """
     follow = follow and not flags & os.O_CREAT
     try:
@@ -173,12 +162,9 @@ def has_content(path: Path, content: bytes) -> bool:
 def refuse_side_files(path: Path, kind: Trusted) -> None:
     """Check the names next to a trusted file before a library opens them by name.
 
-    Raises
-    ------
-    OSError
-        One is not a regular file, is a second name of another file, belongs to a user who owns
-        neither the trusted file nor this process, is too large, or is never made by this program;
-        ``filename`` is its path.
+    OSError, with ``filename``, if one is not a regular file, is a second name of another file,
+    belongs to a user who owns neither the trusted file nor this process, is too large, or is never
+    made by this program.
     """
     owner = path.stat().st_uid
     for side in SIDE_FILES[kind][1:]:

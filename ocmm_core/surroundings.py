@@ -77,13 +77,7 @@ class TypedRoom:
 
 
 def reading_of(quantity: Quantity, text: str) -> Reading | None:
-    """Return what was typed; None where nothing was.
-
-    Raises
-    ------
-    InputError
-        It is no reading, in another unit, or no number of a room.
-    """
+    """Return what was typed, None if nothing; InputError unless a number possible in a room."""
     typed = text.strip()
     if not typed:
         return None

@@ -39,15 +39,8 @@ class NumberField:
     def read(self, text: str, *, comma: bool = False) -> float:
         """Return a typed number, with or without its unit; a length may be in inch.
 
-        Parameters
-        ----------
-        comma
-            The form shows numbers with a decimal comma; see `tables.typed_number`.
-
-        Raises
-        ------
-        InputError
-            It is no number, ambiguous, in another unit, or out of range.
+        ``comma``: the form shows numbers with a decimal comma; see `tables.typed_number`.
+        InputError if it is no number, ambiguous, in another unit, or out of range.
         """
         found = _WITH_UNIT.fullmatch(text.strip())
         typed, named = (found["number"], found["unit"]) if found else (text, "")

@@ -20,10 +20,7 @@ _SENDER_MS = 5000
 
 
 class HandOverSender:
-    """Start the delivering process once the window is shown, and end it.
-
-    `store`: place of the archive; read when the process starts.
-    """
+    """Start the delivering process, which reads ``store``, after the window is shown; end it."""
 
     def __init__(self, store: SettingsStore) -> None:
         self._store = store

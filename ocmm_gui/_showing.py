@@ -1,5 +1,3 @@
-"""Show and close windows."""
-
 from __future__ import annotations
 
 import gc

@@ -70,11 +70,9 @@ class WindowOptions:
 
 
 def make_application(zoom_percent: int = 100) -> QApplication:
-    """Return the application, styled alike on every system.
+    """Return the application, styled alike on every system; InputError without a screen.
 
-    `zoom_percent`: Used if Qt cannot change it later.
-
-    Raises InputError if there is no screen to show a window on.
+    ``zoom_percent`` is used if Qt cannot change it later.
     """
     existing = QApplication.instance()
     if isinstance(existing, QApplication):
@@ -124,11 +122,7 @@ def _fatal_messages_end_in_a_sentence() -> Iterator[None]:
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run the window and return the exit code.
-
-        That is 0; 2 if it could not be started or the file of its last job is lost; 3 after an
-    unexpected error in it or the measurement.
-    """
+    """Run the window; return 0, 2 if not started or the last job is lost, 3 after other errors."""
     hold_standard_streams()
     parsed = parser().parse_args(arguments)
     try:
@@ -142,11 +136,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
 def run(parsed: argparse.Namespace) -> int:
     """Show windows in sequence, and return when the last one has closed.
 
-    Raises
-    ------
-    OcmmError
-        The station of the command line cannot be built. Choices of the start page that cannot be
-        opened are reported there instead.
+    OcmmError if the station of the command line cannot be built. Choices of the start page that
+    cannot be opened are reported there instead.
     """
     store = SettingsStore.of_this_user(given(parsed))
     app = make_application(store.load().settings.window_zoom)

@@ -154,7 +154,6 @@ def _measures() -> bool:
 
 
 def _is_piped() -> bool:
-    """Return whether stdout is a pipe."""
     try:
         return stat.S_ISFIFO(os.fstat(sys.stdout.fileno()).st_mode)
     except (OSError, ValueError):

@@ -73,11 +73,7 @@ def measure_parts(
     formats: tuple[str, ...] = (),
     archived: ArchivePlace | None = None,
 ) -> None:
-    """Measure parts one by one, and exit with the worst code.
-
-    Raises OcmmError if a part could not be measured, or a secondary output (recording, report)
-    failed.
-    """
+    """Measure parts, and exit with the worst code; OcmmError if a part or output failed."""
     from ocmm_core.cli.archive import MeasuredJobs
     from ocmm_core.cli.measure import (
         await_part,

@@ -37,7 +37,6 @@ class SystemChange(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fie
 
     @property
     def words(self) -> str:
-        """Return a description of the change."""
         if self.kind is ChangeKind.NEW_FILE:
             return f"make {self.place}: {' / '.join(self.after.splitlines())}"
         name = f"ethtool {self.place}" if self.kind is ChangeKind.ADAPTER else self.place

@@ -54,8 +54,7 @@ class Computer:
     data: Path
     state: Path
     jobs: Path
-    """`home`, `data`, `state`, `jobs`: folders of that user and of the jobs, as paths of the
-    computer."""
+    """`home`, `data`, `state`, `jobs`: folders of that user and of jobs, on the computer."""
     program: Path
     """Running interpreter or program, as a path of the computer."""
     interface: str = ""
@@ -172,12 +171,7 @@ class Computer:
 def this_computer(*, interface: str = "", jobs: Path | None = None) -> Computer:
     """Return this computer and its user; raise InputError unless on Linux.
 
-    Parameters
-    ----------
-    interface
-        Camera network adapter; default: that of ``/etc/ocmm/bus.env``.
-    jobs
-        Folder of the jobs; default: the current one.
+    ``interface`` defaults to that of ``/etc/ocmm/bus.env``, ``jobs`` to the current folder.
     """
     if sys.platform != "linux":
         raise InputError(

@@ -1,5 +1,3 @@
-"""Processor of the bus."""
-
 from __future__ import annotations
 
 import re
@@ -27,10 +25,7 @@ def isolated(computer: Computer) -> tuple[int, ...]:
 
 
 def bus_core(computer: Computer) -> int | None:
-    """Return the processor reserved for the bus; None if there are too few.
-
-    The last isolated one, otherwise the last one.
-    """
+    """Return the bus's processor: the last isolated one, else the last; None if too few."""
     everything = processors(computer)
     free = isolated(computer)
     if free:

@@ -1,5 +1,3 @@
-"""Checks of screen and sound."""
-
 from __future__ import annotations
 
 import re

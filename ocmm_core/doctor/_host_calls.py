@@ -1,5 +1,3 @@
-"""System queries that are not files."""
-
 from __future__ import annotations
 
 import ctypes

@@ -73,14 +73,8 @@ def mend(computer: Computer, changes: Sequence[SystemChange]) -> tuple[Mended, .
 def undo(computer: Computer) -> tuple[Mended, ...]:
     """Revert all changes, last first; return them in that order.
 
-    Values changed by others since are left alone.
-
-    Raises
-    ------
-    InputError
-        Nothing was changed, or the file with previous values is damaged.
-    StorageError
-        This user cannot revert the changes.
+    Values changed by others since are left alone. InputError if nothing was changed, or the file
+    with previous values is damaged; StorageError if this user cannot revert them.
     """
     place = computer.place(UNDO_FILE)
     if not place.exists():

@@ -74,7 +74,6 @@ class DoctorReport:
 
 
 def green(what: str, /, **figures: float) -> Answer:
-    """Return a GREEN answer."""
     return Answer(Light.GREEN, what, figures=figures)
 
 

@@ -26,19 +26,8 @@ class Host(ABC):
     def lock(self, descriptor: int, *, shared: bool = False, wait: bool = False) -> None:
         """Lock a file against other descriptors until this one is closed.
 
-        Parameters
-        ----------
-        shared
-            Others may have it shared, too; Windows locks for one alone instead.
-        wait
-            Until those that have it let go; else BlockingIOError.
-
-        Raises
-        ------
-        BlockingIOError
-            Another one has it.
-        OSError
-            The file system knows no locks.
+        ``shared``: others may share it; Windows locks for one alone instead. ``wait`` until it is
+        free; else BlockingIOError if another one has it. OSError if the file system knows no locks.
         """
 
     @abstractmethod
@@ -51,13 +40,7 @@ class Host(ABC):
 
     @abstractmethod
     def open_as_it_is(self, path: Path) -> int:
-        """Return a descriptor of a file or folder itself: no link is followed, nobody waited for.
-
-        Raises
-        ------
-        OSError
-            It is a link, is gone, or cannot be opened.
-        """
+        """Return a descriptor of a file or folder, not waiting nor following links; OSError."""
 
     @abstractmethod
     def is_at(self, descriptor: int, path: Path) -> bool:
@@ -67,24 +50,14 @@ class Host(ABC):
     def sharing_byte(self, descriptor: int, at: int) -> AbstractContextManager[None]:
         """Return what keeps a shared lock on a byte, which libraries of this process respect.
 
-        Nothing if the system or the file system has no locks of descriptors.
-
-        Raises
-        ------
-        BlockingIOError
-            Another program has it alone.
+        Nothing without locks of descriptors; BlockingIOError if another program has it alone.
         """
 
     @abstractmethod
     def hold_name(self, path: Path) -> int:
         """Return a descriptor that only identifies the file at a path; -1 if the system has none.
 
-        Locks of other descriptors are not released when it is closed.
-
-        Raises
-        ------
-        OSError
-            There is no such file.
+        Closing it releases no locks of other descriptors. OSError if there is no file.
         """
 
     @abstractmethod
@@ -180,12 +153,7 @@ class Host(ABC):
     def copy_process(self) -> int:
         """Go on as two processes: return 0 in the copy, its number in the other.
 
-        The system ends the copy when the other ends.
-
-        Raises
-        ------
-        OSError
-            There is no copy.
+        The system ends the copy when the other ends. OSError if there is no copy.
         """
 
     @abstractmethod

@@ -1,5 +1,3 @@
-"""What only Linux can do says so, in one sentence."""
-
 from __future__ import annotations
 
 from ocmm_core.errors import InputError
@@ -7,13 +5,7 @@ from ocmm_core.host._chosen import HOST
 
 
 def require_linux(what: str) -> None:
-    """Raise InputError where this computer cannot do what only Linux can.
-
-    Parameters
-    ----------
-    what
-        The subject of the sentence, e.g. "The camera bus".
-    """
+    """Raise InputError unless on Linux; ``what`` is the subject, e.g. "The camera bus"."""
     if not HOST.is_linux_like:
         raise InputError(
             "host.linux",

@@ -105,19 +105,9 @@ def chapter_of(name: str, part: Part, text: str) -> Chapter:
 
 
 def translated(english: Chapter, original: str, language: str, text: str) -> Chapter | None:
-    """Return a translated document with the anchors of the English one.
+    """Return a translated document with the anchors of the English ``original``, both Markdown.
 
-    Parameters
-    ----------
-    original
-        English Markdown text.
-    text
-        Translated Markdown text; its first line holds `mark_of` the English text.
-
-    Returns
-    -------
-    Chapter | None
-        None if the heading levels differ: links would be wrong.
+    The first line of ``text`` is `mark_of` the English. None if heading levels differ: bad links.
     """
     found = chapter_of(english.name, english.part, text)
     if [one.level for one in found.sections] != [one.level for one in english.sections]:

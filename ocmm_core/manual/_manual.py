@@ -109,15 +109,7 @@ def manual_folder() -> Path:
 
 
 def load_manual(folder: Path | None = None, language: str = ENGLISH) -> Manual:
-    """Read all documents; InputError if there are none.
-
-    Parameters
-    ----------
-    folder
-        None: that of this program.
-    language
-        Documents without a translation are in English.
-    """
+    """Read all documents, English if untranslated, or raise InputError; ``folder`` None: ours."""
     folder = manual_folder() if folder is None else folder
     chapters = tuple(_chapter(folder, part, path, language) for part, path in _documents(folder))
     if not chapters:

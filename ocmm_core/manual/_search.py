@@ -1,8 +1,4 @@
-"""Search: matching sections, their rank, and positions of the words.
-
-The rank is BM25 (Robertson and Zaragoza, 2009, eq. 3.15) over sections, a word of a heading
-counting as several of the text.
-"""
+"""Search: sections by BM25 (Robertson and Zaragoza, 2009, eq. 3.15); headings weigh more."""
 
 from __future__ import annotations
 

@@ -17,9 +17,7 @@ from ocmm_core.measuring._trigger import Touch, approach_direction
 from ocmm_core.tracking import ProbeBody
 
 METHODS = ("approach", "pulled", "shank", "nominal")
-"""By the approach of the ball, by its retraction, by the axis of the probe, or by the normal of the
-nominal surface.
-"""
+"""By approach or retraction of the ball, axis of the probe, or normal of the nominal surface."""
 
 WORDS = {"approach": "trail", "pulled": "pulled", "shank": "shank", "nominal": "nominal"}
 """Values of `MeasuredPoint.approach`."""

@@ -118,9 +118,7 @@ class FrameDoubt:
 
     T_frame_from_world: RigidTransform
     covariance: Float
-    """(6, 6): small rotation, rad, about the frame axes through its origin, and shift, mm, along
-    them.
-    """
+    """(6, 6): rotation, rad, about the frame axes through its origin, and shift, mm."""
 
 
 def contributions(
@@ -216,8 +214,7 @@ def _by_thermometer(
 def rigid_movement(points: Sequence[MeasuredPoint], frame: FrameDoubt) -> Float:
     """Return the derivative of all points by rotation and shift of the frame, (3 N + 1, 6).
 
-    A small motion of the frame is equivalent to one of all points, which cancels in whatever does
-    not refer to the frame.
+    A small motion of the frame is one of all points; it cancels in results without the frame.
     """
     T = frame.T_frame_from_world
     back = T.rotation.T

@@ -134,10 +134,7 @@ def _answers(rows: Rows, shared: Float) -> Float:
 def factors_of(
     parts: Sequence[Contribution], count: int, root: Callable[[Float], Float] | None = None
 ) -> PointFactors:
-    """Return the factors of ``count`` points from all parts.
-
-    ``root`` replaces `root_of`, for callers that cache the results.
-    """
+    """Return the factors of ``count`` points; ``root`` replaces `root_of`, e.g. by a cache."""
     root = root or root_of
     own = np.zeros((count, 3, 3))
     pattern = None
@@ -156,10 +153,7 @@ def factors_of(
 
 
 def joined_factors(parts: Sequence[PointFactors]) -> PointFactors:
-    """Return the joined factors of disjoint points that share the same quantities.
-
-    Each of ``parts``, at least one, has its ``places``.
-    """
+    """Return the joined factors of disjoint parts, with ``places``, that share the quantities."""
     if len(parts) == 1:
         return parts[0]
     places = np.concatenate([part.places for part in parts if part.places is not None])

@@ -52,10 +52,7 @@ class PatternField:
         return PatternField(self.camera[places], self.place[places], self.gain[places])
 
     def answers(self, gradients: Float) -> Float:
-        """Return the derivatives of k values by the relevant bumps, (k, f).
-
-        ``gradients`` (k, N, 3): of the values by the points.
-        """
+        """Return derivatives (k, f) by the relevant bumps, of values with gradients (k, N, 3)."""
         by_spots = np.einsum("kni,nsai->kans", gradients, self.gain, optimize=True)
         count, bumps = len(gradients), self.bumps()
         found: Float = by_spots.reshape(2 * count, -1) @ bumps
@@ -87,10 +84,7 @@ class PatternField:
         return found
 
     def bumps(self) -> csr_array:
-        """Return the height of every bump at every spot, sparse (N S, f), without empty bumps.
-
-        The fields of the two axes are independent and have the same heights.
-        """
+        """Return heights of bumps at spots, sparse (N S, f), without empty ones, on either axis."""
         first = np.floor(self.place).astype(np.int32) - np.int32(_REACH - 1)
         steps = np.arange(2 * _REACH, dtype=np.int32)
         away = self.place[..., None] - first[..., None] - steps

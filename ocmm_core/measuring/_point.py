@@ -23,9 +23,7 @@ class MeasuredPoint:
     first_frame: int
     last_frame: int
     n_frames: int
-    """`first_frame`, `last_frame`, `n_frames`: The window, by exposure counter, and its frames
-    used.
-    """
+    """`first_frame`, `last_frame`, `n_frames`: window by exposure counter, and frames used."""
     tip_world: Float
     """(3,), mm: averaged ball centre."""
     random_covariance: Float

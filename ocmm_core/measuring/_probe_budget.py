@@ -42,10 +42,7 @@ class BudgetTerm:
 def budget_of(
     view: View, design: ProbeDesign | None, postures: Postures, seed: int
 ) -> tuple[BudgetTerm, ...]:
-    """Return the error sources of one point, RMS over poses of the postures.
-
-    Each source is propagated through the pose as in `_uncertainty`.
-    """
+    """Return error sources of a point, RMS over the postures, propagated as in `_uncertainty`."""
     rig, body = view.rig, view.body
     found = _sensitivities(view, postures, seed)
     if not found:

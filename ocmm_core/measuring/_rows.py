@@ -66,7 +66,6 @@ class Rows:
 
     @classmethod
     def stacked(cls, parts: Sequence[Rows]) -> Rows:
-        """Return the concatenated rows."""
         places = parts[0].places
         for part in parts[1:]:
             places = _together(places, part.places)
@@ -113,7 +112,6 @@ class Rows:
         return np.asarray(np.sqrt(squares), dtype=np.float64)
 
     def reshaped(self, *shape: int) -> Rows:
-        """Return the same rows in another shape."""
         blocks = self.by_points.reshape(*shape, *self.by_points.shape[-2:])
         return Rows(self.places, blocks, self.by_radius.reshape(shape))
 

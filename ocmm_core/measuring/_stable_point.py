@@ -75,9 +75,7 @@ class StablePoint:
     """(C, L, 2), px, mean, NaN if not seen throughout."""
     chi2_per_dof: float
     tip_rig: Float
-    """(3,), mm: ball relative to the present cameras; equals ``tip_world`` without a reference
-    body.
-    """
+    """(3,), mm: ball in the present camera frame; ``tip_world`` without a reference body."""
     reference_spots: Float | None
     """(C, R, 2), px, mean spots of the reference body in the same frames; None without one."""
 

@@ -98,7 +98,6 @@ class Climate:
 
     @property
     def words(self) -> str:
-        """Return the text for window and terminal."""
         if self.probe.now is None and self.part.now is None:
             return "No temperature compensation (no temperatures given)."
         return f"{_probe_words(self.probe)} {_part_words(self.part)}"
@@ -110,7 +109,6 @@ class Climate:
         return plain.encode("ascii", "replace").decode("ascii")
 
     def record(self) -> TemperatureRecord:
-        """Return the record for the job file."""
         return TemperatureRecord(
             schema=SCHEMA,
             probe_compensated=self.probe.compensated,

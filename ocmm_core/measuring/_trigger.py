@@ -1,7 +1,4 @@
-"""From triggers to windows: trigger detection and the frames of each point.
-
-Based on exposure counters, so that a point does not depend on how the stream is cut into blocks.
-"""
+"""Trigger detection and the frames of each point, by exposure counters, not by blocks."""
 
 from __future__ import annotations
 

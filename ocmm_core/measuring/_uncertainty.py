@@ -60,10 +60,7 @@ def joint_factors(
 def systematic_covariance(
     sensitivities: Sequence[TipSensitivity], rig: Rig, body: ProbeBody
 ) -> Float:
-    """Return the covariance (3 N, 3 N), mm^2, that averaging over frames does not remove.
-
-    For a few points only: the matrix is dense.
-    """
+    """Return the dense covariance (3 N, 3 N), mm^2, that averaging does not remove; few points."""
     count = len(sensitivities)
     factors = factors_of(systematic_contributions(sensitivities, rig, body), count)
     return factors.of(np.eye(3 * count, 3 * count + 1))

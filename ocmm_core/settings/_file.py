@@ -111,21 +111,10 @@ class SettingsFile:
         """Set values and return side effects; None or the default removes a value.
 
         The document is reread under a lock and written as a whole: concurrent changes of other
-        programs survive.
-
-        Parameters
-        ----------
-        stamp
-            Current time, ISO 8601; stored next to a temperature that is set.
-        keep_defaults
-            Keys to write even if they have the default: another document would win.
-
-        Raises
-        ------
-        InputError
-            A key is no setting, or a value cannot be used.
-        StorageError
-            The document is of a later version, another program holds it, or it cannot be written.
+        programs survive. ``stamp``: current time, ISO 8601, stored next to a temperature that is
+        set; ``keep_defaults``: keys to write even if they have the default: another document would
+        win. InputError for unusable keys or values; StorageError if the document is of a later
+        version, another program holds it, or it cannot be written.
         """
         wanted = {
             key: None if value is None else checked(spec_of(key), value)

@@ -23,13 +23,7 @@ class _Places(msgspec.Struct, frozen=True):
 
 
 class RecentPlaces:
-    """Recent places, newest first; an unreadable file counts as an empty list.
-
-    Parameters
-    ----------
-    path
-        None: the system's state folder of this user.
-    """
+    """Recent places, newest first; unreadable: empty; ``path`` None: state folder of this user."""
 
     def __init__(self, path: Path | None = None) -> None:
         if path is None:

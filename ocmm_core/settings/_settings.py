@@ -171,20 +171,9 @@ class SettingsStore:
     def change(self, changes: Mapping[str, Value], scope: Scope | None = None) -> tuple[Note, ...]:
         """Set values in the documents; return side effects as notes.
 
-        Parameters
-        ----------
-        changes
-            None, or the default, removes a setting.
-        scope
-            None: the default scope of each setting. If this user cannot write the station document,
-            the user's own gets the change.
-
-        Raises
-        ------
-        InputError
-            A key or a value cannot be used.
-        StorageError
-            A document cannot be written.
+        None, or the default, removes a setting. ``scope`` None: the default scope of each; if this
+        user cannot write the station document, the user's own gets the change. InputError for
+        unusable keys or values; StorageError if a document cannot be written.
         """
         notes: list[Note] = []
         for group in (Scope.STATION, Scope.USER):

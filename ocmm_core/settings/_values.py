@@ -72,15 +72,7 @@ def checked(spec: SettingSpec, value: object) -> Value:
 def value_of_text(spec: SettingSpec, text: str, *, look: bool = True) -> Value:
     """Return the value of a typed text; an empty text is the default.
 
-    Parameters
-    ----------
-    look
-        Also check that files exist and documents have the right schema.
-
-    Raises
-    ------
-    InputError
-        It does not fit the setting.
+    ``look``: also check that files exist and documents have the right schema. InputError otherwise.
     """
     text = text.strip()
     if not text:

@@ -66,13 +66,7 @@ class BundleDraft:
     def contents(
         self, without: Collection[str] = (), say: Callable[[str], str] = lambda text: text
     ) -> str:
-        """Return the list of included and missing parts.
-
-        Parameters
-        ----------
-        say
-            Translates a sentence for the reader; the list in the archive is English, for support.
-        """
+        """Return the list of included and missing parts; ``say`` translates it for the reader."""
         lines = [
             say(f"OCMM support bundle, {datetime.now(UTC).isoformat(timespec='seconds')}"),
             say("Passwords, tokens and private keys were taken out."),
@@ -93,13 +87,7 @@ def draft_bundle(
     mask_names: bool,
     told: Callable[[str, float], None] = lambda title, share: None,
 ) -> BundleDraft:
-    """Collect all parts and remove secrets and, if requested, names.
-
-    Parameters
-    ----------
-    mask_names
-        Also remove names of people.
-    """
+    """Collect all parts and remove secrets and, with ``mask_names``, names of people."""
     loaded = site.store.load()
     secrets = secrets_in(secret_texts(loaded), site.environment)
     cleaner = Cleaner(secrets, names_of(loaded, site) if mask_names else ())
@@ -117,15 +105,7 @@ def draft_bundle(
 
 
 def write_bundle(draft: BundleDraft, path: Path, without: Collection[str] = ()) -> int:
-    """Write the archive and return its size, bytes.
-
-    Raises
-    ------
-    InputError
-        Unknown part, or the file name does not end in .zip.
-    StorageError
-        It cannot be written.
-    """
+    """Write the archive, return bytes; InputError for a wrong part or name; StorageError."""
     if path.suffix.lower() != ".zip":
         raise InputError(
             "support.name", f"{path}: a support bundle is a .zip file.", "Give a name in .zip."

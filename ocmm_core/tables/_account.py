@@ -94,9 +94,8 @@ class TableAccount:
     """First and last line that was read; 0 for binary files."""
     columns: tuple[TableColumn, ...]
     unit: str
-    """Symbol of the unit of lengths."""
     factor: float
-    """Its size in mm."""
+    """`unit`: Symbol of the unit of lengths; `factor`: Its size in mm."""
     unit_from: str
     """Evidence of the unit; empty if mm is assumed."""
     separator: str = ""

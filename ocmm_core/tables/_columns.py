@@ -228,11 +228,7 @@ def _joined(cells: Sequence[str]) -> list[str]:
 def checked_roles(
     path: Path, line: int, headings: Sequence[str], roles: Sequence[str]
 ) -> tuple[str, ...]:
-    """Return the roles of a heading that names x, y and z once each.
-
-    Raises InputError if a coordinate is missing or occurs twice, or nominal and measured ones are
-    mixed.
-    """
+    """Return the roles of a heading with x, y and z once, all of a kind; or raise InputError."""
     nominal = [head for head, role in zip(headings, roles, strict=True) if "nominal" in role]
     twice = [role for role in roles if role in (*AXES, *NORMAL, "unit") and roles.count(role) > 1]
     missing = [axis for axis in AXES if axis not in roles]
@@ -253,12 +249,10 @@ def checked_roles(
 
 
 def counted_roles(path: Path, rows: Sequence[tuple[int, list[str]]]) -> tuple[str, ...]:
-    """Return the roles of columns without a heading.
+    """Return the roles of columns without a heading; InputError if they are ambiguous.
 
     Three numbers are x, y and z, six whose last three form unit vectors also a normal; texts before
     or behind them are names. Anything else has to be stated.
-
-    Raises InputError if the columns could have several meanings.
     """
     width = len(rows[0][1])
     texts = [

@@ -25,10 +25,7 @@ _MOST_ODD = 8
 def require_no_codes(path: Path, rows: Sequence[tuple[int, Sequence[str]]]) -> None:
     """Raise InputError if a cell such as -9999 stands for a missing value.
 
-    Parameters
-    ----------
-    rows
-        Line and coordinates as texts. A code has fewer decimals than other cells of its column.
+    ``rows``: line, texts of coordinates. A code has fewer decimals than the rest of its column.
     """
     for place in range(len(rows[0][1])):
         found = [(line, row[place]) for line, row in rows if _CODE.fullmatch(row[place])]
@@ -139,9 +136,8 @@ def read_grid(
 ) -> TextGrid:
     """Return the lines of a table, without comments and lines that the user skips.
 
-    `has_texts`: Cells are free text: a comment needs a separate line.
-
-    Raises InputError if a line is longer than any row, or --skip cannot be understood.
+    ``has_texts``: cells are free text: a comment needs a separate line. InputError if a line is
+    longer than any row, or --skip cannot be understood.
     """
     grid = TextGrid(path, " ", [])
     skipped = options.skipped()

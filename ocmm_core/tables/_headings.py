@@ -66,10 +66,7 @@ SUMMARY = re.compile(
 
 
 def role_of(heading: str) -> str:
-    """Return the role of a column: x, y, z, i, j, k, name, sigma or unit.
-
-    Nominal coordinates return "nominal x" etc., unknown headings an empty text.
-    """
+    """Return x, y, z, i, j, k, name, sigma or unit, or "nominal x" etc.; empty if unknown."""
     name = heading_unit(heading)[0]
     folded = unicodedata.normalize("NFKC", name).casefold().strip().strip("\"'")
     if folded in _ROLE_OF:

@@ -70,7 +70,6 @@ class TextTable:
     grammar: NumberGrammar
     skipped: tuple[SkippedRows, ...]
     sha256: str
-    """Of the file."""
 
     def value(self, key: str, what: str) -> tuple[int, str]:
         """Return line and value of a key of the head; InputError, naming ``what``, if missing."""
@@ -132,11 +131,8 @@ def read_table(
 ) -> TextTable:
     """Return the table at ``path``.
 
-    Raises
-    ------
-    InputError
-        The file cannot be read, has no line with the column names, lacks a column or names one
-        twice, a row has another number of cells, or the decimal sign is ambiguous.
+    InputError if the file cannot be read, has no line with the column names, lacks a column or
+    names one twice, a row has another number of cells, or the decimal sign is ambiguous.
     """
     path, options = Path(path), options or TableOptions()
     content = bytes_of(path, most)

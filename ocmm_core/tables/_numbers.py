@@ -102,11 +102,8 @@ def number_with_unit(text: str) -> tuple[str, MeasureUnit | None]:
 def grammar_of(path: Path, cells: Iterable[tuple[int, str]], decimal: str = "") -> NumberGrammar:
     """Return the decimal sign that the numbers of a file prove.
 
-    `cells`: Line and text of every numeric cell.
-    `decimal`: ``point`` or ``comma`` if the user states it, else empty.
-
-    Raises InputError if the numbers contradict each other, or a number such as 1,234 could mean two
-    values.
+    ``cells``: line and text of every numeric cell; ``decimal``: ``point`` or ``comma`` if stated by
+    the user, else empty. InputError if numbers contradict each other or are ambiguous, as 1,234.
     """
     if decimal and decimal not in DECIMALS:
         raise InputError(
@@ -201,11 +198,8 @@ def _weigh(line: int, text: str, proofs: _Found, groups: _Found, unclear: _Found
 def typed_number(text: str, *, comma: bool) -> float | None:
     """Return a number typed into a field; None if it is not a number or could mean two values.
 
-    Parameters
-    ----------
-    comma
-        The field shows numbers with a decimal comma. The other sign is also a decimal sign, unless
-        it could separate thousands: 1,234 is refused where numbers have a decimal point.
+    ``comma``: the field shows numbers with a decimal comma. The other sign is also a decimal sign,
+    unless it could separate thousands: 1,234 is refused where numbers have a decimal point.
     """
     plain = plain_signs(text)
     shown = "," if comma else "."

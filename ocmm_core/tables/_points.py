@@ -56,10 +56,7 @@ def read_pixels(
 ) -> PixelTable:
     """Return a table of spots; ``columns`` are all its columns, with ``u`` and ``v`` in pixels.
 
-    Raises
-    ------
-    InputError
-        As `read_table`; or the header lacks ``sigma``, or the file states a unit of length.
+    InputError as `read_table`, if the header lacks ``sigma``, or the file states a unit of length.
     """
     table = read_table(path, NamedColumns(columns, _UV), options)
     stated = [(line, text) for name, (line, text) in table.units.items() if name in _UV]
@@ -120,13 +117,8 @@ def read_points_file(path: Path | str, options: TableOptions | None = None) -> P
     A row of a text file has x, y and z. A heading decides the order of the columns; without one,
     names may be next to three numbers, and a unit vector may follow. The vertices of PLY, OBJ, OFF,
     STL and PCD are read as the format prescribes. The unit is the one that the file states, else
-    mm. Each line that is not read has an entry in the account.
-
-    Raises
-    ------
-    InputError
-        The file cannot be read, or a row, a column, a number or a unit could have several meanings;
-        the sentence names the line.
+    mm. Each line that is not read has an entry in the account. InputError, naming the line, if a
+    row, a column, a number or a unit could have several meanings, or the file cannot be read.
     """
     file, options = Path(path), options or TableOptions()
     content = bytes_of(file)

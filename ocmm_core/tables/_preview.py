@@ -61,15 +61,8 @@ def preview_table(
 ) -> TablePreview[T]:
     """Read a table and return its first and last lines as cells, before anything is accepted.
 
-    Parameters
-    ----------
-    read
-        Reader of tables of this kind; its InputError becomes a part of the result.
-
-    Raises
-    ------
-    InputError
-        The file cannot be read at all.
+    InputErrors of ``read``, the reader of such tables, become a part of the result; InputError if
+    the file cannot be read at all.
     """
     table: T | None = None
     error: InputError | None = None

@@ -31,10 +31,7 @@ _GRID = ("ncols", "nrows", "cellsize", "dsaa")
 
 
 def decoded(content: bytes) -> str:
-    """Decode UTF-8, Windows-1252, or UTF-16 and UTF-32 with a byte order mark.
-
-    Raises UnicodeDecodeError if it is not text.
-    """
+    """Decode UTF-8, Windows-1252, or UTF-16/32 with byte order mark; or UnicodeDecodeError."""
     if content.startswith((b"\xff\xfe\0\0", b"\0\0\xfe\xff")):
         return content.decode("utf-32")
     if content.startswith((b"\xff\xfe", b"\xfe\xff")):

@@ -41,7 +41,6 @@ class UnitChoice:
     """Symbols by role, if the columns have different units."""
 
     def in_mm(self, values: Float) -> Float:
-        """Return coordinates (n, 3), mm."""
         if bool(np.all(self.factors == 1.0)):
             return values
         return np.asarray(np.vectorize(scaled, otypes=[np.float64])(values, self.factors))
@@ -68,7 +67,7 @@ def choose_unit(
     rows: Sequence[tuple[int, str]] = (),
     roles: Sequence[str] = ("x", "y", "z"),
 ) -> UnitChoice:
-    """Return the unit of the lengths.
+    """Return the unit of the lengths; InputError if one is unknown or two statements contradict.
 
     `columns`: Line and text of the unit of a column, by its role.
     `rows`: Line and text of the unit of each row; empty if rows have none.

@@ -38,9 +38,7 @@ class Ambiguity:
     """A wrong labelling that fits the body nearly as well as the correct one."""
 
     labels: tuple[int, ...]
-    """LED number assigned to the place of LED 0, 1, 2 ... (for `nearest`: of the visible ones), -1
-    if none.
-    """
+    """LED assigned to the place of LED 0, 1 ... (`nearest`: of the visible ones), -1: none."""
     residual_mm: float
     """RMS distance of the LEDs after the best rigid motion."""
     tip_error_mm: float
@@ -52,20 +50,14 @@ def nearest(
 ) -> Ambiguity | None:
     """Return the wrong labelling with the smallest residual not excluded by a rule.
 
-    Any LED may be assigned to any place, as the hidden ones are unknown. A rule excludes a
-    labelling if the body, turned by that labelling's motion, breaks the rule in every attitude that
-    satisfies it, which is so if the motion reverses the rule's axis.
+    Any LED may be assigned to any place, as the hidden ones are unknown. A rule, a ``(body_axis,
+    world_direction)`` pair, excludes a labelling if the body, turned by that labelling's motion,
+    breaks the rule in every attitude that satisfies it, which is so if the motion reverses the
+    rule's axis.
 
-    Parameters
-    ----------
-    leds, tip
-        (L, 3) and (3,), mm, body frame.
-    rules
-        ``(body_axis, world_direction)`` pairs, each (3,).
-    seen
-        Numbers of the visible LEDs; None for all. For more than `FEW_LEDS`, only a labelling below
-        the limit is found, and only among the visible ones. The labels of the result are assigned
-        to their places, in this order.
+    ``leds`` (L, 3) and ``tip`` (3,), mm, body frame; ``seen``: numbers of the visible LEDs, None
+    for all. For more than `FEW_LEDS`, only a labelling below the limit is found, and only among the
+    visible ones. The labels of the result are assigned to their places, in this order.
     """
     places = tuple(range(len(leds)) if seen is None else seen)
     if len(leds) > FEW_LEDS:
@@ -114,13 +106,7 @@ def confused(
 
 
 def check_distinct(bodies: Sequence[LedBody]) -> None:
-    """Refuse bodies with LEDs that are confusable with those of another, see `most_alike`.
-
-    Raises
-    ------
-    InputError
-        Two of the bodies could be confused while some of their LEDs are hidden.
-    """
+    """Refuse bodies confusable while some LEDs are hidden, by InputError; see `most_alike`."""
     for one, other in combinations(bodies, 2):
         found = _in_common(
             _distances(one.leds_body), _distances(other.leds_body), most_alike(one, other) + 1

@@ -46,8 +46,7 @@ class ProbeDocument(Document, frozen=True, kw_only=True):
     strobe: StrobeEntry | None = None
     expansion: float | None = None
     expansion_sigma: float | None = None
-    """`expansion`, `expansion_sigma`: Thermal expansion of the probe as a whole and its standard
-    uncertainty, 1/K; without them `UNKNOWN_EXPANSION`."""
+    """`expansion`, `expansion_sigma`: of the whole probe, 1/K; without: `UNKNOWN_EXPANSION`."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,9 +55,8 @@ class LedBody:
 
     name: str
     leds_body: Float
-    """(L, 3), mm, body frame."""
     led_directions_body: Float
-    """(L, 3), unit."""
+    """`leds_body`: (L, 3), mm, body frame; `led_directions_body`: (L, 3), unit."""
     emission_half_angle: float
     """rad; outside this cone an LED is not visible."""
     rules: tuple[tuple[Float, Float], ...] = ()
@@ -77,17 +75,15 @@ class ProbeBody:
 
     name: str
     leds_probe: Float
-    """(L, 3), mm, probe frame."""
     led_directions_probe: Float
-    """(L, 3), unit."""
+    """`leds_probe`: (L, 3), mm, probe frame; `led_directions_probe`: (L, 3), unit."""
     emission_half_angle: float
     """rad; outside this cone an LED is not visible."""
     tip_probe: Float
     """(3,), mm, probe frame: ball centre."""
     tip_radius: float
-    """mm."""
     tip_radius_sigma: float
-    """mm, standard uncertainty."""
+    """`tip_radius`: mm; `tip_radius_sigma`: mm, standard uncertainty."""
     geometry_covariance: Float
     """(3 L + 3, 3 L + 3), mm^2: LED coordinates, then the tip."""
     rules: tuple[tuple[Float, Float], ...]
@@ -119,11 +115,8 @@ class ProbeBody:
 def load_probe(path: Path | str) -> ProbeBody:
     """Return the probe of the document at ``path``.
 
-    Raises
-    ------
-    InputError
-        The document is malformed, has too few or too many LEDs, LEDs in one place or on one line,
-        a tip diameter that is not positive, or labels that can be confused.
+    InputError if it is malformed, has too few or too many LEDs, LEDs in one place or on one line, a
+    tip diameter that is not positive, or labels that can be confused.
     """
     return body_of(load_document(path, ProbeDocument, SCHEMA), path, digest(path))
 
@@ -194,15 +187,8 @@ def nearest_ambiguity(
 def check_labels(path: Path | str, what: str, body: ProbeBody | LedBody) -> None:
     """Refuse a body with ambiguous labels; a strobe code makes all labels certain.
 
-    Parameters
-    ----------
-    path, what
-        The document and its kind, ``"probe"`` or ``"reference"``.
-
-    Raises
-    ------
-    InputError
-        Labels are ambiguous with all LEDs visible, with one hidden, or for three.
+    ``what``: ``"probe"`` or ``"reference"``. InputError if labels are ambiguous with all LEDs
+    visible, with one hidden, or for three.
     """
     if body.code is not None:
         return

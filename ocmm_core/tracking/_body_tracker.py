@@ -45,8 +45,7 @@ class TrackingOptions:
 class BodyTracker:
     """Track one body in a stream of frames with one rig.
 
-    Only the labels of the slots are kept between blocks; for one thread. Labelling is independent
-    of block boundaries.
+    Only slot labels are kept between blocks; independent of block boundaries; for one thread.
     """
 
     rig: Rig
@@ -84,7 +83,6 @@ class BodyTracker:
         return leds
 
     def process(self, block: FrameBlock) -> TrackBlock:
-        """Return the tracked frames of ``block``."""
         self._claims.clear()
         self._n_slots = block.uv.shape[2]
         pieces: list[TrackBlock] = []
@@ -120,7 +118,6 @@ class BodyTracker:
             self._reader.remember(block.counter, _there(block.uv))
 
     def _forget(self, reason: str) -> None:
-        """Discard the labels and search again with the next frame."""
         self.slot_of_led, self.reason = None, reason
         self._search_at_ns = self._patience_ns = self._doubtful = 0
 

@@ -84,8 +84,7 @@ def identify_all(
 ) -> tuple[Identification, ...]:
     """Return the slot of each LED of each body; no slot is assigned twice.
 
-    The bodies must pass `ambiguity.check_distinct`. Spots and codes as in `identify`, codes for
-    every body or empty.
+    Bodies must pass `ambiguity.check_distinct`. As `identify`, with codes for every body or none.
     """
     status, labels = identify_many(rig, bodies, spots[None], options, led_of_slot)
     return tuple(
@@ -105,8 +104,7 @@ def identify_many(
 ) -> tuple[NDArray[np.uint8], Int]:
     """Return outcome (n, B) and slots of LEDs (n, B, C, L) of independent frames.
 
-    Frames are (n, C, S, 2). Outcomes are those of the kernel `identify`; slots are -1 if none, and
-    in frames without a labelling.
+    Frames are (n, C, S, 2). Outcomes as of the kernel; slots are -1 if none or unlabelled.
     """
     count, n_cameras = len(bodies), len(rig.cameras)
     n_slots, sizes = spots.shape[2], np.array([body.n_leds for body in bodies])

@@ -38,19 +38,9 @@ class OrientationRule(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_
 def check_leds(
     path: Path, what: str, leds: Sequence[LedEntry], rules: Sequence[tuple[str, Vector3]] = ()
 ) -> None:
-    """Refuse unusable LEDs.
+    """Refuse too few or too many, coincident or collinear LEDs, and zero directions by InputError.
 
-    Parameters
-    ----------
-    path, what
-        The document and its kind, ``"probe"`` or ``"reference"``.
-    rules
-        Directions of orientation rules by field.
-
-    Raises
-    ------
-    InputError
-        Too few or too many, coincident or collinear LEDs, or a zero direction.
+    ``what`` is ``"probe"`` or ``"reference"``; ``rules`` are directions by field.
     """
     count = len(leds)
     if not MIN_LEDS <= count <= MAX_LEDS:

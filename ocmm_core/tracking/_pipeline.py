@@ -17,10 +17,7 @@ from ocmm_core.tracking._result import ReferenceHome, TrackBlock
 
 @dataclass(slots=True)
 class TrackingPipeline:
-    """Track a stream of frames with one rig and one probe; for one thread.
-
-    Labelling is independent of block boundaries.
-    """
+    """Track frames with one rig and one probe, independent of block boundaries; for one thread."""
 
     rig: Rig
     body: ProbeBody
@@ -70,7 +67,6 @@ class TrackingPipeline:
         return self._reference.tracker.slot_leds() if self._reference is not None else None
 
     def process(self, block: FrameBlock) -> TrackBlock:
-        """Return the tracked frames of ``block``."""
         if self._reference is None:
             return self._probe.process(block)
         seen = self._reference.process(block)

@@ -1,7 +1,4 @@
-"""Spots to pose and tip in plain numpy: kernel reference, and its typed interface.
-
-`solve_reference` is for reading and for checking `kernels.solve_frames`; the product calls `solve`.
-"""
+"""Spots to pose and tip in plain numpy: `solve_reference` checks the kernel, `solve` calls it."""
 
 from __future__ import annotations
 
@@ -46,16 +43,10 @@ def solve(
 ) -> PoseBatch:
     """Return pose, tip, covariance and chi-square of every frame.
 
-    Parameters
-    ----------
-    uv
-        (n, C, L, 2), px by LED number, NaN if unseen.
-    sigma_px
-        Standard deviation of a spot, px, each axis.
-    method
-        ``"gauss-newton"``: one step on all reprojection residuals after the rigid fit, which
-        reaches the Cramer-Rao bound; ``"thesis"``: unweighted rigid fit of triangulated targets
-        (thesis 2.4), for comparison. Its covariance is that of the former, hence too small.
+    ``uv`` (n, C, L, 2), px by LED number, NaN if unseen; ``sigma_px``: standard deviation of a
+    spot, each axis. ``"gauss-newton"``: one step on all reprojection residuals after the rigid fit,
+    which reaches the Cramer-Rao bound; ``"thesis"``: unweighted rigid fit of triangulated targets
+    (thesis 2.4), for comparison. Its covariance is that of the former, hence too small.
     """
     return solve_leds(uv, rig, body.leds_probe, body.tip_probe, sigma_px, method)
 
@@ -138,10 +129,7 @@ def tip_jacobian(rotation: Float, body: ProbeBody) -> Float:
 
 
 def arm_jacobian(arm_world: Float) -> Float:
-    """Return d(point)/d(pose), (..., 3, 6), of ``arm_world``, mm, from the origin.
-
-    A small rotation w moves a point by w x arm, which is -skew(arm) w.
-    """
+    """Return d(point)/d(pose), (..., 3, 6), of an arm, mm: rotation w moves it by -skew(arm) w."""
     x, y, z = np.moveaxis(arm_world, -1, 0)
     by_pose = np.zeros((*arm_world.shape[:-1], 3, 6))
     by_pose[..., 0, 1], by_pose[..., 0, 2] = z, -y

@@ -230,12 +230,7 @@ def relative_sensitivity(
     It depends on three poses of the same cameras: probe, reference body now, and at home. If the
     reference body has not moved, camera errors affect its two poses equally and cancel; otherwise
     they cancel in part. Spots (C, L, 2), px, of all three are listed, those of the reference body
-    now, of the same frames, with the opposite sign.
-
-    Raises
-    ------
-    TrackingError
-        The spots do not determine a pose.
+    now, of the same frames, with the opposite sign. TrackingError without a pose.
     """
     return relative_sensitivities(spots[None], reference_spots[None], home, rig, body, reference)[0]
 

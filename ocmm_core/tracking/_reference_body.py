@@ -72,11 +72,7 @@ class ReferenceBody:
 def load_reference(path: Path | str) -> ReferenceBody:
     """Return the reference body of the document at ``path``.
 
-    Raises
-    ------
-    InputError
-        The document is malformed, its LEDs are too few or too many, in one place or on one line,
-        or its labels can be confused.
+    InputError if malformed, or LEDs are too few, too many, in one place, in line or confusable.
     """
     path = Path(path)
     document = load_document(path, ReferenceDocument, SCHEMA)
@@ -110,11 +106,7 @@ def load_reference(path: Path | str) -> ReferenceBody:
 def check_together(probe: ProbeBody, reference: ReferenceBody) -> None:
     """Refuse a probe and a reference body that are confusable in the same images.
 
-    Raises
-    ------
-    InputError
-        They have more LEDs than a camera follows, or three LEDs of one look like three of the
-        other.
+    InputError if they have more LEDs than a camera follows, or three LEDs of both look alike.
     """
     count = probe.n_leds + reference.n_leds
     if count > MAX_LEDS:

@@ -32,10 +32,7 @@ _FRAMES, _SINCE = _SIZE - 2, _SIZE - 1
 
 
 class ReferenceFilter:
-    """Average poses of a resting reference body; for one thread.
-
-    The result is independent of block boundaries.
-    """
+    """Average poses of a resting reference body, independent of blocks; for one thread."""
 
     def __init__(self) -> None:
         self._limit = float(chi2_limit(np.array([6]))[0])

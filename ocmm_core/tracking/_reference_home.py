@@ -15,9 +15,7 @@ HOME_NS = 250_000_000
 """Bus time of the averaged home."""
 
 HOME_WANDER_PX = 0.1
-"""Largest wander of the spots while the home is recorded, beyond noise: 50 micrometres at one
-metre.
-"""
+"""Largest wander of spots while the home is recorded, beyond noise: 50 um at one metre."""
 
 _BATCHES = 10
 _SIGMAS = 5.0

@@ -78,10 +78,7 @@ class TrackBlock:
 
 @dataclass(frozen=True, slots=True)
 class ReferenceTrack:
-    """Tracks as seen by the cameras, before transformation to the job's world.
-
-    "Rig" is the present frame of the cameras.
-    """
+    """Tracks in the cameras' present frame ("rig"), before transformation to the job's world."""
 
     probe: TrackBlock
     """The probe without reference: its own status, poses in the rig frame."""
@@ -90,9 +87,7 @@ class ReferenceTrack:
     poses.
     """
     covariance: Float
-    """(n, 6, 6): of the reference body's single-frame pose, for the increments of
-    `pose.reprojection`, rig frame.
-    """
+    """(n, 6, 6): of single-frame poses, for the increments of `pose.reprojection`, rig frame."""
     home: ReferenceHome | None
     """None until determined."""
 

@@ -33,9 +33,8 @@ class TipSensitivity:
     camera: Int
     """(m,) int64: camera of each spot."""
     uv: Float
-    """(m, 2), px: the spots."""
     by_spots: Float
-    """(3, m, 2), mm/px."""
+    """`uv`: (m, 2), px: the spots; `by_spots`: (3, m, 2), mm/px."""
     by_cameras: Float
     """(3, 14 C): in the order of `Rig.parameter_covariance`."""
     by_geometry: Float
@@ -64,10 +63,7 @@ class PoseSensitivity:
 
 
 def tip_sensitivity(spots: Float, rig: Rig, body: ProbeBody) -> TipSensitivity:
-    """Return the tip of spots (C, L, 2), px by LED number, and its derivatives.
-
-    Raises TrackingError if the spots do not determine a pose.
-    """
+    """Return the tip of spots (C, L, 2), px by LED number, and derivatives; or TrackingError."""
     return tip_sensitivities(spots[None], rig, body)[0]
 
 

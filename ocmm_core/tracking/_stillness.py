@@ -181,8 +181,7 @@ class _Fits:
 def wildness(times_s: Float, places: Float, covariances: Float) -> Float:
     """Return the distance of each place from its neighbours, (n,), in standard deviations.
 
-    The centre is the median of a batch, interpolated linearly, so that motion is no outlier.
-    Parameters as `judge_stillness`.
+    From interpolated medians of batches: motion is no outlier. As `judge_stillness`.
     """
     labels = batch_labels(times_s)
     numbers = np.unique(labels)

@@ -47,10 +47,7 @@ class StrobeCode:
 def strobe_code(path: Path, entry: StrobeEntry | None, n_leds: int) -> StrobeCode | None:
     """Return the code of a document, or None.
 
-    Raises
-    ------
-    InputError
-        Two LEDs are dark in the same frame, one has no frame, or the period is too short or long.
+    InputError if two LEDs are dark in the same frame, one has no frame, or the period is unusable.
     """
     if entry is None:
         return None

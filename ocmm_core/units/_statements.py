@@ -165,8 +165,7 @@ def units_of_name(name: str) -> list[UnitStatement]:
 def heading_unit(cell: str) -> tuple[str, str]:
     """Return the name of a column and the text of its unit, empty if it has none.
 
-    The text in brackets or behind a slash is always returned, known or not; a word behind the name
-    only if it is a unit.
+    Text in brackets or behind a slash is returned, known or not; a word behind only if a unit.
     """
     text = cell.strip()
     for pattern in (_BRACKETS, _GLUED, _SLASH, _BEHIND):

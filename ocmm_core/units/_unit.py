@@ -49,11 +49,7 @@ _EXACT = Context(prec=60)
 def scaled(value: float, factor: float) -> float:
     """Return the product of two decimal numbers, rounded once: 1.5 inch is 38.1 mm.
 
-    Parameters
-    ----------
-    value, factor
-        Their shortest notations are multiplied: of 1.5 and 25.4, not of their nearest binary
-        numbers.
+    Their shortest notations are multiplied: of 1.5 and 25.4, not of their nearest binary numbers.
     """
     if factor == 1.0 or not math.isfinite(value):
         return value
@@ -173,12 +169,8 @@ _DISTINCT = {"M", "Mm", "mM", "Nm", "NM", "nM", "MI", "k", "kelvins."}
 def find_unit(text: str, dimension: Dimension | None = None) -> MeasureUnit | None:
     """Return the unit that ``text`` names, or None.
 
-    Parameters
-    ----------
-    text
-        A name in one of several languages, a symbol or a multiple such as "0.001 inch".
-    dimension
-        Quantity that the unit must have; without it, marks such as ``"`` are lengths.
+    A name in one of several languages, a symbol or a multiple such as "0.001 inch". Without a
+    ``dimension``, marks such as ``"`` are lengths.
     """
     plain = text.strip().translate(_MARKS)
     if not plain or len(plain) > _LONGEST:
@@ -208,17 +200,9 @@ def find_unit(text: str, dimension: Dimension | None = None) -> MeasureUnit | No
 def named_unit(
     text: str, dimension: Dimension, path: Path | str = "", line: int = 0
 ) -> MeasureUnit:
-    """Return the unit that ``text`` names.
+    """Return the unit that ``text`` names; InputError if unknown or of another quantity.
 
-    Parameters
-    ----------
-    path, line
-        Place of the name, for the sentence of an error; empty and 0 if a user typed it.
-
-    Raises
-    ------
-    InputError
-        The unit is unknown or of another quantity.
+    ``path`` and ``line`` are its place, for the error; empty and 0 if a user typed it.
     """
     unit = find_unit(text, dimension)
     if unit is None:
@@ -235,19 +219,10 @@ def named_unit(
 def agreed_unit(
     name: str, si_factor: float | None, dimension: Dimension, where: str
 ) -> MeasureUnit:
-    """Return the unit ``name`` if its factor agrees with it.
+    """Return the unit ``name``; InputError if unknown, or if it contradicts its factor.
 
-    Parameters
-    ----------
-    si_factor
-        Size of one in metre, radian or kelvin according to the document; None if not given.
-    where
-        Start of the sentence of an error: file, and line or item.
-
-    Raises
-    ------
-    InputError
-        The unit is unknown, or name and factor contradict each other.
+    ``si_factor``: size of one in metre, radian or kelvin by the document; None if not given.
+    ``where``: start of the error's sentence: file, and line or item.
     """
     unit = named_unit(name, dimension, where)
     if si_factor is not None and not abs(si_factor / unit.si - 1.0) <= _SAME:

@@ -1,5 +1,3 @@
-"""Which language somebody reads."""
-
 from __future__ import annotations
 
 from collections.abc import Mapping
@@ -12,15 +10,10 @@ _VARIABLE = "OCMM_LANGUAGE"
 
 
 def language_of(environment: Mapping[str, str], chosen: str = "") -> str:
-    """Return the language to speak: the variable OCMM_LANGUAGE, what is chosen, or the system's.
+    """Return the language: OCMM_LANGUAGE, else the setting ``chosen``, else the system's.
 
-    Parameters
-    ----------
-    environment
-        Variables of the process; of the system's ``LC_ALL``, ``LC_MESSAGES`` and ``LANG`` the first
-        that is set counts, as everywhere (POSIX.1-2017, 8.2).
-    chosen
-        The setting; empty where the system decides.
+    Of the system's ``LC_ALL``, ``LC_MESSAGES`` and ``LANG`` in ``environment`` the first that is
+    set counts, as everywhere (POSIX.1-2017, 8.2).
     """
     system = next(
         (found for name in ("LC_ALL", "LC_MESSAGES", "LANG") if (found := environment.get(name))),

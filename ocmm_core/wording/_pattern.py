@@ -22,7 +22,6 @@ class Pattern:
     literals: tuple[str, ...]
     """What stands before, between and behind the fields; one more than fields."""
     names: tuple[str, ...]
-    """Names of the fields."""
     marks: tuple[str, ...]
     """What each field holds: a number ``n``, a word of the program ``w`` (where it is none,
     whatever it is), a word of the program for certain ``k``, a sentence of the program ``s``, or
@@ -30,13 +29,7 @@ class Pattern:
 
     @classmethod
     def of(cls, template: str) -> Pattern:
-        """Return the pattern of a sentence with names in braces.
-
-        Raises
-        ------
-        ValueError
-            The braces do not close.
-        """
+        """Return the pattern of a sentence with names in braces, or raise ValueError."""
         literals, names, marks = [""], [], []
         for text, name, mark, _ in string.Formatter().parse(template):
             literals[-1] += text

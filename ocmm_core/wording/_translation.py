@@ -60,18 +60,12 @@ class _Known:
 
 
 class Translation:
-    """Everything that the core can say, in another language.
+    """All sentences of the core, in another language.
 
-    Parameters
-    ----------
-    sentences
-        English and translated templates. A template without a translation stays English.
-    words
-        Words of enumerations and registries.
-    codes
-        Codes of the errors that say a template.
-    comma
-        Numbers that the program formatted get a comma before their decimals; nothing else does.
+    ``sentences``: English and translated templates; a template without a translation stays English.
+    ``words`` of enumerations and registries; ``codes`` of the errors that use a template;
+    ``comma``: numbers that the program formatted get a comma before their decimals; nothing else
+    does.
     """
 
     def __init__(
@@ -110,15 +104,7 @@ class Translation:
                 self._wordless.append(known)
 
     def of(self, text: str, code: str = "") -> str:
-        """Return a text of the core in this language, or as it is where it is not known.
-
-        Parameters
-        ----------
-        text
-            One or several sentences.
-        code
-            Of the error that says it; empty if there is none.
-        """
+        """Return sentences in this language, unchanged if unknown; ``code``: of an error."""
         key = (text, code)
         if key not in self._seen:
             if len(self._seen) >= _REMEMBERED:
@@ -242,19 +228,9 @@ def _whole_words(pattern: Pattern) -> set[str]:
 
 @functools.cache
 def load_translation(language: str, *, comma: bool = False) -> Translation:
-    """Return what the core says in a language; loaded once, when it is first asked for.
+    """Return the translation into one of `LANGUAGES`; loaded once, on first use.
 
-    Parameters
-    ----------
-    language
-        One of `LANGUAGES`.
-    comma
-        A comma stands before the decimals of numbers.
-
-    Raises
-    ------
-    InputError
-        The catalogue cannot be read.
+    ``comma``: decimals follow a comma. InputError if the catalogue cannot be read.
     """
     if language == ENGLISH:
         return Translation({}, {})

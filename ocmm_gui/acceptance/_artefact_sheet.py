@@ -1,7 +1,4 @@
-"""Artefact register: entries, expiry, and reasons for refusal.
-
-Form of an artefact, typed or read from a certificate.
-"""
+"""Artefact register: entries, expiry, refusals, and a form, typed or read from a certificate."""
 
 from __future__ import annotations
 
@@ -226,7 +223,6 @@ class ArtefactSheet(WorkSheet):
         self.table.setFocus()
 
     def close_work(self) -> None:
-        """Stop reading; call before the window closes."""
         super().close_work()
         self._register.close(0.0)
 
@@ -288,12 +284,10 @@ class ArtefactSheet(WorkSheet):
             self.sure.ask(tr("Remove {id} from the register?").format(id=entry.id))
 
     def set_theme(self, theme: Theme) -> None:
-        """Paint with ``theme`` from now on."""
         self._theme = theme
         self._show_reasons()
 
     def _do(self, call: Callable[[], T], done: Callable[[T], None], reading: str) -> None:
-        """Access the register in the background; report errors."""
         self._doing += 1
 
         def finish(answer: T) -> None:

@@ -51,10 +51,7 @@ _TEXTS = WizardTexts(
 
 
 class AcceptanceDesk(GuidedStack):
-    """One test at a time.
-
-    `tap`: Station frames; measuring is suspended while a watcher is attached.
-    """
+    """One test at a time; while ``tap`` has a watcher, measuring is suspended."""
 
     paper_wanted = Signal(object)
     """Emits the `Path` of the record for a certificate."""
@@ -117,7 +114,6 @@ class AcceptanceDesk(GuidedStack):
         return proposals
 
     def _tell_failure(self, error: Exception, reading: str) -> None:
-        """Show on the start page why something could not be read."""
         told = contained(error, reading, "Nothing was changed.")
         self.start.show_trouble(said(f"{told.what} {told.remedy}"))
 
@@ -139,7 +135,6 @@ class AcceptanceDesk(GuidedStack):
         super().leave()
 
     def close_work(self) -> None:
-        """Stop the test and reading; call before the window closes."""
         self.close_runner()
         self._lists.close(0.0)
 

@@ -44,10 +44,7 @@ class TakesTemperature(Protocol):
 
 
 class MeasurePage(CollectPage):
-    """Picture of volume and artefact, progress, last errors, room temperature.
-
-    `away`: (3,), unit: from the cameras to the volume.
-    """
+    """Volume, artefact, progress, last errors, temperature; ``away`` (3,): cameras to volume."""
 
     keys = ("back", "automatic", "take", "next")
     misread = Signal(object)
@@ -77,7 +74,6 @@ class MeasurePage(CollectPage):
         self._lay_out()
 
     def show_seen(self, seen: Seen) -> None:
-        """Show target, progress and results."""
         super().show_seen(seen)
         view = seen.view_as(GuidedAcceptanceView)
         if not self.temperature.hasFocus():
@@ -94,7 +90,6 @@ class MeasurePage(CollectPage):
         self._paint()
 
     def set_theme(self, theme: Theme) -> None:
-        """Paint with ``theme`` from now on."""
         self._theme = theme
         self._paint()
 

@@ -229,7 +229,6 @@ class AcceptanceStart(QWidget):
         self._paint()
 
     def set_theme(self, theme: Theme) -> None:
-        """Paint with ``theme`` from now on."""
         self._theme = theme
         self._paint()
 

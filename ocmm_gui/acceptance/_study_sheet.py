@@ -195,7 +195,6 @@ class StudySheet(WorkSheet):
             self._use(plan)
 
     def use_jobs(self, folder: Path) -> None:
-        """Set the job folder, and read the progress."""
         self._jobs = folder
         if self._plan is not None:
             self.look()
@@ -222,7 +221,6 @@ class StudySheet(WorkSheet):
             self._begin(tr("Analysing"), work)
 
     def set_theme(self, theme: Theme) -> None:
-        """Paint with ``theme`` from now on."""
         self._theme = theme
         self._show_characteristic()
 
@@ -249,7 +247,6 @@ class StudySheet(WorkSheet):
         self.show_answer(answer)
 
     def show_answer(self, answer: object) -> None:
-        """Show progress, results, or a type-1 study."""
         if isinstance(answer, StudyProgress):
             self._show_progress(answer)
         elif isinstance(answer, StudyReport):

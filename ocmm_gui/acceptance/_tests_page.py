@@ -79,7 +79,6 @@ class TestsPage(QWidget):
         self._lists.do(lambda: self._bench.made(now), self._show, self._show_failure)
 
     def close_work(self) -> None:
-        """Stop reading; call before the window closes."""
         self._lists.close(0.0)
 
     def _show(self, made: TestsMade) -> None:

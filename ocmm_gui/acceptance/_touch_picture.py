@@ -20,10 +20,7 @@ _TILT = np.radians(25.0)
 
 
 class TouchPicture(Painted):
-    """A sphere as seen by the cameras, with touch points; the next is highlighted.
-
-    `away`: (3,), unit: from the cameras to the volume.
-    """
+    """A sphere with touch points, the next highlighted; ``away`` (3,), unit: cameras to volume."""
 
     def __init__(self, away: Float) -> None:
         super().__init__(tr("Where to touch"), (300, 300), SCENE_LEAST)

@@ -97,13 +97,11 @@ class AcceptanceVerdictPage(ResultFrame):
         return key != "repeat" or left > 0
 
     def show_seen(self, seen: Seen) -> None:
-        """Show the verdict and the state of the instrument."""
         super().show_seen(seen)
         self.paper.setEnabled(self._file() is not None)
         self._show_source(seen)
 
     def set_theme(self, theme: Theme) -> None:
-        """Paint with ``theme`` from now on."""
         super().set_theme(theme)
         if self._seen is not None:
             self._show_source(self._seen)
@@ -115,7 +113,6 @@ class AcceptanceVerdictPage(ResultFrame):
         return Said(said_word(outcome.word), _MARKS[outcome.verdict], said(outcome.sentence))
 
     def fill(self, outcome: object) -> tuple[Sequence[tuple[str, str]], Sequence[Finding]]:
-        """Show every value; return the figures."""
         if not isinstance(outcome, AcceptanceOutcome) or self._seen is None:
             return (), ()
         values, stage = outcome.values, self._seen.view_as(GuidedAcceptanceView).stage

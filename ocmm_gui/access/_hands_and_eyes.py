@@ -20,13 +20,7 @@ from ocmm_gui.kit import NoticeCentre, tr
 
 
 class HandsAndEyes(QObject):
-    """Zoom of a window, and targets for gloves; both are stored.
-
-    `window`: Its central widget is ``area``.
-    `area`: Scrolled.
-    `store`: Stores the choices.
-    `notices`: Shows messages.
-    """
+    """Zoom of a window with central widget ``area``, and targets for gloves; both are stored."""
 
     kept = Signal()
     """A key changed a setting: displayed settings must be reread."""

@@ -43,22 +43,13 @@ def zoom_before_start(percent: int) -> None:
 
 
 def screen_factor(size: QSize) -> float:
-    """Return the scale of a screen relative to the layout, at least 1.
-
-    `size`: of the screen, in pixels of the system at its own scale.
-    """
+    """Return the scale of a screen, ``size`` in system pixels, over the layout's, at least 1."""
     whole = min(size.width() / _LAID_OUT.width(), size.height() / _LAID_OUT.height(), _MOST)
     return max(1.0, int(whole / _STEP + 1e-6) * _STEP)
 
 
 def fitting_factor(size: QSize) -> float:
-    """Return how much smaller everything is on a screen that pages do not fit, at most 1.
-
-    Parameters
-    ----------
-    size
-        As of `screen_factor`.
-    """
+    """Return how much smaller everything is on a screen too small for pages, at most 1."""
     share = min(size.width() / _TRIED.width(), size.height() / _TRIED.height(), 1.0)
     return max(_LEAST, int(share / _STEP + 1e-6) * _STEP)
 

@@ -7,9 +7,7 @@ from PySide6.QtGui import QResizeEvent
 from PySide6.QtWidgets import QFrame, QScrollArea, QScroller, QStackedWidget, QWidget
 
 TRIED = QSize(1280, 720)
-"""The smallest screen that every page is tested on; zoomed pages are never laid out smaller.
-
-A page in a window of half its size is scrolled, as with a magnifying glass."""
+"""The smallest tested screen: zoomed pages are never laid out smaller, but scrolled."""
 
 
 class PageStack(QStackedWidget):

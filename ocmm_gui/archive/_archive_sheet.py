@@ -108,11 +108,7 @@ _MOST_NOTES = 5
 
 
 class ArchiveSheet(WorkSheet):
-    """Query the archive in a side process.
-
-    `place`: Returns archive and outbox by the settings; None if the archive is off.
-    `folder`: Proposed for exported files.
-    """
+    """Query the archive, of ``place`` by the settings, in a side process; ``folder``: exports."""
 
     def __init__(
         self, place: Callable[[], ArchivePlace | None], folder: Callable[[], Path]
@@ -189,7 +185,6 @@ class ArchiveSheet(WorkSheet):
         self.ask()
 
     def ask(self) -> None:
-        """Run the selected query, or recall, in the background."""
         place = self._place_now()
         if place is None:
             return
@@ -225,7 +220,6 @@ class ArchiveSheet(WorkSheet):
         self.target.ask(self._proposed() / "archive.csv")
 
     def turn_to_recall(self) -> None:
-        """Switch between recall and queries."""
         recalls = not self._recalls()
         self.target.hide()
         self._asking.setVisible(not recalls)
@@ -235,7 +229,6 @@ class ArchiveSheet(WorkSheet):
             self.say(tr("Choose what was found wrong, then recall (F8). Nothing is changed."))
 
     def store(self) -> None:
-        """Store the displayed recall in the given name."""
         if not self._recalls():
             self.say(tr("Turn to the recall first (F10)."))
             return

@@ -1,5 +1,3 @@
-"""A field below its name."""
-
 from __future__ import annotations
 
 from PySide6.QtWidgets import QVBoxLayout, QWidget

@@ -126,7 +126,6 @@ class RecallResult(QWidget):
         self.table.itemSelectionChanged.connect(self._show_job)
 
     def show_record(self, record: RecallRecord) -> str:
-        """Show a recall, and return the sentence about the checked jobs."""
         self.record = record
         self._show_words(record)
         self.table.show_record(record)

@@ -36,8 +36,7 @@ class JobChangeCommands(QObject):
     job_left = Signal(str)
     """Emits the fate of an unfinished job when another one starts."""
     only_to_look = Signal(Path)
-    """Emits a job that cannot be resumed (measured by another program, or not sealed here), only
-    viewed."""
+    """Emits a job that is only viewed: measured by another program, or not sealed here."""
     job_begun = Signal()
     """Another job has started; its first `job_changed` follows its evaluation."""
 
@@ -72,7 +71,6 @@ class JobChangeCommands(QObject):
         self._begin(go_on)
 
     def is_beginning(self) -> bool:
-        """Return whether another job is being started."""
         return self._queue.begins
 
     def _begin(self, call: Callable[[], str]) -> None:
@@ -115,7 +113,6 @@ class MaintenanceCommands(QObject):
         self._failed_elsewhere.connect(self.failed, queued)
 
     def save_bus_text(self, path: Path) -> None:
-        """Write the report of the bus to a file."""
         self._queue.do(
             lambda: self._maintenance.save_bus_text(path), lambda: self.bus_text_saved.emit(path)
         )

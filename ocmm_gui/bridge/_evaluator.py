@@ -13,10 +13,7 @@ _PAUSE_S = 0.04
 
 
 class Evaluator:
-    """Evaluate the job after changes; simultaneous changes cause one evaluation.
-
-    `failed`: Receives an exception instead: the previous view is no longer valid.
-    """
+    """Evaluate the job after changes, once for simultaneous ones; ``failed`` gets exceptions."""
 
     def __init__(
         self,

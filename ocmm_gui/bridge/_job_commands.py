@@ -27,7 +27,6 @@ class JobCommands:
         self._queue.take()
 
     def note_room(self, typed: TypedRoom, done: Callable[[], None]) -> None:
-        """Store the current room conditions in the job."""
         who = self._shown.job.header.operator
         self._queue.change(lambda session: session.conditions.note_room(typed, who), done)
 
@@ -35,7 +34,6 @@ class JobCommands:
         self._queue.change(lambda session: session.steps.undo())
 
     def redo(self) -> None:
-        """Redo the last undone step."""
         self._queue.change(lambda session: session.steps.redo())
 
     def finish(self) -> None:
@@ -64,7 +62,6 @@ class JobCommands:
             self._queue.change(lambda session: session.steps.reopen(shown.name))
 
     def toggle_order(self) -> None:
-        """Toggle between free order and plan order."""
         order: Probing = "plan" if self._shown.job.probing == "any" else "any"
         self._queue.change(lambda session: session.steps.set_order(order))
 
@@ -141,5 +138,4 @@ class ResultCommands:
         self._queue.change(lambda session: session.accept_alignment(words), done)
 
     def report(self, done: Callable[[ReportData], None], failed: Failed) -> None:
-        """Provide all data of a report on the current job."""
         self._queue.ask(self._station.reports.data, done, failed)

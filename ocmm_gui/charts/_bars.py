@@ -41,7 +41,6 @@ class Bars(Painted):
         return tuple(f"{row.name} {row.value}" for row in self._rows)
 
     def paintEvent(self, event: QPaintEvent) -> None:
-        """Paint names, values and bars."""
         painter = self._painter()
         high = min(self.height() / max(len(self._rows), 1), _ROW_PX)
         for index, row in enumerate(self._rows):

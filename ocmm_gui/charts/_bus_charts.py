@@ -60,7 +60,6 @@ class HistogramChart(Chart):
         self._say(f"{inside} {worst}".strip())
 
     def paintEvent(self, event: QPaintEvent) -> None:
-        """Paint a bar per class with its count above and its upper edge below."""
         histogram = self._histogram
         painter = QPainter(self)
         self._paint_head(painter, lines=2)

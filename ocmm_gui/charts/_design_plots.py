@@ -39,7 +39,6 @@ class MapPlot(Plot):
         )
 
     def paintEvent(self, event: QPaintEvent) -> None:
-        """Paint title, cells, axes and scale."""
         painter = QPainter(self)
         box = self._paint_head(painter).adjusted(_LEFT_PX, 4.0, -_SCALE_PX, -_FOOT_PX)
         if self._map is None or box.height() < 20.0:
@@ -107,7 +106,6 @@ class BendingPlot(Plot):
         self._say(tr("design not known") if found is None else tr("marks: LEDs; dashed: hand"))
 
     def paintEvent(self, event: QPaintEvent) -> None:
-        """Paint both lines above each other."""
         painter = self._painter()
         box = self._paint_head(painter).adjusted(_LEFT_PX, 2.0, -14.0, -4.0)
         found = self._found

@@ -35,7 +35,6 @@ class ErrorChart(Plot):
         )
 
     def paintEvent(self, event: QPaintEvent) -> None:
-        """Paint limits as a band, and every error as a dot with its uncertainty."""
         painter = self._painter()
         box = self._paint_head(painter).adjusted(_SCALE_PX, 4.0, -4.0, -self._foot)
         theme, checks = self._theme, self._checks
@@ -87,7 +86,6 @@ class ErrorChart(Plot):
         self._paint_groups(painter, box, pitch)
 
     def _paint_groups(self, painter: QPainter, box: QRectF, pitch: float) -> None:
-        """Paint boundaries and names of lines or spheres, as space permits."""
         painter.setFont(text_font(13))
         begin = 0
         names = [group_of(one.name) for one in self._checks]

@@ -24,10 +24,9 @@ _COVERAGE = 2.0
 class HistoryChart(Chart):
     """Samples with their uncertainty over days, joined by lines.
 
-    `factor`: From the unit of the course to that of the title.
-    `reach`: Minimum half range of the scale, in the unit of the title.
-    `changes`: Show differences to the first sample of each course.
-    `limit`: Draw lines at plus and minus this value and centre on zero; zero draws none.
+    ``factor``: from the unit of the course to that of the title; ``reach``: minimum half range in
+    it; ``changes``: differences to the first sample of each course; ``limit``: lines at plus and
+    minus this value, centred on zero; zero draws none.
     """
 
     def __init__(
@@ -60,7 +59,6 @@ class HistoryChart(Chart):
         self._say(word or "–")
 
     def paintEvent(self, event: QPaintEvent) -> None:
-        """Paint the scale, limits, days, and every course in a colour and a shape."""
         painter = self._painter()
         self._paint_head(painter)
         box = QRectF(

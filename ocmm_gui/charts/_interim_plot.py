@@ -38,7 +38,6 @@ class InterimPlot(Plot):
         self._say(f"{said_word(chart.doubt)}   {said}" if chart.doubt else said)
 
     def paintEvent(self, event: QPaintEvent) -> None:
-        """Paint limits, centre and checks."""
         painter = self._painter()
         box = self._paint_head(painter).adjusted(_SCALE_PX, 4.0, -8.0, -_FOOT_PX)
         chart, theme = self._chart, self._theme

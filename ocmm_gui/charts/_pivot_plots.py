@@ -48,7 +48,6 @@ class TipCourse(Plot):
         )
 
     def paintEvent(self, event: QPaintEvent) -> None:
-        """Paint one strip per axis."""
         painter = self._painter()
         box = self._paint_head(painter).adjusted(_SCALE_PX, 2.0, -2.0, -24.0)
         if not len(self._used):

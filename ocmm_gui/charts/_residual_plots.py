@@ -105,7 +105,6 @@ class ResidualHistogram(Plot):
         self._sigma = 0.0
 
     def show_residuals(self, residuals: Sequence[CameraResiduals]) -> None:
-        """Show both coordinates of all used residuals of all cameras."""
         values = np.concatenate([one.residuals_px[one.used].ravel() for one in residuals])
         self._sigma = rms_of(values)
         self._reach = 4.5 * self._sigma
@@ -122,7 +121,6 @@ class ResidualHistogram(Plot):
         )
 
     def paintEvent(self, event: QPaintEvent) -> None:
-        """Paint the bars, the curve and the scale."""
         painter = self._painter()
         box = self._paint_head(painter).adjusted(8.0, 8.0, -8.0, -26.0)
         theme = self._theme

@@ -43,7 +43,6 @@ class SpaceArrows(Plot):
         self._say(tr("RMS {axes} µm, largest {worst:.1f} µm").format(axes=axes, worst=worst))
 
     def paintEvent(self, event: QPaintEvent) -> None:
-        """Paint both pictures and the scale of the arrows."""
         painter = self._painter()
         box = self._paint_head(painter).adjusted(0.0, 0.0, 0.0, -LEGEND_PX)
         if not len(self._places):

@@ -47,10 +47,7 @@ class Mapped:
 
 
 class SphereMap(Painted):
-    """Directions about a centre, seen from above, with the cameras below.
-
-    The distance from the centre is the angle (azimuthal equidistant).
-    """
+    """Directions about a centre, from above, cameras below; azimuthal equidistant."""
 
     def __init__(self, name: str, rig: Rig) -> None:
         super().__init__(name, SCENE_SIZE, SCENE_LEAST)
@@ -70,7 +67,6 @@ class SphereMap(Painted):
         self.update()
 
     def paintEvent(self, event: QPaintEvent) -> None:
-        """Paint the sphere, its rings, all directions and the current mark."""
         painter = self._painter()
         frame, theme, shown = self._paint_panel(painter), self._theme, self._mapped
         box = frame.adjusted(8.0, 8.0, -8.0, -_FOOT_PX)
@@ -125,7 +121,6 @@ class SphereMap(Painted):
             painter.drawText(centre + QPointF(at * aside, at * below), f"{np.degrees(ring):.0f}°")
 
     def _paint_now(self, painter: QPainter, centre: QPointF, scale: float, dot: float) -> None:
-        """Paint the current direction, and an arrow to the next."""
         theme, shown = self._theme, self._mapped
         aim = shown.aim
         has_now = bool(np.isfinite(shown.now).all())

@@ -50,7 +50,6 @@ class ComponentsPlot(Plot):
         )
 
     def paintEvent(self, event: QPaintEvent) -> None:
-        """Paint a bar each, with lines at 10 and 30 per cent."""
         painter = self._painter()
         box = self._paint_head(painter).adjusted(150.0, 8.0, -150.0, -_FOOT_PX)
         theme = self._theme
@@ -99,7 +98,6 @@ class OperatorsPlot(Plot):
         self._say(tr("largest difference of operators {um:.1f} µm").format(um=float(np.ptp(means))))
 
     def paintEvent(self, event: QPaintEvent) -> None:
-        """Paint a column of dots per operator, with its mean as a line."""
         painter = self._painter()
         box = self._paint_head(painter).adjusted(_SCALE_PX, 4.0, -8.0, -_FOOT_PX)
         theme, values = self._theme, self._values
@@ -146,7 +144,6 @@ class RunPlot(Plot):
         )  # fmt: skip
 
     def paintEvent(self, event: QPaintEvent) -> None:
-        """Paint the values in order between the lines of a tenth of the tolerance."""
         painter = self._painter()
         box = self._paint_head(painter).adjusted(_SCALE_PX, 4.0, -8.0, -_FOOT_PX)
         theme, values = self._theme, self._values

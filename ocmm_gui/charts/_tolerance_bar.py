@@ -81,7 +81,6 @@ class ToleranceBar(Painted):
         self.update()
 
     def paintEvent(self, event: QPaintEvent) -> None:
-        """Paint fields, limits and marker."""
         painter = self._painter()
         digits = min(max(12.0, self._digits_share * self.height()), 48.0)
         bar = QRectF(0, 0.14 * self.height(), self.width(), self.height() - 1.3 * digits)

@@ -60,7 +60,6 @@ class TrailPlot(Plot):
         )
 
     def paintEvent(self, event: QPaintEvent) -> None:
-        """Paint paths, LEDs and balls."""
         painter = self._painter()
         box = self._paint_head(painter)
         if not self._trails:
@@ -88,7 +87,6 @@ class TrailPlot(Plot):
         paint_scene(painter, items, orbit, box, text_font(15, bold=True), theme.panel)
 
     def mousePressEvent(self, event: QMouseEvent) -> None:
-        """Take hold of the picture."""
         self._pulled = event.position()
 
     def mouseMoveEvent(self, event: QMouseEvent) -> None:
@@ -101,7 +99,6 @@ class TrailPlot(Plot):
         self._pulled = None
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
-        """Turn the picture with the arrow keys."""
         turn = _KEYS.get(Qt.Key(event.key()))
         if turn is None:
             super().keyPressEvent(event)

@@ -21,13 +21,11 @@ class TrendChart(Painted):
         self._trend: Trend | None = None
 
     def show_trend(self, trend: Trend | None) -> None:
-        """Show a characteristic; None shows nothing."""
         self._trend = trend
         self.setAccessibleDescription("" if trend is None else _description(trend))
         self.update()
 
     def paintEvent(self, event: QPaintEvent) -> None:
-        """Paint tolerance, limits, and one dot per part."""
         painter = self._painter()
         frame = self._paint_panel(painter)
         trend = self._trend

@@ -114,7 +114,6 @@ class CoachPanel(Painted):
         self.update()
 
     def paintEvent(self, event: QPaintEvent) -> None:
-        """Paint the picture and, at the desk, the text next to or below it."""
         painter = self._painter()
         frame = self._paint_panel(painter).adjusted(6, 4, -6, -4)
         view = self._view
@@ -157,7 +156,6 @@ class CoachPanel(Painted):
             paint_ellipse(painter, view.ellipsoid, frame, self._theme)
 
     def _is_urgent(self) -> bool:
-        """Return whether an action is required."""
         return bool(self._view.remedy) or self._view.hint is not None
 
     def _lines(self, words: str) -> str:

@@ -121,7 +121,6 @@ class SupportSheet(Sheet):
         self.gather()
 
     def gather(self) -> None:
-        """Collect everything again, in the background."""
         self._draft = None
         self.files.clear()
         self.text.clear()
@@ -137,7 +136,6 @@ class SupportSheet(Sheet):
         return self._draft is not None
 
     def close_work(self) -> None:
-        """Stop collecting before the window closes."""
         self._worker.close(_CLOSE_S)
 
     def left_out(self) -> tuple[str, ...]:

@@ -60,10 +60,7 @@ def told_by_code() -> dict[str, tuple[Told, ...]]:
 
 
 def answers(wanted: str) -> tuple[Answer, ...]:
-    """Return the lines for a query: symptoms first, then the core's sentences.
-
-    All words must occur, ignoring case; codes match as prefixes.
-    """
+    """Return lines for a query (all words, ignoring case; code prefixes): symptoms, sentences."""
     words = wanted.casefold().split()
     found = [
         Answer(tr(one.sign), tr(one.steps), ", ".join(one.codes))
@@ -126,7 +123,6 @@ class _AnswerTable(DataTable):
         self.resizeRowsToContents()
 
     def set_theme(self, theme: Theme) -> None:
-        """Write in the colours of ``theme`` from now on."""
         self._colours = theme
         self.show_answers(self._found)
 

@@ -1,8 +1,4 @@
-"""Non-modal file browser in the window.
-
-Recent places at the left, files of the folder at the right. Read-only, so shipped documents can
-also be browsed.
-"""
+"""Non-modal read-only file browser: recent places at the left, files of the folder at right."""
 
 from __future__ import annotations
 
@@ -121,7 +117,6 @@ class FileBrowser(QWidget):
         self.files.setFocus()
 
     def close_work(self) -> None:
-        """Stop reading folders."""
         self._worker.close(0.0)
 
     def keyPressEvent(self, event: QKeyEvent) -> None:

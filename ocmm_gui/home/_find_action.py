@@ -72,7 +72,6 @@ class FindAction(QFrame):
         self.field.setFocus()
 
     def close_search(self) -> None:
-        """Close without running an action."""
         self.hide()
         self.closed.emit()
 
@@ -109,10 +108,7 @@ class FindAction(QFrame):
 
 
 def fitting(text: str, actions: Mapping[str, QAction]) -> tuple[str, ...]:
-    """Return the keys of the actions with all typed words, best first.
-
-    Prefix matches of the name first, then other matches in it, then those in explanations.
-    """
+    """Return the keys of actions with all typed words: name prefixes, names, explanations."""
     words = text.lower().split()
     ranked = []
     for place, (key, action) in enumerate(actions.items()):
@@ -131,7 +127,6 @@ class _Field(OwnKeysField):
     moved = Signal(int)
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
-        """Move in the list, or type."""
         if step := list_step(event):
             self.moved.emit(step)
             return

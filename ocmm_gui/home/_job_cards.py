@@ -90,7 +90,6 @@ class JobCards(QListWidget):
             self.judging.start(Judging(paths, probes, calibrations))
 
     def show_verdict(self, judged: JudgedJob) -> None:
-        """Show the verdict of a job."""
         self._judged[judged.path] = judged
         for row, job in enumerate(self._jobs):
             if job.path == judged.path:
@@ -102,7 +101,6 @@ class JobCards(QListWidget):
         return self._jobs[row].path if 0 <= row < len(self._jobs) else None
 
     def set_theme(self, theme: Theme) -> None:
-        """Paint with ``theme`` from now on."""
         self._theme = theme
         for row, job in enumerate(self._jobs):
             self._show(self.item(row), job)
@@ -123,7 +121,6 @@ class JobCards(QListWidget):
 
 
 def card_words(job: LastJob, judged: JudgedJob | None = None) -> str:
-    """Return the lines of a job in the list."""
     when = datetime.fromtimestamp(job.changed_s).astimezone()
     moment = f"{time_words(when)} {when.tzname()}"
     fault = job.fault if judged is None or job.fault is not None else judged.fault

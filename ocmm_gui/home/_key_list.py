@@ -117,7 +117,6 @@ class KeyList(QWidget):
         self.list.setFocus()
 
     def restore(self) -> None:
-        """Restore the default key of the selected action."""
         info = self._chosen()
         left = {key: keys for key, keys in self._changed.items() if key != info.key}
         taken = [conflict_of(info.key, key, left) for key in info.shortcuts]

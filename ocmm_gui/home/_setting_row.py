@@ -164,7 +164,6 @@ class SettingRow(QObject):
         self._say(self._about, fault=False)
 
     def take(self, text: str) -> None:
-        """Accept a selected path."""
         self.field.setText(text)
         self.field.setModified(True)
         self._on_finished()

@@ -59,9 +59,7 @@ class SettingsPage(Sheet):
     """Section names, with one section at a time at their right.
 
     Values are stored on Return or when leaving the field. Values that a running job cannot adopt
-    wait until the job is reopened, by a key.
-
-    `apply`: Reopens the job; None without an open job.
+    wait until it is reopened by a key, with ``apply`` (None without an open job).
     """
 
     changed = Signal(object)
@@ -148,13 +146,11 @@ class SettingsPage(Sheet):
         return bool(self._waiting)
 
     def close_work(self) -> None:
-        """Stop reading folders, drawing pages and playing sounds."""
         self.sounds.close_work()
         self.browser.close_work()
         self.preview.close_work()
 
     def _follow_head(self) -> None:
-        """Update the report preview: the selected template with its head."""
         self.preview.follow(self.loaded.settings)
 
     def _with_preview(self, section: str) -> QWidget:

@@ -67,10 +67,7 @@ _BUTTON_PX = 64
 
 
 class StartPage(QWidget):
-    """Buttons at the left, the station and the last jobs at the right.
-
-    `calls`: Commands of `START_ACTIONS`, by key; ``continue`` uses `chosen_job`.
-    """
+    """Buttons left, station and last jobs right; ``calls`` by key, ``continue`` as `chosen_job`."""
 
     job_chosen = Signal(object)
     """Emits the `Path` of a job activated in the list."""
@@ -145,7 +142,6 @@ class StartPage(QWidget):
         return self.jobs.chosen()
 
     def show_state(self, state: StationState) -> None:
-        """Show the status of cameras and tip."""
         self._clear_state()
         for row, line in enumerate(state.lines):
             what = PlainLabel(said_word(line.what))

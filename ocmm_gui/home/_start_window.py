@@ -201,12 +201,10 @@ class StartWindow(NoticeWindow):
         self._leave_for(errand, path)
 
     def dragEnterEvent(self, event: QDragEnterEvent) -> None:
-        """Accept one plan or job."""
         if dropped_file(event.mimeData()) is not None:
             event.acceptProposedAction()
 
     def dropEvent(self, event: QDropEvent) -> None:
-        """Open the dropped file."""
         path = dropped_file(event.mimeData())
         if path is not None:
             event.acceptProposedAction()
@@ -273,7 +271,6 @@ class StartWindow(NoticeWindow):
         self._archive_sheet.open()
 
     def _open_manual(self) -> None:
-        """Open the manual at the section of the current page."""
         shown = self._stack.currentWidget()
         # Its documents are read on demand.
         from ocmm_gui.manual import ManualSheet, place_of

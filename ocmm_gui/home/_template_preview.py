@@ -75,7 +75,6 @@ class TemplatePreview(QWidget):
         return self._settling.isActive() or self._work.is_running()
 
     def close_work(self) -> None:
-        """Cancel drawing; call before the window closes."""
         self._settling.stop()
         self._work.cancel()
 
@@ -86,7 +85,6 @@ class TemplatePreview(QWidget):
             self._settling.start()
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """Draw the page in the new width."""
         super().resizeEvent(event)
         if self._width and abs(self._room() - self._width) > _SAME_PX:
             self._settling.start()

@@ -16,10 +16,7 @@ _FAR_SHARE, _DESK_PX = 34.0 / 1080.0, 16.0
 
 
 class AnswerPanel(QFrame):
-    """One line: the question, and the keys to agree and to decline.
-
-    Only these two keys are captured; all others act on the window as before.
-    """
+    """One line: the question, and the keys to agree and decline; other keys act as before."""
 
     agreed = Signal()
     declined = Signal()
@@ -79,7 +76,6 @@ class AnswerPanel(QFrame):
         self.declined.emit()
 
     def set_theme(self, theme: Theme) -> None:
-        """Paint with ``theme`` from now on."""
         self._theme = theme
         self._paint()
 
@@ -88,7 +84,6 @@ class AnswerPanel(QFrame):
         return QSize(300, super().minimumSizeHint().height())
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """Adapt the type size to the window."""
         super().resizeEvent(event)
         self._set_fonts()
 

@@ -1,5 +1,3 @@
-"""Text as large as its place allows."""
-
 from __future__ import annotations
 
 from PySide6.QtCore import QRectF, Qt
@@ -13,10 +11,7 @@ _LEAST_PX = 9
 
 
 class FitText(Painted):
-    """One line in the largest type that fits, with an optional mark before it.
-
-    `reserve`: This text must fit as well; keeps changing digits from changing the type size.
-    """
+    """One line in the largest type that also fits ``reserve``: digits do not resize it."""
 
     def __init__(
         self,
@@ -45,7 +40,6 @@ class FitText(Painted):
             self.update()
 
     def use_limit(self, limit: float) -> None:
-        """Set the maximum pixel size."""
         if limit != self._limit:
             self._limit = limit
             self.update()
@@ -54,7 +48,6 @@ class FitText(Painted):
         return self._text
 
     def type_pixels(self) -> int:
-        """Return the pixel size that the line is painted with."""
         return self._font_size()
 
     def size_of(self, text: str) -> int:

@@ -25,11 +25,7 @@ _FOLDER = "i18n"
 
 
 def chosen_language(setting: str, wanted: Sequence[str] | None = None) -> str:
-    """Return the language of a setting.
-
-    `setting`: One of `LANGUAGES`, or ``system``.
-    `wanted`: User languages by preference, such as ``de-AT``; None reads the system's.
-    """
+    """Return the language of a setting, or for ``system`` of ``wanted``, None: the system's."""
     if setting in LANGUAGES:
         return setting
     if wanted is None:
@@ -49,8 +45,7 @@ def language_file(language: str) -> Path:
 def use_language(app: QCoreApplication, language: str) -> bool:
     """Use a language from now on; return whether its files were complete.
 
-    Existing windows do not change: call it before creating them. Without a file, sentences are
-    English and nothing is raised.
+    Call it before creating windows. Without a file, sentences are English; nothing is raised.
     """
     for translator in app.findChildren(QTranslator):
         if translator.objectName() == _MARK:

@@ -135,10 +135,7 @@ CRITERION_WORDS = {criterion: word for word, criterion in CRITERIA.items()}
 
 
 def quantity(result: CharacteristicResult, value: float | None, *, signed: bool = False) -> str:
-    """Return a characteristic's value; unit only for inch and degrees.
-
-    Angles have a decimal more than the resolution of 0.01 mm at 50 mm.
-    """
+    """Return a characteristic's value, unit for inch and degrees only; angles a decimal more."""
     if value is None or not np.isfinite(value):
         return DASHES
     if result.unit != "deg":

@@ -55,10 +55,7 @@ class Fitted:
 
 
 def fit_words(text: str, font: QFont, width: float, height: float, *, wraps: bool) -> Fitted | None:
-    """Return the layout of a text in a room, largest type first, or None.
-
-    `wraps`: The painter wraps freely; otherwise one line break at most, made here.
-    """
+    """Return the layout of a text, largest type first, or None; unless ``wraps``, in two lines."""
     pixels = font.pixelSize() if font.pixelSize() > 0 else QFontMetricsF(font).height()
     texts = (text,) if wraps or "\n" in text else (text, halved(text, font))
     for step in range(round((1.0 - LEAST) / _STEP) + 1):
@@ -128,7 +125,6 @@ class NarrowButton(QPushButton):
         return fit_words(self.text(), font, room.width(), room.height(), wraps=False)
 
     def paintEvent(self, event: QPaintEvent) -> None:
-        """Paint the words in the type that fits."""
         found = self.fitted() if is_longer() and self.text() else None
         if found is None:
             super().paintEvent(event)

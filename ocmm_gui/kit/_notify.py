@@ -89,7 +89,6 @@ class NoticeCentre(QObject):
         self.post(Notice(Level.INFO, what, "", "", datetime.now().astimezone(), job))
 
     def warn(self, what: str, remedy: str = "", job: str = "") -> None:
-        """Show a warning."""
         self.post(Notice(Level.WARNING, what, remedy, "", datetime.now().astimezone(), job))
 
     def error(self, error: BaseException, job: str = "") -> None:
@@ -278,12 +277,10 @@ class Banner(QFrame):
         return self._text.text()
 
     def set_theme(self, theme: Theme) -> None:
-        """Paint with ``theme`` from now on."""
         self._theme = theme
         self._paint()
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """Adapt the type size to the window."""
         super().resizeEvent(event)
         self._set_font()
 
@@ -324,6 +321,5 @@ class NoticeWindow(QMainWindow):
         return super().event(event)
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
-        """Dismiss the notice with Esc."""
         if not (event.key() == Qt.Key.Key_Escape and self.banner.dismiss()):
             super().keyPressEvent(event)

@@ -1,5 +1,3 @@
-"""Common base of self-painted widgets."""
-
 from __future__ import annotations
 
 from PySide6.QtCore import QRectF, QSize
@@ -13,11 +11,7 @@ SCENE_SIZE, SCENE_LEAST = (460, 340), (200, 130)
 
 
 class Painted(QWidget):
-    """A widget painted in the colours of a theme.
-
-    `size`: Size hint, px; the layout's stretch decides.
-    `least`: Minimum legible size.
-    """
+    """A widget painted in the colours of a theme; ``size``: hint, ``least``: legible, px."""
 
     def __init__(self, name: str, size: tuple[int, int], least: tuple[int, int]) -> None:
         super().__init__()

@@ -126,7 +126,6 @@ class DataTable(QTableWidget):
             self._write(row, column, word)
 
     def right_heads(self, columns: Iterable[int]) -> None:
-        """Right-align the titles of number columns."""
         for column in columns:
             head = self.horizontalHeaderItem(column)
             if head is not None:
@@ -174,7 +173,6 @@ class NumberTable(DataTable):
         self.setWordWrap(False)
 
     def set_theme(self, theme: Theme) -> None:
-        """Write in the colours of ``theme`` from now on."""
         self._colours = theme
         self.blockSignals(True)
         for row in range(self.rowCount()):

@@ -15,11 +15,7 @@ from ocmm_gui.kit._texts import PlainLabel, tr
 
 
 class PathPanel(QFrame):
-    """One line: path, Browse, Write, Cancel.
-
-    `what`: Text before the field, such as ``"Write the report into the folder"``.
-    `asked`: Hint of the field, such as ``"Folder of the report"``.
-    """
+    """One line: text ``what``, path with hint ``asked``, Browse, Write, Cancel."""
 
     given = Signal(object)
 

@@ -1,5 +1,3 @@
-"""Non-modal line for a reason."""
-
 from __future__ import annotations
 
 from PySide6.QtCore import Signal

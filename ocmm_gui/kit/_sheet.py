@@ -33,12 +33,7 @@ T = TypeVar("T")
 
 
 class Sheet(QWidget):
-    """Title, body, and a row of buttons with their keys.
-
-    The keys act only while the sheet has the focus.
-
-    `infos`: Actions; `LEAVE` is added.
-    """
+    """Title, body, and buttons of ``infos`` and `LEAVE`; keys act only while it has the focus."""
 
     left = Signal()
     failed = Signal(object)
@@ -95,10 +90,7 @@ class Sheet(QWidget):
     def use_keys(
         self, calls: Mapping[str, Callable[[], None]], primary: str = "", aside: str = ""
     ) -> None:
-        """Create actions and buttons; ``calls`` has an entry for every key except `LEAVE`.
-
-        The action ``aside`` gets no button here.
-        """
+        """Create actions and buttons, but none for ``aside``; ``calls``: every key but `LEAVE`."""
         shown, shift = [info for info in self._infos if info.key != aside], tr("Shift")
         in_row = -(-len(shown) // -(-len(shown) // _MOST_IN_ROW))
         for info in self._infos:
@@ -169,7 +161,6 @@ class ChoiceBox(QComboBox):
         self.setCurrentIndex(self.findData(choice))
 
     def set_theme(self, theme: Theme) -> None:
-        """Paint with ``theme`` from now on."""
         self._theme = theme
         self.update()
 

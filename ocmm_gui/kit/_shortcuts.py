@@ -94,10 +94,7 @@ _NEVER_TYPED = frozenset({"zoom_in", "zoom_out", "zoom_reset", "manual"})
 
 
 def is_never_typed(event: QKeyEvent) -> bool:
-    """Return whether a key zooms or opens the manual.
-
-    Keypad and shifted keys are equivalent: ``+`` has its own key in some countries only.
-    """
+    """Return whether a key zooms or opens the manual, also on the keypad or shifted."""
     held = event.modifiers() & ~(
         Qt.KeyboardModifier.KeypadModifier | Qt.KeyboardModifier.ShiftModifier
     )

@@ -52,10 +52,7 @@ class Sound(Enum):
 
 
 def tone_wav(notes: Sequence[tuple[float, float]], volume: int = USUAL_VOLUME) -> bytes:
-    """Return notes (Hz, s) as a WAV file, mono, 16 bit.
-
-    `volume`: Per cent; perceived loudness grows about evenly with it (power of two).
-    """
+    """Return notes (Hz, s) as WAV, mono, 16 bit; ``volume``: per cent, about even to the ear."""
     swing = 0.8 * (min(max(volume, 0), 100) / 100.0) ** 2
     parts = []
     for pitch, length in notes:

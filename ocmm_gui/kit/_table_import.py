@@ -25,9 +25,7 @@ _PAUSE_MS = 300
 class TableImport(QWidget):
     """First and last lines of a table, with columns, unit and decimal sign, all changeable.
 
-    Return takes the table over, Esc goes back without.
-
-    `example`: Columns of such a table, as they are stated.
+    Return takes the table over, Esc goes back; ``example``: columns as they are stated.
     """
 
     changed = Signal(object, object)
@@ -126,7 +124,6 @@ class TableImport(QWidget):
             (self.take if found.table is not None else self.columns).setFocus()
 
     def set_theme(self, theme: Theme) -> None:
-        """Paint with ``theme`` from now on."""
         self._theme = theme
         self.decimal.set_theme(theme)
         self._colour()

@@ -41,11 +41,9 @@ T = TypeVar("T", bound=tuple[object, ...])
 def tr(sentence: str, one: str = "", count: int = -1) -> str:
     """Return a sentence in the language of the window, if translated.
 
-    Its ``format`` writes numbers with the decimal sign in use (`_numbers`).
-
-    `sentence`: English. With a ``count``, ``%n`` is its placeholder.
-    `one`: English sentence for a count of one; other languages have their own plurals by ``count``.
-    `count`: Negative if nothing is counted.
+    Its ``format`` writes numbers with the decimal sign in use (`_numbers`). ``sentence`` is
+    English, with ``%n`` for a ``count`` (negative: nothing is counted); ``one``: English for a
+    count of one; other languages have their own plurals.
     """
     text = QCoreApplication.translate("", sentence, one or None, count)
     if count == 1 and one and text == sentence.replace("%n", "1"):
@@ -136,7 +134,6 @@ class PlainLabel(QLabel):
         )
 
     def paintEvent(self, event: QPaintEvent) -> None:
-        """Paint the text in the type that fits."""
         found = self.fitted() if is_longer() and self.text() else None
         if found is None or (found.text == self.text() and found.font == self.font()):
             super().paintEvent(event)

@@ -22,9 +22,7 @@ CAP_HEIGHT = 0.729
 """Height of a capital over the pixel size of DejaVu; other fonts are within 3 %."""
 
 FAR_SHARE = 63.0 / 1080.0
-"""Minimum capital height readable at three metres, over the screen height.
-
-63 px of 1080 on a screen of 24 inches: 17.5 mm, 20 minutes of arc."""
+"""Capitals readable at three metres: 17.5 mm, 20 minutes of arc, on a screen of 24 inches."""
 WRAPPED = Qt.AlignmentFlag.AlignCenter | Qt.TextFlag.TextWordWrap
 
 
@@ -50,8 +48,7 @@ class Theme:
     zone_good: str
     zone_warn: str
     zone_bad: str
-    """`zone_good`, `zone_warn`, `zone_bad`: fields of the tolerance bar; marks on them use
-    ``text``."""
+    """`zone_good`, `zone_warn`, `zone_bad`: of the tolerance bar; marks on them: ``text``."""
     border_px: int
 
 
@@ -92,7 +89,6 @@ def _luminance(colour: str) -> float:
 
 
 def verdict_colour(theme: Theme, verdict: Verdict | None) -> str:
-    """Return the colour of a verdict's word and mark."""
     return {
         Verdict.CONFORM: theme.good,
         Verdict.NOT_CONFORM: theme.bad,

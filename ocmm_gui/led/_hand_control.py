@@ -1,7 +1,4 @@
-"""Control of the virtual probe: mouse and keys to the core.
-
-While leading, mouse and keys over the 3-D view move the ball, not the view.
-"""
+"""Control of the virtual probe: while leading, mouse and keys move the ball, not the view."""
 
 from __future__ import annotations
 
@@ -147,9 +144,7 @@ class LedProbe(Protocol):
     """Probe of a virtual rig (`ocmm_core.simulation.hand.HandAtRig`)."""
 
     @property
-    def taken(self) -> bool:
-        """Return whether the user holds it."""
-        ...
+    def taken(self) -> bool: ...
 
     def take_over(self) -> None:
         """Take it; raise OcmmError if impossible."""
@@ -157,17 +152,11 @@ class LedProbe(Protocol):
 
     def hand_back(self) -> None: ...
 
-    def point_at(self, origin_world: Float, toward_world: Float) -> None:
-        """Lead the ball over the surface along a ray."""
-        ...
+    def point_at(self, origin_world: Float, toward_world: Float) -> None: ...
 
-    def touch_at(self, origin_world: Float, toward_world: Float) -> bool:
-        """Touch the surface along a ray once."""
-        ...
+    def touch_at(self, origin_world: Float, toward_world: Float) -> bool: ...
 
-    def nearer(self, step_mm: float) -> None:
-        """Lead the ball nearer to the surface."""
-        ...
+    def nearer(self, step_mm: float) -> None: ...
 
     def lean(self, right_rad: float, back_rad: float) -> None: ...
 
@@ -214,7 +203,6 @@ class HandControl(QObject):
 
     @property
     def taken(self) -> bool:
-        """Return whether the user holds the probe."""
         return self._hand is not None and self._hand.taken
 
     def calls(self) -> dict[str, Callable[[], None]]:

@@ -90,7 +90,6 @@ class HandStrip(QFrame):
         self._show(self._words or self._said)
 
     def set_theme(self, theme: Theme) -> None:
-        """Paint with ``theme`` from now on."""
         self._theme = theme
         self.setStyleSheet(
             f"#hand {{ background: {theme.panel}; border-bottom: 3px solid {theme.accent}; }}"

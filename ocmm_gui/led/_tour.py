@@ -1,7 +1,4 @@
-"""Two-minute tour: steps performed by the user.
-
-A step ends only when its action was performed.
-"""
+"""Two-minute tour: each step ends only when the user has performed its action."""
 
 from __future__ import annotations
 

@@ -1,7 +1,4 @@
-"""Bus page: wire, cameras, cycle counts, clocks and events.
-
-Counts and shares of the bus cycles add up.
-"""
+"""Bus page: wire, cameras, cycle counts and shares that add up, clocks and events."""
 
 from __future__ import annotations
 
@@ -201,7 +198,6 @@ class BusPage(QStackedWidget):
         self._show_report(view, view.report)
 
     def set_theme(self, theme: Theme) -> None:
-        """Paint with ``theme`` from now on."""
         self._theme = theme
         if self._view is not None and self._view.report is not None:
             self._show_phase(self._view, self._view.report)

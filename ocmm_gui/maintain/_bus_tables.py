@@ -64,7 +64,6 @@ class CameraTable(DataTable):
                 self._write(row, column, text, colours.get(column))
 
     def set_theme(self, theme: Theme) -> None:
-        """Paint with ``theme`` from now on."""
         self._colours = theme
         if self._report is not None:
             self.show_report(self._report)
@@ -101,7 +100,6 @@ class BusEventTable(DataTable):
             self._show_events()
 
     def set_theme(self, theme: Theme) -> None:
-        """Paint with ``theme`` from now on."""
         self._colours = theme
         self._show_events()
 

@@ -73,7 +73,6 @@ class EventTable(DataTable):
             self._show()
 
     def set_theme(self, theme: Theme) -> None:
-        """Write in the colours of ``theme`` from now on."""
         self._colours = theme
         self._show()
 

@@ -123,7 +123,6 @@ class FitsPage(QWidget):
         return self._word.text()
 
     def toggle(self) -> None:
-        """Start or cancel the verification."""
         if self._process.is_running():
             self.cancel()
             return
@@ -136,13 +135,11 @@ class FitsPage(QWidget):
         self._process.start(partial(verified, folder, convention))
 
     def cancel(self) -> None:
-        """Cancel the verification; call before the window closes."""
         self._process.cancel()
         self._end()
         self._paint()
 
     def set_theme(self, theme: Theme) -> None:
-        """Paint with ``theme`` from now on."""
         self._theme = theme
         self._paint()
 

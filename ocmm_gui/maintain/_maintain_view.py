@@ -100,7 +100,6 @@ class MaintainView(QWidget):
         return self._pages[max(self.list.currentRow(), 0)]
 
     def show_page(self, page: QWidget) -> None:
-        """Select a page."""
         self.list.setCurrentRow(self._pages.index(page))
 
     def show_live(self, live: LiveView) -> None:
@@ -113,7 +112,6 @@ class MaintainView(QWidget):
         return self._word.text()
 
     def set_theme(self, theme: Theme) -> None:
-        """Paint with ``theme`` from now on."""
         self._theme = theme
         if self._live is not None:
             self.show_live(self._live)

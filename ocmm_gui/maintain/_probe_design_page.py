@@ -147,7 +147,6 @@ class ProbeDesignPage(QWidget):
         return "\n".join([self._labels.text(), *(part.text() for part in parts)])
 
     def toggle(self) -> None:
-        """Start or cancel the examination."""
         if self._process.is_running():
             self.cancel()
             return
@@ -161,14 +160,12 @@ class ProbeDesignPage(QWidget):
         self._process.start(partial(examine_request, request))
 
     def cancel(self) -> None:
-        """Cancel the examination; call before the window closes."""
         if self._process.is_running():
             self._process.cancel()
             self._sentence.setText(tr(_ASK))
         self._wait(False)
 
     def set_theme(self, theme: Theme) -> None:
-        """Paint with ``theme`` from now on."""
         self._theme = theme
         if self._report is not None:
             self._paint_words(self._report)
@@ -330,7 +327,6 @@ class PointBudgetTable(DataTable):
         self.resizeColumnToContents(1)
 
     def set_theme(self, theme: Theme) -> None:
-        """Write with ``theme`` from now on."""
         self._colours = theme
         self.show_terms(self._terms)
 

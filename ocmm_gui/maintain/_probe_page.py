@@ -90,7 +90,6 @@ class TipTable(DataTable):
             self.setCurrentCell(names.index(chosen) if chosen in names else 0, 0)
 
     def set_theme(self, theme: Theme) -> None:
-        """Write in the colours of ``theme`` from now on."""
         self._colours = theme
         self._show()
 

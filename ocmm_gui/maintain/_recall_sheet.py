@@ -121,7 +121,6 @@ class RecallSheet(WorkSheet):
             self._begin(tr("Creating the pages"), WritingRecall(record, path, language_in_use()))
 
     def set_theme(self, theme: Theme) -> None:
-        """Paint with ``theme`` from now on."""
         self.result.set_theme(theme)
 
     def _folder(self) -> Path:

@@ -1,5 +1,3 @@
-"""Common base of the calibration and probe pages."""
-
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
@@ -47,10 +45,9 @@ H = TypeVar("H")
 class StatusPage(QWidget, Generic[V, H]):
     """A large status word, its meaning, and facts; refreshed while visible.
 
-    `pull_overview`: Returns the contents of the store; called on opening and after status changes,
-      as it reads many files.
-    `in_order`, `design`: Texts for good order, and for a virtual rig.
-    `in_doubt`: Opens the jobs with suspect points.
+    ``pull_overview`` returns the contents of the store, on opening and after status changes, as it
+    reads many files; ``in_order``, ``design``: texts for good order, and for a virtual rig;
+    ``in_doubt`` opens the jobs with suspect points.
     """
 
     def __init__(
@@ -114,7 +111,6 @@ class StatusPage(QWidget, Generic[V, H]):
         return self._empty.text()
 
     def set_theme(self, theme: Theme) -> None:
-        """Paint with ``theme`` from now on."""
         self._theme = theme
         self._paint_word(self._word.text())
 

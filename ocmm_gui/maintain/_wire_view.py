@@ -46,11 +46,9 @@ class WireView(Painted):
             self.update()
 
     def words(self) -> str:
-        """Return the sentence below the picture."""
         return said(self._wire.words) if self._wire is not None else ""
 
     def paintEvent(self, event: QPaintEvent) -> None:
-        """Paint boxes, cables and the sentence."""
         wire = self._wire
         if wire is None:
             return

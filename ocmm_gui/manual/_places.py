@@ -1,5 +1,3 @@
-"""Section of the manual for each page."""
-
 from __future__ import annotations
 
 from PySide6.QtWidgets import QWidget
@@ -53,8 +51,7 @@ FIRST = "start.md"
 def place_of(page: QWidget | None) -> str:
     """Return the section that explains a page, as ``document.md#section``.
 
-    Container pages return the current one in ``page()``, pages of several kinds their kind in
-    ``topic()``.
+    Containers return the current page in ``page()``, pages of several kinds ``topic()``.
     """
     shown = page
     inner = getattr(shown, "page", None)

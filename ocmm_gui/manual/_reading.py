@@ -157,7 +157,6 @@ class Reading(QTextBrowser):
         self._dress()
 
     def _dress(self) -> None:
-        """Format headings, links, code and tables by the theme."""
         theme, document = self._theme, self.document()
         cursor = QTextCursor(document)
         cursor.beginEditBlock()

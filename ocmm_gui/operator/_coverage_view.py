@@ -31,7 +31,6 @@ class CoverageView(Painted):
         self._chosen = 0
 
     def show_feature(self, feature: FeatureView, chosen: int) -> None:
-        """Show the distribution of a feature's points."""
         self._feature, self._chosen = feature, chosen
         words = tr("no points")
         if feature.coverage is not None:
@@ -56,7 +55,6 @@ class CoverageView(Painted):
             self.point_chosen.emit(nearest)
 
     def paintEvent(self, event: QPaintEvent) -> None:
-        """Paint outline, sectors and points."""
         painter = self._painter()
         feature = self._feature
         box = self._box()

@@ -1,7 +1,4 @@
-"""Desk view: a large part view, plan, feature and status, cameras on demand.
-
-Includes the camera line with the button for the images.
-"""
+"""Desk view: part, plan, feature and status, and the camera line with a button for images."""
 
 from __future__ import annotations
 
@@ -226,7 +223,6 @@ class DeskView(CoachedView):
         self.guidance.show_job(job)
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """Give the panel its share of a wide screen."""
         self._side.setFixedWidth(max(_PANEL_PX, round(_PANEL_SHARE * self.width())))
         super().resizeEvent(event)
 

@@ -34,7 +34,6 @@ class FarMessage(Painted):
         return bool(self._trouble)
 
     def type_pixels(self) -> int:
-        """Return the pixel size of the main sentence."""
         first = self._first()
         if self._trouble:
             return wrapped_pixels(self._trouble, first, far_type(self), bold=True)

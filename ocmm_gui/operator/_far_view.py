@@ -1,7 +1,6 @@
 """Far view: only what is read at three metres.
 
-A capital must be at least 63 px high on a 1920 x 1080 screen of 24 inches (20 minutes of arc);
-changing digits are larger.
+Capitals are at least 63 px of 1080 high on 24 inches (20 minutes of arc), changing digits more.
 """
 
 from __future__ import annotations
@@ -241,7 +240,6 @@ class FarView(CoachedView):
         return self._verdict.text()
 
     def type_pixels(self) -> dict[str, int]:
-        """Return the pixel size of all far-readable texts."""
         texts = (self._status, self._verdict, self._feature, self._count, *self._values.values())
         if self._what.currentWidget() is self.part:
             texts = (self._status,)
@@ -254,7 +252,6 @@ class FarView(CoachedView):
         return pixels | {self._message.text(): self._message.type_pixels()}
 
     def set_theme(self, theme: Theme) -> None:
-        """Paint with ``theme`` from now on."""
         self._theme = theme
         for caption in self._captions.values():
             caption.show_text(caption.text(), theme.muted)

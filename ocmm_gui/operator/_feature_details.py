@@ -40,7 +40,6 @@ class PointDots(QWidget):
         self.update()
 
     def set_theme(self, theme: Theme) -> None:
-        """Paint with ``theme`` from now on."""
         self._theme = theme
         self.update()
 
@@ -94,7 +93,6 @@ class CharacteristicList(QWidget):
         self.update()
 
     def set_theme(self, theme: Theme) -> None:
-        """Paint with ``theme`` from now on."""
         self._theme = theme
         self.update()
 
@@ -105,7 +103,6 @@ class CharacteristicList(QWidget):
         return QSize(160, 0)
 
     def paintEvent(self, event: QPaintEvent) -> None:
-        """Paint as many lines as fit."""
         line = _LINE_PX
         if not self._results or self.height() < 2 * line:
             return

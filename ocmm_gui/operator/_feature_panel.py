@@ -98,7 +98,6 @@ class ResidualChart(Painted):
             self.point_chosen.emit(self._numbers[index])
 
     def paintEvent(self, event: QPaintEvent) -> None:
-        """Paint a bar per point, if there is room."""
         top = _LINE_PX
         count = len(self._residuals)
         if not count or self.height() < 3 * top:
@@ -288,11 +287,9 @@ class FeaturePanel(QFrame):
         return self._outliers.text()
 
     def title(self) -> str:
-        """Return shape and name of the shown feature."""
         return self._title.text()
 
     def set_theme(self, theme: Theme) -> None:
-        """Paint with ``theme`` from now on."""
         self._theme = theme
         if self._job is not None:
             self.show_job(self._job)

@@ -22,7 +22,6 @@ class Feedback:
         self._approach = Approach(sounds)
 
     def play(self, sound: Sound) -> None:
-        """Play a sound, if possible."""
         if self._sounds is not None:
             self._sounds.play(sound)
 
@@ -31,7 +30,6 @@ class Feedback:
         self._readout().flash(good=True)
 
     def refused(self, refusal: Refusal) -> None:
-        """Signal a touch without point."""
         wrong = refusal.code is RefusalCode.WRONG_FACE
         self.play(Sound.WRONG_FACE if wrong else Sound.REFUSED)
         self._readout().flash(good=False)
@@ -59,7 +57,6 @@ class Feedback:
         self._approach.feed(target, tip_world)
 
     def toggle_tone(self) -> None:
-        """Turn the approach tone on or off."""
         self._approach.enabled = not self._approach.enabled
         self._notices.inform(
             tr("Approach tone on.") if self._approach.enabled else tr("Approach tone off.")

@@ -44,7 +44,6 @@ class Guidance(QFrame):
         self._paint()
 
     def show_job(self, job: JobView) -> None:
-        """Show the next step and the refusal of the last touch."""
         self._job = job
         self._show_step()
         self._words.setText(step_text(job))
@@ -54,7 +53,6 @@ class Guidance(QFrame):
         self._show_trouble()
 
     def show_live(self, live: LiveView) -> None:
-        """Show why the machine is not ready, and the distance to the next point."""
         self._live = live
         self._show_step()
         self._show_approach()
@@ -64,15 +62,12 @@ class Guidance(QFrame):
         return self._step.text()
 
     def mode(self) -> str:
-        """Return probing order and side detection."""
         return self._mode.text()
 
     def trouble(self) -> str:
-        """Return the trouble, or an empty text."""
         return self._trouble.text()
 
     def set_theme(self, theme: Theme) -> None:
-        """Paint with ``theme`` from now on."""
         self._theme = theme
         self._paint()
 

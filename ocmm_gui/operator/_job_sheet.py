@@ -158,7 +158,6 @@ class JobSheet(Sheet):
         )
 
     def _room_form(self) -> QGridLayout:
-        """Return the fields of room conditions for the current job."""
         self.room = {key: form_field(tr(label), tr(tip)) for key, label, tip in _ROOM}
         grid = QGridLayout()
         keys = tuple(self.room)
@@ -206,7 +205,6 @@ class JobSheet(Sheet):
         self.fields["operator"].selectAll()
 
     def begin(self) -> None:
-        """Start a job with the filled-in fields."""
         words = {key: field.text().strip() for key, field in self.fields.items()}
         header = JobHeader(
             operator=words["operator"],
@@ -243,7 +241,6 @@ class JobSheet(Sheet):
         self.fields["operator"].setCompleter(completer)
 
     def next_part(self) -> None:
-        """Start the job of the next part at once."""
         header = self.attempt(lambda: _after(self._bridge.shown.job.header))
         if header is not None:
             self._bridge.jobs.next_part(header)
@@ -254,7 +251,6 @@ class JobSheet(Sheet):
         self._lists.do(lambda: None, lambda _none: self._go_on(), self.failed.emit)
 
     def close_work(self) -> None:
-        """Stop reading lists; call before the window closes."""
         self._lists.close(0.0)
 
     def _go_on(self) -> None:

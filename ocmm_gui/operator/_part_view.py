@@ -66,11 +66,9 @@ class PartVerdictView(Painted):
         return tuple(said(line) for line in lines)
 
     def type_pixels(self) -> tuple[int, int]:
-        """Return the pixel sizes of the word and of the lines below."""
         return self._word_font_px(), self._line_px()
 
     def paintEvent(self, event: QPaintEvent) -> None:
-        """Paint sign, word and reasons."""
         if self._job is None:
             return
         painter = self._painter()

@@ -1,5 +1,3 @@
-"""Plan as a list, with a mark and a word per feature."""
-
 from __future__ import annotations
 
 from PySide6.QtCore import QModelIndex, QPersistentModelIndex, QRectF, QSize, Qt, Signal
@@ -39,7 +37,6 @@ class PlanList(QListWidget):
     """List of the features; a click activates one."""
 
     feature_chosen = Signal(str)
-    """Emits the name of the clicked feature."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -84,7 +81,6 @@ class PlanList(QListWidget):
                 self.scrollToItem(item)
 
     def set_theme(self, theme: Theme) -> None:
-        """Paint with ``theme`` from now on."""
         self._delegate.theme = theme
         self.viewport().update()
 

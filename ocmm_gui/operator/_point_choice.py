@@ -1,5 +1,3 @@
-"""Point selection, by keys or click."""
-
 from __future__ import annotations
 
 from PySide6.QtCore import QObject

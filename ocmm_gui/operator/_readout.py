@@ -120,7 +120,6 @@ class Readout(QWidget):
         self.update()
 
     def set_theme(self, theme: Theme) -> None:
-        """Paint with ``theme`` from now on."""
         self._theme = theme
         self.update()
 
@@ -137,7 +136,6 @@ class Readout(QWidget):
         return QSize(180, 150)
 
     def paintEvent(self, event: QPaintEvent) -> None:
-        """Paint the rows, the caption and, for a moment, the border."""
         painter = QPainter(self)
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
         painter.setPen(QPen(QColor(self._theme.border), self._theme.border_px))
@@ -181,7 +179,6 @@ class Readout(QWidget):
             painter.drawRoundedRect(QRectF(self.rect()).adjusted(half, half, -half, -half), 6, 6)
 
     def _paint_trouble(self, painter: QPainter, large: str, why: str) -> None:
-        """Paint the remedy, and the reason smaller below."""
         box = self._reason_box()
         first = QRectF(box)
         if why:

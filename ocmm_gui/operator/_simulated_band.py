@@ -26,7 +26,6 @@ class SimulatedBand(Painted):
         self._fit()
 
     def type_pixels(self) -> int:
-        """Return the pixel size of the word."""
         if self._far:
             return far_type(self)
         return max(13, round(_DESK_SHARE * self.window().height()))

@@ -144,7 +144,6 @@ class StatusStrip(QFrame):
         return self._values[name].text()
 
     def set_theme(self, theme: Theme) -> None:
-        """Paint with ``theme`` from now on."""
         self._theme = theme
         if self._live is not None:
             self.show_live(self._live)

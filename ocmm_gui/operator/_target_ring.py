@@ -34,7 +34,6 @@ class TargetRing(Painted):
         return distance_words(self._distance, approximate=self._approximate)
 
     def paintEvent(self, event: QPaintEvent) -> None:
-        """Paint ring, dot and distance."""
         if self._distance is None:
             return
         painter = self._painter()

@@ -76,7 +76,6 @@ class TipLine(QFrame):
         return self._text.text()
 
     def set_theme(self, theme: Theme) -> None:
-        """Paint with ``theme`` from now on."""
         self._theme = theme
         self._paint()
 

@@ -1,5 +1,3 @@
-"""The edited plan: its file and history."""
-
 from __future__ import annotations
 
 from pathlib import Path

@@ -1,5 +1,3 @@
-"""Drawing of an item of a plan."""
-
 from __future__ import annotations
 
 from ocmm_core.camera import Vector3
@@ -11,10 +9,7 @@ from ocmm_gui.plan_editor._plan_items import ItemKey, item_of
 
 
 def drawn_of(plan: Plan, key: ItemKey) -> NominalFeature | None:
-    """Return the feature drawn for an item: itself, or the first that it is about.
-
-    A construction is drawn from its nominals. None if there is nothing to draw.
-    """
+    """Return the feature drawn for an item: itself, or the first that it is about; or None."""
     name = key.name
     if key.group == "characteristics":
         name = item_of(plan, key).features[0]

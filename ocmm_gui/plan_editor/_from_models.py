@@ -1,7 +1,4 @@
-"""Import from models and tables: read, show, select, confirm, accept.
-
-The widgets replace the editor during the selection.
-"""
+"""Import from models and tables: read, show, select, confirm, accept, in the editor's place."""
 
 from __future__ import annotations
 

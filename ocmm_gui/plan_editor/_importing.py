@@ -138,8 +138,7 @@ def with_offers(
     `plan_file`: Path of the plan, with its model next to it; None if never saved: no model is kept.
     `zone_mm`: Width of the zone of the profile of free forms; None without any.
 
-    Raises StorageError if the model cannot be copied next to the plan, and InputError if the plan
-    would become unmeasurable.
+    StorageError if the model cannot be copied, InputError if the plan became unmeasurable.
     """
     reach = ask_for_chosen(read.model, taken, given_up, progress)
     taken = reach.taken
@@ -206,10 +205,7 @@ def _with_frame(plan: Plan, path: Path, *, relocate: bool) -> Imported:
 
 
 class Importing(WorkLine):
-    """Read a file in the background and show progress; hidden otherwise.
-
-    `in_use`: returns the equipment of the station; None without one.
-    """
+    """Read a file in the background, showing progress; ``in_use``: the station's equipment."""
 
     imported = Signal(object)
     offered = Signal(object)

@@ -62,8 +62,7 @@ class ChoiceWords:
 class PartChoice(QFrame):
     """Selection of a part's faces; subclasses define their meaning.
 
-    A click on a face toggles its line, as Space does in the list. Return accepts the selection, Esc
-    discards it.
+    A click on a face toggles its line, as Space does; Return accepts, Esc discards.
     """
 
     taken = Signal(object)

@@ -1,5 +1,3 @@
-"""Validity of the edited plan, in a sentence."""
-
 from __future__ import annotations
 
 import re

@@ -1,5 +1,3 @@
-"""List of the items of a plan."""
-
 from __future__ import annotations
 
 from typing import Any, NamedTuple

@@ -1,5 +1,3 @@
-"""Parts of the plan editor: its forms, its file panels, and their layout."""
-
 from __future__ import annotations
 
 from collections.abc import Sequence

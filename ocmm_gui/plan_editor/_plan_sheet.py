@@ -82,9 +82,8 @@ _END_S = 1.0
 class PlanSheet(Sheet):
     """List on the left, form in the middle, picture and checks on the right.
 
-    `plan`, `path`: The current plan of the station, and its file if known.
-    `job_path`: Returns the file of the running job, whose part can be the master.
-    `in_use`: Returns the cameras and the probe for imported models.
+    ``plan``, ``path``: of the station, its file if known; ``job_path`` returns the running job,
+    whose part can be the master; ``in_use``: cameras and probe for imported models.
     """
 
     warned = Signal(str)
@@ -256,7 +255,6 @@ class PlanSheet(Sheet):
         self._change_to(lambda: load_plan(path), path)
 
     def ask_requirements(self) -> None:
-        """Ask for the file of the inspection plan."""
         path, stem = self.draft.path, file_stem(self.draft.plan.name)
         own = Path.home() if path is None or is_shipped(path) else path.parent
         self.listing.ask(own / f"{stem}_requirements.xlsx")
@@ -275,7 +273,6 @@ class PlanSheet(Sheet):
             self.measure_wanted.emit(self.draft.path)
 
     def close_work(self) -> None:
-        """Cancel background work; call it before the window closes."""
         self._teaching.cancel()
         self.models.importing.close_work(_END_S)
 

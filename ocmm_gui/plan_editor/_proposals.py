@@ -1,5 +1,3 @@
-"""Default items added to a plan."""
-
 from __future__ import annotations
 
 import msgspec

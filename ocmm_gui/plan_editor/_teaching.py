@@ -60,10 +60,7 @@ class Teaching(QProgressBar):
 
 
 def taught_of_file(path: Path, plan: Plan, tell: Tell) -> Plan:
-    """Return a plan with the nominals measured in a job, in its part frame.
-
-    Raises OcmmError if the job cannot be read, or its part frame is not measured.
-    """
+    """Return a plan with nominals measured in a job, in its part frame; or raise OcmmError."""
     tell(later("Reading the job"), 0.2)
     job = reopen_job(path)
     tell(later("Rounding the nominals"), 0.8)

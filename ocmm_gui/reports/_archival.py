@@ -88,10 +88,7 @@ def paint_tag(painter: QPainter, number: int) -> None:
 def archival_pdf(
     drawn: bytes, tags: Sequence[PageTag], facts: PdfFacts, files: Mapping[str, bytes]
 ) -> bytes:
-    """Return drawn pages as PDF/A-3a with associated files.
-
-    `files`: data of the pages by name, ending in ``.json``, ``.xml`` or ``.csv``.
-    """
+    """Return pages as PDF/A-3a with associated files: ``.json``, ``.xml`` or ``.csv`` by name."""
     writer = PdfWriter(clone_from=io.BytesIO(drawn))
     writer.pdf_header = "%PDF-1.7"
     root, moment = writer.root_object, datetime.fromisoformat(facts.utc)
@@ -173,10 +170,7 @@ def _structure(writer: PdfWriter, tags: Sequence[PageTag]) -> IndirectObject:
 
 
 def _marked(content: bytes, tags: Sequence[PageTag]) -> tuple[list[int], bytes]:
-    """Return the elements on a page in order, and the page with marked content.
-
-    Untagged content is an artifact: lines, coloured fields, page footers.
-    """
+    """Return the elements on a page in order, and its marked content; all else is an artifact."""
     found: list[int] = []
 
     def change(match: re.Match[bytes]) -> bytes:

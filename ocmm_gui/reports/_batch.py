@@ -175,7 +175,6 @@ def _reasons(canvas: Canvas, reasons: tuple[str, ...]) -> None:
 
 
 def _paint_chart(painter: QPainter, box: QRectF, *, trend: Trend, canvas: Canvas) -> None:
-    """Draw one dot per part with its U, the tolerance as a field, and the lines of the chart."""
     plot = box.adjusted(_SCALE, 10.0, -10.0, -50.0)
     low, high = trend.span()
 

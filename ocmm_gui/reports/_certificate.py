@@ -188,7 +188,6 @@ def _closing(canvas: Canvas, paper: Certificate) -> None:
 def _paint_errors(
     painter: QPainter, box: QRectF, *, paper: Certificate, speech: Speech, lengths: PaperLengths
 ) -> None:
-    """Draw every error over its certified value, with U, between the lines of its MPE."""
     lines = [line for run in paper.runs for line in run.lines]
     plot = box.adjusted(190.0, 60.0, -20.0, -150.0)
     longest = max(abs(line.reference) for line in lines) or 1.0

@@ -51,7 +51,6 @@ def write_end(canvas: Canvas, told: Sequence[str], signers: Sequence[str], end: 
 
 
 def _paint_signatures(painter: QPainter, box: QRectF, *, words: list[str]) -> None:
-    """Draw lines to sign on, with the words below each."""
     each = WIDTH / len(words)
     y = box.top() + _ABOVE
     for index, signer in enumerate(words):

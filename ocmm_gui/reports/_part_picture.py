@@ -1,7 +1,4 @@
-"""Picture of the measured part, as large as possible, with labels that do not overlap.
-
-Labels are next to their items, or as near as possible, at the end of a thin line.
-"""
+"""Picture of the measured part, as large as possible; labels next to items, or on thin lines."""
 
 from __future__ import annotations
 
@@ -24,10 +21,7 @@ from ocmm_gui.views import SCALE_PX, deviation_part, deviations_of, job_items, p
 def deviation_scale(
     canvas: Canvas, data: ReportData, seen: DeviationPicture, reach_mm: float | None
 ) -> None:
-    """Draw the scale of the whiskers below the picture, if there are any.
-
-    The part is coloured up to ``reach_mm`` from a point; None if it is not.
-    """
+    """Draw the scale of the whiskers below the picture; ``reach_mm``: of the colours, or None."""
     if not seen.whiskers:
         return
 

@@ -28,11 +28,8 @@ def written_pdf(
 ) -> bytes:
     """Return pages as PDF/A-3a with their data as associated files.
 
-    `paint`: Paints the page of an index, see `paint_with_foot`; in tenths of a millimetre.
-    `attachments`: Files by name.
-    `title`, `software`, `utc`: As in `PdfFacts`.
-
-    Raises StorageError if the file read back differs from the input.
+    ``paint``: paints the page of an index, see `paint_with_foot`; in tenths of a millimetre;
+    ``attachments``: by name; others as in `PdfFacts`. StorageError if the file read back differs.
     """
     content = QByteArray()
     buffer = QBuffer(content)

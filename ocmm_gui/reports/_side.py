@@ -149,10 +149,7 @@ class Previewing:
 
 
 def template_page(settings: Settings, width: int) -> PagePicture:
-    """Return the first page of an empty report with the current settings.
-
-    Raises InputError if template or logo cannot be used, naming file, line and field.
-    """
+    """Return page one of an empty report; InputError if template or logo cannot be used."""
     data = replace(specimen_report(), paper=headed_paper(settings))
     with drawing():
         canvas = lay_out(data)

@@ -96,7 +96,6 @@ class AlignmentSheet(Sheet):
         self.use_keys({"again": self.compute, "accept": self.accept}, primary="accept")
 
     def open(self) -> None:
-        """Compute the alignment from the current points."""
         self.compute()
         self.table.setFocus()
 
@@ -133,7 +132,6 @@ class AlignmentSheet(Sheet):
             self._paint()
 
     def close_work(self) -> None:
-        """Cancel the computation; call it before the window closes."""
         self._process.cancel()
         self.progress.hide()
 

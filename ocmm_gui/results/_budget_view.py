@@ -91,7 +91,6 @@ class BudgetBars(Painted):
         self.update()
 
     def paintEvent(self, event: QPaintEvent) -> None:
-        """Paint as many bars as fit, always with the total."""
         budget = self._budget
         if budget is None or budget.standard <= 0.0:
             return

@@ -105,10 +105,7 @@ class TrendTable(DataTable):
 
 
 class CompareSheet(WorkSheet):
-    """Read the jobs of a folder in a side process and compare them.
-
-    `records`: returns the folders of records of probes and calibrations; None is that of this user.
-    """
+    """Compare the jobs of a folder in a side process; ``records`` returns record folders."""
 
     def __init__(
         self, records: Callable[[], tuple[Path | None, Path | None]] = lambda: (None, None)
@@ -197,7 +194,6 @@ class CompareSheet(WorkSheet):
         self.table.setFocus()
 
     def export(self) -> None:
-        """Ask for the file of the displayed table."""
         if self._shown is None:
             self.say(tr("Select the folder with the jobs of the batch."))
             return

@@ -48,10 +48,7 @@ def budgets_of_file(path: Path, tell: Tell) -> Budgets:
 
 
 def trials_of_file(path: Path, name: str, tell: Tell) -> MonteCarloValue:
-    """Return the trials of one result of a job file.
-
-    Raises OcmmError if the file cannot be read, or the result has no value to simulate.
-    """
+    """Return the trials of one result of a job file; OcmmError if unreadable or without value."""
     for task in uncertainty_of(_evaluated(path, tell)[1]).tasks:
         own = tuple(item for item in task.characteristics if item.name == name)
         if own:

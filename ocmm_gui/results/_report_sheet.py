@@ -193,7 +193,6 @@ class ReportSheet(Sheet):
         return self._previewing.is_running()
 
     def close_work(self) -> None:
-        """Cancel preview and report; call it before the window closes."""
         self._asked += 1
         self._settling.stop()
         self._previewing.cancel()

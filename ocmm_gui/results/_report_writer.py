@@ -116,7 +116,6 @@ class ReportWriter(QObject):
         return True
 
     def cancel(self) -> None:
-        """Cancel writing; call it before the window closes."""
         self._process.cancel()
         self._end()
 
@@ -131,7 +130,6 @@ class ReportWriter(QObject):
         return True
 
     def _gather(self) -> None:
-        """Freeze the job in the background."""
         request = self._request
         if request is None:
             return

@@ -42,10 +42,7 @@ _BUSY = later("Calculating the budget from the job file.")
 
 
 class ResultDetail(QFrame):
-    """Verdict, bar, sentences, budget as table and bars, trials with progress.
-
-    A side process computes the budgets of all results once for every state of the job.
-    """
+    """Verdict, sentences, budgets by a side process once per state, trials with progress."""
 
     explained = Signal(object)
     """Emits the `Explanation` of the shown result, or None, also during the computation."""
@@ -126,7 +123,6 @@ class ResultDetail(QFrame):
             self._simulation.start(partial(trials_of_file, self._source.path, self._result.name))
 
     def cancel(self) -> None:
-        """Cancel all computations; call it before the window closes."""
         self._drill.cancel()
         self._simulation.cancel()
         self.progress.hide()

@@ -56,7 +56,6 @@ class ResultTable(DataTable):
     """Rows can be selected with the arrow keys."""
 
     result_chosen = Signal(str)
-    """Emits the name of the selected characteristic."""
 
     def __init__(self) -> None:
         super().__init__(tr("Characteristics"), with_unit(tr_all(_COLUMNS)))

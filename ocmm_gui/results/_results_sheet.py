@@ -149,9 +149,8 @@ _KEYS = (
 class ResultsSheet(Sheet):
     """Table on the left, budget and decision of the selected characteristic on the right.
 
-    `running`: Returns the running job.
-    `calibration`: Returns the state of cameras and probe.
-    `records`: Returns the folders of records of probes and calibrations; None is that of this user.
+    ``running`` returns the running job, ``calibration`` the state of cameras and probe, ``records``
+    the folders of records of probes and calibrations; None is that of this user.
     """
 
     report_wanted = Signal(object)
@@ -252,7 +251,6 @@ class ResultsSheet(Sheet):
             self._refresh()
 
     def close_work(self) -> None:
-        """Cancel computations; call it before the window closes."""
         self._opening.cancel()
         self.detail.cancel()
 

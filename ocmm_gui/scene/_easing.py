@@ -1,5 +1,3 @@
-"""Animated transition of a view."""
-
 from __future__ import annotations
 
 from time import perf_counter

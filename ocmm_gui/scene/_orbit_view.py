@@ -65,7 +65,6 @@ class OrbitView(Painted):
         return QRectF(self.rect()).adjusted(2.5, 2.5, -2.5, -2.5)
 
     def _moved(self, orbit: Orbit) -> None:
-        """Change the view on user input."""
         self._moved_to(orbit)
 
     def _moved_to(self, orbit: Orbit) -> None:
@@ -86,7 +85,6 @@ class OrbitView(Painted):
         self._moving.start()
 
     def mousePressEvent(self, event: QMouseEvent) -> None:
-        """Start turning or panning."""
         self._mouse = self._pressed = event.position()
 
     def mouseMoveEvent(self, event: QMouseEvent) -> None:

@@ -49,8 +49,7 @@ class PartScene:
     moving: bool
     """Coarse picture suffices, as the next one follows at once."""
     slack_mm: float = 0.0
-    """Depth below the surface at which measured items are still drawn over it: no part equals its
-    nominal."""
+    """Depth at which measured items are still drawn over it: no part equals its nominal."""
 
     def scale(self, size: QSize, ratio: float, share: float) -> float:
         """Return painted pixels per window pixel; ``share``: affordable part in motion, 0 to 1."""
@@ -123,9 +122,7 @@ class PartDrawing(QObject):
     ) -> PartScene | None:  # fmt: skip
         """Return the part for painting, or None.
 
-        `place`: World from model.
-        `marked`: Colours ``#rrggbb`` by face index.
-        `colours`: (n, 3) of its vertices, instead of face colours.
+        ``place``: world from model; ``marked``: ``#rrggbb`` by face; ``colours`` (n, 3).
         """
         if self._model is None or self._whole is None:
             return None

@@ -1,7 +1,4 @@
-"""Items of a small 3-D scene, and their projection.
-
-The projection is orthographic, so that lengths are comparable everywhere.
-"""
+"""Items of a small 3-D scene, and their orthographic projection: lengths are comparable."""
 
 from __future__ import annotations
 

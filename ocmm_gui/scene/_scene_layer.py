@@ -51,10 +51,7 @@ class StillScene:
     """Part that may hide items; None for none."""
 
     def is_seen_as(self, other: StillScene) -> bool:
-        """Return whether the other scene has the same view and picture size.
-
-        Another background means another theme, with illegible labels.
-        """
+        """Return whether view, picture size and background are equal: labels depend on all."""
         same = self.size == other.size and self.ratio == other.ratio
         return same and self.orbit is other.orbit and self.background == other.background
 
@@ -73,11 +70,7 @@ class KeptScene:
     def made(
         self, things: tuple[object, ...], values: tuple[object, ...], make: Callable[[], StillScene]
     ) -> StillScene:
-        """Return the scene, created by ``make`` if an input changed.
-
-        `things`: Inputs with arrays, such as orbits and items, compared by identity.
-        `values`: Inputs compared by value.
-        """
+        """Return the scene, remade if ``things`` (by identity) or ``values`` have changed."""
         made_of = (*things, *values)
         count = len(things)
         same = len(made_of) == len(self._made_of) and all(map(is_, things, self._made_of[:count]))
@@ -160,7 +153,6 @@ class _Drawing:
             painter.end()
 
     def _lay_part(self) -> None:
-        """Draw faces and lines in front of or on the painted part."""
         canvas, scene = self.canvas, self.scene
         if canvas is None or scene.part is None:
             return

@@ -1,7 +1,4 @@
-"""Drawing of a scene by QPainter, in front of, in or behind a painted part.
-
-Labels are placed next to their points, without overlap and deterministically.
-"""
+"""Drawing of a scene by QPainter, before, in or behind a part; labels placed reproducibly."""
 
 from __future__ import annotations
 
@@ -45,11 +42,9 @@ def place_labels(
 ) -> list[QRectF | None]:
     """Return the place of each label, px; None without room near its point.
 
-    `anchors`, `sizes`: Point of each label, and its width and height, px. Earlier labels have
-      priority.
-    `bounds`: Area of the labels; those with points outside are omitted.
-    `taken`: Label-free areas.
-    `marks`: Places (n, 2), px, of marks, covered only if there is no other room nearby.
+    ``anchors``, ``sizes``: point, width and height of each label, px; earlier ones have priority;
+    points outside ``bounds`` get none; ``taken``: label-free areas; ``marks`` (n, 2), px, are
+    covered only without other room nearby.
     """
     walls = [_edges(rect) for rect in taken]
     placed: list[QRectF | None] = []
@@ -160,11 +155,9 @@ class ScenePainter:
     """Paint faces, then lines, dots and labels, at once or in slices.
 
     Faces and dots are painted from far to near. Labels do not overlap, and cover marks only without
-    other room nearby; distant ones have a leader line. Earlier ones have priority.
-
-    `taken`: Label-free areas, px from the upper left corner of ``box``.
-    `depth`: Part that hides lines and dots; None hides nothing.
-    `ghost`: Opacity of hidden items, 0 to 1.
+    other room nearby; distant ones have a leader line. Earlier ones have priority. ``taken``:
+    label-free areas, px from the upper left corner of ``box``; ``depth``: part that hides lines and
+    dots, or None; ``ghost``: opacity of hidden items, 0 to 1.
     """
 
     def __init__(

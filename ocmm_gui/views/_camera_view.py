@@ -39,8 +39,7 @@ _EDGE = 0.1
 
 _MARK_PX, _MANY_MARK_PX = 11, 6
 _MOST_WORDS = 16
-"""With more spots labels are illegible and trails indistinguishable; the title counts the labelled
-ones."""
+"""Beyond it labels are illegible and trails alike; the title counts labelled spots."""
 
 _ROW = 4
 """Up to this many cameras are in a row, with axes; more in a square, without."""
@@ -54,8 +53,7 @@ _Box = tuple[float, float, float, float]
 class CameraPlot(QWidget):
     """One camera: spots as crosses with slot, LED, and trail.
 
-    Shows the sensor region with the spots. It moves only when a spot reaches its edge, so that spot
-    motion is visible.
+    The region moves only when a spot reaches its edge, so that spot motion is visible.
     """
 
     def __init__(self, camera: CameraModel, *, small: bool = False) -> None:
@@ -130,12 +128,10 @@ class CameraPlot(QWidget):
         return tuple(label.toPlainText().strip() for label in self._labels if label.isVisible())
 
     def set_theme(self, theme: Theme) -> None:
-        """Paint with ``theme`` from now on."""
         self._theme = theme
         self._paint()
 
     def _place_labels(self, spots: Float, names: Sequence[str], seen: NDArray[np.bool_]) -> None:
-        """Place the labels, each without covering another label or spot."""
         self._add_labels(len(spots))
         if int(seen.sum()) > _MOST_WORDS:
             seen = np.zeros_like(seen)

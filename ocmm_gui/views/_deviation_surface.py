@@ -1,8 +1,4 @@
-"""Deviations as colours on the part near touched points; grey elsewhere.
-
-`value_field` computes the coloured region and values from the drawn whiskers; this module assigns
-class colours.
-"""
+"""Class colours of deviations on the part near touched points (`value_field`), else grey."""
 
 from __future__ import annotations
 
@@ -102,8 +98,7 @@ def deviation_part(
 ) -> tuple[PartScene | None, float | None]:
     """Return a placed part with its deviations, and the colour reach of a point, mm.
 
-    For reports: computed at once. None for an absent or unlocated part, and for the reach if
-    nothing is coloured.
+    For reports: at once. None without a located part, and for the reach if uncoloured.
     """
     if placed is None or placed.is_rough or not len(placed.model.triangles):
         return None, None

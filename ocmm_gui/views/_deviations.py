@@ -37,8 +37,7 @@ Say = Callable[[str], str]
 """Translates a `later` sentence."""
 _OUTSIDE = (DeviationClass.MORE, DeviationClass.LESS)
 SHADES = {DeviationClass.MORE: 0.35, DeviationClass.LESS: 0.55}
-"""Share of red or white in the colour at the limit: mixed with blue it would be grey, which means
-not measured."""
+"""Share of red or white at the limit: mixed with blue it would be grey: not measured."""
 SCALE_PX = (340.0, 80.0)
 """Width and height of the scale at screen type size."""
 
@@ -123,8 +122,7 @@ def paint_scale(
 ) -> None:  # fmt: skip
     """Paint the scale: too little, within, too much, with limits at the middle's ends.
 
-    `scale`: Type size relative to the screen's.
-    `reach_mm`: Colour reach of a point; None without colours.
+    ``scale``: type size relative to the screen's; ``reach_mm``: colour reach; None: no colours.
     """
     if not picture.whiskers:
         return

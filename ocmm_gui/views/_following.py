@@ -14,8 +14,7 @@ from ocmm_gui.scene import Orbit
 
 _MARGIN = 1.18
 _CHASE = 1.4
-"""Additional room after the ball left the view: it will move on, and a view moving along is
-illegible."""
+"""Extra room after the ball left the view: a view that moves along is illegible."""
 _CALM = 1.45
 """A view wider than necessary by this factor zooms in."""
 _LATER = 8

@@ -23,8 +23,6 @@ class PartPicture(OrbitView):
 
     Faces are indices of ``model.faces``, as in ``model.triangle_faces``. Turn with the left button
     or arrow keys, pan with the right one, zoom with wheel or plus and minus; F fits.
-
-    `name`: Accessible name; default "part".
     """
 
     face_clicked = Signal(int)
@@ -141,7 +139,6 @@ class PartPicture(OrbitView):
         painter.drawText(line, Qt.AlignmentFlag.AlignLeft, self._words)
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
-        """Fit with F, otherwise as every view."""
         if event.key() == Qt.Key.Key_F:
             self.fit()
         else:

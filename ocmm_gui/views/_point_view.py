@@ -67,9 +67,7 @@ class PointView(OrbitView):
     """Keeps the work visible until the user turns the view; F resumes.
 
     Orbit with the left button or the arrow keys, pan with the right one, zoom with the wheel.
-
-    `rig`, `body`: In use.
-    `animated`: View changes take some tenths of a second.
+    ``animated``: view changes take some tenths of a second.
     """
 
     def __init__(self, rig: Rig, body: ProbeBody, *, animated: bool = False) -> None:
@@ -188,7 +186,6 @@ class PointView(OrbitView):
         return self._mode
 
     def set_theme(self, theme: Theme) -> None:
-        """Paint with ``theme`` from now on."""
         super().set_theme(theme)
         if self._job is not None:
             self._draw_job(self._job)
@@ -306,7 +303,6 @@ class PointView(OrbitView):
         super()._moved(orbit)
 
     def paintEvent(self, event: QPaintEvent) -> None:
-        """Paint the work, and a small overview of the rig in a corner."""
         painter = self._painter()
         theme, orbit = self._theme, self._orbit
         self._paint_panel(painter)

@@ -69,8 +69,7 @@ def box(corners: Float) -> Float:
 def fitted_shape(fit: Fit, surface: Float) -> tuple[Float, Float]:
     """Return a fitted feature as segments (n, 2, 3) and the corners (m, 3) of a face.
 
-    ``surface`` (n, 3) are the compensated points, which bound lines, planes and cylinders. Either
-    part may be empty.
+    Compensated points ``surface`` (n, 3) bound lines, planes, cylinders. Either may be empty.
     """
     return DRAWN[fit.shape](fit, surface)
 

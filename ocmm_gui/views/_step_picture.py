@@ -1,5 +1,3 @@
-"""Picture of a step: the plan's file, or the nominal feature."""
-
 from __future__ import annotations
 
 from pathlib import Path
@@ -49,7 +47,6 @@ class StepPicture(Painted):
         return self._image is not None
 
     def paintEvent(self, event: QPaintEvent) -> None:
-        """Paint the file in its proportions, or the feature."""
         painter = self._painter()
         frame = self._paint_panel(painter).adjusted(4, 4, -4, -4)
         if self._image is not None:

@@ -28,10 +28,7 @@ class Overview:
         self._kept_of: tuple[object, ...] = ()
 
     def place(self, inside: QRectF, avoided: Float) -> QRectF | None:
-        """Return a free corner of the picture, or None.
-
-        ``avoided`` (n, 2), px, must not be covered. The lower left corner has the axes.
-        """
+        """Return a free corner that covers no ``avoided`` (n, 2), px; never the lower left."""
         side = min(190.0, 0.24 * inside.width(), 0.34 * inside.height())
         wide = OVERVIEW_ASPECT * side
         left, right = inside.left() + _GAP_PX, inside.right() - wide - _GAP_PX

@@ -49,7 +49,6 @@ class Papers(QObject):
         self.panel.ask(proposal)
 
     def cancel(self) -> None:
-        """Cancel writing; call it before the window closes."""
         self._work.cancel()
 
     def _write(self, folder: Path) -> None:
@@ -162,7 +161,6 @@ class AcceptanceRooms(MadeLate):
         self.papers.ask(source, tip, self._folder())
 
     def close_work(self) -> None:
-        """Cancel running work; call it before the window closes."""
         self.papers.cancel()
         for name in ("desk", "page", "artefacts", "study"):
             if self.is_made(name):

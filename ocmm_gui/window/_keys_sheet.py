@@ -1,5 +1,3 @@
-"""All keys of the window and their actions, on one page."""
-
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence

@@ -300,7 +300,6 @@ class MainWindow(NoticeWindow):
         self.search.ask(self.pages.keys(), self.pages.others())
 
     def _open_manual(self) -> None:
-        """Open the manual at the section of the current page."""
         self.sheets.open_manual(self.pages.shown())
 
     def _on_page(self) -> None:
@@ -314,7 +313,6 @@ class MainWindow(NoticeWindow):
         self.close()
 
     def dragEnterEvent(self, event: QDragEnterEvent) -> None:
-        """Accept one plan or job, unless a procedure is running."""
         if dropped_file(event.mimeData()) is not None and self.pages.may_be_left():
             event.acceptProposedAction()
 

@@ -1,7 +1,4 @@
-"""Maintenance of rig and probe: the pages of Maintain, the wizards, and their follow-ups.
-
-All are made, and loaded, at their first use: the window is shown before that.
-"""
+"""Maintenance of rig and probe: Maintain, wizards, follow-ups; all loaded at their first use."""
 
 from __future__ import annotations
 
@@ -41,10 +38,8 @@ if TYPE_CHECKING:
 class Maintenance(MadeLate):
     """Make pages and wizards at their first use, and join them to the station.
 
-    `feedback`: Sounds of the wizards.
-    `actions`: By key.
-    `tests`: Acceptance tests and certificates.
-    `practice`: Virtual rig for practising wizards; None for real work.
+    ``feedback``: sounds of wizards; ``actions`` by key; ``tests``: acceptance tests and
+    certificates; ``practice``: virtual rig for practising; None for real work.
     """
 
     made = Signal(object)
@@ -188,7 +183,6 @@ class Maintenance(MadeLate):
         return (Page(tr("Acceptance"), tip, self.tests.page, keys),)
 
     def _write_certificate(self) -> None:
-        """Ask for the place of the current page's certificate."""
         instruments = self._bridge.station.instruments
         shown = self.view.page()
         if shown is self.calibration:
@@ -231,7 +225,6 @@ class Maintenance(MadeLate):
         return self._practice is not None
 
     def close_work(self) -> None:
-        """Cancel computations and recordings; call it before the window closes."""
         if self.is_made("view"):
             self.probe_design.cancel()
             self.fits.cancel()

@@ -1,5 +1,3 @@
-"""Files written by keys: reports, the report of the bus, the log."""
-
 from __future__ import annotations
 
 from collections.abc import Callable
@@ -95,7 +93,6 @@ class Output(QObject):
         return self._writer.is_busy()
 
     def close_work(self) -> None:
-        """Cancel writing; call it before the window closes."""
         self._writer.cancel()
 
     def tell_written(self, written: Written) -> None:

@@ -84,7 +84,6 @@ class Pages(QObject):
         return "desk" if shown is self._desk else "far" if shown is self._far else "other"
 
     def show_mode(self, mode: Mode) -> None:
-        """Show Inspect, in its last state, or Maintain."""
         maintain = mode is Mode.MAINTAIN
         show_mode(self._actions, mode)
         self.mode_wanted.emit()
@@ -98,7 +97,6 @@ class Pages(QObject):
         self._maintenance.view.list.setFocus()
 
     def other_mode(self) -> None:
-        """Toggle between Inspect and Maintain."""
         self.show_mode(Mode.INSPECT if self.mode() is Mode.MAINTAIN else Mode.MAINTAIN)
 
     def show_far(self, far: bool) -> None:

@@ -16,10 +16,7 @@ _LATER = (
 
 
 class Preload:
-    """Load packages on a thread, so that their first use does not wait.
-
-    The thread only imports; the window makes widgets at their first use.
-    """
+    """Load packages on a thread before their first use; widgets are made by the window."""
 
     def __init__(self) -> None:
         self._stopping = threading.Event()

@@ -1,7 +1,4 @@
-"""The sheets of the window: results, reports, plan, alignment, job.
-
-A sheet is made, with its imports, at its first use: the window is shown before that.
-"""
+"""The sheets of the window: results, reports, plan, alignment, job; loaded at first use."""
 
 from __future__ import annotations
 
@@ -203,7 +200,6 @@ class Sheets(MadeLate):
         return any(sheet is widget for sheet in self._made)
 
     def open_results(self) -> None:
-        """Show the results of the current job."""
         self.wanted.emit(self.results)
         self.results.open()
 
@@ -290,7 +286,6 @@ class Sheets(MadeLate):
             self.alignment.job_changed(job)
 
     def close_work(self) -> None:
-        """Cancel computations; call it before the window closes."""
         for sheet in self._made:
             sheet.close_work()
 

@@ -1,5 +1,3 @@
-"""Fields, start and resume of camera sessions."""
-
 from __future__ import annotations
 
 from collections.abc import Mapping

@@ -48,10 +48,7 @@ _log = logging.getLogger(__name__)
 
 
 class WizardDriver(QObject):
-    """Drive one procedure; created and used on the window's thread.
-
-    `predict`: Predicts the quality of the result so far; None if unsupported.
-    """
+    """Drive one procedure, on the window's thread; ``predict``: quality so far, or None."""
 
     seen = Signal(object)
     failed = Signal(object)
@@ -131,7 +128,6 @@ class WizardDriver(QObject):
 
     @property
     def now(self) -> Seen:
-        """Return the current state for display."""
         running = self._worker is not None and self._worker.is_alive()
         since = time.monotonic() - self._begun_at if running else None
         return Seen(self._view, self._automatic, since)
@@ -159,11 +155,9 @@ class WizardDriver(QObject):
         self.do(lambda now: self.procedure.keep(now, reason))
 
     def do(self, call: Callable[[datetime], None]) -> None:
-        """Queue a command of the procedure."""
         self._commands.put(lambda: call(self._clock()))
 
     def set_automatic(self, automatic: bool) -> None:
-        """Enable or disable automatic takes."""
         self._automatic = automatic
 
     def calculate(self) -> None:

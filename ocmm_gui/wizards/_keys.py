@@ -1,5 +1,3 @@
-"""All keys and buttons of a wizard as one table."""
-
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping

@@ -1,5 +1,3 @@
-"""Fields, start and resume of probe and tip sessions."""
-
 from __future__ import annotations
 
 from collections.abc import Mapping

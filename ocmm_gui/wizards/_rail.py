@@ -1,5 +1,3 @@
-"""Rail with the done, current and remaining steps of a wizard."""
-
 from __future__ import annotations
 
 from collections.abc import Sequence

@@ -1,5 +1,3 @@
-"""All wizards, one complete entry each."""
-
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping

@@ -62,9 +62,8 @@ GO_ON_MS = 1500
 class Runner(QWidget):
     """Show a procedure and forward commands; contains no logic.
 
-    `driver`: Not started; closed by `close_driver`.
-    `extra`: Commands of the actions ``skip``, ``repeat`` and ``anew``, if available.
-    `practice`: Results do not count, as every heading states.
+    ``driver``: not started, closed by `close_driver`; ``extra``: commands of ``skip``, ``repeat``,
+    ``anew``, if available; ``practice``: results do not count, as every heading states.
     """
 
     left = Signal()
@@ -163,7 +162,6 @@ class Runner(QWidget):
         self._show_buttons(page)
 
     def set_theme(self, theme: Theme) -> None:
-        """Paint with ``theme`` from now on."""
         self._theme = theme
         if self._seen is not None:
             self._show_gate(self._seen)

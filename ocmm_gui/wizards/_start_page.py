@@ -120,7 +120,6 @@ class StartPage(QWidget):
         self._paint()
 
     def set_theme(self, theme: Theme) -> None:
-        """Paint with ``theme`` from now on."""
         self._theme = theme
         self._paint()
 
@@ -197,7 +196,6 @@ class StartPage(QWidget):
         return self._offers[row] if 0 <= row < len(self._offers) else None
 
     def values(self) -> dict[str, str]:
-        """Return the fields as entered."""
         return {
             key: field.text() if isinstance(field, QLineEdit) else field.choice()
             for key, field in self.fields.items()

@@ -150,7 +150,6 @@ class Wizard(GuidedStack):
         self.start.show_trouble(trouble)
 
     def set_theme(self, theme: Theme) -> None:
-        """Paint with ``theme`` from now on."""
         super().set_theme(theme)
         self.tables.set_theme(theme)
 
@@ -190,7 +189,6 @@ class Wizard(GuidedStack):
             self._begin({**self._values, **stated})
 
     def _refuse(self, error: OcmmError) -> None:
-        """Show on the first page why a session cannot start."""
         self._decline_table()
         self.start.show_trouble(said(f"{error.what} {error.remedy}"))
 

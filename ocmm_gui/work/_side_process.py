@@ -1,7 +1,4 @@
-"""A computation of some seconds in a side process, polled by a timer of the window.
-
-The window stays free, and a cancelled computation ends immediately.
-"""
+"""A computation in a side process, polled by a timer; cancelled ones end immediately."""
 
 from __future__ import annotations
 
@@ -39,10 +36,7 @@ Tell = Callable[[str, float], None]
 
 
 class Teller:
-    """Report progress to the window, from the side process.
-
-    `sender`: to the window. `whole`: held from where the work is atomic and cannot be cancelled.
-    """
+    """Report progress by ``sender``; ``whole`` is held while the work is atomic."""
 
     def __init__(self, sender: Connection, whole: Lock) -> None:
         self._sender, self._whole = sender, whole
@@ -142,10 +136,7 @@ class SideProcess(QObject):
         return True
 
     def cancel(self) -> None:
-        """Cancel the computation, and wait until it has ended; no more signals.
-
-        An atomic write may finish first, within the closing time of a window.
-        """
+        """Cancel and await the end, after an atomic write if one runs; no more signals."""
         if self._process is not None and not (self._whole and self._whole.acquire(block=False)):
             self._process.join(_END_S)
         ending = self._end()

@@ -36,8 +36,7 @@ class Worker(QObject):
     def do(self, call: Callable[[], T], done: Callable[[T], None], failed: Failed) -> None:
         """Queue a call; returns immediately.
 
-        `done`, `failed`: get its result or exception, on the window's thread; neither after
-        `close`.
+        `done`, `failed` get the result on the window's thread; neither after `close`.
         """
         if self._closed:
             return

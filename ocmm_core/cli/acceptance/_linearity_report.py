@@ -79,10 +79,7 @@ def text_chart(found: LinearityReport) -> list[str]:
 
 
 def linearity_chart(found: LinearityReport, *, simulated: bool = False) -> str:
-    """Return the chart as SVG: biases over references, the line, its band and zero.
-
-    The picture may be separated from its text, so it contains SIMULATED itself.
-    """
+    """Return the chart as SVG, itself marked if SIMULATED: biases, the line, its band, zero."""
     study = found.study
     low, high = float(study.references.min()), float(study.references.max())
     at = np.linspace(low, high, 61)
@@ -134,10 +131,7 @@ def linearity_chart(found: LinearityReport, *, simulated: bool = False) -> str:
 
 
 def _band(found: LinearityReport, at: Float) -> Float:
-    """Return the half width of the band at references (n,), from that at the parts.
-
-    Its square is a parabola in the reference, so that three references determine it.
-    """
+    """Return the band's half width at references (n,): its square is a parabola through three."""
     study = found.study
     fit = np.polynomial.Polynomial.fit(study.references, study.bands**2, 2)
     band: Float = np.sqrt(np.maximum(fit(at), 0.0))

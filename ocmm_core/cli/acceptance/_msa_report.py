@@ -1,5 +1,3 @@
-"""Gauge studies as tables on the terminal."""
-
 from __future__ import annotations
 
 from rich.console import Console
@@ -10,7 +8,6 @@ from ocmm_core.studies import CharacteristicStudy, StudyReport
 
 
 def print_study(console: Console, report: StudyReport) -> None:
-    """Print every characteristic of a study, excluded parts, and the meaning of the terms."""
     plan = report.plan
     if report.simulated:
         console.print(say("SIMULATED: measured on the virtual rig"), style="yellow")

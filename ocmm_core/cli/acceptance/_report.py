@@ -1,5 +1,3 @@
-"""Acceptance records as tables on the terminal."""
-
 from __future__ import annotations
 
 from rich.console import Console
@@ -13,7 +11,6 @@ _STYLES = {"PASS": "green", "FAIL": "red"}
 
 
 def print_record(console: Console, record: AcceptanceRecord) -> None:
-    """Print quantities, repeated or refused points, and the verdict."""
     if record.instrument.simulated:
         console.print(say("SIMULATED: measured on the virtual rig"), style="yellow")
     for why in record.instrument.unproven:

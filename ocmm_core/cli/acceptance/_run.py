@@ -1,7 +1,4 @@
-"""Acceptance tests on the terminal: frames, points, retests, verdict.
-
-A point is recorded as soon as the ball rests at the required place.
-"""
+"""Acceptance tests on the terminal: a point is recorded once the ball rests at its place."""
 
 from __future__ import annotations
 
@@ -60,13 +57,9 @@ class PointCollector:
     """Record every point of a test whose ball rests at the required place.
 
     Keeps the last point across sources and retests: a ball still at rest there gives no second
-    point.
-
-    `rig`, `body`: Cameras and probe that are tracked.
-    `temperature`: Returns the room temperature.
-    `told`: Called with the view and a hint while points are recorded.
-    `stop`: Polled between batches.
-    `keep`: Also receives all frames, before they are evaluated.
+    point. ``rig``, ``body``: tracked cameras and probe; ``temperature`` returns that of the room;
+    ``told`` gets the view and a hint; ``stop`` is polled between batches; ``keep`` also receives
+    all frames, before they are evaluated.
     """
 
     def __init__(
@@ -90,10 +83,7 @@ class PointCollector:
         )
 
     def collect(self, feed: Feed, frames: int | None = None) -> bool:
-        """Record points from a started source; return whether all are recorded.
-
-        `frames`: Length of its script; None for a source without end.
-        """
+        """Record points of a started source; return whether all are; ``frames`` None: endless."""
         session, seen = self._session, 0
         while session.current >= 0 and not self._stop():
             stopped = read_status(feed.ring).state is AcquisitionState.STOPPED
@@ -155,10 +145,7 @@ def run_test(
     record: Path | None,
     force: bool,
 ) -> AcceptanceRecord:
-    """Run a test to its verdict, and return the record.
-
-    Raises CalibrationError if the test may not start, or the source ended before the last point.
-    """
+    """Run a test and return the record; CalibrationError if it may not start, or data end early."""
     require_scenes(site.source)
     is_recorded = origin_of(site.source) is Origin.RECORDING
     if is_recorded:

@@ -16,11 +16,7 @@ if TYPE_CHECKING:
 
 
 class MeasuredJobs:
-    """Jobs of a measuring command: noted at their start, uploaded at the end.
-
-    `place`: Archive and outbox; None if nothing is archived.
-    `console`: Receives the failures.
-    """
+    """Jobs noted at their start, uploaded at the end; ``place`` None: not."""
 
     def __init__(self, place: ArchivePlace | None, console: Console) -> None:
         self._place, self._console = place, console
@@ -46,10 +42,7 @@ class MeasuredJobs:
                 note.done()
 
     def hand_over(self) -> None:
-        """Queue all jobs in the outbox, upload what waits, and print failures.
-
-        Call it last: the jobs are measured, and their exit code is settled.
-        """
+        """Queue all jobs, upload what waits, print failures; call it last, for the exit code."""
         if self._place is None or not self._jobs:
             return
         from ocmm_core.archive.outbox import Outbox, hand_over

@@ -39,10 +39,7 @@ _MEANINGS = {
 def decode_capture(
     path: Path, n_cameras: int, recording: Path | None, rig: Rig, console: Console
 ) -> CaptureAccount:
-    """Read a recorded bus, print its counters, and optionally keep its frames.
-
-    `recording`: New file for the frames, for replay; None: none.
-    """
+    """Read a recorded bus, print its counters, and keep its frames in `recording`, if any."""
     capture = BusCapture(path, n_cameras)
     with ExitStack() as stack:
         progress = stack.enter_context(

@@ -85,11 +85,9 @@ def open_bus(
 ) -> Iterator[BusSession]:
     """Keep the bus of a source in operation for the duration of the context.
 
-    `camera`: Camera to be used; checked before anything is started.
-    `wait`: False: the context begins when the bus process is started.
-
-    Raises InputError if the source is no EtherCAT bus, or the rig has no such camera; BusError if
-    it cannot be brought to operation.
+    ``camera`` is checked before anything is started; without ``wait`` the context begins when the
+    bus process is started. InputError if the source is no EtherCAT bus, or the rig has no such
+    camera; BusError if it cannot be brought to operation.
     """
     if not source_of(source).spec.on_bus:
         raise _wrong_source(source, _NO_BUS, [spec for spec in SOURCES if spec.on_bus])
@@ -175,10 +173,7 @@ def conformance_of(
 def recorder_of(
     source: str, seconds: float, size_bytes: int, *, force: bool = False
 ) -> tuple[list[str], bytes]:
-    """Return the command that records the bus of a source, and its input.
-
-    Raises InputError if the source has no accessible network interface.
-    """
+    """Return the command that records a bus, and its input; InputError without an interface."""
     named = source_of(source)
     if not named.spec.on_bus or not named.value or named.spec.segment is not None:
         what = "whose bus is private" if named.spec.on_bus else _NO_BUS

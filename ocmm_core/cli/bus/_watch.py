@@ -19,22 +19,9 @@ def watch_bus(
 ) -> tuple[str, bool]:
     """Print the report of a bus at intervals and at the end.
 
-    Parameters
-    ----------
-    seconds
-        Duration, s.
-    every
-        Interval of reports, s; None prints only at the end.
-
-    Returns
-    -------
-    str, bool
-        The last report, and whether the bus was in operation then.
-
-    Raises
-    ------
-    BusError
-        The bus process ended; its last report was printed.
+    ``seconds``: duration; ``every``: interval, s, None prints only at the end. Returns the last
+    report, and whether the bus was in operation then. BusError if the bus process ended; its last
+    report was printed.
     """
     watch = BusWatch(session.feed.ring)
     begin = printed = time.monotonic()

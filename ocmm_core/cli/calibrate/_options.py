@@ -1,5 +1,3 @@
-"""Options that the commands of ``ocmm calibrate`` share."""
-
 from __future__ import annotations
 
 from pathlib import Path

@@ -17,7 +17,6 @@ from ocmm_core.geometry import Float
 
 
 def print_probe(console: Console, outcome: PivotOutcome) -> None:
-    """Print the tip by both methods, the LEDs, both sweeps, and the change."""
     _print_tips(console, outcome)
     _print_leds(console, outcome)
     for name, found in ((say("First sweep"), outcome.first), (say("Second sweep"), outcome.second)):

@@ -60,8 +60,7 @@ def open_probe_site(
 ) -> TerminalProbeSite:
     """Return cameras and records of a probe.
 
-    Raises InputError if a document is wrong, and CalibrationError if the cameras have no usable
-    calibration.
+    InputError for a wrong document, CalibrationError without usable calibration of the cameras.
     """
     body, design = load_probe(probe), load_rig(rig)
     cameras = choose_calibration(source, rig, calibrations, uncalibrated=uncalibrated)
@@ -116,10 +115,8 @@ def collect_from(
 ) -> None:
     """Record from a source until done, optionally keeping its frames in a file.
 
-    `frames`: Length of a script; None for a source without end.
-
-    Raises CalibrationError if a recording of real cameras has no known calibration, or the source
-    ended before the last step.
+    ``frames``: length of a script, None without end. CalibrationError if a recording of real
+    cameras has no known calibration, or the source ended before the last step.
     """
     try:
         require_cameras(checked_for_replay(probe.cameras, feed.recorded), console)

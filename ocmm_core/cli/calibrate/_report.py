@@ -32,7 +32,6 @@ from ocmm_core.cli.terminal import heads, lead, say, say_word, told
 
 
 def print_calibration(console: Console, outcome: CalibrationOutcome) -> None:
-    """Print cameras, residuals, errors and changes."""
     record = outcome.record
     table = Table(title=f"{record.rig}: {record.method}", title_justify="left", box=box.SIMPLE_HEAD)
     table.add_column(say_word("Camera"), no_wrap=True)
@@ -74,7 +73,6 @@ def print_calibration(console: Console, outcome: CalibrationOutcome) -> None:
 
 
 def print_verification(console: Console, outcome: VerificationOutcome) -> None:
-    """Print every check against its limit, and the verdict."""
     record = outcome.record
     table = Table(title=say_word("Verification"), title_justify="left", box=box.SIMPLE_HEAD)
     table.add_column(say_word("Check"), no_wrap=True)
@@ -118,7 +116,6 @@ def print_verification(console: Console, outcome: VerificationOutcome) -> None:
 
 
 def _print_session(console: Console, record: VerificationRecord) -> None:
-    """Print corners, seats, and other findings on the session."""
     reached = sum(one.reached for one in record.corners)
     _say(console, say(f"Corners  {reached} of {len(record.corners)} reached"))
     for corner in record.corners:
@@ -186,7 +183,6 @@ def evidence_words(store: RecordStore[Any], about: str | None = None) -> str:
 
 
 def print_history(console: Console, store: CalibrationStore) -> None:
-    """Print the history of a rig's calibrations, oldest first."""
     table = Table(title=say_word("History"), title_justify="left", box=box.SIMPLE_HEAD)
     for name in heads("UTC", "Calibration", "What", "Who"):
         table.add_column(name, no_wrap=True)

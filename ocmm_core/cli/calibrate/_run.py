@@ -89,10 +89,7 @@ def continued(
     *,
     new: bool,
 ) -> P | None:
-    """Return the newest resumable session of a kind; None without one or if ``new`` is set.
-
-    ``warm`` is a new reading of the thermometer.
-    """
+    """Return the newest resumable session of a kind, unless ``new``; ``warm``: a new reading."""
     for path in () if new else sessions(site.sessions, kind):
         try:
             procedure = resume(path)
@@ -122,10 +119,7 @@ def continued(
 
 
 def virtual_feed(script: CalibratingScript, source: str, speed: float) -> Feed:
-    """Return the virtual rig with its scenes, in this process or on a virtual wire.
-
-    Raises InputError if the source plays no scenes of calibrations.
-    """
+    """Return the virtual rig, here or on a virtual wire; InputError if a source plays no scenes."""
     scenes = source_of(source).spec.scenes
     if scenes is None:
         possible = [spec for spec in SOURCES if spec.scenes is not None]
@@ -144,10 +138,7 @@ def real_feed(rig: Path, design: Rig, source: str, *, force: bool) -> Feed:
 
 
 def make_recorder(feed: Feed, path: Path | None, design: Rig) -> FrameRecorder | None:
-    """Return a recorder of a source's frames; None without a path.
-
-    Raises OcmmError if the file cannot be written; the source is then closed.
-    """
+    """Return a recorder of frames, None without a path; on OcmmError the source is closed."""
     if path is None:
         return None
     try:
@@ -166,12 +157,9 @@ def collect(
 ) -> None:
     """Record available observations, and enter the next step as soon as its gate opens.
 
-    `frames`: Length of the script; None for a source without end.
-    `recorder`: Also receives all frames; closed at the end. Its failure is printed, and the
-      calibration continues.
-
-    Raises CalibrationError if the source ended before the last step; the session keeps the
-    observations so far.
+    ``frames``: length of the script, None without end; ``recorder`` also receives all frames and is
+    closed; its failure is printed, and the calibration continues. CalibrationError if the source
+    ended before the last step; the session keeps the observations so far.
     """
     console.print(f"{lead('Source   ')}{feed.description.name}")
     columns = (
@@ -335,10 +323,7 @@ def take_relocation_shots(procedure: RelocationProcedure, shots: Sequence[Shot])
 
 
 def take_verification_shots(procedure: VerificationProcedure, shots: Sequence[Shot]) -> None:
-    """Add recorded shots that a session does not have yet, and enter their steps.
-
-    Raises CalibrationError if a shot is of a kind that is out of sequence.
-    """
+    """Add shots that a session lacks, entering their steps; CalibrationError if out of sequence."""
     view = procedure.view
     left = sum(step.done for step in view.base.steps)
     wanted = {"seats": "seat", "lines": "nest", "spheres": "sphere", "again": "seat"}

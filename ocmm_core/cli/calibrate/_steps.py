@@ -1,5 +1,3 @@
-"""Steps shared by the commands of ``ocmm calibrate``."""
-
 from __future__ import annotations
 
 from datetime import UTC, datetime
@@ -98,8 +96,7 @@ def store_in_cameras(site: Site, source: str, rig: Path, force: bool, console: C
 def body_in_use_of(source: str, probe: Path, probes: Path | None, tip: str | None) -> ProbeBody:
     """Return the probe by the records of its tip, or by its document if there are none.
 
-    Raises CalibrationError if the records, or files they depend on, are damaged, or a named tip has
-    none.
+    CalibrationError if records, or files they need, are damaged, or a named tip has none.
     """
     in_use = choose_probe(source, probe, probes, tip, uncalibrated=False)
     if in_use.fault is not None and (

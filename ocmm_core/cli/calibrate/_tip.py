@@ -302,10 +302,7 @@ def _take(
 def take_tip_shots(
     procedure: TipQualificationProcedure | TipCheckProcedure, shots: Sequence[Shot]
 ) -> None:
-    """Add recorded shots that a session does not have yet: all on the sphere, then the cone.
-
-    Raises CalibrationError if a shot is of a kind that is out of sequence.
-    """
+    """Add shots that a session lacks, sphere then cone; CalibrationError if out of sequence."""
     from ocmm_core.calibration.tip import CONE, SPHERE
     from ocmm_core.cli.calibrate._steps import now
 

@@ -103,7 +103,6 @@ def print_qualification(console: Console, outcome: TipOutcome) -> None:
 
 
 def print_check(console: Console, outcome: TipCheckOutcome) -> None:
-    """Print the checks, the findings, and the verdict."""
     _print_checks(console, say("Quick check"), outcome.record.checks)
     for finding in outcome.findings:
         console.print(told(finding), style="red", highlight=False)

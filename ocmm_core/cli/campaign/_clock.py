@@ -92,7 +92,6 @@ class WrongClock:
         self._library.ocmm_shift_clock(ctypes.c_longlong(self._shift // (_SECOND / 1_000_000)))
 
     def jump(self, by: timedelta) -> None:
-        """Shift the clock by a signed interval."""
         self.set_to(datetime.now(UTC) + by)
 
 

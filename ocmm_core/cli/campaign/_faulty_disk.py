@@ -179,10 +179,9 @@ def served(
 ) -> Iterator[Trial]:
     """Yield the trials of a lane run by a separate program with a preloaded library.
 
-    `serve`: Public function of this package that prints ``[number, acknowledged, found, note]`` of
-      each trial; its first argument is ``order``.
-    `order`: Seed, number of trials, finished trials, working folder.
-    `prelude`: Code that the program runs first.
+    ``serve``: public function of this package that prints ``[number, acknowledged, found, note]``
+    of each trial, given ``order``: seed, number of trials, finished trials, working folder;
+    ``prelude`` is code to run first.
     """
     seed, runs, done, folder = order
     program = subprocess.Popen(  # noqa: S603 - this program again

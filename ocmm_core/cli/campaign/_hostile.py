@@ -31,10 +31,7 @@ _FINDINGS = {
 
 
 def hostile(seed: int, runs: int, done: frozenset[int]) -> Iterator[Trial]:
-    """Yield the reaction of the reading command to each kind of file, in random order.
-
-    Files refused with a sentence count as acknowledged.
-    """
+    """Yield the reaction to each kind of file, in random order; refusals count as acknowledged."""
     with tempfile.TemporaryDirectory(prefix="ocmm-hostile-") as name, quiet():
         folder = Path(name)
         with other_station(folder):

@@ -1,7 +1,4 @@
-"""Forging of job files: any value in any row, with a new audit that fits it.
-
-Only the content itself can reveal such a file.
-"""
+"""Forging of job files: any value in any row with a fitting audit; only content reveals it."""
 
 from __future__ import annotations
 

@@ -73,13 +73,7 @@ def _give_up_rights(user: int) -> None:
 def run_aside(
     arguments: list[str], words: Path, most_s: float = LONGEST_CLOCK_S, user: int | None = None
 ) -> Answer:
-    """Run a command in a process of its own, killed after ``most_s``; it prints to ``words``.
-
-    Parameters
-    ----------
-    user
-        Who runs it; None for this user.
-    """
+    """Run a command as ``user`` (None: this one), killed after ``most_s``; prints to ``words``."""
     sys.stdout.flush()
     sys.stderr.flush()
     begun = time.perf_counter()

@@ -49,10 +49,7 @@ def kills(seed: int, runs: int, done: frozenset[int]) -> Iterator[Trial]:
 
 
 def measure_job(out: Path, pipe: int | None, rate_hz: int = RATE_HZ) -> None:
-    """Measure a whole job on the virtual rig at full speed.
-
-    Acknowledged point numbers go to the pipe; 0 means that the job exists.
-    """
+    """Measure a whole job on the virtual rig; point numbers, and 0 at its start, go to the pipe."""
     others = set(threading.enumerate())
     request = StationRequest(plan=QUICK_PLAN, out=out, speed=0.0, frame_rate_hz=rate_hz)
     station = build_station(request).station

@@ -1,7 +1,4 @@
-"""Files of running jobs that are removed, moved, replaced, unmounted, or on a full disk.
-
-The job runs as a user starts it, and the remains are read as a user reads them.
-"""
+"""Files of running jobs removed, moved, replaced, unmounted, or on a full disk."""
 
 from __future__ import annotations
 
@@ -147,12 +144,8 @@ def lose_name(
 ) -> Trial:
     """Lose the name of a running job at a random moment after a random point, and count its points.
 
-    A quarter of the jobs are closed at once, before a timer could notice.
-
-    Parameters
-    ----------
-    measure
-        Measures in a folder, writes lines to a pipe and stops when the other pipe is closed.
+    A quarter of the jobs are closed at once, before a timer could notice. ``measure`` measures in a
+    folder, writes lines to a pipe and stops when the other pipe is closed.
     """
     rng = random.Random(f"{seed} {number}")  # noqa: S311 - moments, no secret
     jobs = out / "jobs"

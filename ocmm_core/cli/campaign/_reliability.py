@@ -137,7 +137,6 @@ def run_reliability(
 
 
 def print_results(results: list[LaneResult], console: Console) -> None:
-    """Print the table, and the place of each finding."""
     from ocmm_core.cli.campaign._trials import FINDINGS, bound
 
     table = Table(title="Reliability", title_justify="left", box=box.SIMPLE_HEAD)

@@ -1,7 +1,4 @@
-"""Soak: jobs at the full rate in sequence, in one program that must not grow.
-
-The window and the wire have a soak of their own, ``benchmarks.soak``.
-"""
+"""Soak: jobs at full rate in one program that must not grow (window: ``benchmarks.soak``)."""
 
 from __future__ import annotations
 
@@ -55,10 +52,7 @@ class SoakSamples:
         )
 
     def growth(self) -> tuple[float, float]:
-        """Return the slope of the memory after the warm-up and its standard deviation, MiB/h.
-
-        By a fitted straight line; both NaN with too few samples.
-        """
+        """Return slope and standard deviation after warm-up, MiB/h; NaN for too few samples."""
         kept = [at for at, when in enumerate(self.times) if when >= WARM_UP_S]
         if len(kept) < _FEWEST:
             return float("nan"), float("nan")
@@ -68,7 +62,6 @@ class SoakSamples:
         return float(slope), float(np.sqrt(covariance[0, 0]))
 
     def found(self) -> dict[str, int]:
-        """Return the growth so far as findings."""
         slope, sigma = self.growth()
         grown = {"memory above 1 MiB/h": int(slope - _SURE * sigma > MOST_MIB_AN_HOUR)}
         if len(self.others) > _WARM_JOBS + 1:

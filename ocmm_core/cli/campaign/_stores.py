@@ -78,7 +78,6 @@ class ProbeSite:
 
     @classmethod
     def made(cls, folder: Path) -> ProbeSite:
-        """Return a new store with a VALID tip."""
         store, record = ProbeStore(folder), made_probe_record()
         store.calibrate(record, "technician", "new", RECORDS_MADE)
         store.qualify(made_tip_record(record), RECORDS_MADE + timedelta(hours=1))
@@ -86,7 +85,6 @@ class ProbeSite:
 
     @classmethod
     def opened(cls, folder: Path) -> ProbeSite:
-        """Return the store as a newly started program reads it."""
         return cls(folder, ProbeStore(folder))
 
     def state(self, now: datetime) -> State:

@@ -91,10 +91,7 @@ class LaneResult:
 
 
 def read_state(path: Path) -> list[Trial]:
-    """Return the trials of a state file, without a truncated last line.
-
-    Raises InputError if it is not a state file, or cannot be read.
-    """
+    """Return the trials of a state file, without a truncated last line; or raise InputError."""
     if not path.exists():
         return []
     try:
@@ -117,11 +114,9 @@ def run_lane(
     until_s: float,
     told: Callable[[int], None],
 ) -> LaneResult:
-    """Run the remaining trials of a lane, and return all.
+    """Run the remaining trials of a lane, none started after ``until_s``, and return all.
 
-    `state`: Every trial is appended to it; None to keep nothing.
-    `until_s`: No trial starts after it, `time.monotonic`.
-    `told`: Receives the number of trials.
+    Each is appended to ``state``, if any; ``told`` receives their number.
     """
     before = [] if state is None else read_state(state)
     trials = [

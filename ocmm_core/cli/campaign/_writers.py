@@ -1,7 +1,4 @@
-"""Two programs writing one job, or one store, at the same time.
-
-A trial in three is a job, one a store of calibrations and one a store of a probe.
-"""
+"""Two programs writing a job (one trial in three), or a store of calibrations or a probe."""
 
 from __future__ import annotations
 

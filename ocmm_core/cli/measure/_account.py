@@ -18,8 +18,7 @@ if TYPE_CHECKING:
 def print_account(account: Account, console: Console) -> None:
     """Print the outcome of every item of a model, and counts by kind.
 
-    Datum references follow their tolerance and labels their item; both are counted, and are
-    separate items in the JSON.
+    Datum references and labels follow their item; both are counted, and separate in the JSON.
     """
     from rich.table import Table
     from rich.text import Text

@@ -49,15 +49,11 @@ def run_job(
 ) -> JobView:
     """Measure until the job is complete or the source has ended, and write the report.
 
-    `built`: Closed afterwards.
-    `out`: Folder of the report.
-    `incomplete`: Also write the report of an incomplete job.
-    `formats`: See `export.chosen_formats`; empty for the default.
-
-    Raises StorageError if the job is not on the disk under its name: its report is removed;
-    MeasuringError if the source ended or failed before the job was complete; the points stay in the
-    job file; CalibrationError if the calibration does not allow points; InternalError if the
-    station has failed; the points stay in the job file.
+    ``built`` is closed; ``out``: folder of the report, also of an ``incomplete`` job; ``formats``:
+    see `export.chosen_formats`, empty for the default. StorageError if the job is not on the disk
+    under its name: its report is removed; MeasuringError if the source ended or failed before the
+    job was complete, InternalError if the station has failed: points stay in the job file;
+    CalibrationError if the calibration does not allow points.
     """
     station, reported = built.station, False
     files: tuple[FileIdentity, ...] = ()

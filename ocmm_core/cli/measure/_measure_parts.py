@@ -11,12 +11,7 @@ _NO = ("q", "quit", "n", "no", "nein")
 
 
 def await_part(console: Console, number: int, parts: int, serial: str, *, replayed: bool) -> None:
-    """Wait for the confirmation that the next part is in place.
-
-    `number`, `parts`, `serial`: Index of the next part, number of parts, and its serial number.
-
-    Raises MeasuringError if the answer is that no part follows, or the input has ended.
-    """
+    """Wait for the confirmation that the next part is in place; else raise MeasuringError."""
     console.print(
         say(f"Part {number} of {parts} is next, serial {serial}.")
         + " "

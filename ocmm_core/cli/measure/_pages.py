@@ -12,18 +12,10 @@ from ocmm_core.errors import StorageError
 def print_pages(
     module: str, calls: Sequence[Sequence[str]], code: str, what: str, remedy: str
 ) -> list[str]:
-    """Run ``python -m module`` with the arguments of each call, in parallel.
+    """Run ``python -m module`` with the arguments of each call, in parallel; return their output.
 
-    Returns
-    -------
-    lines
-        Their output, in the order of the calls.
-
-    Raises
-    ------
-    StorageError
-        One failed, with ``code``, ``what`` and its last output, and ``remedy``; all have ended,
-        and the files of the others exist.
+    StorageError if one failed, with ``code``, ``what`` and its last output, and ``remedy``; all
+    have ended, and the files of the others exist.
     """
     programs: list[subprocess.Popen[str]] = []
     lines: list[str] = []

@@ -22,10 +22,7 @@ _IDLE_S = 0.005
 def record_source(
     request: StationRequest, path: Path, seconds: float | None, console: Console
 ) -> None:
-    """Record until the source or its script ends, or ``seconds`` of bus time have passed.
-
-    Raises AcquisitionError if the source failed; earlier frames are in the file.
-    """
+    """Record until a source ends or ``seconds`` of bus time; AcquisitionError keeps the frames."""
     plan, rig = load_plan(request.plan), calibration_of(request).rig
     feed = make_feed(request, plan, rig)
     frames = 0

@@ -26,7 +26,6 @@ _STYLES = {
 
 
 def print_report(report: DoctorReport, console: Console) -> None:
-    """Print each check with its remedy, and the number of checks per light."""
     table = Table.grid(padding=(0, 2))
     # Words are never split: a light is read from afar.
     for _ in range(2):
@@ -71,7 +70,6 @@ def print_changes(changes: Sequence[SystemChange], console: Console) -> None:
 
 
 def print_mended(done: Sequence[Mended], what: str, console: Console) -> None:
-    """Print the failed changes, and the number of successful ones."""
     for one in done:
         if one.complaint:
             console.print(f"  {say('Not done:')} {one.change.place}: {say(one.complaint)}")

@@ -1,7 +1,4 @@
-"""``ocmm bench``: speed of the hot path, as ratios measured in one run.
-
-Times are CPU time of this thread, so that a busy machine does not change the ratios.
-"""
+"""``ocmm bench``: speed of the hot path, as ratios of CPU times, immune to a busy machine."""
 
 from __future__ import annotations
 

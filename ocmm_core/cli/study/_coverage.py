@@ -86,10 +86,8 @@ def run_coverage(
 ) -> list[list[CoverageOutcome]]:
     """Measure once for every seed; results do not depend on the site.
 
-    `site`: Where to compute. Workers get the contents of the documents.
-    `told`: Receives the number of finished runs.
-
-    Raises OcmmError if a run failed, or the site cannot be used.
+    Workers get the contents of the documents; ``told`` receives the number of finished runs.
+    OcmmError if a run failed, or the site cannot be used.
     """
     documents = tuple(read_bytes(path) for path in (setup.plan, setup.rig, setup.probe, setup.part))
     found = []
@@ -194,10 +192,7 @@ def touch_all(
 ) -> None:
     """Record all touches of a virtual rig in a session, and retry refused ones.
 
-    `virtual`, `touches`: The rig, and the features that it touches, each with its number of
-      touches.
-    `session`, `pipeline`, `collector`: The measuring chain.
-    `seen`: Modifies frames between the cameras and the pipeline.
+    ``touches``: features and numbers of touches; ``seen`` modifies frames before the pipeline.
     """
     meant = [name for name, count in touches for _ in range(count)]
     first = taken = rounds = 0

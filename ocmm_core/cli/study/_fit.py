@@ -259,7 +259,6 @@ def _print_outliers(console: Console, fit: Fit, points: Float) -> None:
 
 
 def _print_rival(console: Console, fit: Fit) -> None:
-    """Print another element that the points fit as well, if any."""
     from ocmm_core.features.search import sizes_in_words
 
     if fit.rival is None:

@@ -18,8 +18,7 @@ _WIDE = 118
 class PlainConsole(Console):
     """A console that prints texts literally: most contain foreign names and paths.
 
-    Square brackets are no markup, and control characters are shown as their code. Style with
-    ``style=`` or `rich.text.Text`.
+    Brackets are no markup, control characters show their code; style by ``style=`` or `Text`.
     """
 
     def __init__(self, **options: Any) -> None:
@@ -32,11 +31,7 @@ class PlainConsole(Console):
 
 
 def make_console(*, soft_wrap: bool = False, stderr: bool = False) -> Console:
-    """Return the console; pipes and files are wide enough for the whole table.
-
-    `soft_wrap`: Leave long lines as they are.
-    `stderr`: Keep the output separate from what other programs read.
-    """
+    """Return the console; pipes and files fit the whole table; ``soft_wrap`` keeps long lines."""
     console = PlainConsole(soft_wrap=soft_wrap, stderr=stderr)
     if soft_wrap or console.is_terminal:
         return console

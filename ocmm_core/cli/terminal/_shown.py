@@ -1,5 +1,3 @@
-"""Foreign texts for display on a terminal."""
-
 from __future__ import annotations
 
 import re

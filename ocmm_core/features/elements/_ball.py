@@ -91,10 +91,7 @@ def taubin_centre(eigenvector: Float, mean_square: Float) -> tuple[Float, Float]
 
 
 def fit_balls(shape: Shape, points: Float) -> list[Ball]:
-    """Return the best-fit ball of centred and scaled ``points`` (n, d), and its rivals.
-
-    Raises FitError if undetermined by the points, or without convergence.
-    """
+    """Return the ball of centred, scaled ``points`` (n, d), and its rivals; or raise FitError."""
     n, d = points.shape
     flat = degenerate(
         shape,
@@ -169,7 +166,6 @@ def _known(solution: Solution, others: list[Solution], d: int) -> bool:
 
 
 def not_converged(shape: Shape) -> FitError:
-    """Return the error for an iteration without convergence."""
     return FitError(
         "fit.not_converged",
         f"No {shape.value.lower()} fits the points: the iteration did not converge.",

@@ -30,34 +30,21 @@ from ocmm_core.geometry import Float, Points3
 def fit_circle(points: Points3, direction_hint: Float | None = None) -> Fit:
     """Return the circle in the orthogonal-distance plane of ``points`` (n, 3), mm.
 
-    Residuals are radial, in the plane, positive outside.
-
-    Raises
-    ------
-    FitError
-        Too few points, or they do not determine a circle.
+    Residuals are radial, positive outside. FitError if the points do not determine a circle.
     """
     return fit_in_own_plane(Shape.CIRCLE, points, direction_hint, _outline)
 
 
 def fit_circle_projected(points: Points3, plane_normal: Float) -> tuple[Fit, Float]:
-    """Return the circle of ``points`` projected along ``plane_normal``.
-
-    See `flat.fit_in_given_plane`.
-    """
+    """Return the circle of ``points`` projected along a normal; see `flat.fit_in_given_plane`."""
     return fit_in_given_plane(Shape.CIRCLE, points, plane_normal, _outline)
 
 
 def fit_circle_free(points: Points3, direction_hint: Float | None = None) -> Fit:
     """Return the circle in space nearest to ``points`` (n, 3), mm, in one problem.
 
-    Residuals are the distances from the circle in space, including those square to its plane;
-    positive for a point outside the cylinder through the circle.
-
-    Raises
-    ------
-    FitError
-        Too few points, or they do not determine a circle.
+    Residuals are distances from it, including those square to its plane, positive outside the
+    cylinder through the circle. FitError if undetermined.
     """
     two_steps = fit_circle(points, direction_hint)
     points = np.ascontiguousarray(points, dtype=np.float64)

@@ -53,12 +53,7 @@ def fit_cone(points: Points3, half_angle_hint: float | None = None) -> Fit:
     """Return the cone of ``points`` (n, 3), mm; residuals are positive outside.
 
     Its direction points to growing radius. ``half_angle_hint``, rad, may decide between rivals, of
-    which many pass through six points.
-
-    Raises
-    ------
-    FitError
-        Too few points, or they do not determine one cone.
+    which many pass through six points. FitError if the points do not determine one cone.
     """
     points = checked_points(Shape.CONE, points)
     flat = degenerate(

@@ -1,7 +1,4 @@
-"""Cylinder by orthogonal distance, cold start without an axis.
-
-Every trial axis starts with Taubin's circle through the points projected along it; see `search`.
-"""
+"""Cylinder by orthogonal distance, cold start by Taubin's circle along every trial axis."""
 
 from __future__ import annotations
 
@@ -52,17 +49,8 @@ def fit_cylinder(
 ) -> Fit:
     """Return the cylinder of ``points`` (n, 3), mm; residuals are positive outside.
 
-    Parameters
-    ----------
-    direction_hint
-        (3,): orients the axis.
-    radius_hint
-        mm: may decide between rivals, of which up to six pass through five points.
-
-    Raises
-    ------
-    FitError
-        Too few points, or they do not determine one cylinder.
+    ``direction_hint`` (3,) orients the axis; ``radius_hint``, mm, may decide between rivals, of
+    which up to six pass through five points. FitError if the points do not determine one cylinder.
     """
     points = checked_points(Shape.CYLINDER, points)
     flat = degenerate(

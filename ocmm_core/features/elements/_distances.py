@@ -24,13 +24,11 @@ def point_jacobian(fit: Fit, arms: Float, by_geometry: Float) -> Points3:
 
 
 def sphere_slopes(fit: Fit, arms: Float, by_geometry: Float) -> Points3:
-    """Write derivatives of distances from a sphere by its radius; return the normals."""
     by_geometry[:, RADIUS] = -1.0
     return point_jacobian(fit, arms, by_geometry)
 
 
 def plane_slopes(fit: Fit, arms: Float, by_geometry: Float) -> Points3:
-    """Write derivatives of distances from a plane by its normal; return the normals."""
     by_geometry[:, DIRECTION] = arms
     return np.tile(fit.direction, (len(arms), 1))
 
@@ -38,8 +36,7 @@ def plane_slopes(fit: Fit, arms: Float, by_geometry: Float) -> Points3:
 def line_slopes(fit: Fit, arms: Float, by_geometry: Float) -> Points3:
     """Write derivatives of distances from a line by its direction; return the normals.
 
-    The side of a line in space comes from the residuals; one in a plane is an outline without
-    width.
+    The side of a line in space comes from the residuals; one in a plane has no width.
     """
     if fit.across.any():
         return square_jacobian(fit, arms, by_geometry)
@@ -51,7 +48,6 @@ def line_slopes(fit: Fit, arms: Float, by_geometry: Float) -> Points3:
 
 
 def cylinder_jacobian(fit: Fit, arms: Float, by_geometry: Float) -> Points3:
-    """Write derivatives of distances from a cylinder by axis and radius; return the normals."""
     along = arms @ fit.direction
     normals: Points3 = _outward(arms, along, fit.direction)[1]
     by_geometry[:, DIRECTION] = -along[:, None] * normals
@@ -75,7 +71,6 @@ def _outward(arms: Float, along: Float, axis: Float) -> tuple[Float, Float]:
 
 
 def cone_slopes(fit: Fit, arms: Float, by_geometry: Float) -> Points3:
-    """Write derivatives of distances from a cone by axis and sizes; return the normals."""
     cosine, sine = np.cos(fit.half_angle), np.sin(fit.half_angle)
     along = arms @ fit.direction
     rho, outward = _outward(arms, along, fit.direction)
@@ -87,7 +82,6 @@ def cone_slopes(fit: Fit, arms: Float, by_geometry: Float) -> Points3:
 
 
 def torus_slopes(fit: Fit, arms: Float, by_geometry: Float) -> Points3:
-    """Write derivatives of distances from a torus by axis and sizes; return the normals."""
     along = arms @ fit.direction
     rho, outward = _outward(arms, along, fit.direction)
     beyond = rho - fit.radius
@@ -116,17 +110,14 @@ def _from_ring(fit: Fit, arms: Float, by_geometry: Float) -> Float:
 
 
 def ellipse_slopes(fit: Fit, arms: Float, by_geometry: Float) -> Points3:
-    """Write derivatives of distances from an ellipse in its plane; return the normals."""
     return _from_outline(ELLIPSE, fit, arms, by_geometry)
 
 
 def round_slopes(fit: Fit, arms: Float, by_geometry: Float) -> Points3:
-    """Write derivatives of distances from a slot with round ends; return the normals."""
     return _from_outline(ROUND_ENDS, fit, arms, by_geometry)
 
 
 def square_jacobian(fit: Fit, arms: Float, by_geometry: Float) -> Points3:
-    """Write derivatives of distances from a rectangle in its plane; return the normals."""
     return _from_outline(SQUARE_ENDS, fit, arms, by_geometry)
 
 
@@ -151,7 +142,6 @@ def signed_plane(geometry: Float, arms: Float) -> tuple[Float, Points3]:
 
 
 def signed_sphere(geometry: Float, arms: Float) -> tuple[Float, Points3]:
-    """Return distances from a sphere and its normals."""
     distances = np.maximum(np.linalg.norm(arms, axis=1), _SMALL)
     return distances - geometry[RADIUS], arms / distances[:, None]
 
@@ -163,7 +153,6 @@ def signed_cylinder(geometry: Float, arms: Float) -> tuple[Float, Points3]:
 
 
 def signed_cone(geometry: Float, arms: Float) -> tuple[Float, Points3]:
-    """Return distances from a cone and its normals."""
     along, rho, radial = _from_axis(geometry, arms)
     sine, cosine = np.sin(geometry[HALF_ANGLE]), np.cos(geometry[HALF_ANGLE])
     distances = (rho - geometry[RADIUS]) * cosine - along * sine
@@ -171,7 +160,6 @@ def signed_cone(geometry: Float, arms: Float) -> tuple[Float, Points3]:
 
 
 def signed_torus(geometry: Float, arms: Float) -> tuple[Float, Points3]:
-    """Return distances from the tube of a torus and its normals."""
     along, rho, radial = _from_axis(geometry, arms)
     off = np.maximum(np.hypot(rho - geometry[RADIUS], along), _SMALL)
     normals = ((rho - geometry[RADIUS]) / off)[:, None] * radial
@@ -198,7 +186,6 @@ def signed_round_slot(geometry: Float, arms: Float) -> tuple[Float, Points3]:
 
 
 def signed_rectangle(geometry: Float, arms: Float) -> tuple[Float, Points3]:
-    """Return distances from a rectangle's sides along its normal, and their normals."""
     basis, flat, half = _in_plane(geometry, arms)
     outside = np.abs(flat) - half
     side = np.argmin(np.abs(outside), axis=1)

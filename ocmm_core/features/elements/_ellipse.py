@@ -132,21 +132,10 @@ ROUNDEST = 1e-7
 def fit_ellipse(points: Points3, direction_hint: Float | None = None, offset: float = 0.0) -> Fit:
     """Return the ellipse in the orthogonal-distance plane of ``points`` (n, 3), mm.
 
-    Residuals are in the plane, positive outside.
-
-    Parameters
-    ----------
-    direction_hint
-        (3,): orients the normal.
-    offset
-        mm: distance of the points outside the ellipse. Centres of a ball that touched an ellipse
-        are not on an ellipse.
-
-    Raises
-    ------
-    FitError
-        Too few points, or they do not determine an ellipse, or a ball of that size cannot have
-        touched it from inside.
+    Residuals are in the plane, positive outside. ``direction_hint`` (3,) orients the normal;
+    ``offset``, mm, is the distance of the points outside: centres of a ball that touched an ellipse
+    are not on an ellipse. FitError if the points do not determine an ellipse, or a ball of that
+    size cannot have touched it from inside.
     """
     outline = partial(_outline, offset=offset)
     return fit_in_own_plane(Shape.ELLIPSE, points, direction_hint, outline)
@@ -155,10 +144,7 @@ def fit_ellipse(points: Points3, direction_hint: Float | None = None, offset: fl
 def fit_ellipse_projected(
     points: Points3, plane_normal: Float, offset: float = 0.0
 ) -> tuple[Fit, Float]:
-    """Return the ellipse of ``points`` projected along ``plane_normal``.
-
-    See `flat.fit_in_given_plane` and, for ``offset``, `fit_ellipse`.
-    """
+    """Return the ellipse as `flat.fit_in_given_plane`; for ``offset`` see `fit_ellipse`."""
     outline = partial(_outline, offset=offset)
     return fit_in_given_plane(Shape.ELLIPSE, points, plane_normal, outline)
 

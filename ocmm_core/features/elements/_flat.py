@@ -67,13 +67,7 @@ OutlineFit: TypeAlias = Callable[[Float, float], Sequence[Outline]]
 def fit_in_own_plane(
     shape: Shape, points: Points3, direction_hint: Float | None, outline_fit: OutlineFit
 ) -> Fit:
-    """Return the outline in the orthogonal-distance plane of ``points`` (n, 3), mm.
-
-    Raises
-    ------
-    FitError
-        Too few points, or they do not determine the shape.
-    """
+    """Return the outline in the orthogonal-distance plane of points (n, 3), mm, or FitError."""
     points = checked_points(shape, points)
     plane = own_plane(shape, points, direction_hint)
     normal = plane.axes[2]
@@ -106,19 +100,8 @@ def fit_in_given_plane(
     """Return the outline of ``points`` (n, 3), mm, projected along ``plane_normal``.
 
     It lies in the plane through the centroid of the points, square to the normal (3,) of any
-    length, which is its direction.
-
-    Returns
-    -------
-    fit
-        Its jacobian takes the normal as given.
-    by_normal
-        (12, 3): d(geometry) / d(unit normal), for changes square to the normal.
-
-    Raises
-    ------
-    FitError
-        Too few points, or they do not determine the shape.
+    length, which is its direction and constant for its jacobian. ``by_normal`` (12, 3) is
+    d(geometry) / d(unit normal), for changes square to the normal. FitError if undetermined.
     """
     points = checked_points(shape, points)
     normal = unit(np.asarray(plane_normal, dtype=np.float64))

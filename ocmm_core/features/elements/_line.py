@@ -28,12 +28,7 @@ def fit_line(points: Points3, direction_hint: Float | None = None) -> Fit:
 
     A line in space has no sides; residuals are signed along the direction of most scatter across
     the line. `Fit.form` is the diameter of the thinnest cylinder along the line about the points,
-    an upper bound of the smallest zone.
-
-    Raises
-    ------
-    FitError
-        Too few points, or they do not determine a direction.
+    an upper bound of the smallest zone. FitError if the points do not determine a direction.
     """
     points = checked_points(Shape.LINE, points)
     centroid, about, size = centred(Shape.LINE, points)

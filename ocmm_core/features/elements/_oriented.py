@@ -59,17 +59,8 @@ def turned_direction(
 ) -> Turned:
     """Return the direction of least, or most, scatter of points as it turns about an axis.
 
-    Parameters
-    ----------
-    start
-        (3,), unit: rotated about ``about`` (3,), unit, it gives all permitted directions.
-    along
-        The direction is that of a line, not the normal of a plane.
-
-    Raises
-    ------
-    FitError
-        The points do not determine it.
+    ``start`` (3,), unit, rotated about ``about`` (3,), unit, gives all permitted directions;
+    ``along``: it is that of a line, not the normal of a plane. FitError if undetermined.
     """
     _, about_middle, size = centred(shape, points)
     direction = start

@@ -268,7 +268,6 @@ def small_turning(direction: Float) -> Float:
 
 
 def unsettled(shape: Shape) -> FitError:
-    """Return the error for an element that was not found."""
     return FitError(
         "fit.oriented_unsettled",
         f"No {shape.value.lower()} with the direction given by the datums was found.",

@@ -24,13 +24,7 @@ THICKEST = 0.5
 
 
 def fit_plane(points: Points3, direction_hint: Float | None = None) -> Fit:
-    """Return the orthogonal-distance plane through ``points`` (n, 3), mm.
-
-    Raises
-    ------
-    FitError
-        Too few points, or they do not determine a plane.
-    """
+    """Return the orthogonal-distance plane of ``points`` (n, 3), mm; FitError if undetermined."""
     points = checked_points(Shape.PLANE, points)
     plane = own_plane(Shape.PLANE, points, direction_hint)
     n = len(points)

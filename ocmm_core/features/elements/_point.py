@@ -1,5 +1,3 @@
-"""A point: the mean of repeated touches of one place."""
-
 from __future__ import annotations
 
 import numpy as np
@@ -10,10 +8,7 @@ from ocmm_core.geometry import Points3
 
 
 def fit_point(points: Points3) -> Fit:
-    """Return the mean of ``points`` (n, 3), mm; residuals are distances, nonnegative.
-
-    Raises FitError without points, or for non-finite ones.
-    """
+    """Return the mean of ``points`` (n, 3), mm, with nonnegative residuals; or raise FitError."""
     points = checked_points(Shape.POINT, points)
     n = len(points)
     geometry = np.zeros(GEOMETRY_SIZE)

@@ -1,8 +1,4 @@
-"""Registry of elements: computation for each shape.
-
-`features.shapes` has the properties of shapes; this module their fits and distances. A shape
-without an entry raises KeyError.
-"""
+"""Registry of elements: fits and distances of each shape; KeyError for a shape without."""
 
 from __future__ import annotations
 
@@ -72,17 +68,13 @@ class ElementSpec:
     fit: Callable[[Points3, Known], Fit]
     """Least squares, from points (n, 3), mm."""
     projected: Callable[[Points3, Float, Known], tuple[Fit, Float]] | None
-    """The same in a plane of given normal (3,), with the derivatives (12, 3) by the normal; None
-    for shapes without a plane.
-    """
+    """The same in a plane of a normal (3,), with its derivatives (12, 3); None without a plane."""
     jacobian: Slopes
     """Derivatives of signed distances, see `distance_derivatives`."""
     signed: Signed
     """Signed distances from a nominal, see `nominal_distances`."""
     kernel: int | None
-    """Kind of the compiled solver that tracks a minimum as points move; None: the element is
-    refitted.
-    """
+    """Kind of the compiled solver that tracks a minimum; None: the element is refitted."""
     may_be_turned: bool
     """`fit_oriented` supports a given direction."""
 
@@ -185,19 +177,9 @@ ELEMENTS = {
 def distance_derivatives(fit: Fit, points: Points3) -> tuple[Float, Float]:
     """Return the first-order derivatives of the signed distances of points.
 
-    Parameters
-    ----------
-    fit
-        Any fit.
-    points
-        (n, 3), mm; the fitted points, as the side of a line comes from their residuals.
-
-    Returns
-    -------
-    by_geometry
-        (n, 12): d(distance) / d(geometry).
-    by_point
-        (n, 3): d(distance) / d(the point itself): the normal of the element towards the point.
+    ``points`` (n, 3), mm, are the fitted ones, as the side of a line comes from their residuals.
+    ``by_geometry`` (n, 12) is d(distance) / d(geometry); ``by_point`` (n, 3) is d(distance) / d(the
+    point itself): the normal of the element towards the point.
     """
     by_geometry = np.zeros((len(points), GEOMETRY_SIZE))
     normals = ELEMENTS[fit.shape].jacobian(fit, points - fit.point, by_geometry)
@@ -206,11 +188,7 @@ def distance_derivatives(fit: Fit, points: Points3) -> tuple[Float, Float]:
 
 
 def surface_normals(fit: Fit, points: Points3) -> Points3:
-    """Return the outward normals (n, 3) of the surface represented by an element.
-
-    A circle is the rim of a bore or pin, with normals in its plane, unlike the distances of a
-    circle in space.
-    """
+    """Return the outward normals (n, 3) of an element's surface; of a circle in its plane."""
     return distance_derivatives(replace(fit, free=False), points)[1]
 
 
@@ -219,20 +197,10 @@ def nominal_distances(shape: Shape, geometry: Float, points: Points3) -> tuple[F
 
     Circle, ellipse, slots and rectangle are seen along their normal: a line in their plane, at any
     height. A rectangle has no corners: each point belongs to its nearest side. Points and lines
-    count as planes: ``geometry`` must have the normal of their face as direction.
+    count as planes: ``geometry`` (12,) must have the normal of their face as direction.
 
-    Parameters
-    ----------
-    geometry
-        (12,), see `features.shapes.element`.
-    points
-        (n, 3), mm, in the same frame.
-
-    Returns
-    -------
-    distances
-        (n,), mm: positive outside of round shapes, and on the normal's side of a plane.
-    normals
-        (n, 3), unit: towards growing distance.
+    ``points`` are (n, 3), mm, in the frame of ``geometry``. Distances (n,), mm, are positive
+    outside of round shapes, and on the normal's side of a plane; normals (n, 3), unit, point to
+    growing distance.
     """
     return ELEMENTS[shape].signed(geometry, points - geometry[POINT])

@@ -65,18 +65,8 @@ def fit_slot(
     """Return the slot or rectangle in the plane of ``points`` (n, 3), mm.
 
     Residuals are in the plane, positive outside. The points are on both sides and both ends.
-
-    Parameters
-    ----------
-    direction_hint
-        (3,): orients the normal.
-    sizes_hint
-        mm, half length and half width: may decide between rivals, which exist for few points.
-
-    Raises
-    ------
-    FitError
-        Too few points, or they do not determine the shape.
+    ``direction_hint`` (3,) orients the normal; ``sizes_hint``, mm, half length and half width, may
+    decide between rivals, which exist for few points. FitError if the points do not determine it.
     """
     return fit_in_own_plane(shape, points, direction_hint, _outline_fit(shape, sizes_hint))
 
@@ -87,10 +77,7 @@ def fit_slot_projected(
     plane_normal: Float,
     sizes_hint: tuple[float, float] | None = None,
 ) -> tuple[Fit, Float]:
-    """Return the slot or rectangle of ``points`` projected along ``plane_normal``.
-
-    See `flat.fit_in_given_plane` and `fit_slot`.
-    """
+    """Return the slot or rectangle as `flat.fit_in_given_plane`; for hints see `fit_slot`."""
     return fit_in_given_plane(shape, points, plane_normal, _outline_fit(shape, sizes_hint))
 
 

@@ -1,5 +1,3 @@
-"""A sphere by orthogonal distance."""
-
 from __future__ import annotations
 
 from dataclasses import replace
@@ -13,13 +11,7 @@ from ocmm_core.geometry import Float, Points3
 
 
 def fit_sphere(points: Points3) -> Fit:
-    """Return the sphere through ``points`` (n, 3), mm; residuals are positive outside.
-
-    Raises
-    ------
-    FitError
-        Too few points, or they do not determine a sphere.
-    """
+    """Return the sphere of ``points`` (n, 3), mm; residuals positive outside; or raise FitError."""
     points = checked_points(Shape.SPHERE, points)
     centroid, about, size = centred(Shape.SPHERE, points)
     fits = [_fit(ball, centroid, size) for ball in fit_balls(Shape.SPHERE, about)]

@@ -67,8 +67,7 @@ BENT = np.array([0.7, 2.0, 6.0])
 WAYS = 8
 """Directions around a trial axis."""
 REACH = np.array([1.03, 1.25, 1.7, 2.6, 5.0, 12.0, 40.0])
-"""Distances of the axis from a tube, relative to its radius: a ring is never thinner than its tube.
-"""
+"""Distances of the axis from a tube, over its radius: rings are never thinner than their tube."""
 TURNS = 16
 """Directions of the axis around a tube."""
 CYLINDERS = 5
@@ -140,9 +139,7 @@ def _bent(points: Float, places: Float, ways: Float, radii: Float) -> Float:
 CERTAIN_POINTS, CERTAIN_KEPT = 30, 16
 """Number of points for a certain torus from this number of starts."""
 CERTAIN_RESIDUAL, CERTAIN_CONDITION = 0.01, 30.0
-"""Root mean squared residual relative to the radius of the tube, and condition number, for
-certainty.
-"""
+"""RMS residual over the radius of the tube, and condition number, for certainty."""
 
 
 def fit_torus(
@@ -152,18 +149,9 @@ def fit_torus(
 ) -> Fit:
     """Return the torus of ``points`` (n, 3), mm; residuals are positive outside the tube.
 
-    Parameters
-    ----------
-    direction_hint
-        (3,): orients the axis.
-    sizes_hint
-        mm, radii of the centre line and of the tube: may decide between rivals, which exist for
-        seven points.
-
-    Raises
-    ------
-    FitError
-        Too few points, or they do not determine a torus whose tube is thinner than its ring.
+    ``direction_hint`` (3,) orients the axis; ``sizes_hint``, mm, radii of the centre line and of
+    the tube, may decide between rivals, which exist for seven points. FitError if the points do not
+    determine a torus whose tube is thinner than its ring.
     """
     points = checked_points(Shape.TORUS, points)
     flat = degenerate(

@@ -53,17 +53,9 @@ def compensation(
 ) -> Compensation:
     """Return the surface element of a fit of ball centres.
 
-    Parameters
-    ----------
-    normals
-        (n, 3): of the element at the ball centres, towards greater distances.
-    sign
-        1.0 for a probe outside the curve of the material, -1.0 inside.
-
-    Raises
-    ------
-    FitError
-        A point was approached from the wrong side, or the feature is smaller than the ball.
+    ``normals`` (n, 3): of the element at the ball centres, towards greater distances; ``sign``: 1.0
+    for a probe outside the curve of the material, -1.0 inside. FitError if a point was approached
+    from the wrong side, or the feature is smaller than the ball.
     """
     geometry = raw.geometry.copy()
     by_raw = np.eye(GEOMETRY_SIZE)
@@ -248,19 +240,9 @@ def _actual(
 
 
 def compensated(nominal: NominalFeature, touches: Touches, raw: Fit, by_all: Rows) -> ActualFeature:
-    """Return the feature of a fit of ball centres.
+    """Return the feature of a fit of ball centres; FitError as `compensation`.
 
-    Parameters
-    ----------
-    raw
-        The fit; its jacobian is by the feature's own points.
-    by_all
-        (12,): d(its geometry) / d(ball centres, tip radius).
-
-    Raises
-    ------
-    FitError
-        A point was approached from the wrong side, or the feature is smaller than the ball.
+    ``raw`` has the jacobian by its own points, ``by_all`` (12,) by all centres and tip radius.
     """
     sign = sign_of(nominal)
     by_geometry, normals = distance_derivatives(raw, touches.tips)
@@ -305,10 +287,7 @@ def fit_projected(
 ) -> tuple[Fit, Float]:
     """Return the outline in a plane of given normal, and d(outline)/d(normal), (12, 3).
 
-    Raises
-    ------
-    FitError
-        The criterion is not least squares, or the points do not determine one outline.
+    FitError if the criterion is not least squares, or the points do not determine one outline.
     """
     offset = sign_of(nominal) * touches.tip_radius
     if nominal.criterion != "least squares":

@@ -1,7 +1,4 @@
-"""Constructions of features from others, as stored in a plan.
-
-``docs/alignment.md`` has a table of all kinds with their inputs and results.
-"""
+"""Constructions of features from others, as stored in a plan; table in ``docs/alignment.md``."""
 
 from __future__ import annotations
 

@@ -54,12 +54,7 @@ def fit_through_points(shape: Shape, features: Sequence[ActualFeature]) -> Throu
 
     Each ball centre is compensated along the normal of its own feature. The uncertainty of this
     normal moves the point tangentially only, without first-order effect if the features are parts
-    of the element.
-
-    Raises
-    ------
-    FitError
-        A feature has no normal, or the points do not determine the element.
+    of the element. FitError if a feature has no normal, or the points do not determine the element.
     """
     surface, moves = [], []
     for feature in features:

@@ -43,7 +43,6 @@ def line_of_planes(first: Float, second: Float) -> Float:
 
 
 def point_of_planes(first: Float, second: Float, third: Float) -> Float:
-    """Return the intersection point of three planes."""
     planes = (first, second, third)
     normals = unit(np.stack([plane[DIRECTION] for plane in planes]))
     _clear(abs(float(np.linalg.det(normals))), "The planes nearly meet in one line or in none")
@@ -83,7 +82,6 @@ def dropped_on_axis(point: Float, axis: Float) -> Float:
 
 
 def line_in_plane(axis: Float, plane: Float) -> Float:
-    """Return the projection of a line or axis onto a plane."""
     normal, along = unit(plane[DIRECTION]), unit(axis[DIRECTION])
     flat = along - (along @ normal) * normal
     _clear(float(np.linalg.norm(flat)), "The line is nearly normal to the plane")
@@ -91,7 +89,6 @@ def line_in_plane(axis: Float, plane: Float) -> Float:
 
 
 def circle_in_plane(circle: Float, plane: Float) -> Float:
-    """Return the projection of a circle onto a plane."""
     normal, axis = unit(plane[DIRECTION]), unit(circle[DIRECTION])
     cosine = float(normal @ axis)
     if abs(cosine) < np.cos(np.radians(MOST_TILT_DEG)):
@@ -106,15 +103,13 @@ def circle_in_plane(circle: Float, plane: Float) -> Float:
 
 
 def middle(first: Float, second: Float) -> Float:
-    """Return the middle of two points or centres."""
     return element(0.5 * (first[POINT] + second[POINT]))
 
 
 def halving_plane(first: Float, second: Float, *, between: bool) -> Float:
     """Return the plane of points equidistant from two planes.
 
-    Between two faces its normal is the difference of theirs, across it is the sum: faces point away
-    from the material.
+    Between two faces its normal is the difference of theirs, across the sum: faces point outwards.
     """
     sign = -1.0 if between else 1.0
     one, other = unit(first[DIRECTION]), unit(second[DIRECTION])
@@ -136,10 +131,7 @@ def halving_plane(first: Float, second: Float, *, between: bool) -> Float:
 
 
 def halving_line(first: Float, second: Float, *, between: bool) -> Float:
-    """Return the bisector of two lines or axes, in the smaller angle or square to it.
-
-    Points of the line are equidistant from both (exact for intersecting or parallel ones).
-    """
+    """Return the bisector of two lines or axes, equidistant if they meet or are parallel."""
     one, other = unit(first[DIRECTION]), unit(second[DIRECTION])
     cosine = float(one @ other)
     if between and abs(cosine) < _LEAST_SINE:

@@ -87,10 +87,7 @@ def constructed_features(
 def nominal_geometries(
     features: Sequence[NominalFeature], constructions: Sequence[Construction]
 ) -> dict[str, Float]:
-    """Return the nominal geometry vectors (12,), part frame, of all features, by name.
-
-    Constructions without one (parallel or coincident nominals) are missing.
-    """
+    """Return nominal geometry vectors (12,), part frame, by name, without undetermined ones."""
     geometries = {item.name: nominal_geometry(item) for item in features}
     shapes = shapes_with({item.name: item.shape for item in features}, constructions)
     for item in in_order(constructions):
@@ -123,15 +120,8 @@ def construct(
 ) -> Float:
     """Return the geometry vector (12,) of a construction in closed form.
 
-    Parameters
-    ----------
-    shapes, geometries
-        Of its features, in the order of `needed_features`; vectors (12,), mm, one frame.
-
-    Raises
-    ------
-    FitError
-        Its features do not determine it.
+    ``shapes`` and ``geometries`` (12,), mm, one frame, are in the order of `needed_features`.
+    FitError if they do not determine it.
     """
     first, second = geometries[0], geometries[min(1, len(geometries) - 1)]
     match construction:

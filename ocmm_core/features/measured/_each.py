@@ -1,8 +1,4 @@
-"""Lazy mappings over many features, so that dependencies are recorded per feature.
-
-Caches of results must track the features they use. Copying all features into dictionaries would
-make every result depend on all of them.
-"""
+"""Lazy mappings over many features: caches of results track only the features they use."""
 
 from __future__ import annotations
 

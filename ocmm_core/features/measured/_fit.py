@@ -64,13 +64,7 @@ def fit_shape(
 
 
 def associate(start: Fit, points: Points3, criterion: Criterion, offset: float = 0.0) -> Fit:
-    """Return the element of another criterion, from a least-squares fit and its rival.
-
-    Raises
-    ------
-    FitError
-        See `fit_zone` and `fit_bounded`.
-    """
+    """Return the element of another criterion from a least-squares fit; FitError as `fit_zone`."""
     if start.rival is not None:
         first = associate(replace(start, rival=None), points, criterion, offset)
         return with_rival(first, associate(start.rival, points, criterion, offset))

@@ -71,7 +71,6 @@ class CommandingPoints:
 
     @property
     def words(self) -> str:
-        """Return the finding in one sentence."""
         names = ", ".join(map(str, self.numbers))
         off = ", ".join(f"{abs(one):.4g}" for one in self.off)
         rms, less = self.rms or 0.0, f"{self.rms_without:.4f}"

@@ -36,12 +36,7 @@ def can_be_oriented(feature: ActualFeature) -> bool:
 def oriented_feature(feature: ActualFeature, orientation: Orientation) -> ActualFeature:
     """Return a probed feature with a permitted direction, nearest to its points.
 
-    Criterion and sense of the direction are kept.
-
-    Raises
-    ------
-    FitError
-        The feature is constructed, or its points do not determine it.
+    Criterion and sense of the direction are kept. FitError if constructed or undetermined.
     """
     touches, raw = feature.touches, feature.raw
     if touches is None or raw is None:

@@ -53,23 +53,12 @@ def solver_start(fit: Fit, centroid: Float, size: float) -> Float:
 def beyond_first_order(fit: Fit, points: Points3, moves: Float, offset: float = 0.0) -> Float:
     """Return the change of the geometry beyond that by its jacobian, (m, 12).
 
-    Parameters
-    ----------
-    fit
-        Least squares, of ``points``.
-    points
-        (n, 3), mm.
-    moves
-        (m, n, 3), mm: of the points in every case.
-    offset
-        mm: distance of an ellipse from its points (`features.measured`).
+    ``fit`` is the least-squares fit of ``points`` (n, 3), mm; ``moves`` (m, n, 3), mm, of the
+    points in every case; ``offset``, mm, the distance of an ellipse from its points.
 
-    Returns
-    -------
-    Float
-        (m, 12), as `shapes.element`; NaN if the moved points have no such minimum nearby. Zero for
-        point, line and plane, which are linear in their points except for the square of a small
-        turn. Motion of an outline's plane is ignored for the same reason.
+    In the order of `shapes.element`; NaN if the moved points have no such minimum nearby. Zero for
+    point, line and plane, which are linear in their points except for the square of a small turn.
+    Motion of an outline's plane is ignored for the same reason.
     """
     spec, kernel = fit.shape.spec, ELEMENTS[fit.shape].kernel
     if not spec.is_curved:

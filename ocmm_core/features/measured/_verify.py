@@ -122,13 +122,7 @@ def verify_folder(
     convention: Convention = Convention.NIST,
     criterion: Criterion = Criterion.LEAST_SQUARES,
 ) -> tuple[SetReport, ...]:
-    """Return the comparison of cold-started fits with all pairs below ``folder``.
-
-    Raises
-    ------
-    InputError
-        There are no pairs, or one cannot be read; the message names the file.
-    """
+    """Return the comparison of cold-started fits with all pairs below ``folder``; or InputError."""
     root = Path(folder)
     sets: dict[str, list[PairResult]] = {}
     for file in pairs_below(root):
@@ -146,12 +140,7 @@ def verify_pair(
     """Return the comparison of the fit of ``file`` with its certified result.
 
     The certified result is in the unit of the points. After its numbers the form may follow: the
-    width of the zone, or the diameter for a line in space.
-
-    Raises
-    ------
-    InputError
-        A file cannot be read, or its shape is unknown.
+    width of the zone, or the diameter for a line in space. InputError if unreadable or unknown.
     """
     held = read_points_file(file)
     numbers = certified_of(result_beside(file), shape_of(file), held.factor)

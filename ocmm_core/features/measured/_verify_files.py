@@ -44,10 +44,7 @@ _NUMBERS = {
 
 
 def pairs_below(root: Path) -> list[Path]:
-    """Return the point files of all pairs below the folder ``root``, by name and number.
-
-    Raises InputError if there is no such folder, a part of it cannot be read, or it has no pair.
-    """
+    """Return the point files of all pairs below ``root``, by name and number; or InputError."""
     if not root.is_dir():
         raise InputError("verify.no_folder", f"{root}: is not a folder.", "Give an existing one.")
     paths, left_out = find_files(root)
@@ -89,10 +86,7 @@ def result_beside(file: Path) -> Path:
 
 
 def shape_of(file: Path) -> Shape:
-    """Return the shape from the start of the name of ``file``, or of its folder.
-
-    Raises InputError if neither has one.
-    """
+    """Return the shape that starts the name of ``file`` or its folder; else raise InputError."""
     names: Sequence[str] = (file.stem.lower(), file.parent.name.lower())
     for name in names:
         for word, shape in _WORDS:

@@ -86,18 +86,9 @@ def axis_terms(
 ) -> float:
     """Write the derivatives by a step and return the sum of squared residuals.
 
-    Parameters
-    ----------
-    points
-        (n, 3).
-    p
-        (8,).
-    residuals
-        (n,), for a ring (2 n,): all radial ones, then all heights.
-    jacobian
-        Rows as the residuals, (., k).
-    curvature
-        (k, k): sum of every residual times its matrix of second derivatives; (0, 0) to omit it.
+    ``points`` (n, 3), ``p`` (8,); ``residuals`` (n,), for a ring (2 n,): all radial ones, then all
+    heights; ``jacobian`` (., k) with the same rows; ``curvature`` (k, k): sum of every residual
+    times its matrix of second derivatives, (0, 0) to omit it.
     """
     n = len(points)
     e = np.empty((2, 3))

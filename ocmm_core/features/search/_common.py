@@ -22,10 +22,7 @@ SMALLEST_EXTENT = 1e-6
 def checked_points(shape: Shape, points: Points3) -> Points3:
     """Return ``points`` as float64 (n, 3) after the checks common to all shapes.
 
-    Raises
-    ------
-    FitError
-        Wrong form, too few points, a masked coordinate, or one that is not finite.
+    FitError for a wrong form, too few points, a masked coordinate, or one that is not finite.
     """
     word = shape.value.lower()
     refuse_masked(word, points)

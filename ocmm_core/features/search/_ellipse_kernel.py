@@ -223,8 +223,7 @@ def ellipse_terms(
 def of_conic(conic: Float, offset: float, start: Float) -> bool:
     """Write the parameters of a conic (6,) to ``start`` (8,); False if not an ellipse.
 
-    The conic of the points, ``offset`` outside the ellipse, is a x^2 + b x y + c y^2 + d x + e y +
-    f = 0.
+    Of points ``offset`` outside the ellipse: a x^2 + b x y + c y^2 + d x + e y + f = 0.
     """
     # The sign of a conic is arbitrary; with this one an ellipse is positive outside.
     sign = 1.0 if conic[0] > 0.0 else -1.0

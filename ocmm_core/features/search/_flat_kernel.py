@@ -29,7 +29,6 @@ _NEAREST = 1e-12
 
 @compiled()
 def move_flat(kind: int, p: Float, step: Float, moved: Float) -> None:
-    """Write the parameters after a step to ``moved`` (8,)."""
     for k in range(8):
         moved[k] = p[k]
     if kind <= BALL:

@@ -222,7 +222,6 @@ def _begin(start: Float, w: int, b: Float) -> None:
 
 @compiled()
 def _accept(k: int, lanes: int, b: Float) -> None:
-    """Accept trials that are better."""
     for shift, first, last in (
         (_Q - _P, _P, _P + 8), (_NEW_G - _G, _G, _G + k), (_NEW_N - _N, _N, _N + k * (k + 1) // 2)
     ):  # fmt: skip

@@ -10,10 +10,7 @@ from ocmm_core.geometry import Float
 
 @compiled(reorder=True)
 def centre(points: Float, centroid: Float, about: Float) -> float:
-    """Write the centroid (3,) and the scaled points about it (n, 3); return their size.
-
-    The size is the root mean squared distance from the centroid.
-    """
+    """Write centroid (3,) and points about it (n, 3), over their RMS distance; return that."""
     n = len(points)
     x = y = z = 0.0
     for row in range(n):
@@ -203,14 +200,8 @@ def line_distances(about: Float, axes: Float, along: Float, residuals: Float) ->
 def spread_alike(turning: Float, shifts: Float, constant: Float, jacobian: Float) -> None:
     """Write derivatives of a geometry by points, (12, 3 n), from equal blocks.
 
-    Parameters
-    ----------
-    turning
-        (12, k, 3): d(geometry) / d(a point) per unit of its ``shifts``.
-    shifts
-        (n, k): weight of each point.
-    constant
-        (12, 3): contribution common to all points.
+    ``turning`` (12, k, 3): d(geometry) / d(a point) per unit of its ``shifts`` (n, k), its weights;
+    ``constant`` (12, 3): contribution common to all points.
     """
     n, k = shifts.shape
     for place in range(len(turning)):
@@ -243,16 +234,8 @@ def spread_alike(turning: Float, shifts: Float, constant: Float, jacobian: Float
 def spread(gain: Float, shifts: Float, normals: Float, constant: Float, jacobian: Float) -> None:
     """Add the derivatives of a geometry by points to ``jacobian`` (12, 3 n).
 
-    Parameters
-    ----------
-    gain
-        (12, k): d(geometry) / d(step of the fit).
-    shifts
-        (n, k): weight of a normal shift of each point in the step.
-    normals
-        (n, 3).
-    constant
-        (12, 3): contribution of every point independent of the normal.
+    ``gain`` (12, k): d(geometry) / d(step of the fit); ``shifts`` (n, k): weight of a shift of each
+    point along its normal (n, 3) in the step; ``constant`` (12, 3): independent of the normal.
     """
     n, k = shifts.shape
     moves = np.empty(n)

@@ -61,20 +61,9 @@ def candidates(
 ) -> list[Solution]:
     """Return the best solution and its possible rivals, best first.
 
-    Parameters
-    ----------
-    solutions
-        Best first, at least one.
-    n
-        Number of points.
-    expected
-        Distance from the plan. Decides between rivals only if one is near and all others are
-        clearly not: that one is returned alone.
-
-    Raises
-    ------
-    FitError
-        The best one did not converge.
+    ``solutions``, at least one, are best first, of ``n`` points; ``expected``, the distance from
+    the plan, decides only if one is near and all others are clearly not: that one is returned
+    alone. FitError if the best one did not converge.
     """
     best, numbers = solutions[0], MINIMUM_POINTS[shape]
     if not best.converged:
@@ -96,10 +85,7 @@ def candidates(
 def decided(possible: Sequence[Solution], build: Callable[[Float], Fit]) -> Fit:
     """Return the fit of the first of `candidates`, with its rival if there is one.
 
-    Raises
-    ------
-    FitError
-        From ``build``. If the points do not determine a rival, they do not determine the element.
+    FitError from ``build``: points that do not determine a rival determine no element.
     """
     first = build(possible[0].parameters.copy())
     for solution in possible[1:]:
@@ -110,10 +96,7 @@ def decided(possible: Sequence[Solution], build: Callable[[Float], Fit]) -> Fit:
 
 
 def covered(first: Fit, second: Fit) -> bool:
-    """Return whether the second element is within the uncertainty of the first.
-
-    The uncertainty is that from the scatter of the residuals, in every entry of the geometry.
-    """
+    """Return whether the second element is within the first one's uncertainty, from its scatter."""
     n, numbers = len(first.residuals), MINIMUM_POINTS[first.shape]
     if n <= numbers:
         return False
@@ -162,13 +145,7 @@ def with_rival(first: Fit, second: Fit) -> Fit:
 
 
 def unambiguous(fit: Fit) -> Fit:
-    """Return the fit if it has no rival.
-
-    Raises
-    ------
-    FitError
-        `fit.ambiguous`: with the sizes of both elements.
-    """
+    """Return the fit; FitError `fit.ambiguous`, with both elements' sizes, if it has a rival."""
     if fit.rival is None:
         return fit
     first, second = sizes_in_words(fit), sizes_in_words(fit.rival)

@@ -60,16 +60,13 @@ STUCK, PATIENCE = 1e-9, 10
 OPEN = 1e9
 """Condition number beyond which a parameter is undetermined."""
 WELL, NOISY = 50.0, 0.03
-"""Condition number and root mean squared residual below which two agreeing families are accepted.
-"""
+"""Condition number and RMS residual below which two agreeing families are accepted."""
 CLOSE, WELL_CLOSE = 0.003, 1000.0
 """The same for many points at small distance."""
 FEW_POINTS = 12
 """Up to this number, never certain."""
 SAME, ONE, ALIKE = 1e-6, 1e-4, 1e-3
-"""Relative difference below which two minima are the same: within one search, of two families, and
-of two unrefined ends.
-"""
+"""Relative difference of equal minima: within a search, of two families, of unrefined ends."""
 
 Family = Callable[[], Float]
 """Returns starts (m, 8)."""
@@ -103,10 +100,7 @@ def best_ends(kind: int, points: Float, starts: Float, count: int) -> Float:
 
 
 def planned(families: Sequence[Family], places: slice, sizes: Float) -> Family:
-    """Return the starts of the first two families, with the sizes of the plan.
-
-    Many elements pass through few points, and the planned one must be among them.
-    """
+    """Return the starts of the first two families, with the planned sizes: these must be tried."""
 
     def family() -> Float:
         starts = np.concatenate([family() for family in families[:2]])
@@ -122,16 +116,8 @@ def minima(
 ) -> list[Solution]:  # fmt: skip
     """Return the minima found, best first, each once.
 
-    Parameters
-    ----------
-    points
-        (n, d), centred and scaled.
-    families
-        Independent of each other, the quickest first.
-    possible
-        Whether parameters (8,) define an element at all.
-    sure
-        Whether one family is accepted; default `certain`.
+    ``points`` (n, d) are centred and scaled; ``families`` independent, the quickest first;
+    ``possible``: whether parameters (8,) define an element; ``sure``: to accept one family.
     """
     found: list[Solution] = []
     asked: list[tuple[Float, Float, Float]] = []

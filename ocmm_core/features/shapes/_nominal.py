@@ -1,5 +1,3 @@
-"""Nominal features of a plan."""
-
 from __future__ import annotations
 
 from typing import Literal
@@ -56,9 +54,7 @@ class NominalFeature(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_f
     free: bool = False
     """Circle only, least squares or minimum zone: fitted in space as one problem."""
     compensation: Literal["", "approach", "pulled", "shank", "nominal"] = ""
-    """Method to find the side of the material (`measuring.compensation.METHODS`); empty: as in the
-    plan.
-    """
+    """Method to find the material's side (`measuring.compensation.METHODS`); empty: the plan's."""
     targets: tuple[Vector3, ...] = ()
     """mm, part frame: touch targets on plane, cylinder, cone, sphere or torus, in order; empty:
     spread over the shape by its sizes, ignoring holes.

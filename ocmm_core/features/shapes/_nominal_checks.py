@@ -1,5 +1,3 @@
-"""Plausibility checks of nominal features."""
-
 from __future__ import annotations
 
 import numpy as np

@@ -27,7 +27,6 @@ class Shape(Enum):
 
     @property
     def spec(self) -> ShapeSpec:
-        """Return its entry in the registry."""
         # A command lists the shapes in its help; the registry needs numpy.
         from ocmm_core.features.shapes._specs import SPECS
 

@@ -1,8 +1,4 @@
-"""Form of an entry in the registry of shapes: words, numbers and traits.
-
-Computing code depends on traits, never on lists of shapes, so that a new shape only needs an entry
-in `_specs`.
-"""
+"""Form of an entry in the registry of shapes: code depends on traits, not on lists of shapes."""
 
 from __future__ import annotations
 
@@ -15,7 +11,6 @@ import numpy as np
 from ocmm_core.geometry import Float
 
 GEOMETRY_SIZE = 12
-"""Length of the geometry vector of `element`."""
 
 POINT, DIRECTION, ACROSS = slice(0, 3), slice(3, 6), slice(9, 12)
 RADIUS, SECOND, HALF_ANGLE = 6, 7, 8
@@ -46,9 +41,7 @@ shape is another shape, so the fit keeps the distance.
 """
 
 Spread: TypeAlias = Literal["point", "line", "plane", "sphere", "turn"]
-"""Required spread of the points: none, along a length, over an area, over half a sphere, or around
-a direction.
-"""
+"""Required spread: none, along a length, over an area or half a sphere, round a direction."""
 
 SizeField: TypeAlias = Literal["diameter", "length", "width", "angle_deg"]
 """Fields of a nominal feature, and of a report's element, with whole sizes."""
@@ -75,7 +68,6 @@ class Size:
 
     @property
     def is_angle(self) -> bool:
-        """Return whether it is an angle rather than a length."""
         return self.place == HALF_ANGLE
 
     def whole(self, geometry: Float) -> float:

@@ -57,8 +57,7 @@ class Fit:
     """
     criterion: Criterion = Criterion.LEAST_SQUARES
     contacts: tuple[int, ...] = ()
-    """Rows of the contact points of any criterion but least squares: its certificate of optimality.
-    """
+    """Rows of contact points of criteria but least squares: the certificate of optimality."""
     free: bool = False
     """Circle: in space, plane and circle as one problem."""
     rival: Fit | None = None
@@ -142,12 +141,7 @@ class Fit:
         entries. Twice the square root of a diagonal element is U (k = 2) only if the fit is nearly
         linear within the errors: see `ocmm_core.tolerances.uncertainty._fit_uncertainty`.
         ``points`` is the standard uncertainty, mm, of every coordinate, independent of each other,
-        or their covariance (3 n, 3 n), mm^2, point by point (x1 y1 z1 x2 ...).
-
-        Raises
-        ------
-        FitError
-            Neither a positive number nor such a matrix.
+        or their covariance (3 n, 3 n), mm^2, point by point (x1 y1 z1 x2 ...); FitError otherwise.
         """
         of_points = np.asarray(points, dtype=np.float64)
         count = self.jacobian.shape[1]

@@ -34,26 +34,13 @@ TRIED = 3
 def fit_bounded(start: Fit, points: Points3, criterion: Criterion) -> Fit:
     """Return the largest inscribed or smallest circumscribed element.
 
-    Parameters
-    ----------
-    start
-        Least-squares circle, sphere or cylinder of the same points; a circle must not be fitted in
-        space as one problem, and stays in its plane.
-    points
-        (n, 3), mm.
-    criterion
-        `Criterion.INSCRIBED` or `Criterion.CIRCUMSCRIBED`.
+    ``start`` is the least-squares circle, sphere or cylinder of ``points`` (n, 3), mm; a circle
+    must not be fitted in space as one problem, and stays in its plane. Residuals are signed
+    distances, positive outside: nonnegative for an inscribed element, nonpositive for a
+    circumscribed one. Contacts and jacobian as in `zone.fit_zone`.
 
-    Returns
-    -------
-    Residuals are signed distances, positive outside: nonnegative for an inscribed element,
-    nonpositive for a circumscribed one. Contacts and jacobian as in `zone.fit_zone`.
-
-    Raises
-    ------
-    FitError
-        The shape has no such element; the points do not surround the axis or centre (an arc up to
-        180 degrees), so that no inscribed element exists; or none was found that its contacts hold.
+    FitError if the shape has no such element, the points do not surround the axis or centre (an arc
+    up to 180 degrees), so that no inscribed element exists, or no contacts hold one.
     """
     points = checked_points(start.shape, points)
     surface = BOUNDED.get((start.shape, criterion))

@@ -36,19 +36,12 @@ RANK = 1e-10
 
 
 def least_held(hessians: Float, touch: Float, right: Float) -> float | None:
-    """Return the minimum over directions of the greatest curvature of a set of forces.
+    """Return the minimum over unit directions of the greatest curvature of a set of forces.
 
-    Parameters
-    ----------
-    hessians
-        (c, m, m): second derivatives of the distances of the contacts, with the sign of their side,
-        in the directions left free by the contacts.
-    touch, right
-        (r, c) and (r,): nonnegative forces are in balance if ``touch @ forces`` equals ``right``.
-
-    Returns
-    -------
-    For unit directions; None for more than two directions or too many contacts.
+    ``hessians`` (c, m, m): second derivatives of the distances of the contacts, with the sign of
+    their side, in the directions left free by the contacts. Nonnegative forces are in balance if
+    ``touch @ forces``, (r, c), equals ``right`` (r,). None for more than two directions or too many
+    contacts.
     """
     if not 1 <= hessians.shape[1] <= 2:
         return None
@@ -116,9 +109,8 @@ class Balance:
     signs: Float
     """(c,): +1 at the upper bound, -1 at the lower."""
     forces: Float
-    """(c,): nonnegative."""
     unbalanced: float
-    """Remaining sum of forces."""
+    """`forces`: (c,): nonnegative; `unbalanced`: Remaining sum of forces."""
     least_curvature: float
     """Least second derivative in directions left free by the contacts, relative to the greatest;
     infinite without free directions, zero if negative without gain.
@@ -147,18 +139,14 @@ class Certificate:
     """"certified" with the criterion, or the reason why not."""
     contacts: tuple[int, ...] = ()
     forces: tuple[float, ...] = ()
-    """In the order of ``contacts``."""
     unbalanced: float = np.inf
-    """Remaining sum of forces."""
+    """`forces`: In the order of ``contacts``; `unbalanced`: Remaining sum of forces."""
     unique: bool = False
     """Neighbouring elements are all worse."""
 
 
 def certificate(fit: Fit, points: Points3, offset: float = 0.0) -> Certificate:
-    """Return the certificate of ``fit`` for ``points`` (n, 3), mm, recomputed.
-
-    For ``offset`` see `zone.fit_zone`.
-    """
+    """Recompute the certificate of a fit of points (n, 3), mm; ``offset`` as in `zone.fit_zone`."""
     refuse_masked(fit.shape.value.lower(), points)
     if fit.criterion is Criterion.LEAST_SQUARES:
         return Certificate(False, "Not certified: a least-squares element has no contacts.")

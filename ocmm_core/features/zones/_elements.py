@@ -83,9 +83,8 @@ class ZoneTask:
     """(n, 3), about their centroid, divided by ``size``."""
     start: Placed
     centroid: Float
-    """(3,), mm."""
     size: float
-    """mm."""
+    """`centroid`: (3,), mm; `size`: mm."""
 
     @property
     def tube(self) -> bool:
@@ -107,10 +106,7 @@ def zone_surface(fit: Fit) -> ElementFamily | None:
 
 
 def task_of(fit: Fit, points: Points3, surface: ElementFamily, offset: float = 0.0) -> ZoneTask:
-    """Return the task that starts from ``fit`` to ``points`` (n, 3), mm.
-
-    Points of an ellipse may be ``offset``, mm, outside of it.
-    """
+    """Return the task from ``fit`` to points (n, 3), mm, of an ellipse ``offset``, mm, outside."""
     centroid, about, size = centred(fit.shape, points)
     across, z = fit.across, fit.direction
     if not z.any():
@@ -138,12 +134,8 @@ def geometry_of(
 ) -> Values:
     """Return the geometry vector (12,), scaled, of an element after a step (8,).
 
-    Parameters
-    ----------
-    offset
-        Reference distance of the element: a radius, the height of a plane, the tube of a torus.
-    centroid
-        (3,): mean of the points; its foot is the point of line, plane, cylinder and cone.
+    ``offset`` is the element's reference distance: a radius, the height of a plane, the tube of a
+    torus. The foot of the ``centroid`` (3,) is the point of line, plane, cylinder and cone.
     """
     lean = np.array([step[3], step[4], 1.0])
     axis = placed.frame @ (lean / np.sqrt(lean @ lean))

@@ -20,9 +20,7 @@ ROUNDING = 1e-15
 """Relative error of a sum that counts as rounding."""
 MAX_EXCHANGES = 400
 PLAIN_EXCHANGES = 150
-"""Number of exchanges after which the first violated row enters instead of the worst, against
-cycles.
-"""
+"""Exchanges after which the first violated row enters instead of the worst, against cycles."""
 
 
 @compiled()
@@ -89,29 +87,12 @@ def narrowest_zone(
 ) -> int:  # fmt: skip
     """Minimise the greatest minus the smallest of ``distances + slopes @ step`` in a box.
 
-    Parameters
-    ----------
-    distances
-        (n,).
-    jacobian
-        (n, k): their derivatives by the step.
-    box
-        (k,): largest step in every direction.
-    lower
-        False: minimise the greatest alone.
-    tolerance
-        Violation of a row that counts as rounding.
-    solution
-        (m,), written: the step and the upper bound, then the lower one; m = k + 1 or k + 2.
-    basis
-        (m,), written: basis rows. i: point i above, n + i: point i below, from 2 n on: sides of the
-        box.
-    multipliers
-        (m,), written: of these rows, nonnegative; those of either bound add up to one.
-
-    Returns
-    -------
-    Number of exchanges, negative if stopped by rounding.
+    ``distances`` (n,), ``jacobian`` (n, k) by the step, ``box`` (k,): largest step in every
+    direction; without ``lower``, minimise the greatest alone; ``tolerance``: violation of a row
+    that counts as rounding. With m = k + 1 or k + 2, written: ``solution`` (m,), the step and the
+    upper bound, then the lower one; ``basis`` (m,), its rows (i: point i above, n + i: below, from
+    2 n on: sides of the box); ``multipliers`` (m,) of these rows, nonnegative; those of either
+    bound add up to one. Returns the number of exchanges, negative if stopped by rounding.
     """
     n, k = jacobian.shape
     m = k + 2 if lower else k + 1

@@ -96,8 +96,7 @@ def slid(
 ) -> Zone | None:
     """Return a narrower zone reached by sliding balanced contacts, or None.
 
-    ``slide`` (k,) is a step of the free entries that keeps contacts at their bounds; a gain of
-    width below ``noise`` is rounding.
+    ``slide`` (k,), a step of free entries, keeps contacts at their bounds; ``noise`` is rounding.
     """
     steps = natural_steps(surface, points, zone.placed)
     least = zone.width - max(noise, NARROWER * abs(zone.width))

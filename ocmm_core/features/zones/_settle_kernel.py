@@ -27,9 +27,7 @@ POLISHES = 3
 CLOSE = 1e-5
 """Longest of these, relative to the distances."""
 FARTHEST = 1e3
-"""Distance of an axis or centre from the points, relative to their size, at which a start is
-abandoned.
-"""
+"""Distance of an axis or centre, over the size of the points, at which a start is abandoned."""
 _TINY = 1e-30
 _SINGULAR = 1e-300
 

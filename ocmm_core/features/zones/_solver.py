@@ -115,18 +115,8 @@ def settle(
 ) -> Zone:  # fmt: skip
     """Return the local optimum reached from ``start``.
 
-    Parameters
-    ----------
-    points
-        (n, 3), centred and scaled.
-    start
-        Initial element.
-    steps
-        (k, k): see `natural_steps`.
-    radius
-        Initial size of the trust region, in these.
-    most
-        Maximum number of steps.
+    ``points`` (n, 3) are centred and scaled; ``radius`` is the initial trust region in ``steps``
+    (k, k), see `natural_steps`; ``most`` limits the number of steps.
     """
     radii = (radius, _greatest(_delicate(surface), steps))
     return _by_few(surface, points, start, steps, radii, most, None)[0]
@@ -202,10 +192,7 @@ def by_bounds(surface: ElementFamily, signs: Float) -> Float:
 
 
 def start_pattern(k: int, count: int) -> Float:
-    """Return ``count`` unit directions (count, k): both senses of every axis, then more.
-
-    The further ones follow R. Roberts' additive sequence: evenly spread and deterministic.
-    """
+    """Return unit directions (count, k): every axis both ways, then R. Roberts' sequence."""
     along = np.concatenate([np.eye(k), -np.eye(k)])
     ratio = 2.0
     for _ in range(40):

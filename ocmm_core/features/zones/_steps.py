@@ -1,5 +1,3 @@
-"""Entries of a step of a zone element."""
-
 from __future__ import annotations
 
 from typing import Any

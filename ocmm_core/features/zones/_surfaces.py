@@ -51,8 +51,7 @@ class ElementFamily:
     free: tuple[int, ...]
     """Free entries of a step: indices of u, v, w, a, b, the two sizes and the turn."""
     lower: bool = True
-    """The zone has an independent lower bound; otherwise the greatest distance alone is minimised.
-    """
+    """The zone has an independent lower bound; else the greatest distance alone is minimised."""
     sign: float = 1.0
     """-1: distances are negated, so that the smallest is maximised."""
     even: bool = False
@@ -72,7 +71,6 @@ class ElementFamily:
 
     @property
     def code(self) -> int:
-        """Return the code of `_distance_kernel`."""
         return _CODES[self.kind]
 
 
@@ -122,8 +120,7 @@ class Placed:
     def moved(self, step: Float) -> Placed:
         """Return the element after ``step`` (8,), its origin at the foot of the centroid.
 
-        The foot keeps numbers small; the w of elements that depend on sliding along the axis is
-        subtracted.
+        The foot keeps numbers small; w of elements that depend on it is subtracted.
         """
         frame, origin, sizes = np.empty((3, 3)), np.empty(3), np.empty(3)
         own = np.ascontiguousarray(self.frame)
@@ -132,7 +129,6 @@ class Placed:
 
 
 def possible(surface: ElementFamily, placed: Placed) -> bool:
-    """Return whether an element with these sizes exists."""
     return bool(possible_sizes(surface.code, placed.sizes))
 
 
@@ -168,16 +164,9 @@ def second_derivatives(
 ) -> tuple[Float, Float, Float]:
     """Return second derivatives of weighted distances at a step of zero.
 
-    Rows and columns of fixed entries are zero.
-
-    Returns
-    -------
-    by_step
-        (8, 8): second derivatives by the step of the sum of weighted distances.
-    by_points
-        (n, 3): d(distance) / d(point), in the frame of the element; not weighted.
-    mixed
-        (n, 8, 3): d(weighted jacobian) / d(point), in the frame of the element.
+    ``by_step`` (8, 8), of their sum by the step, with zero rows and columns of fixed entries; in
+    the frame of the element ``by_points`` (n, 3), d(distance) / d(point), not weighted, and
+    ``mixed`` (n, 8, 3), d(weighted jacobian) / d(point).
     """
     by_step = np.zeros((STEP_SIZE, STEP_SIZE))
     by_points = np.zeros((len(local), 3))

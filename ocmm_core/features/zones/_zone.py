@@ -31,32 +31,17 @@ ONE_PLANE = 1e-11
 
 
 def fit_zone(start: Fit, points: Points3, offset: float = 0.0) -> Fit:
-    """Return the element with the smallest zone about ``points``.
+    """Return the element with the smallest zone about ``points`` (n, 3), mm.
 
     Straightness of a line in space is the diameter of the thinnest cylinder about the points.
-    Circle, ellipse, slot and rectangle are found in the plane of ``start``; a circle fitted in
-    space as one problem gets the thinnest tube about it, plane included.
+    Circle, ellipse, slot and rectangle are found in the plane of ``start``, the least-squares fit;
+    a circle fitted in space as one problem gets the thinnest tube about it, plane included.
+    ``offset``, mm, ellipse only: distance of the points outside of it, as in `ellipse.fit_ellipse`.
 
-    Parameters
-    ----------
-    start
-        Least-squares fit of the same points.
-    points
-        (n, 3), mm.
-    offset
-        mm, ellipse only: distance of the points outside of it, as in `ellipse.fit_ellipse`.
-
-    Returns
-    -------
     Its ``contacts`` are the points that hold the zone; its jacobian follows from them. Other points
     only move the foot of the centroid along the element. If all points are on the element to
-    rounding, there are no contacts, and geometry and jacobian are those of ``start``.
-
-    Raises
-    ------
-    FitError
-        The shape has no minimum zone here, the points do not determine it, or no zone was proven
-        minimal by its contacts.
+    rounding, there are no contacts, and geometry and jacobian are those of ``start``. FitError if
+    the shape has no minimum zone here, or no zone was proven minimal by its contacts.
     """
     points = checked_points(start.shape, points)
     if start.shape is Shape.LINE and _in_one_plane(points):
@@ -83,23 +68,10 @@ def fit_zone(start: Fit, points: Points3, offset: float = 0.0) -> Fit:
 def fit_zone_line_in_plane(start: Fit, points: Points3, plane_normal: Float | None = None) -> Fit:
     """Return the line in a plane with the two closest parallel lines about the points.
 
-    Parameters
-    ----------
-    start
-        Least-squares line of the same points.
-    points
-        (n, 3), mm; they are projected into the plane through their centroid.
-    plane_normal
-        (3,): of that plane, any length, constant for the jacobian; default the least-squares plane.
-
-    Returns
-    -------
-    Residuals are signed, positive along `Fit.across`, which is in the plane.
-
-    Raises
-    ------
-    FitError
-        The points do not determine a line in that plane.
+    ``points`` (n, 3), mm, of the least-squares line ``start``, are projected into the plane through
+    their centroid; its normal (3,), any length, is constant for the jacobian; default the
+    least-squares plane. Residuals are positive along `Fit.across`, which is in the plane. FitError
+    if the points do not determine a line in that plane.
     """
     points = checked_points(Shape.LINE, points)
     _, about, _ = centred(Shape.LINE, points)

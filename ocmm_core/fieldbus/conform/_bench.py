@@ -100,7 +100,6 @@ class Bench:
         return self._one(datagram)
 
     def system_ns(self) -> int:
-        """Return the bus time of the camera."""
         return self.number(_SYSTEM_TIME, 8)
 
     def eeprom(self) -> bytes:
@@ -112,7 +111,6 @@ class Bench:
     # States
 
     def status(self) -> Status:
-        """Return the state of the camera."""
         content = self.get(_AL_STATUS, 6)
         return Status(content[0] & 0x1F, int.from_bytes(content[4:6], "little"))
 
@@ -173,7 +171,6 @@ class Bench:
             self.cycle()
 
     def set_manager(self, number: int, start: int, size: int, control: int, active: int) -> None:
-        """Write a sync manager."""
         self.put(_SM + 8 * number, struct.pack("<HHBBBB", start, size, control, 0, active, 0))
 
     def program_clock(self, sync0_ns: int, begin_ns: int = _BEGIN_NS) -> None:

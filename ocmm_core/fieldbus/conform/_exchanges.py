@@ -44,6 +44,5 @@ class Cycle:
     """`sent_ns`, `came_ns`: line time before and after."""
 
     def frame(self, number: int) -> bytes:
-        """Return one frame of the block as bytes."""
         begin = HEADER_STRUCT.size + number * FRAME_DTYPE.itemsize
         return self.content[begin : begin + FRAME_DTYPE.itemsize]

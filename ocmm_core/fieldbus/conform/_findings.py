@@ -151,7 +151,6 @@ class Findings:
         return kept
 
     def equal(self, what: str, found: object, expected: object) -> bool:
-        """Expect two things to be equal."""
         return self.expect(
             found == expected, f"{what} is {_shown(found)}, must be {_shown(expected)}"
         )

@@ -1,7 +1,6 @@
 """Line between the conformance test and a camera: datagrams and a clock.
 
-The rules use nothing else, so they also run on a camera in the same process, in the line's time
-instead of the computer's.
+The rules use nothing else: they also run on a camera in this process, in the line's time.
 """
 
 from __future__ import annotations
@@ -21,9 +20,7 @@ class ConformLine(Protocol):
         """Send datagrams in one frame; return the answers; raise BusError if lost."""
         ...
 
-    def now_ns(self) -> int:
-        """Return the time of the line."""
-        ...
+    def now_ns(self) -> int: ...
 
     def sleep(self, seconds: float) -> None:
         """Let time pass."""
@@ -53,13 +50,11 @@ class WireLine:
         return time.monotonic_ns()
 
     def sleep(self, seconds: float) -> None:
-        """Let time pass."""
         begin = time.monotonic_ns()
         time.sleep(seconds)
         self._note(time.monotonic_ns() - begin - round(seconds * 1e9))
 
     def paused_ns(self) -> int:
-        """Return the longest pause of this computer since the last call."""
         longest, self._paused_ns = self._paused_ns, 0
         return longest
 

@@ -25,13 +25,7 @@ _POLL_S = 0.0005
 
 
 class MailLine:
-    """Mailboxes of one camera.
-
-    Parameters
-    ----------
-    timed
-        Called with measured times and their limits.
-    """
+    """Mailboxes of one camera; ``timed`` is called with measured times and their limits."""
 
     def __init__(
         self,
@@ -88,7 +82,6 @@ class MailLine:
             self._is_emergency(answer)
 
     def next_counter(self) -> int:
-        """Return the next mailbox counter."""
         self._counter = self._counter % 7 + 1
         return self._counter
 
@@ -105,7 +98,6 @@ class MailLine:
         return answer
 
     def read(self, index: int, sub: int, *, complete: bool = False) -> bytes | Refusal:
-        """Read an entry."""
         return upload(self.sdo, index, sub, complete=complete)
 
     def write(

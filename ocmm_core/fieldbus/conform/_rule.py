@@ -1,5 +1,3 @@
-"""One rule of the object description, and its test."""
-
 from __future__ import annotations
 
 from collections.abc import Callable

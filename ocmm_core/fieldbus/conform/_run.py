@@ -1,5 +1,3 @@
-"""Run all rules on one camera and report."""
-
 from __future__ import annotations
 
 import struct

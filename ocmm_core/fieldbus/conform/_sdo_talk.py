@@ -36,7 +36,6 @@ class Refusal:
 
 
 def mailbox(kind: int, content: bytes, counter: int) -> bytes:
-    """Return a mailbox."""
     return _HEAD.pack(len(content), 0, 0, counter << 4 | kind) + content
 
 

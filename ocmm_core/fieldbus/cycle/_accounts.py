@@ -71,7 +71,6 @@ class BusAccounts:
             self._cameras[camera].bad_cycles += 1
 
     def emergency(self, camera: str) -> None:
-        """Count an emergency message."""
         self._cameras[camera].emergencies += 1
 
     def lost(self, frames: int) -> None:
@@ -88,15 +87,7 @@ class BusAccounts:
         celsius: Mapping[str, float],
         pace: float | None,
     ) -> BusReport:
-        """Return the current report.
-
-        Parameters
-        ----------
-        phase_ns
-            Position of the cycles on the bus clock.
-        pace
-            Pace of a bus whose time waits for this computer; None for others.
-        """
+        """Return the report; ``phase_ns``: of cycles on bus time; ``pace``: see `BusReport`."""
         settings, session, view = self._settings, bus.session, bus.view
         known = view.cameras if len(view.cameras) == len(settings.cameras) else ()
         # After bring-up has found a camera; a failed one leaves it in INIT.

@@ -94,12 +94,10 @@ class BusSettings:
     """Interface at the other end of the ring; empty without redundancy."""
     device: DeviceDescription | None = None
     lenses: tuple[Intrinsics, ...] = ()
-    """`device`, `lenses`: camera description and, if the cameras correct, the intrinsics of each;
-    None and empty for our own."""
+    """`device`, `lenses`: camera description, and intrinsics if they correct; None, empty: ours."""
 
     @property
     def interfaces(self) -> tuple[str, ...]:
-        """Return all interfaces of the bus."""
         return (self.interface, self.redundant_interface)[: 2 if self.redundant_interface else 1]
 
 
@@ -134,20 +132,13 @@ class Session:
         return bool(self.translators) and not self.translators[0].shares_clock
 
     def outputs(self, next_frame: int, token: int) -> bytes:
-        """Return the outputs of a camera in the cycle `token`.
-
-        Parameters
-        ----------
-        next_frame
-            Number of the first frame still needed; acknowledges all before it.
-        """
+        """Return the outputs in the cycle `token`; acknowledges all before `next_frame`."""
         if self.image is not None:
             return self.image.pack_outputs(token)
         control = Control.STREAM if token else 0
         return OUTPUT_STRUCT.pack(control, 0, (next_frame - 1) % COUNTER_MODULUS, token)
 
     def close(self) -> None:
-        """Leave the cameras in INIT and release the interface; idempotent."""
         if self.master is not None:
             self.master.close()
             self.master = None
@@ -156,20 +147,8 @@ class Session:
 def bring_up(settings: BusSettings, session: Session, host_time: HostTime) -> Iterator[BusPhase]:
     """Find, check, configure and synchronise the cameras and bring them to OP.
 
-    Parameters
-    ----------
-    session
-        Filled in; the caller must close it in any case.
-
-    Yields
-    ------
-    BusPhase
-        Phase of the next step. A step blocks for about 0.2 s at most.
-
-    Raises
-    ------
-    BusError
-        With the camera, state or object at fault, and the remedy.
+    Yields the phase of the next step, which blocks for about 0.2 s at most. ``session`` is filled
+    in; the caller must close it in any case. BusError with the camera, state or object at fault.
     """
     yield BusPhase.LINK
     for interface in settings.interfaces:

@@ -79,7 +79,6 @@ class CameraBus:
 
     @property
     def stray_answers(self) -> int:
-        """Return the number of unexpected answers since the start."""
         master = self._session.master
         now = 0 if master is None else master.port.tally.stray
         return self._stray_before + now + self._service.stray
@@ -98,13 +97,7 @@ class CameraBus:
         return session.ring_is_line or (ring is not None and ring.is_open)
 
     def open(self) -> None:
-        """Bring the cameras to OP, see `bring_up`.
-
-        Raises
-        ------
-        BusError
-            With the camera, state or object at fault, and the remedy.
-        """
+        """Bring the cameras to OP; BusError as `bring_up`."""
         for _ in self.open_steps():
             pass
 
@@ -135,10 +128,7 @@ class CameraBus:
     def exchange(self, next_frames: Sequence[int], timeout_ns: int) -> CycleAnswer:
         """Send outputs, wait for the answers and return them unjudged.
 
-        Parameters
-        ----------
-        next_frames
-            Number of the first frame still needed of each camera; acknowledges all before it.
+        ``next_frames``: first frame still needed of each camera; acknowledges all before it.
         """
         session, master = self._session, self._session.master
         if master is None:

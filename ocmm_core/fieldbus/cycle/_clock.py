@@ -52,12 +52,10 @@ class BusClock:
         self._readings = 0
 
     def bus_time(self, host_ns: int) -> int:
-        """Return the bus time at a host time."""
         since = host_ns - self._host_ns
         return self._bus_ns + since + round(since * self._rate + self._fraction_ns)
 
     def host_time(self, bus_ns: int) -> int:
-        """Return the host time at a bus time."""
         since = bus_ns - self._bus_ns - self._fraction_ns
         return self._host_ns + round(since - since * self._rate / (1.0 + self._rate))
 
@@ -94,10 +92,7 @@ class BusClock:
 
 
 class CyclePacer:
-    """Start times of the cycles, and the number of elapsed cycles.
-
-    Without a bus clock the cycles follow this computer's clock.
-    """
+    """Start times of the cycles, by this computer's clock without a bus clock, and their count."""
 
     def __init__(self, period_ns: int, now_ns: int) -> None:
         self._period_ns = period_ns

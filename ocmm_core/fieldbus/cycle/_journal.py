@@ -35,7 +35,6 @@ class Journal:
 
     def __init__(self) -> None:
         self.dropped = 0
-        """Dropped older events."""
         self._entries: deque[_Entry] = deque()
         self._open: dict[tuple[str, str], _Entry] = {}
         self._number = 0
@@ -100,7 +99,6 @@ class Durations:
         self._worst_ns = 0
 
     def add(self, duration_ns: int) -> None:
-        """Count one."""
         self._counts[bisect_left(self._edges_ns, duration_ns)] += 1
         self._worst_ns = max(self._worst_ns, duration_ns)
 

@@ -25,8 +25,7 @@ class PortTrouble(NamedTuple):
     """0 towards the computer, 1 towards the next camera."""
     broken: int
     lost: int
-    """`broken`, `lost`: broken frames and lost links since the last sample; the counter value if
-    saturated."""
+    """`broken`, `lost`: frames and links since the last sample; counter value if saturated."""
 
     def words(self, camera: str) -> str:
         parts = []

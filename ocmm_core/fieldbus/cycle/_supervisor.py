@@ -31,10 +31,7 @@ _DEEP_CYCLES = 2
 
 
 def alarm_of(error: BusError) -> str:
-    """Return the alarm of a bring-up error.
-
-    Errors without an alarm, such as missing rights, keep their code and remedy.
-    """
+    """Return the alarm of a bring-up error; others, such as missing rights, keep their code."""
     return alarm_of_error(error.code) or error.code
 
 
@@ -72,17 +69,14 @@ class Supervisor:
         self._fell = False
 
     def next(self, now_ns: int) -> Next:
-        """Return the next action."""
         if self._next is Next.RESTART and now_ns < self._until_ns:
             return Next.PAUSE
         return self._next
 
     def pause_left_ns(self, now_ns: int) -> int:
-        """Return the remaining pause."""
         return max(0, self._until_ns - now_ns)
 
     def stepping(self, phase: BusPhase) -> None:
-        """Record a bring-up step."""
         self._next = Next.STEP
         self.phase = BusPhase.RECOVERING if self._was_operational else phase
 
@@ -96,7 +90,6 @@ class Supervisor:
             self.phase = BusPhase.START
 
     def failed(self, error: BusError, now_ns: int) -> None:
-        """Record a failed bring-up."""
         self._show(alarm_of(error), error.what, "", now_ns)
         self._restart(now_ns)
 

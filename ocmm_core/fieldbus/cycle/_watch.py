@@ -97,7 +97,6 @@ class StateWatch:
         self._hurried = True
 
     def jobs(self) -> Iterator[Job]:
-        """Yield the requests of this cycle."""
         self._cycle += 1
         cycle = self._cycle
         lifts, self._lifts = self._lifts, {}

@@ -42,19 +42,10 @@ _SHORTEST_NS = 50_000
 
 
 def load_device(name: str, beside: Path | None = None) -> DeviceDescription:
-    """Return the description with this name or path.
+    """Return the description with this name or path, such as ``"thesis-camera"``.
 
-    Parameters
-    ----------
-    name
-        Shipped description, such as ``"thesis-camera"``, or a path.
-    beside
-        Document with the reference; relative paths start at its folder.
-
-    Raises
-    ------
-    InputError
-        It is missing or inconsistent; with file and field.
+    Relative paths start at the folder of ``beside``, the document with the reference. InputError,
+    with file and field, if it is missing or inconsistent.
     """
     if "/" in name or name.endswith(".toml"):
         path = Path(name)

@@ -141,12 +141,10 @@ class DeviceDescription(Document, frozen=True, kw_only=True):
     step: float
     """Resolution of these coordinates, px or mm."""
     slots: int
-    """Spots per exposure, 1 to 8."""
     exposures: int
-    """Exposures per cycle, 1 to 12."""
+    """`slots`: Spots per exposure, 1 to 8; `exposures`: Exposures per cycle, 1 to 12."""
     clock: Clock
     doubt_ns: int
-    """Uncertainty of exposure times."""
     inputs: tuple[ProcessObject, ...]
     outputs: tuple[ProcessObject, ...]
     cycle_ns: int = 1_000_000
@@ -164,7 +162,6 @@ class DeviceDescription(Document, frozen=True, kw_only=True):
 
     @property
     def period_ns(self) -> int:
-        """Return the time between two exposures."""
         return self.cycle_ns // self.exposures
 
     @property
@@ -177,6 +174,5 @@ class DeviceDescription(Document, frozen=True, kw_only=True):
         return any(role in entry.role for pdo in self.inputs for entry in pdo.entries)
 
     def is_for(self, vendor: int, product: int, revision: int) -> bool:
-        """Return whether a device matches this description."""
         low, high = self.revisions
         return (vendor, product) == (self.vendor, self.product) and low <= revision <= high

@@ -114,10 +114,7 @@ class ProcessImage:
         return found
 
     def number(self, content: bytes, role: Role, exposure: int = -1) -> int | None:
-        """Return the first integer of a role in an exposure, or None.
-
-        A number outside the exposures applies to all of them.
-        """
+        """Return the first integer of a role, or None; one outside the exposures applies to all."""
         for entry in self._all:
             if entry.role is role and entry.exposure in (exposure, -1):
                 whole = content[entry.at // 8 : (entry.at + entry.bits + 7) // 8]

@@ -125,11 +125,7 @@ def refuse_coarse(
 
     Steps wider than the noise hold a resting ball at one step whatever is averaged, and lens
     rounding is fixed to the sensor position: neither shows in the scatter, so U would be too small.
-
-    Parameters
-    ----------
-    white_px, pattern_px
-        Noise of the rig: frame to frame, and fixed to the sensor position.
+    ``white_px``, ``pattern_px``: noise from frame to frame, and fixed to the sensor position.
     """
     kinds = {entry.type for pdo in device.inputs for entry in pdo.entries if Role.X in entry.role}
     whole = any(not FORMATS[kind].startswith("<f") for kind in kinds)

@@ -34,8 +34,7 @@ from ocmm_core.fieldbus.device import (
 _SPOT_LIMIT_PX, _SPOT_LIMIT_MM = 8192.0, 100.0
 """Larger than any sensor."""
 _REPEATS = 3
-"""Without a counter, inputs are old after this many cycles of bit-identical spots: noise would
-change them."""
+"""Without a counter, inputs are old after so many bit-identical cycles: noise changes them."""
 _EDGE_NS = 5_000
 """Closer to the renewal of the inputs, the block read is ambiguous."""
 _RUNNING = int(CameraStatus.OPERATIONAL | CameraStatus.SYNCHRONISED)
@@ -54,10 +53,7 @@ class Timing(NamedTuple):
 
 
 class InputTranslator:
-    """Translator of one described camera, across bring-ups.
-
-    `lens` is required if the camera sends corrected millimetres.
-    """
+    """Translator of one described camera, across bring-ups; `lens` if it sends corrected mm."""
 
     def __init__(
         self,
@@ -87,10 +83,7 @@ class InputTranslator:
     def translate(self, content: bytes, clock_ns: int, next_frame: int = 0) -> bytes:
         """Return inputs in our own layout; without spots if the camera shows none.
 
-        Parameters
-        ----------
-        next_frame
-            Number of the first frame still needed; those before this block are lost.
+        ``next_frame``: the first frame still needed; those before this block are lost.
         """
         device, timing = self._device, self._timing
         cycle_ns = timing.period_ns * device.exposures
@@ -177,12 +170,7 @@ class InputTranslator:
     ) -> tuple[NDArray[np.uint16], NDArray[np.uint16], NDArray[np.float64]]:
         """Return spot masks, flags and pixels of all exposures of an input.
 
-        Returns
-        -------
-        valid, flags
-            (n,): bit s: slot s holds a spot; bit 0: button pressed.
-        uv
-            (n, 8, 2), px; NaN without spot.
+        ``valid``, ``flags`` (n,): bit s: slot s; bit 0: button pressed; ``uv`` (n, 8, 2), px.
         """
         device = self._device
         count, slots = device.exposures, device.slots

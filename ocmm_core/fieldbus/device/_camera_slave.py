@@ -322,14 +322,8 @@ def encode_frames(
 ) -> NDArray[np.void]:
     """Return frames in wire format: (n,) of `FRAME_DTYPE`.
 
-    Parameters
-    ----------
-    valid
-        (n,): bit s: slot s holds a spot.
-    flags
-        (n,): frame flags.
-    uv
-        (n, 8, 2), px, or mm in mode CORRECTED; invalid ones are sent as zero.
+    ``valid`` (n,): bit s: slot s holds a spot; ``flags`` (n,); ``uv`` (n, 8, 2), px, or mm in mode
+    CORRECTED; invalid ones are sent as zero.
     """
     frames = np.zeros(len(valid), FRAME_DTYPE)
     frames["valid"] = valid

@@ -17,8 +17,7 @@ DEVICE_GROUP = "OpticalSensors"
 PHYSICAL_PORTS = 0x0011
 """A nibble per port, port 0 first: two MII ports, the others absent (YY in the ESI file)."""
 MAILBOX_REPEATS = 0x04
-"""Bit in the category General: the last mailbox is repeated on request; `DataLinkLayer` in the ESI
-file."""
+"""Bit in the category General: mailboxes are repeated on request; `DataLinkLayer` in ESI."""
 MEMORY_END = INPUT_START + 3 * INPUT_DTYPE.itemsize
 """Required controller memory: process data have three consecutive buffers."""
 SYNC_PULSE_NS = 10_000
@@ -67,8 +66,7 @@ class ClockMode:
     activate: int
     sync0_factor: int = 0
     sync1_factor: int = 0
-    """`sync0_factor`, `sync1_factor`: period relative to the bus cycle; negative: a fraction,
-    positive: a multiple."""
+    """`sync0_factor`, `sync1_factor`: of the bus cycle; negative: fraction, positive: multiple."""
 
 
 CLOCK_MODES = (

@@ -29,7 +29,6 @@ class DiagnosisMessage:
     data: bytes
 
     def encode(self) -> bytes:
-        """Return the message in object format."""
         level = _ERROR_LEVEL if self.code else _INFO_LEVEL
         return _MESSAGE.pack(
             _EMERGENCY_CODE, self.code, _TWO_PARAMETERS | level, self.code, self.time_ns,

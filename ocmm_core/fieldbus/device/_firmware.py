@@ -47,10 +47,7 @@ class Firmware:
 
     @classmethod
     def read(cls, image: bytes, maker: Ed25519PublicKey | None = None) -> Firmware:
-        """Return the firmware in a file; raise InputError if damaged or of another signer.
-
-        `maker` None verifies the checksums only.
-        """
+        """Return the firmware of a file, or InputError; `maker` None verifies checksums only."""
         if len(image) < _HEAD.size + _SIGNATURE_BYTES or len(image) > MOST_FIRMWARE_BYTES:
             raise _unfit(f"it has {len(image)} bytes")
         magic, version, text_bytes, product, low, high, size, sha256 = _HEAD.unpack_from(image)

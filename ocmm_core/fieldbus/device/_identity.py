@@ -25,8 +25,7 @@ class CameraIdentity:
     sensor: int = 0
     width: int = 0
     height: int = 0
-    """`sensor`, `width`, `height`: serial number and size, px, of the calibrated sensor; 0:
-    unknown."""
+    """`sensor`, `width`, `height`: serial number and size, px, as calibrated; 0: unknown."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,16 +53,9 @@ def assign(
 ) -> tuple[int, ...]:
     """Return the wire position (0 first) of each expected camera.
 
-    Parameters
-    ----------
-    described
-        Name and kind of cameras described by a file; None: our own cameras.
-
-    Raises
-    ------
-    BusError
-        A device is of another kind, a serial number or alias is duplicated, a camera is missing or
-        foreign, or it carries the alias of another one.
+    ``described``: name and kind of cameras described by a file; None: our own. BusError if a device
+    is of another kind, a serial number or alias is duplicated, a camera is missing or foreign, or
+    it carries the alias of another one.
     """
     for position, device in enumerate(found, start=1):
         if described is None:

@@ -58,11 +58,9 @@ class InputLayout:
 
     @property
     def input_pdos(self) -> tuple[Pdo, ...]:
-        """Return the PDOs of the input."""
         return (self.header_pdo, *FRAME_PDOS)
 
     def decode(self, content: bytes) -> Header:
-        """Return the header at the start of a camera's input."""
         found = HEADER_STRUCT.unpack_from(content)
         if self.says_serial:
             counter, start_ns, period_ns, valid, status, cycle, config, boot, crc = found
@@ -70,7 +68,6 @@ class InputLayout:
         return Header._make(found)
 
     def encode(self, header: Header) -> bytes:
-        """Return a header in wire format."""
         small, large = header.cycle_counter, header.status
         if self.says_serial:
             small, large = large, small
@@ -81,10 +78,7 @@ class InputLayout:
         return zlib.crc32(_SERIAL.pack(serial)) if self.says_serial else 0
 
     def crc(self, content: bytes | bytearray | memoryview, serial: int) -> int:
-        """Return the checksum (CRC-32 of ISO 3309) of a camera's whole input.
-
-        Its own field counts as zero.
-        """
+        """Return the CRC-32 (ISO 3309) of a whole input; its own field counts as zero."""
         return _crc(content, self.crc_begin(serial))
 
     def mark(self, serial: int) -> int:
@@ -112,8 +106,7 @@ NO_MARK = -1
 def data_mark(content: bytes) -> int:
     """Return the checksum of a camera's whole input XOR the received one.
 
-    Equals `InputLayout.mark` of its camera for an undamaged input, and `NO_MARK` for incomplete
-    ones.
+    `InputLayout.mark` of its camera for an undamaged input, `NO_MARK` for incomplete ones.
     """
     if len(content) != INPUT_DTYPE.itemsize:
         return NO_MARK

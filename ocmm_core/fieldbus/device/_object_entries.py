@@ -74,7 +74,6 @@ class ObjectEntry:
         return 1 if self.kind == DataType.BOOLEAN else 8 * self.room
 
     def number(self, value: bytes) -> int:
-        """Return the number in ``value``."""
         return int.from_bytes(value, "little", signed=self.kind in _SIGNED)
 
 
@@ -103,7 +102,6 @@ def number(
     live: bool = False,
     mapped: bool = False,
 ) -> ObjectEntry:
-    """Return an entry that holds a number."""
     content = value.to_bytes(SIZES[kind], "little", signed=kind in _SIGNED)
     return ObjectEntry(
         name, kind, content, access is not Access.READ, access is Access.WRITE_PREOP,

@@ -178,7 +178,6 @@ def object_page() -> str:
 
 
 def write_files() -> None:
-    """Write the page and the ESI file."""
     esi = resource(*ESI_FILE)
     esi.parent.mkdir(parents=True, exist_ok=True)
     write_atomic(esi, esi_document())

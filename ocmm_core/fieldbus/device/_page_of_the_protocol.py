@@ -1,7 +1,4 @@
-"""Sections of the object page on states, mailboxes and EEPROM categories.
-
-`ocmm camera conform` tests every sentence.
-"""
+"""Sections of the object page on states, mailboxes, EEPROM; `ocmm camera conform` tests each."""
 
 from __future__ import annotations
 

@@ -133,17 +133,8 @@ def clear_error_history(access: ObjectAccess) -> None:
 def write_intrinsics(access: ObjectAccess, intrinsics: Intrinsics, note: str = "") -> None:
     """Store intrinsics in the camera and verify them.
 
-    Parameters
-    ----------
-    intrinsics
-        The camera refuses those of another serial number.
-    note
-        Free text stored with them, at most 1200 bytes as UTF-8.
-
-    Raises
-    ------
-    BusError
-        ``bus.intrinsics`` if verification fails; ``bus.refused`` if the camera refuses them.
+    The camera refuses those of another serial number. ``note``: at most 1200 bytes as UTF-8.
+    BusError ``bus.intrinsics`` if verification fails, ``bus.refused`` if the camera refuses them.
     """
     block, words = intrinsics.encode(), note.encode("utf-8")
     if len(words) > NOTE_BYTES:

@@ -89,18 +89,9 @@ def take_snapshot(
 ) -> NDArray[np.uint16]:
     """Capture a raw image and fetch it: (height, width), grey levels.
 
-    Parameters
-    ----------
-    region
-        Left, top, width and height, px; None for the whole sensor.
-    progress
-        Called with bytes fetched and in total; its exceptions abort, and the camera releases the
-        image.
-
-    Raises
-    ------
-    BusError
-        ``bus.snapshot`` if the camera fails or stalls, or the image differs from the captured one.
+    ``region``: left, top, width and height, px; None for the whole sensor. Exceptions of
+    ``progress`` abort, and the camera releases the image. BusError ``bus.snapshot`` if the camera
+    fails or stalls, or the image differs from the captured one.
     """
     for sub, value in enumerate(region or (0, 0, 0, 0), start=1):
         access.write(SNAPSHOT, sub, struct.pack("<H", value))

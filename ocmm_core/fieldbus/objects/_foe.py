@@ -41,7 +41,6 @@ class FoeWrite:
         return min(sent, len(self._content)), len(self._content)
 
     def request(self, counter: int) -> bytes:
-        """Return the next mailbox."""
         if self._number == 0:
             content = _HEAD.pack(_WRITE, 0, 0) + self._name
         else:

@@ -69,15 +69,11 @@ class MailboxLine:
         self._idle = 0
 
     def next_counter(self) -> int:
-        """Return the counter for the next mailbox to the camera."""
         self._counter = self._counter % MAX_COUNTER + 1
         return self._counter
 
     def send(self, content: bytes, *, expect: bool = True) -> None:
-        """Write a mailbox once the camera has room; replaces a waiting one.
-
-        With `expect`, every cycle polls for the answer.
-        """
+        """Write a mailbox once there is room, replacing a waiting one; `expect`: poll for it."""
         self._out = content
         self._unsure = 0
         self._expecting = expect
@@ -92,7 +88,6 @@ class MailboxLine:
         self._expecting = False
 
     def jobs(self) -> Iterator[Job]:
-        """Yield the requests of this cycle."""
         if self._unsure:
             self._unsure -= 1
         if self._out is not None and not self._writing and not self._unsure:

@@ -72,14 +72,8 @@ def write_alias(exchange: Exchange, serial: int, alias: int) -> int:
     """Store a station alias in the EEPROM of a camera; return the previous one.
 
     Takes effect after a power cycle. Also updates the checksum of the first EEPROM words, without
-    which a controller ignores all of them.
-
-    Raises
-    ------
-    InputError
-        The alias is not 1 to 65535.
-    BusError
-        The camera is absent, the alias is in use, or the EEPROM did not keep it.
+    which a controller ignores all of them. InputError unless 1 to 65535; BusError if the camera is
+    absent, the alias is in use, or the EEPROM did not keep it.
     """
     if not 1 <= alias <= 0xFFFF:
         raise InputError(
@@ -114,14 +108,9 @@ def update_firmware(
     """Upload firmware to a camera, confirm it by reaching PREOP, and verify it.
 
     The camera stores it in a second bank. After an interrupted transfer, or if the new firmware
-    does not reach PREOP, the old one runs at the next start.
-
-    Raises
-    ------
-    InputError
-        The file is invalid, damaged, or for another device.
-    BusError
-        The camera is absent, refuses, does not return, or runs another version.
+    does not reach PREOP, the old one runs at the next start. InputError if the file is invalid,
+    damaged, or for another device; BusError if the camera is absent, refuses, does not return, or
+    runs another version.
     """
     firmware = Firmware.read(image)
     place, found = find_camera(exchange, serial)

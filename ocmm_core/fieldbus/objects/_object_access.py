@@ -25,9 +25,7 @@ class ObjectAccess(Protocol):
 
     def write(
         self, index: int, sub: int, value: bytes, *, progress: Progress | None = None
-    ) -> None:
-        """Write the value of an entry."""
-        ...
+    ) -> None: ...
 
 
 def read_exactly(access: ObjectAccess, index: int, sub: int, size: int) -> bytes:

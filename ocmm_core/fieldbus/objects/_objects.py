@@ -35,13 +35,9 @@ class RequestPort(Protocol):
         """Return the next request, or None."""
         ...
 
-    def is_cancelled(self, number: int) -> bool:
-        """Return whether a request was cancelled."""
-        ...
+    def is_cancelled(self, number: int) -> bool: ...
 
-    def reply(self, reply: ObjectReply) -> None:
-        """Send an answer."""
-        ...
+    def reply(self, reply: ObjectReply) -> None: ...
 
 
 class CameraLine:
@@ -73,7 +69,6 @@ class CameraLine:
         return ([] if self._request is None else [self._request]) + list(self.queue)
 
     def jobs(self) -> Iterator[Job]:
-        """Yield the requests of this cycle."""
         yield from self._mailbox.jobs()
         if self._eeprom is not None:
             yield from self._eeprom.jobs()

@@ -93,14 +93,8 @@ class _Server(IntEnum):
 def sdo_mailbox(body: bytes, counter: int, size: int) -> bytes:
     """Return a whole mailbox with an SDO request.
 
-    Parameters
-    ----------
-    body
-        SDO from its command on.
-    counter
-        1 to `MAX_COUNTER`; a camera skips a repeated counter.
-    size
-        Bytes of the mailbox; the camera accepts it when its last byte is written.
+    ``body``: SDO from its command on; ``counter``: 1 to `MAX_COUNTER`; a camera skips a repeated
+    one; ``size``: of the mailbox; the camera accepts it when its last byte is written.
     """
     content = COE_HEAD.pack(SERVICE_SDO_REQUEST << 12) + body
     head = MAILBOX_HEAD.pack(len(content), 0, 0, _KIND_COE | counter << 4)
@@ -145,7 +139,6 @@ class SdoTransfer(ABC):
 
     @property
     def done(self) -> bool:
-        """Return whether the transfer is complete."""
         return self._done
 
     @property
@@ -170,11 +163,7 @@ class SdoTransfer(ABC):
     def answer(self, content: bytes) -> None:
         """Process the camera's answer.
 
-        Raises
-        ------
-        BusError
-            ``bus.refused`` if the camera aborts; ``bus.mailbox`` if the answer does not match the
-            request. Both end the transfer.
+        BusError ends it: ``bus.refused`` by the camera, ``bus.mailbox`` for mismatched answers.
         """
         if self._done:
             raise self._unfit("it comes after the end")
@@ -243,13 +232,7 @@ class SdoTransfer(ABC):
 
 
 class SdoRead(SdoTransfer):
-    """Read one entry.
-
-    Parameters
-    ----------
-    room
-        Maximum bytes; a longer value fails before it is read.
-    """
+    """Read one entry; a value longer than ``room`` bytes fails before it is read."""
 
     def __init__(self, index: int, sub: int, room: int, *, mailbox_bytes: int) -> None:
         super().__init__(index, sub, mailbox_bytes)
@@ -322,12 +305,10 @@ class SdoWrite(SdoTransfer):
 
     @property
     def result(self) -> bytes:
-        """Return empty bytes."""
         return b""
 
     @property
     def progress(self) -> tuple[int, int]:
-        """Return acknowledged and total bytes."""
         return self._acknowledged, len(self._value)
 
     def _body(self) -> bytes:

@@ -46,7 +46,6 @@ class Thermometer:
         )
 
     def is_cancelled(self, number: int) -> bool:
-        """Return whether a request was cancelled."""
         return number >= 0 and self._port is not None and self._port.is_cancelled(number)
 
     def reply(self, reply: ObjectReply) -> None:

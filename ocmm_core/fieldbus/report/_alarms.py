@@ -1,7 +1,4 @@
-"""Bus alarms: one entry with all properties of each.
-
-Used by supervisor, journal, Bus page, text report and the table of docs/wire.md.
-"""
+"""Bus alarms: one table for supervisor, journal, Bus page, text report and docs/wire.md."""
 
 from __future__ import annotations
 

@@ -111,10 +111,7 @@ def trouble_words(report: BusReport) -> tuple[str, str]:
 
 
 def shares(counts: Sequence[int], decimals: int = 3) -> tuple[float, ...]:
-    """Return the shares of `counts` in their sum, %, rounded to add up to 100.
-
-    Rounds by the largest remainder method. All shares are zero if the sum is.
-    """
+    """Return the shares of `counts`, %, rounded by largest remainder to 100; zeros if all are."""
     total, scale = sum(counts), 100 * 10**decimals
     if total <= 0:
         return (0.0,) * len(counts)

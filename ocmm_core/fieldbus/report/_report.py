@@ -1,8 +1,4 @@
-"""Snapshot of the bus as JSON, for screens and reports.
-
-The bus process writes it into the ring several times a second and at every phase change; reading it
-disturbs nothing.
-"""
+"""Snapshot of the bus as JSON, written into the ring several times a second and per phase."""
 
 from __future__ import annotations
 
@@ -124,7 +120,6 @@ class BusReport(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields
 MAX_EVENTS = 100
 """Keeps a full report within its space in the ring."""
 EDGES_US = (5.0, 10.0, 20.0, 50.0, 100.0, 200.0, 500.0, 1000.0, 2000.0, 5000.0, 10000.0)
-"""Edges of both histograms."""
 
 
 def encode_report(report: BusReport) -> bytes:

@@ -15,10 +15,7 @@ _HISTOGRAMS = ("lateness", "round_trip")
 
 
 def statistics_json(report: BusReport) -> bytes:
-    """Return the figures as JSON: histograms with upper bin edges, us.
-
-    The last count of a histogram is beyond the last edge.
-    """
+    """Return the figures as JSON: histograms by upper edges, us; the last count is beyond them."""
     content = {
         "format": _FORMAT,
         "interface": report.interface,

@@ -69,14 +69,9 @@ class Datagram(NamedTuple):
 
 
 def encode_frame(index: int, datagrams: Sequence[Datagram]) -> bytes:
-    """Return an Ethernet frame with datagrams; raise BusError if they do not fit.
+    """Return an Ethernet frame with datagrams; raise BusError if they exceed `FRAME_BYTES`.
 
-    Parameters
-    ----------
-    index
-        0 to 255, in every datagram: identifies the frame of an answer.
-    datagrams
-        One at least; together at most `FRAME_BYTES`.
+    ``index``, 0 to 255, in every datagram (at least one), identifies the frame of an answer.
     """
     size = sum(len(datagram.data) + DATAGRAM_OVERHEAD for datagram in datagrams)
     total = _ETHERNET_HEAD.size + _ETHERCAT_HEAD.size + size
@@ -189,10 +184,7 @@ def decode_frame(frame: bytes) -> tuple[int, tuple[Datagram, ...]]:
 
 
 def answers_like(frame: bytes, asked: Sequence[Datagram]) -> tuple[Datagram, ...] | None:
-    """Return the datagrams of a frame that answers `asked`, or None.
-
-    Answers may carry additional flags. Damaged or foreign frames are no answers.
-    """
+    """Return the datagrams of a frame that answers `asked` (more flags allowed), else None."""
     try:
         _index, datagrams = decode_frame(frame)
     except BusError:

@@ -37,17 +37,14 @@ class EepromRead:
 
     @property
     def error(self) -> BusError | None:
-        """Return what went wrong, or None."""
         return self._error
 
     @property
     def result(self) -> bytes:
-        """Return the words read so far."""
         return bytes(self._value[: self._wanted])
 
     @property
     def progress(self) -> tuple[int, int]:
-        """Return bytes read and in total."""
         return len(self.result), self._wanted
 
     def jobs(self) -> Iterator[Job]:

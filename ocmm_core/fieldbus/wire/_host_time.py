@@ -19,7 +19,6 @@ class HostTime:
     """This time over real time during the last second or so; None if identical or unknown."""
 
     def now_ns(self) -> int:
-        """Return the time now."""
         return time.monotonic_ns()
 
     def wait_until(self, deadline_ns: int) -> int:

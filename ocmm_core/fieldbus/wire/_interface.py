@@ -72,16 +72,8 @@ def is_virtual_cable(name: str) -> bool:
 def check_interface(name: str, *, force: bool = False) -> None:
     """Refuse an interface that cannot or must not carry the camera bus.
 
-    Parameters
-    ----------
-    force
-        Accept an interface that has an IP address or carries the default route.
-
-    Raises
-    ------
-    BusError
-        The name is invalid, the interface is absent, down or in use for the network, or this
-        process lacks the rights for raw Ethernet.
+    ``force`` accepts one with an IP address or the default route. BusError if the name is invalid,
+    the interface is absent, down or in use, or this process lacks the rights for raw Ethernet.
     """
     if not hasattr(socket, "AF_PACKET"):
         raise BusError(

@@ -72,17 +72,8 @@ if HOST.is_linux_like:
 class Master:
     """An open EtherCAT master; devices are numbered by wire position, 0 first.
 
-    Parameters
-    ----------
-    sizes
-        Bytes of inputs and outputs of each camera.
-    token
-        Position of the cycle number in its outputs, see `Port`.
-
-    Raises
-    ------
-    BusError
-        It cannot be opened.
+    ``sizes``: bytes of inputs and outputs of each camera; ``token``: position of the cycle number
+    in its outputs, see `Port`. BusError if it cannot be opened.
     """
 
     def __init__(
@@ -184,7 +175,6 @@ class Master:
                 )
 
     def station(self, position: int) -> int:
-        """Return the station address of a device."""
         return _FIRST_STATION + position
 
     def read_object(
@@ -261,7 +251,6 @@ class Master:
             )
 
     def request(self, state: int) -> None:
-        """Request a state from all devices."""
         self._master.state = state
         self._master.write_state()
 
@@ -286,8 +275,7 @@ class Master:
     def first_cycle(self) -> None:
         """Exchange process data once, patiently; later cycles keep exact timeouts.
 
-        During configuration pysoem relies on longer waits than specified; afterwards its socket
-        must not block.
+        pysoem relies on long waits in configuration; later its socket must not block.
         """
         service = ServiceChannel()
         self.port.collect(service)
@@ -327,11 +315,7 @@ class Master:
 
         Answers in several Ethernet frames are awaited on our own sockets, which see the same
         answers: pysoem would spin for the second and take the processor from other threads.
-
-        Parameters
-        ----------
-        token
-            Heartbeat in the outputs of this cycle.
+        ``token``: heartbeat in the outputs of this cycle.
         """
         port = self.port
         port.begin(service, token)

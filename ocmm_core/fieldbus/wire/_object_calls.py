@@ -23,15 +23,9 @@ _SETTLING_TRIES = 5
 class ObjectCalls:
     """Calls of one master, and the cameras that still owe an answer.
 
-    Parameters
-    ----------
-    ask_type
-        Reads an object of the camera with an index that `call` never uses.
-    failures
-        Library exceptions for a missing or mismatched answer.
-    pause_s
-        Delay before a camera in arrears is queried again, for late answers, which the library
-        discards before a query.
+    ``ask_type`` reads an object of the camera with an index that `call` never uses; ``failures``:
+    library exceptions for a missing or mismatched answer; ``pause_s``: delay before a camera in
+    arrears is queried again, for late answers, which the library discards before a query.
     """
 
     def __init__(
@@ -47,17 +41,9 @@ class ObjectCalls:
         self._met: set[int] = set()
 
     def call(self, position: int, name: str, index: int, action: Callable[[], bytes]) -> bytes:
-        """Return the result of `action`; retry after lost frames.
+        """Return the result of `action`, one transfer; retry after lost frames.
 
-        Parameters
-        ----------
-        action
-            One transfer; raises one of the failures, or BusError if the camera refuses.
-
-        Raises
-        ------
-        BusError
-            ``bus.no_answer``, or an exception of `action`.
+        BusError ``bus.no_answer``, or an exception of `action`, as if the camera refuses.
         """
         if position not in self._met:
             self._met.add(position)

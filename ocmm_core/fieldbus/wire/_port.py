@@ -112,8 +112,7 @@ class Passage(NamedTuple):
 class Port:
     """One end of the bus cable, or both with a redundancy cable.
 
-    ``foreign`` counts frames of another master; not on a ring, where our own may also pass no
-    camera.
+    ``foreign`` counts frames of another master; not on a ring, where ours look alike.
     """
 
     def __init__(
@@ -147,10 +146,7 @@ class Port:
             ) from error
 
     def ask(self, datagrams: Sequence[Datagram]) -> tuple[Datagram, ...] | None:
-        """Send datagrams outside a cycle and return their answers.
-
-        Blocks for 30 ms at most; returns None without answer.
-        """
+        """Send datagrams outside a cycle, for 30 ms at most; return their answers or None."""
         service = self._questions
         for _ in range(_ASK_TRIES):
             answers: list[Datagram] = []

@@ -89,13 +89,7 @@ def write_word(exchange: Exchange, position: int, word: int, value: int) -> None
 
 
 class RawLine:
-    """Single datagrams over an accepted interface, without a master.
-
-    Raises
-    ------
-    BusError
-        Another program is a master there.
-    """
+    """Single datagrams over an interface without a master; BusError if another program is one."""
 
     def __init__(self, interface: str) -> None:
         self._interface = interface
@@ -126,7 +120,6 @@ class RawLine:
         )
 
     def close(self) -> None:
-        """Close the socket."""
         self._channel.close()
 
     def _wait(self, asked: Sequence[Datagram]) -> list[Datagram] | None:

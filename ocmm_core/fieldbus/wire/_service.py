@@ -56,10 +56,7 @@ class ServiceChannel:
         return self._newest in self._waiting
 
     def compose(self, jobs: Iterable[Job]) -> bytes | None:
-        """Return the frame of this cycle, or None without requests.
-
-        Jobs that exceed one frame are answered at once as unprocessed.
-        """
+        """Return this cycle's frame, or None; excess jobs are answered at once as unprocessed."""
         self._number += 1
         self._give_up()
         chosen = list(jobs)

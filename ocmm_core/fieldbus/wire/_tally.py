@@ -23,11 +23,8 @@ OWN_TOKEN = (0 if _FIELDS is None else int(_FIELDS["heartbeat"][1]), 4)
 class AnswerTally:
     """Counts expected and stray answers of each cycle.
 
-    Parameters
-    ----------
-    token
-        Offset and size of the cycle number in the first camera's outputs; size 0 if absent, then
-        only the index is matched.
+    ``token``: offset and size of the cycle number in the first camera's outputs; size 0 if absent,
+    then only the index is matched.
     """
 
     def __init__(self, token: tuple[int, int] = OWN_TOKEN) -> None:

@@ -1,7 +1,4 @@
-"""Passive tap of an interface: every EtherCAT frame with its time.
-
-The kernel provides copies; the bus is not affected.
-"""
+"""Passive tap of an interface: copies of every EtherCAT frame with its time, by the kernel."""
 
 from __future__ import annotations
 
@@ -73,5 +70,4 @@ class Tap:
         self.dropped += dropped
 
     def close(self) -> None:
-        """Close the socket."""
         self._channel.close()

@@ -38,8 +38,7 @@ class SegmentConfig(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fi
 
     interface: str
     second_interface: str = ""
-    """`interface`, `second_interface`: interfaces of the cameras; the second closes a ring, empty:
-    none."""
+    """`interface`, `second_interface`: of the cameras; the second closes a ring, empty: none."""
     cameras: tuple[CameraIdentity, ...]
     provider: msgspec.Raw
     """Camera view as JSON: ``{"pattern": "test"}``, ``{"pattern": "clock"}``, `RigScript`,

@@ -13,7 +13,6 @@ class CameraTime:
     stretched = False
 
     def now_ns(self) -> int:
-        """Return the time now."""
         return time.monotonic_ns()
 
     def taken(self, *, answered: bool) -> None:
@@ -36,7 +35,6 @@ class SteppedCameraTime(CameraTime):
         ]
 
     def now_ns(self) -> int:
-        """Return the current bus time."""
         if self._ring.word(RingHeaderField.BUS_STEPS):
             return self._ring.word(RingHeaderField.BUS_NOW_NS)
         return time.monotonic_ns() + self._ring.word(RingHeaderField.BUS_OFFSET_NS)

@@ -94,7 +94,6 @@ class FaultCommands:
         }
 
     def do(self, command: CameraDeed, now_ns: int) -> DeedAnswer:
-        """Execute a command; return the resulting state."""
         units = self._chain.units
         error = ""
         utc_ns = time.time_ns()

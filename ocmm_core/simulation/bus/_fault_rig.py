@@ -46,12 +46,7 @@ Answer = TypeVar("Answer")
 class FaultRig:
     """The whole wire with fault injection; a context manager.
 
-    Parameters
-    ----------
-    present
-        Cameras created; default `expected`.
-    unplugged
-        Cameras not on the wire at the start.
+    ``present``: cameras created, default `expected`; ``unplugged``: not on the wire at first.
     """
 
     def __init__(
@@ -113,7 +108,6 @@ class FaultRig:
             remove_link(cable)
 
     def start_cameras(self) -> None:
-        """Start the process of the cameras."""
         segment = SegmentConfig(
             interface=CAMERAS,
             cameras=self._present,
@@ -127,7 +121,6 @@ class FaultRig:
             self.command(FaultKind.UNPLUG, number)
 
     def kill_cameras(self) -> None:
-        """Kill the process of the cameras."""
         child = self._children.pop("cameras")
         child.kill()
         child.wait()
@@ -173,7 +166,6 @@ class FaultRig:
         return self._control("proxy", LineOrder(rules=rules, new_log=new_log), LineLog)
 
     def line_log(self, *, new_log: bool = False) -> LineLog:
-        """Return the log of the cable."""
         return self._control("proxy", LineOrder(new_log=new_log), LineLog)
 
     def link(self, name: str, *, up: bool) -> int:

@@ -57,11 +57,7 @@ def rig_up(
 ) -> RigStatus:
     """Create the interfaces and start the software cameras on one of them.
 
-    Raises
-    ------
-    BusError
-        Not root, a rig is already up, a name is in use, or the cameras fail to start; nothing is
-        left behind.
+    BusError if not root, a rig is up, a name is in use, or cameras fail; nothing is left.
     """
     _need_root("up")
     if rig_status().record is not None:

@@ -224,7 +224,6 @@ class Proxy:
                     time.sleep(1e-3)
 
     def close(self) -> None:
-        """Close the interfaces."""
         for port in self._ports.values():
             port.close()
         self._control.close()

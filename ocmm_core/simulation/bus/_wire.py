@@ -49,7 +49,6 @@ class LinkPort:
         return self._socket.fileno()
 
     def receive(self) -> bytearray | None:
-        """Return the next incoming frame, or None."""
         try:
             return bytearray(self._socket.recv(_FRAME_BYTES))
         except OSError:
@@ -86,8 +85,7 @@ class LinkPort:
 class Wire:
     """Software cameras on an Ethernet link, or between the two ends of a ring.
 
-    ``control``: Unix datagram socket that accepts `CameraDeed` as JSON and returns a `DeedAnswer`;
-    empty: none.
+    ``control``: Unix datagram socket for `CameraDeed` as JSON, answered by `DeedAnswer`, or empty.
     """
 
     def __init__(
@@ -154,7 +152,6 @@ class Wire:
                     time.sleep(_IDLE_S)
 
     def close(self) -> None:
-        """Close the interfaces."""
         self._time.close()
         for port in self._ports:
             port.close()

@@ -91,7 +91,6 @@ class CalibrationScenesRig:
         self.n_frames = first
 
     def camera_frames(self, camera: int, first: int, count: int) -> CameraFrames:
-        """Return `count` frames of one camera from `first`."""
         valid, uv = self._spots(camera, first, count)
         return valid.astype(np.uint16), np.zeros(count, dtype=np.uint16), uv
 
@@ -107,7 +106,6 @@ class CalibrationScenesRig:
         return valid, uv
 
     def frames(self, first: int, count: int) -> FrameBlock:
-        """Return `count` frames of all cameras from `first`."""
         seen = [self._spots(camera, first, count) for camera in range(len(self._packed))]
         counter = np.arange(first, first + count, dtype=np.int64)
         return FrameBlock(
@@ -205,7 +203,6 @@ class CalibratingScript(msgspec.Struct, frozen=True, kw_only=True, forbid_unknow
     """`seed`, `options`, `moved`: see `CalibrationScenesRig`."""
 
     def to_json(self) -> str:
-        """Return the script as JSON."""
         return msgspec.json.encode(self).decode("utf-8")
 
     def build(self) -> CalibrationScenesRig:

@@ -1,5 +1,3 @@
-"""Frame source of calibration scenes."""
-
 from __future__ import annotations
 
 import time
@@ -11,10 +9,7 @@ BLOCK_NS = 10_000_000
 
 
 class CalibratingSource:
-    """A `FrameSource` that shows the scenes once and ends.
-
-    Not live: rig time waits for slow readers.
-    """
+    """A `FrameSource` that shows the scenes once and ends; rig time waits for slow readers."""
 
     def __init__(self, rig: CalibrationScenesRig, speed: float = 0.0) -> None:
         self._rig = rig
@@ -37,12 +32,10 @@ class CalibratingSource:
         )
 
     def open(self) -> None:
-        """Start at the first frame."""
         self._next = 0
         self._due_s = time.monotonic()
 
     def read(self) -> Cycle:
-        """Return the next block; wait for its time if the source is paced."""
         count = min(self._block, self._rig.n_frames - self._next)
         frames = self._rig.frames(self._next, count) if count > 0 else None
         self._next += max(count, 0)

@@ -20,7 +20,6 @@ from ocmm_core.camera import load_rig
 from ocmm_core.documents import resource
 
 RECORDS_MADE = datetime(2026, 3, 1, 8, 0, tzinfo=UTC)
-"""Creation time in the records."""
 _RIG = load_rig(resource("rigs", "recommended.toml"))
 
 

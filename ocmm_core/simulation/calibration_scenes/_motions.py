@@ -63,10 +63,7 @@ def visits(
 
 
 def waves(volume_world: Float, scene: FreeMotionScene, body: ProbeBody) -> Float:
-    """Return segments through places and attitudes of the volume.
-
-    Each segment ends in another cell, so that the whole volume is crossed.
-    """
+    """Return segments through places and attitudes, each to another cell: the volume is crossed."""
     rng = np.random.default_rng([scene.seed, STREAM + 1])
     low, high = volume_world
     cells = np.array(list(np.ndindex(_CELLS, _CELLS, _CELLS)))
@@ -123,10 +120,7 @@ def best_seen(
     volume_world: Float,
     rng: np.random.Generator,
 ) -> Float:
-    """Return a probe attitude as a rotation vector (3,), rad.
-
-    Chosen so that the cameras see most LEDs within the calibrated volume.
-    """
+    """Return the rotation vector (3,), rad, that shows most LEDs in the calibrated volume."""
     low, high = volume_world
     best, least = np.zeros(3), np.inf
     for _ in range(_ATTEMPTS):

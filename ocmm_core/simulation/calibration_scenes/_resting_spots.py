@@ -47,10 +47,7 @@ _HOLDS, _HOLD_MM, _HAND_RAD = 4, 10.0, 0.03
 class VirtualRests:
     """Virtual rig for one session, rest by rest.
 
-    Parameters
-    ----------
-    holds
-        Attitudes by place, shareable between sessions: finding one dominates the run time.
+    ``holds``: attitudes by place, shareable between sessions: finding one dominates the run time.
     """
 
     def __init__(

@@ -47,14 +47,8 @@ _WORN_RAD = np.radians(35.0)
 def reach_of(scene: TouchWithTip, radius: float, rotation: Float, normal: Float) -> float:
     """Return the distance of the ball centre from the sphere centre at a touch, mm.
 
-    Parameters
-    ----------
-    radius
-        Documented ball radius plus its true error, mm.
-    rotation
-        (3, 3), world from probe.
-    normal
-        (3,): outward, unit, world.
+    ``radius``: documented ball radius plus its true error, mm; ``rotation`` (3, 3), world from
+    probe; ``normal`` (3,): outward, unit, world.
     """
     fault = scene.fault
     touching_probe = rotation.T @ -normal

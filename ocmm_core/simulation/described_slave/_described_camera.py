@@ -1,7 +1,4 @@
-"""Slave built from a description (ETG.2010, ETG.1000.6).
-
-EEPROM, object dictionary, exposures by its clock, spots in its own units.
-"""
+"""Slave built from a description (ETG.2010, ETG.1000.6): EEPROM, objects, exposures, spots."""
 
 from __future__ import annotations
 
@@ -66,7 +63,6 @@ def sync_managers(device: DeviceDescription, image: ProcessImage) -> SyncManager
 def described_eeprom(
     device: DeviceDescription, image: ProcessImage, serial: int, alias: int
 ) -> bytes:
-    """Return the content of the EEPROM."""
     head = bytearray(SII_CONFIGURATION)
     struct.pack_into("<H", head, 8, alias)
     head += struct.pack("<H", checksum_of_configuration(head))
@@ -99,7 +95,6 @@ def described_eeprom(
 def described_dictionary(
     device: DeviceDescription, image: ProcessImage, serial: int
 ) -> dict[int, DictionaryObject]:
-    """Return the object dictionary."""
     name = device.name.encode("ascii", errors="replace")
     identity = (device.vendor, device.product, device.revisions[1], serial)
     objects = {
@@ -151,19 +146,9 @@ _BRIGHTNESS = 1000
 class DescribedCamera:
     """One camera built from its description; an `Application` of its controller.
 
-    Parameters
-    ----------
-    lens
-        Correction lens; required if it sends corrected millimetres.
-
-    Attributes
-    ----------
-    frozen
-        Fault: its program hangs while its controller continues to answer.
-    mailbox_hangs
-        Fault: mailboxes are accepted and never answered.
-    start_ns, period_ns
-        Exposure k is at ``start_ns + k * period_ns`` of its clock; 0: none.
+    ``lens`` corrects the spots and is required if it sends corrected millimetres. Faults:
+    ``frozen``, its program hangs while its controller answers; ``mailbox_hangs``, mailboxes are
+    never answered. Exposure k is at ``start_ns + k * period_ns`` of its clock; a period of 0: none.
     """
 
     def __init__(
@@ -202,7 +187,6 @@ class DescribedCamera:
         )
 
     def answer(self, mailbox: bytes) -> bytes | None:
-        """Return the answer to a mailbox; see `Application`."""
         return None if self.mailbox_hangs else self.coe.answer(mailbox)
 
     def state_changed(self, state: int) -> None:
@@ -268,7 +252,6 @@ class DescribedCamera:
         return image.pack_inputs(values)
 
     def generate(self, now_ns: int) -> bool:
-        """Work ahead; return whether work was done."""
         self.esc.now_ns = now_ns
         if not self.period_ns:
             return False

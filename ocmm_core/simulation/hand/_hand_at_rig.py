@@ -30,16 +30,12 @@ class LedView:
     """The user leads it, not the robot."""
     hand: HandView = field(default_factory=HandView)
     clear_mm: float = CLEAR_MM
-    """Distance from the surface."""
     turn: tuple[float, float] = (0.0, 0.0)
     """(2,), rad: lean to the right and back."""
 
 
 class HandAtRig:
-    """Take the probe from the robot, lead it, and return it; thread-safe.
-
-    Produces camera frames, as any other motion.
-    """
+    """Take the probe from the robot, lead it, and return it; a thread-safe source of frames."""
 
     def __init__(self, source: SimulatedSource, rig: VirtualRig) -> None:
         self._source, self._rig = source, rig
@@ -106,7 +102,6 @@ class HandAtRig:
                 self._hand.press()
 
     def view(self) -> LedView:
-        """Return how the probe is held."""
         with self._lock:
             hand = self._hand
             seen = hand.view() if self._taken and hand is not None else HandView()

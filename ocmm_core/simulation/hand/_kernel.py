@@ -1,7 +1,4 @@
-"""Compiled loops of the led hand: distance to solids, and motion of the ball.
-
-Part frame; mm, s, rad.
-"""
+"""Compiled loops of the led hand: distance to solids, and motion; part frame, mm, s, rad."""
 
 from __future__ import annotations
 
@@ -100,8 +97,7 @@ def _outline(hole: Float, x: float, y: float) -> tuple[float, float, float]:
 def _slab(solid: Float, holes: Float, x: float, y: float, z: float, g: Float) -> float:
     """Return the signed distance outside a slab with holes; gradient in ``g``.
 
-    Above the rim of a hole the distance to the rim is the hypotenuse of the distances to plane and
-    wall, which are perpendicular.
+    Above a hole's rim it is the hypotenuse of the perpendicular distances to plane and wall.
     """
     qx, qy = abs(x) - solid[SIZES], abs(y) - solid[SIZES + 1]
     half = 0.5 * solid[SIZES + 2]

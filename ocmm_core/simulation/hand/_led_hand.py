@@ -71,8 +71,7 @@ class HandView:
     touches: bool = False
     aim_world: Float | None = None
     normal_world: Float | None = None
-    """`aim_world`, `normal_world`: (3,), mm and unit: target on the part, and the way out; None off
-    the part."""
+    """`aim_world`, `normal_world`: (3,), mm, unit: target on the part and way out; None off it."""
     forgotten: int = 0
     """Dropped targets."""
 
@@ -171,7 +170,6 @@ class MouseHand:
             self._presses = 1
 
     def view(self) -> HandView:
-        """Return the state of the hand."""
         with self._lock:
             wish, aim, normal = self._wish, None, None
             if wish is not None and np.any(wish.normal_part):
@@ -200,7 +198,6 @@ class MouseHand:
             self._phase, self._since_s, self._button_s = _Phase.FOLLOW, 0.0, 0.0
 
     def place(self) -> tuple[Float, Float]:
-        """Return ball centre (3,), mm, world, and attitude (3,), rad."""
         with self._lock:
             place = self._state[kernel.PLACE : kernel.PLACE + 3]
             return self._pose.apply(place), self._attitude.copy()

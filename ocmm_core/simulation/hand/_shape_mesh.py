@@ -1,5 +1,3 @@
-"""Mesh of a virtual part, made from its solids."""
-
 from __future__ import annotations
 
 from itertools import pairwise

@@ -34,8 +34,7 @@ class Solid:
     origin: Float
     axes: Float
     sizes: tuple[float, float, float]
-    """`kind`, `origin`, `axes`, `sizes`: ``axes`` (3, 3): rows are its x, y and z in the part
-    frame."""
+    """`kind`, `origin`, `axes`, `sizes`: ``axes`` (3, 3): rows x, y, z in the part frame."""
     holes: tuple[tuple[str, Float], ...] = ()
     """Name and columns of each."""
 

@@ -73,8 +73,7 @@ class PartPose(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=
 class PartDocument(Document, frozen=True, kw_only=True):
     """Document of a part; lengths in mm, part frame.
 
-    ``reference`` is the pose of an attached reference body: from the reference frame to the part
-    frame.
+    ``reference`` is the pose of an attached reference body: part from reference frame.
     """
 
     name: str
@@ -102,8 +101,7 @@ class TrueFeature:
     """(3,), unit: length direction of slot and ellipse, otherwise zero."""
     length: float = 0.0
     width: float = 0.0
-    """`length`, `width`: mm, overall, of slot and ellipse; the width of a torus is its tube
-    diameter."""
+    """`length`, `width`: mm, overall, of slot and ellipse; width of a torus: tube diameter."""
     half_angle: float = 0.0
     """rad: of a cone, whose radius falls along its direction."""
 

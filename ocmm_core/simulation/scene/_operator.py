@@ -85,8 +85,7 @@ class ScriptedTouch:
     contact_s: float
     settled_s: float
     retract_s: float
-    """`contact_s`, `settled_s`, `retract_s`: first contact, and start and end of the rest of the
-    ball centre."""
+    """`contact_s`, `settled_s`, `retract_s`: first contact, start and end of the ball's rest."""
     surface_world: Float
     """(3,), mm: the point that is touched."""
     normal_world: Float
@@ -109,10 +108,7 @@ class _Timeline:
 
 
 class Operator:
-    """The script; thread-safe between reading motion and extending.
-
-    ``tip_radius`` is the true radius of the ball, mm.
-    """
+    """The script; thread-safe between reading and extending; ``tip_radius``, mm, is true."""
 
     def __init__(self, part: Part, tip_radius: float, touches: Touches, seed: int) -> None:
         self._part = part
@@ -140,10 +136,7 @@ class Operator:
         return self._timeline.touches
 
     def extend(self, touches: Touches, not_before_s: float) -> None:
-        """Append touches after the end of the script, or after `not_before_s` if later.
-
-        Touch points are new, even for a feature touched before.
-        """
+        """Append touches at new points after the script's end, or `not_before_s` if later."""
         with self._lock:
             self._timeline = self._extended(self._timeline, touches, not_before_s)
 
@@ -169,12 +162,7 @@ class Operator:
     def resume(self, tip_world: Float, attitude: Float, at_s: float) -> None:
         """Bring the probe home from its place: up first, so that it clears the part.
 
-        Parameters
-        ----------
-        tip_world, attitude
-            (3,), mm, and (3,), rad: ball centre, and attitude as a rotation vector.
-        at_s
-            Start time, after the end of the script.
+        From ``tip_world`` (3,), mm, and ``attitude`` (3,), rad; ``at_s``: after the script.
         """
         with self._lock:
             old = self._timeline

@@ -59,12 +59,7 @@ class PixelFrames:
 
     A camera starts searching with the first frames requested after it was made or configured, and
     after long gaps. From there its frames are a function of script, options and settings, for any
-    grouping of requests.
-
-    Parameters
-    ----------
-    spots
-        Spot detection; noise, scale and times follow from sensor and rig.
+    grouping of requests. Noise, scale and times of ``spots`` follow from sensor and rig.
     """
 
     def __init__(
@@ -138,13 +133,9 @@ class PixelFrames:
         strobe: int,
         windows: tuple[tuple[int, int, int, int], ...],
     ) -> None:
-        """Configure a camera, which restarts searching. See `SensorControl`.
+        """Configure a camera, which restarts searching; see `SensorControl`.
 
-        Raises
-        ------
-        InputError
-            The exposure exceeds the frame period, the threshold is zero, or a window lies outside
-            the sensor.
+        InputError if exposure exceeds the period, threshold is zero, or a window is off.
         """
         unit = self._cameras[camera]
         if not 0 < exposure_ns <= self.rig.frame_period_ns:
@@ -256,7 +247,6 @@ class PixelScript(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fiel
     script: RigScript
 
     def to_json(self) -> str:
-        """Return the script as JSON."""
         return msgspec.json.encode(self).decode("utf-8")
 
     def build(self) -> PixelFrames:

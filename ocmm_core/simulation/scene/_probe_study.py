@@ -55,8 +55,7 @@ class ProbeStudy:
     rig: Rig | None = None
     spot_sigma_px: float = 0.0105
     centre_world: Float | None = None
-    """`rig`, `spot_sigma_px`, `centre_world`: for "bundle": cameras, spot noise, px, and ball
-    centre, (3,), mm."""
+    """`rig`, `spot_sigma_px`, `centre_world`: for "bundle": cameras, px, ball centre (3,), mm."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -85,10 +84,7 @@ def draw_angles(study: ProbeStudy, rng: np.random.Generator, count: int) -> Floa
 
 
 def draw_targets(study: ProbeStudy, rng: np.random.Generator) -> tuple[Float, Float]:
-    """Return the moments (L, 13) of one run's paths and its targets (n, L, 3), mm.
-
-    The targets are empty unless the LEDs are requested.
-    """
+    """Return moments (L, 13) of a run's paths, and targets (n, L, 3), mm, or none if unwanted."""
     n_leds = len(study.leds)
     moments = np.zeros((n_leds, 13))
     points = np.empty((study.poses if study.with_leds else 0, n_leds, 3))
@@ -128,15 +124,8 @@ def run_study(
 ) -> StudyResult:
     """Return the errors of many runs, independent of their distribution.
 
-    Parameters
-    ----------
-    processes
-        On this computer; None lets the site decide. With one, everything runs in this process.
-
-    Raises
-    ------
-    OcmmError
-        A run failed, or the site cannot be used.
+    ``processes`` are on this computer; None lets the site decide, one runs everything in this
+    process. OcmmError if a run failed, or the site cannot be used.
     """
     seeds = np.random.SeedSequence(seed).spawn(runs)
     parts = [slice(first, first + _RUNS_A_TASK) for first in range(0, runs, _RUNS_A_TASK)]

@@ -21,22 +21,10 @@ def add_paths(
     turns and noise: it moves an LED by some 10 nm at random, a hundredth of the noise at most,
     which adds to it by its square.
 
-    Parameters
-    ----------
-    sines, cosines
-        (3, m): of alpha, beta and gamma.
-    noise
-        (3 L, m): standard normals.
-    leds, sigma
-        (L, 3), mm, from the tip; (3,), mm, world.
-    first
-        Number of the first pose.
-    turns
-        (9, m): scratch space for the rotations.
-    moments
-        (L, 13), added to: `pivot.add_moments` with the LEDs as reference.
-    points
-        (n, L, 3), mm, output: noisy targets; (0, L, 3) to skip them.
+    ``sines``, ``cosines`` (3, m): of alpha, beta and gamma; ``noise`` (3 L, m): standard normals;
+    ``leds`` (L, 3), mm, from the tip; ``sigma`` (3,), mm, world; ``first``: number of the first
+    pose; ``turns`` (9, m): scratch; ``moments`` (L, 13), added to: `pivot.add_moments` with the
+    LEDs as reference; ``points`` (n, L, 3), mm, output: noisy targets, (0, L, 3) to skip them.
     """
     m = sines.shape[1]
     for i in range(m):

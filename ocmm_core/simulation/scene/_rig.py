@@ -113,7 +113,6 @@ class VirtualRig:
 
     @property
     def n_frames(self) -> int:
-        """Return the length of the script in frames."""
         return self._frame_at(self._operator.duration_s)
 
     @property
@@ -152,10 +151,7 @@ class VirtualRig:
         )
 
     def extend(self, touches: Touches, after_frame: int = 0) -> None:
-        """Append touches after the end of the script, or after `after_frame` if later.
-
-        Thread-safe.
-        """
+        """Append touches after the script's end, or `after_frame` if later; thread-safe."""
         self._operator.extend(touches, after_frame * self.frame_period_ns * 1e-9)
 
     def complete(self, missing: Missing, after_frame: int) -> None:
@@ -205,7 +201,6 @@ class VirtualRig:
         return turn @ pose.rotation, turn @ pose.translation + shift
 
     def camera_frames(self, camera: int, first: int, count: int) -> CameraFrames:
-        """Return `count` frames of one camera from `first`."""
         motion = self.motion(first, count)
         valid, uv = self._see(camera, motion, first, count, self._white(camera, first, count))
         return valid.astype(np.uint16), self.flags(motion, first).astype(np.uint16), uv
@@ -222,12 +217,8 @@ class VirtualRig:
     def led_images(self, camera: int, first: int, count: int) -> tuple[NDArray[np.bool_], Float]:
         """Return the true LED images of a camera in `count` frames from `first`.
 
-        Returns
-        -------
-        visible
-            (count, L) bool, by LED number, those of a reference body last.
-        uv
-            (count, L, 2), px: without white noise, with the optical pattern; NaN if not visible.
+        Visible (count, L), and uv (count, L, 2), px, without white noise, with the optical pattern,
+        NaN if not visible; by LED number, those of a reference body last.
         """
         slots = np.concatenate([self._world.slots[camera], self._world.reference_slots[camera]])
         white = np.zeros((count, len(slots), 2))
@@ -236,7 +227,6 @@ class VirtualRig:
         return np.isfinite(by_led[..., 0]), by_led
 
     def frames(self, first: int, count: int) -> FrameBlock:
-        """Return `count` frames of all cameras from `first`."""
         return self.frames_of(self.motion(first, count), first)
 
     def frames_of(self, motion: Motion, first: int) -> FrameBlock:

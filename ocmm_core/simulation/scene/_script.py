@@ -1,5 +1,3 @@
-"""Serialisable description of a virtual rig."""
-
 from __future__ import annotations
 
 from functools import lru_cache
@@ -30,12 +28,10 @@ class RigScript(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields
     seed: int
     options: WorldOptions = WorldOptions()
     frame_rate_hz: int = 0
-    """`seed`, `options`, `frame_rate_hz`: as in `VirtualRig`; rate 0 is that of the rig document.
-    """
+    """`seed`, `options`, `frame_rate_hz`: as in `VirtualRig`; rate 0: as in the rig document."""
     reference: str = ""
 
     def to_json(self) -> str:
-        """Return the script as JSON."""
         return msgspec.json.encode(self).decode("utf-8")
 
     def build(self) -> VirtualRig:
@@ -58,8 +54,7 @@ class RigScript(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields
 def _behind_body(probe: str, identity: str) -> tuple[int, ...]:
     """Return the LEDs hidden by the body of a probe, by its shipped design, if any.
 
-    Tests half a million directions, as slow as the rest of a virtual rig; cached per probe document
-    by its ``identity``.
+    Tests half a million directions, so it is cached per probe document by its ``identity``.
     """
     body = load_probe(Path(probe))
     design = shipped_design(body)

@@ -30,22 +30,18 @@ class SensorOptions:
     spot_sigma_px: float = 1.0
     """Sigma of the round Gaussian spot of lens and LED."""
     coma_px: float = 0.0
-    """Outward shift of a fifth of the light at the corner of the sensor, proportional to the
-    distance from its middle elsewhere."""
+    """Outward shift of a fifth of the light at the sensor's corner, in proportion elsewhere."""
     led_electrons_per_us: float = 420.0
-    """Electrons of one LED per microsecond of exposure."""
     background_electrons_per_us: float = 1.0
     """Ambient light per pixel."""
     read_noise_electrons: float = 40.0
     """Standard deviation of a dark pixel."""
     dark_level_counts: float = 500.0
-    """Mean dark count."""
     dark_spread_electrons: float = 60.0
     """Standard deviation of the dark signal between pixels."""
     hot_part: float = 1e-4
     hot_electrons: float = 2000.0
-    """`hot_part`, `hot_electrons`: fraction of hot pixels and their mean excess dark signal
-    (exponential)."""
+    """`hot_part`, `hot_electrons`: fraction and mean excess signal (exponential) of hot pixels."""
     response_spread: float = 0.01
     """Relative standard deviation of the response to light between pixels."""
     electrons_per_count: float = 1.0
@@ -96,10 +92,7 @@ def normal_table() -> Float:
 class Sensor:
     """Sensor of one camera; all results are functions of their arguments.
 
-    Attributes
-    ----------
-    pattern_key, frame_stream
-        Keys of the fixed pattern and of the noise of frames, see `exposure`.
+    ``pattern_key``, ``frame_stream``: keys of the fixed pattern and of frame noise, see `exposure`.
     """
 
     def __init__(

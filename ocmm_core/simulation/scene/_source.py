@@ -43,17 +43,10 @@ class LedHand(Protocol):
 class SimulatedSource:
     """A `FrameSource` that reads a virtual rig.
 
-    Not live: rig time waits for slow readers, and no frame is lost.
-
-    Parameters
-    ----------
-    speed
-        Multiple of real time; zero is as fast as frames are read.
-    hover
-        At the end of the script the probe rests at home for ever; otherwise the source ends.
-    rest_speed
-        Speed at rest if ``speed`` is zero, because an open window would keep a core busy. Zero is
-        as fast as frames are read.
+    Not live: rig time waits for slow readers, and no frame is lost. ``speed`` is a multiple of real
+    time; zero is as fast as frames are read. With ``hover`` the probe rests at home for ever after
+    the script, at ``rest_speed`` if ``speed`` is zero, because an open window would keep a core
+    busy.
     """
 
     def __init__(
@@ -121,23 +114,16 @@ class SimulatedSource:
         """Do nothing: the source holds no resources."""
 
     def extend(self, touches: Touches) -> None:
-        """Append touches after the script or after now; thread-safe.
-
-        The new touches start after the blocks in progress.
-        """
+        """Append touches after the script or the blocks in progress; thread-safe."""
         with self._lock:
             self._rig.extend(touches, self._next_frame + self._block)
 
     @property
     def period_s(self) -> float:
-        """Return the time between two frames of the rig, s."""
         return self._rig.frame_period_ns * 1e-9
 
     def take_over(self, hand: LedHand) -> None:
-        """Give the probe to a hand from the next frame on; thread-safe.
-
-        Pending touches of the operator are dropped.
-        """
+        """Give the probe to a hand from the next frame, dropping pending touches; thread-safe."""
         with self._lock:
             now = self._rig.operator_motion(self._next_frame, 1)
             hand.begin(now.tip_world[0], rotation_vector(now.rotation_world_from_probe[0]))
@@ -152,10 +138,7 @@ class SimulatedSource:
                 self._hand = None
 
     def _read_led(self) -> FrameBlock | None:
-        """Return the next block of the led hand, or None without one.
-
-        The hand is only exchanged between blocks.
-        """
+        """Return the next block of the led hand, exchanged only between blocks, or None."""
         with self._lock:
             if self._hand is None:
                 return None

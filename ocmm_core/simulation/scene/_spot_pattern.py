@@ -50,8 +50,7 @@ def draw_pattern(
 def _waves(count: int, turn: Float, phase: Float) -> tuple[Float, Float]:
     """Return cosine and sine (count, w) of ``n turn + phase``, both (w,), rad.
 
-    Uses the addition theorem on every `_FEW`-th value and the first ones, because these functions
-    dominate the cost.
+    Addition theorem on every `_FEW`-th value and the first ones: these dominate the cost.
     """
     far = _FEW * np.arange(-(-count // _FEW))[:, None, None] * turn + phase
     near = np.arange(_FEW)[:, None] * turn

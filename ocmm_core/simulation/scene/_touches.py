@@ -84,13 +84,8 @@ def sample(artefact: Artefact, count: int, rng: np.random.Generator) -> Contacts
 def farthest(contacts: Contacts, radius: float, tips: Float, count: int) -> Contacts:
     """Return the `count` touches with balls farthest from `tips` (n, 3), in order.
 
-    Parameters
-    ----------
-    radius
-        Ball radius, mm.
-    tips
-        Ball centres, part frame, mm; each is nearest to its own touch, even after a small push of
-        the part.
+    ``radius``: of the ball, mm; ``tips``: ball centres, part frame, mm; each is nearest to its own
+    touch, even after a small push of the part.
     """
     balls = contacts.points + radius * contacts.normals
     gaps = np.linalg.norm(balls[:, None] - tips[None], axis=2).min(axis=1, initial=np.inf)

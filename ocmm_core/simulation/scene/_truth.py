@@ -45,7 +45,6 @@ class Truth:
     """In script order; world before any nudge."""
     leds_reference: Float
     reference_slots: Int
-    """`leds_reference`, `reference_slots`: (R, 3), mm, reference frame, and (C, R): reference body;
-    empty without one."""
+    """`leds_reference`, `reference_slots`: (R, 3), mm, reference frame, (C, R); empty without."""
     T_world_from_reference: RigidTransform | None
     """Before any nudge; None without a reference body."""

@@ -55,8 +55,7 @@ class ScriptedBump:
 class ScriptedNudge:
     """A common motion of part, reference body and operator against the camera frame.
 
-    A moved table or a pushed camera frame: the cameras cannot distinguish them. It adds to earlier
-    nudges.
+    A moved table or pushed camera frame, indistinguishable; it adds to earlier nudges.
     """
 
     first_frame: int
@@ -105,9 +104,8 @@ class World:
 
     cameras: tuple[CameraModel, ...]
     leds_probe: Float
-    """(L, 3), mm, probe frame."""
     tip_probe: Float
-    """(3,), mm, probe frame."""
+    """`leds_probe`: (L, 3), mm, probe frame; `tip_probe`: (3,), mm, probe frame."""
     tip_radius: float
     """mm."""
     n_slots: int
@@ -175,8 +173,7 @@ def _patterns(
     """Return the read-only patterns of cameras of these sizes.
 
     Drawing them dominates the cost of a world, and one rig is rebuilt for each job and procedure:
-    the last ones are cached, 10 MB each. (Arrays with a cleared write flag would be another type
-    for the kernel.)
+    the last ones are cached, 10 MB each. Write flags would be another type for the kernel.
     """
     rng = _generator(seed, _PATTERN)
     return tuple(draw_pattern(noise, width, height, rng) for width, height in sizes)

@@ -1,7 +1,4 @@
-"""Black image of a software camera (object 0x8020): measure, store, load, clear.
-
-The work exceeds a master's time limit for an answer, so it runs in the background.
-"""
+"""Black image of a software camera (object 0x8020), in the background: it exceeds time limits."""
 
 from __future__ import annotations
 
@@ -98,10 +95,7 @@ class _InUse:
 class BlackImages:
     """The black image objects and their work.
 
-    Parameters
-    ----------
-    darken
-        Called with the number of exposures without LEDs; returns their duration, ns.
+    ``darken`` is called with the number of exposures without LEDs; it returns their duration, ns.
     """
 
     def __init__(
@@ -126,10 +120,7 @@ class BlackImages:
         self._now_ns = 0
 
     def switch_on(self) -> None:
-        """Use the stored image, as at power-on.
-
-        Without a stored one, the sensor keeps its factory image.
-        """
+        """Use the stored image as at power-on; without one the factory image stays."""
         try:
             block = self._store.load(STORED_NAME)
             if block is None:

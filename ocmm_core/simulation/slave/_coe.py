@@ -131,14 +131,8 @@ class _Download:
 class CoeServer:
     """Answers CoE mailboxes from an object dictionary.
 
-    Parameters
-    ----------
-    live
-        Readers of computed values, by (index, entry); may raise `AbortError`.
-    written
-        Actions before a value is stored, by (index, entry); may raise `AbortError`.
-    configurable
-        Whether entries for PREOP may be written now.
+    By (index, entry): ``live``, readers of computed values; ``written``, actions before a value is
+    stored; both may raise `AbortError`. ``configurable``: entries for PREOP may be written now.
     """
 
     def __init__(
@@ -158,7 +152,6 @@ class CoeServer:
         """Mailboxes answered with an error reply or not at all."""
 
     def value(self, index: int, sub: int) -> bytes:
-        """Return a value of the dictionary."""
         return self._values.read(index, sub)
 
     def set_value(self, index: int, sub: int, value: bytes) -> None:
@@ -174,7 +167,6 @@ class CoeServer:
         return self._coe(_EMERGENCY, struct.pack("<HB5s", code, register, data))
 
     def answer(self, mailbox: bytes) -> bytes | None:
-        """Return the mailbox that answers `mailbox`, or None."""
         if len(mailbox) < _MAILBOX_HEAD or mailbox[5] & 0x0F == _MAILBOX_ERROR:
             self.bad_mailboxes += 1
             return None

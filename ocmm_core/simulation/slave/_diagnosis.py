@@ -58,7 +58,6 @@ class Diagnosis:
             self._send(code, register, data)
 
     def live(self) -> dict[Address, Callable[[], bytes]]:
-        """Return readers of the entries."""
         entries: dict[Address, Callable[[], bytes]] = {
             (ERROR_REGISTER, 0): lambda: bytes([self.register]),
             (HISTORY, _NEWEST): lambda: bytes([self._newest]),
@@ -70,7 +69,6 @@ class Diagnosis:
         return entries
 
     def written(self) -> dict[Address, Callable[[bytes], object]]:
-        """Return the actions for written entries."""
         return {(HISTORY, _ACKNOWLEDGED): self._acknowledge, (HISTORY, _FLAGS): self._set_flags}
 
     def _acknowledge(self, value: bytes) -> None:

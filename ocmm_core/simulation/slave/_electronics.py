@@ -82,7 +82,6 @@ class Snapshots:
         return True
 
     def live(self) -> dict[Address, Callable[[], bytes]]:
-        """Return readers of the entries."""
         return {
             (SNAPSHOT, _STATE): lambda: bytes([self._state]),
             (SNAPSHOT, _PROGRESS): lambda: bytes([self._percent()]),
@@ -94,7 +93,6 @@ class Snapshots:
         }
 
     def written(self) -> dict[Address, Callable[[bytes], object]]:
-        """Return the actions for written entries."""
         return {
             **{
                 (SNAPSHOT, sub): self._setter(sub)
@@ -155,13 +153,7 @@ _WIDTH, _HEIGHT, _TEMPERATURE, _HOURS = range(2, 6)
 
 
 class Electronics:
-    """Application behind the objects of one camera.
-
-    Parameters
-    ----------
-    sensor
-        Serial number and size of the sensor, px, for object 0x9000.
-    """
+    """Application behind one camera's objects; ``sensor``: serial number and size, px (0x9000)."""
 
     def __init__(
         self,
@@ -208,7 +200,6 @@ class Electronics:
         return self._told_sensor[1], self._told_sensor[2]
 
     def configure(self, config: CameraConfig) -> None:
-        """Apply the configuration to the sensor."""
         self._sensor.configure(
             self._camera,
             exposure_ns=config.exposure_ns,
@@ -227,7 +218,6 @@ class Electronics:
         return self._black.work(now_ns) or self._snapshots.work()
 
     def live(self) -> dict[Address, Callable[[], bytes]]:
-        """Return readers of the entries."""
         return {
             **self._diagnosis.live(),
             (IDENTIFY, 2): lambda: struct.pack("<H", self._blinks_for()),
@@ -247,7 +237,6 @@ class Electronics:
         }
 
     def written(self) -> Mapping[Address, Callable[[bytes], object]]:
-        """Return the actions for written entries."""
         return {
             **self._diagnosis.written(),
             (IDENTIFY, 1): self._blink,

@@ -1,8 +1,4 @@
-"""Software EtherCAT slave controller: registers, EEPROM, clock, states.
-
-Register layout of ETG.1000.4 and the ET1100. Mailbox contents and process data are left to an
-`Application`.
-"""
+"""Software EtherCAT slave controller (ETG.1000.4, ET1100): registers, EEPROM, clock, states."""
 
 from __future__ import annotations
 
@@ -102,12 +98,8 @@ class Application(Protocol):
 class Esc:
     """One slave controller.
 
-    Parameters
-    ----------
-    clock_offset_ns
-        Offset of this slave's free-running clock from the host's.
-    sync_managers
-        Start, length, control, status, activation and type of each; the master may set no others.
+    ``clock_offset_ns``: of its free-running clock from the host's; ``sync_managers``: start,
+    length, control, status, activation and type of each; the master may set no others.
     """
 
     def __init__(
@@ -163,7 +155,6 @@ class Esc:
 
     @property
     def station_address(self) -> int:
-        """Return the address assigned by the master."""
         return self.memory[STATION_ADDRESS] | self.memory[STATION_ADDRESS + 1] << 8
 
     @property
@@ -259,7 +250,6 @@ class Esc:
             self._application.outputs_written()
 
     def refresh_inputs(self) -> None:
-        """Have the application renew the inputs."""
         self._application.refresh_inputs()
         if self.spoil is not None:
             self.spoil(self.memory)

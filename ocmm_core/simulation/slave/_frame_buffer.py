@@ -35,8 +35,7 @@ _NO_SPOT = b"\x00\x00"
 class FrameBuffer:
     """Frame buffer of one camera.
 
-    ``overruns`` counts the events of frames ``lost`` in a full buffer, ``late`` the requests for
-    frames not generated in time.
+    ``overruns`` counts events of frames ``lost`` in a full buffer, ``late`` frames not in time.
     """
 
     def __init__(self, provider: CameraFrames, camera: int) -> None:
@@ -56,7 +55,6 @@ class FrameBuffer:
 
     @property
     def running(self) -> bool:
-        """Return whether exposures are running."""
         return self.period_ns > 0
 
     def start(self, start_ns: int, period_ns: int) -> None:
@@ -92,7 +90,6 @@ class FrameBuffer:
         return self.blind or (first < self._dark.stop and self._dark.start < first + count)
 
     def stop(self) -> None:
-        """Stop the exposures."""
         self.period_ns = 0
 
     def is_behind(self, now_ns: int) -> bool:

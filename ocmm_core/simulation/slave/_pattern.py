@@ -19,14 +19,8 @@ class CameraFrames(Protocol):
     def camera_frames(self, camera: int, first: int, count: int) -> Frames:
         """Return the frames ``first .. first + count - 1`` of one camera.
 
-        Returns
-        -------
-        valid
-            (count,) uint16: bit s: slot s holds a spot.
-        flags
-            (count,) uint16: bits of `FrameFlag`.
-        uv
-            (count, 8, 2) float64, px: spots, NaN if invalid.
+        ``valid`` (count,) uint16: bit s: slot s holds a spot; ``flags`` (count,) uint16: bits of
+        `FrameFlag`; ``uv`` (count, 8, 2), px: spots, NaN if invalid.
         """
         ...
 
@@ -72,9 +66,7 @@ class Clocked(Protocol):
     now_ns: int
 
     @property
-    def system_time_ns(self) -> int:
-        """Return the distributed-clock time."""
-        ...
+    def system_time_ns(self) -> int: ...
 
 
 class Scheduled(Protocol):

@@ -26,10 +26,7 @@ def _is_sensor(provider: object) -> TypeGuard[SensorControl]:
 
 
 class SimpleSensor:
-    """A fixed dark pattern, with round spots at the provider's positions.
-
-    Images show the provider's first frame; black images have no spots.
-    """
+    """A fixed dark pattern; images add round spots at the provider's first positions."""
 
     def __init__(self, provider: CameraFrames) -> None:
         self._provider = provider

@@ -32,14 +32,10 @@ class SlaveClock:
         self.rate_ppb = rate_ppb
 
     def jump(self, amount_ns: int) -> None:
-        """Add a step to the clock."""
         self._shown_ns += amount_ns
 
     def follow(self, difference_ns: int, now_ns: int) -> None:
-        """Follow the reference clock, within the limits of a slave's control loop.
-
-        ``difference_ns`` is own minus received system time.
-        """
+        """Follow the reference clock within a slave's limits; difference: own minus received."""
         if self._compared_ns is not None:
             limit = (now_ns - self._compared_ns) // _FOLLOW_SHARE
             self._shown_ns -= max(-limit, min(limit, difference_ns))

@@ -86,21 +86,10 @@ _DIAGNOSIS, _STREAM = int(CameraStatus.DIAGNOSIS), int(Control.STREAM)
 class SoftwareCamera:
     """One camera on the wire.
 
-    Parameters
-    ----------
-    store, banks
-        Non-volatile memory and firmware; pass the same objects after a restart.
-    layout
-        Input layout, which defines the revision.
-    sensor
-        Reported sensor serial number and size, px; 0: the camera's own number.
-
-    Attributes
-    ----------
-    frozen
-        Fault: the application hangs while its controller continues to answer.
-    mailbox_hangs
-        Fault: mailboxes are accepted and never answered.
+    Pass the same ``store`` and ``banks``, its non-volatile memory and firmware, after a restart;
+    ``layout``: input layout, which defines the revision; ``sensor``: reported serial number and
+    size, px; 0: the camera's own number. Faults: ``frozen``, the application hangs while its
+    controller answers; ``mailbox_hangs``, mailboxes are accepted and never answered.
     """
 
     def __init__(
@@ -158,7 +147,6 @@ class SoftwareCamera:
             self.buffer.resume(*self._schedule(), self.esc.system_time_ns)
 
     def answer(self, mailbox: bytes) -> bytes | None:
-        """Return the answer to a mailbox; see `Application`."""
         if self.mailbox_hangs:
             return None
         if len(mailbox) >= _MAILBOX_HEAD and mailbox[5] & 0x0F == _FOE:
@@ -235,7 +223,6 @@ class SoftwareCamera:
         DATA_CRC.pack_into(memory, INPUT_START + DATA_CRC_AT, crc)
 
     def generate(self, now_ns: int) -> bool:
-        """Work ahead; return whether work was done."""
         self.esc.now_ns = now_ns
         self.buffer.blind = self.electronics.sensor_fails
         return self.buffer.generate(self.esc.system_time_ns) or self.electronics.work(now_ns)

@@ -14,9 +14,7 @@ from ocmm_core.tracking.kernels._small_algebra import backward, cholesky, forwar
 # A straight line over chi-square with 2 degrees of freedom a view: 19, 24, 29 and 34 for one to
 # four views are exceeded by true LEDs once in 13000, 13000, 16000 and 25000 times.
 FALSE_CHI2, FALSE_CHI2_PER_VIEW = 14.0, 5.0
-"""An LED that agrees less with the pose of the others is false: a true one does so once in ten
-thousand times.
-"""
+"""An LED that agrees less is false: a true one does so once in ten thousand times."""
 
 # The same line lower: 6.5, 9, 11.5 and 14 are exceeded in 3.9, 6.1, 7.4 and 8.2 of 100 times.
 ODD_CHI2, ODD_CHI2_PER_VIEW = 4.0, 2.5

@@ -49,31 +49,13 @@ def extend_hypothesis(
     spots are removed that have another spot or the place of another LED within ``rival_px``: they
     are indistinguishable there, and images of such close lights disturb each other.
 
-    Parameters
-    ----------
-    ideal, jacobian, there
-        Spots by slot, see `meeting_kernel.undistort_rays`.
-    usable
-        (C S,): LED of a slot by its strobe code, -1 for any, -2 for none.
-    cams, centres
-        (C, 21) and (C, 3), mm.
-    leds, directions, least_cosine
-        The body, and the cosine of the widest angle under which an LED can be seen.
-    sigma, rival_px
-        px.
-    limits
-        Chi-square limit by degrees of freedom.
-    labels
-        (C, L): slots, -1 if none; changed in place.
-    rotation, origin
-        Outputs (3, 3) and (3,), mm: pose in the world.
-    worth
-        Output (1,): see `doubt_kernel.ambiguity_score`.
-
-    Returns
-    -------
-    float
-        Chi-square, or -1 if the labelling fails.
+    ``ideal``, ``jacobian``, ``there``: spots by slot, see `meeting_kernel.undistort_rays`;
+    ``usable`` (C S,): LED of a slot by its strobe code, -1 for any, -2 for none; ``cams`` (C, 21),
+    ``centres`` (C, 3), mm; ``leds``, ``directions`` and ``least_cosine`` of the widest angle under
+    which an LED can be seen: the body; ``limits``: chi-square by degrees of freedom; ``labels`` (C,
+    L): slots, -1 if none, changed in place. Outputs: ``rotation`` (3, 3) and ``origin`` (3,), mm,
+    pose in the world; ``worth`` (1,), see `doubt_kernel.ambiguity_score`. Returns chi-square, or -1
+    if the labelling fails.
     """
     n_cameras, n_leds = labels.shape
     led_ideal = np.empty((n_cameras, n_leds, 2))

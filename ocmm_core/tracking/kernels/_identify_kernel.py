@@ -38,8 +38,7 @@ from ocmm_core.tracking.kernels._meeting_kernel import triangulate_pairs, undist
 
 MAX_POSES = 32
 MAX_COMPARISONS = 32_000_000
-"""Limits of kept poses and compared distance pairs, beyond which the scene counts as too confusing.
-"""
+"""Limits of kept poses and compared distance pairs; beyond, the scene is too confusing."""
 
 ALL_SPOTS = 16
 """Up to this number of spots a camera, all are seeds."""
@@ -70,23 +69,13 @@ def identify_frames(
 ) -> None:  # fmt: skip
     """Label the spots of every frame.
 
-    Parameters
-    ----------
-    spots
-        (n, C, S, 2), px, NaN for empty slots.
-    cams, centres, bounds
-        (C, 21); (C, 3), mm; (2, 3), mm: corners of the possible LED positions.
-    pairs
-        (P, 2): pairs of cameras, in search order.
-    counts, least, leds, directions, least_cosines
-        The B bodies: (B,), (B,), (B, L, 3), (B, L, 3), (B,). ``least`` LEDs must be visible to
-        label a body of many; 0 if ambiguity alone decides.
-    axes, rule_worlds, n_rules
-        Orientation rules (B, 4, 3), (B, 4, 3), (B,).
-    usable, coded
-        (B, C S): LED by strobe code, -1 for any, -2 for none; (B,).
-    status, labels
-        Outputs (n, B) and (n, B, C, L): slot of each LED, -1 if none.
+    ``spots`` (n, C, S, 2), px, NaN for empty slots; ``cams`` (C, 21), ``centres`` (C, 3), mm,
+    ``bounds`` (2, 3), mm: corners of the possible LED positions; ``pairs`` (P, 2) of cameras, in
+    search order. The B bodies: ``counts``, ``least``, ``least_cosines`` (B,), ``leds``,
+    ``directions`` (B, L, 3); ``least`` LEDs must be visible to label a body of many, 0 if ambiguity
+    alone decides. Orientation rules: ``axes``, ``rule_worlds`` (B, 4, 3), ``n_rules`` (B,).
+    ``usable`` (B, C S): LED by strobe code, -1 for any, -2 for none; ``coded`` (B,). Outputs:
+    ``status`` (n, B) and ``labels`` (n, B, C, L): slot of each LED, -1 if none.
     """
     n, n_cameras, n_slots = spots.shape[:3]
     n_bodies = len(counts)

@@ -1,7 +1,6 @@
 """Compiled steps from spots to a pose, in the form used by the search for labels.
 
-The search tries few spots, added one at a time. Labelled frames use `_solve_kernel`, with the same
-steps.
+The search adds spots one at a time; labelled frames use `_solve_kernel`, with the same steps.
 """
 
 from __future__ import annotations
@@ -33,8 +32,7 @@ def distortion_slope(
 ) -> tuple[Number, Number, Number, Number]:
     """Return the radial distortion at a point, mm, and elements 00, 01, 11 of d/d(x, y).
 
-    Symmetric because the distortion is the gradient of a potential (radial and Brown terms are), so
-    that d(xd)/dy = d(yd)/dx.
+    Symmetric, d(xd)/dy = d(yd)/dx: radial and Brown terms are the gradient of a potential.
     """
     r2 = x * x + y * y
     radial = r2 * (k1 + k2 * r2)

@@ -28,8 +28,7 @@ from ocmm_core.tracking.kernels._meeting_kernel import measure
 
 MAX_ATTEMPTS, LEAST_ATTEMPTS = 1500, 100
 MAX_MEETINGS = 192
-"""Limits of tried triples and intersection points, beyond which the scene counts as too confusing.
-"""
+"""Limits of tried triples and intersection points; beyond, the scene is too confusing."""
 
 USUAL_SPOTS = 32
 """Spots of eight LEDs in four cameras, for which the limits were measured."""

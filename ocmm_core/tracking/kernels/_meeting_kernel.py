@@ -74,17 +74,10 @@ def triangulate_pairs(
 ) -> int:  # fmt: skip
     """Find the intersections of rays of two cameras; return their number.
 
-    Parameters
-    ----------
-    seeds, there
-        (C, S): spots to use in the first camera, and in the second.
-    sigma
-        Of one spot, px.
-    bounds
-        (2, 3), mm: possible LED positions.
-    positions, covariances, lights
-        Outputs (n, 3), mm; (n, 3, 3), mm^2; (n, 2): both spots, camera number times S plus slot;
-        with room for S^2.
+    ``seeds``, ``there`` (C, S): spots to use in the first camera, and in the second; ``sigma`` of
+    one spot, px; ``bounds`` (2, 3), mm: possible LED positions. Outputs with room for S^2:
+    ``positions`` (n, 3), mm, ``covariances`` (n, 3, 3), mm^2, ``lights`` (n, 2): both spots, camera
+    number times S plus slot.
     """
     n_slots = there.shape[1]
     pair = np.empty((2, n_slots * n_slots, 2))

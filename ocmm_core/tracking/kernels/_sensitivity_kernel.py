@@ -30,8 +30,7 @@ from ocmm_core.tracking.kernels._kernel import (
 from ocmm_core.tracking.kernels._small_algebra import backward, cholesky, forward, turn
 
 ANSWERED, TOO_FEW, OPEN = 0, 1, 2
-"""Status values: solved, fewer than three LEDs seen by two cameras, or pose undetermined by them.
-"""
+"""Solved, fewer than three LEDs seen by two cameras, or pose undetermined by them."""
 
 N_LENS = 14
 """Parameters of a camera, in the order of `camera.PARAMETERS`."""
@@ -126,21 +125,12 @@ def answer_of_poses(
 ) -> None:  # fmt: skip
     """Find the converged pose of every frame, and its derivatives.
 
-    Parameters
-    ----------
-    uv
-        (n, C, L, 2), px by LED number, NaN if unseen.
-    cams, leds
-        (C, 21) and (L, 3): `Rig.packed` and the LEDs, mm, in the frame of the body.
-    status, located, seen_by
-        Outputs (n,): status; number of LEDs seen by two cameras; number of spots m.
-    rotations, origins
-        Outputs (n, 3, 3) and (n, 3), mm: world from body.
-    by_spots
-        Output (n, 6, 2 C L): its first 2 m columns are those of the spots, camera by camera and LED
-        by LED, u before v.
-    by_cameras, by_leds
-        Outputs (n, 6, 14 C) and (n, 6, 3 L); initially zero.
+    ``uv`` (n, C, L, 2), px by LED number, NaN if unseen; ``cams`` (C, 21): `Rig.packed`; ``leds``
+    (L, 3), mm, body frame. Outputs (n,): ``status``, ``located`` (LEDs seen by two cameras),
+    ``seen_by`` (number of spots m); ``rotations`` (n, 3, 3), ``origins`` (n, 3), mm: world from
+    body; ``by_spots`` (n, 6, 2 C L): its first 2 m columns are those of the spots, camera by camera
+    and LED by LED, u before v; ``by_cameras`` (n, 6, 14 C), ``by_leds`` (n, 6, 3 L), initially
+    zero.
     """
     n, n_cameras, n_leds = uv.shape[0], uv.shape[1], uv.shape[2]
     ideal = np.empty((n_cameras, n_leds, 2))

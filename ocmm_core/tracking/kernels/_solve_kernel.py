@@ -178,18 +178,10 @@ def solve_frames(
 ) -> None:  # fmt: skip
     """Solve every frame of a batch; for the outputs see `tracking.pose.solve`.
 
-    Parameters
-    ----------
-    uv
-        (n, C, L, 2), px by LED number, NaN if unseen.
-    cams, leds, tip
-        (C, 21), (L, 3) and (3,): `Rig.packed`, `ProbeBody.leds_probe`, `ProbeBody.tip_probe`.
-    sigma
-        Standard deviation of a spot, px, both axes.
-    gauss_newton_steps
-        0 for the method of the thesis.
-    status, tips, covariances, rotations, origins, chi2, dof
-        Outputs (n,), (n, 3), (n, 3, 3), (n, 3, 3), (n, 3), (n,), (n,).
+    ``uv`` (n, C, L, 2), px by LED number, NaN if unseen; ``cams`` (C, 21), ``leds`` (L, 3), ``tip``
+    (3,): `Rig.packed`, `ProbeBody.leds_probe`, `ProbeBody.tip_probe`; ``sigma``: of a spot, px,
+    both axes; ``gauss_newton_steps``: 0 for the method of the thesis. Outputs (n,), (n, 3), (n, 3,
+    3), (n, 3, 3), (n, 3), (n,), (n,), in the order of the arguments.
     """
     n, n_spots, n_leds = uv.shape[0], uv.shape[1] * uv.shape[2], uv.shape[2]
     rows = SPOT_ROWS * n_spots + POINT_ROWS * n_leds + _RESULT

@@ -64,10 +64,7 @@ def text_of(line: FormLine, value: Any, *, angle: bool = False) -> str:
 
 
 def value_of(line: FormLine, text: str, *, angle: bool = False) -> Any:
-    """Return the plain value of a field's text; lengths in mm, for any typed unit.
-
-    Raises InputError that names the field if it cannot be read.
-    """
+    """Return the value of a field's text, lengths in mm; InputError names the field."""
     text = normal_name(text)
     match line.kind:
         case FieldKind.FLAG:

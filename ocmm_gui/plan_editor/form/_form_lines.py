@@ -64,11 +64,9 @@ def form_lines(
 ) -> tuple[FormLine, ...]:
     """Return the lines for an item of a type.
 
-    `make`: Type of the item: a struct, or a union of structs and optionally ``None``.
-    `data`: Current content by field; it selects the struct of a union.
-    `without`: Fields without a line.
-    `at`: Prefix of the keys.
-    `head`: Label and explanation of the line that selects the struct.
+    ``make``: a struct, or a union of structs and optionally ``None``; ``data``: current content by
+    field, which selects the struct of a union; ``without``: fields without a line; ``at``: prefix
+    of the keys; ``head``: label and explanation of the line that selects the struct.
     """
     variants, optional = _variants(make)
     field = tag_field(make)

@@ -1,5 +1,3 @@
-"""Form of a probe definition: numbers, LEDs, and file."""
-
 from __future__ import annotations
 
 from collections.abc import Sequence
@@ -83,7 +81,6 @@ class LedTable(NumberTable):
             super().closeEditor(editor, hint)
 
     def show_leds(self, leds: Sequence[LedEntry]) -> None:
-        """Replace the shown LEDs."""
         rows = []
         for row, led in enumerate(leds):
             place = (localised(f"{value:.7g}") for value in led.position)

@@ -116,17 +116,14 @@ class DefinitionPage(QWidget):
         return self._word.text()
 
     def set_theme(self, theme: Theme) -> None:
-        """Paint with ``theme`` from now on."""
         self._theme = theme
         self._say(self._word.text(), self._mark, self.sentence.text())
 
     def close_examination(self) -> None:
-        """Cancel the running check."""
         self._settle.stop()
         self._examination.cancel()
 
     def hideEvent(self, event: QHideEvent) -> None:
-        """Cancel the running check."""
         self.close_examination()
         super().hideEvent(event)
 

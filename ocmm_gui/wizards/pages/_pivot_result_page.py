@@ -117,7 +117,6 @@ class PivotResultPage(ResultFrame):
         )
 
     def fill(self, outcome: object) -> tuple[Sequence[tuple[str, str]], Sequence[Finding]]:
-        """Show a calibration in all plots; return its figures and warnings."""
         if not isinstance(outcome, PivotOutcome):
             return (), ()
         self._outcome = outcome

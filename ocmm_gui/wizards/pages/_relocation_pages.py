@@ -67,7 +67,6 @@ class TiltRow(Painted):
             self.update()
 
     def paintEvent(self, event: QPaintEvent) -> None:
-        """Paint a small probe per attitude, with name and count."""
         painter = self._painter()
         theme, count = self._theme, max(len(self._tilts), 1)
         wide = (self.width() - 6.0 * (count - 1)) / count
@@ -101,7 +100,6 @@ class TiltRow(Painted):
             painter.drawText(number, left, text)
 
     def _paint_probe(self, painter: QPainter, tip: QPointF, name: str) -> None:
-        """Paint a probe with its ball at a place, leaning as its name indicates."""
         theme = self._theme
         angle = _LEAN.get(name, 0.0)
         # Towards and away from the cameras a probe looks shorter; its ball shows the direction.
@@ -142,7 +140,6 @@ class WavePage(CollectPage):
         self._shown: object = None
 
     def show_seen(self, seen: Seen) -> None:
-        """Show coverage, prediction and cameras."""
         super().show_seen(seen)
         view = seen.view_as(RelocationView)
         step, fraction = view.base.step, view.coverage.fraction
@@ -177,7 +174,6 @@ class BarPage(CollectPage):
         self._shown: object = None
 
     def show_seen(self, seen: Seen) -> None:
-        """Show placements, prediction and cameras."""
         super().show_seen(seen)
         view = seen.view_as(RelocationView)
         show_prediction(self.length, view)
@@ -210,7 +206,6 @@ class SeatPicture(Painted):
             self.update()
 
     def paintEvent(self, event: QPaintEvent) -> None:
-        """Paint one row per point, or that there is nothing to do."""
         painter = self._painter()
         theme = self._theme
         frame = self._paint_panel(painter)

@@ -90,7 +90,6 @@ class ResultPage(ResultFrame):
         )
 
     def fill(self, outcome: object) -> tuple[Sequence[tuple[str, str]], Sequence[Finding]]:
-        """Show a calibration in all plots; return its figures and warnings."""
         if not isinstance(outcome, CalibrationOutcome):
             return (), ()
         record, comparison = outcome.record, outcome.comparison

@@ -1,5 +1,3 @@
-"""Spheres of a verification: touch points and progress."""
-
 from __future__ import annotations
 
 from math import cos, pi, sin
@@ -37,7 +35,6 @@ class SpherePicture(Painted):
             self.update()
 
     def paintEvent(self, event: QPaintEvent) -> None:
-        """Paint the sphere on its stem, and the places."""
         painter = self._painter()
         theme = self._theme
         frame = self._paint_panel(painter)

@@ -1,5 +1,3 @@
-"""Sweep pages of the pivot calibration."""
-
 from __future__ import annotations
 
 import numpy as np
@@ -44,7 +42,6 @@ class SweepPage(HandsPage):
         self.scores.addWidget(self.bars, 6)
 
     def show_seen(self, seen: Seen) -> None:
-        """Show phase, map, scores and cameras."""
         view = seen.view_as(PivotView)
         self.show_cameras(view.base.live)
         sweep = view.second if self._second else view.first
@@ -101,7 +98,6 @@ class FirstConePage(HandsPage):
         self.scores.addWidget(self.visits)
 
     def show_seen(self, seen: Seen) -> None:
-        """Show the instruction, the attitude of the first sweep, and the cameras."""
         view = seen.view_as(PivotView)
         self.show_cameras(view.base.live)
         step = view.base.step

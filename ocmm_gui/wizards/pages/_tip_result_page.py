@@ -96,7 +96,6 @@ class FormPlot(Plot):
         )
 
     def paintEvent(self, event: QPaintEvent) -> None:
-        """Paint every residual over its angle from the pole."""
         painter = self._painter()
         box = self._paint_head(painter).adjusted(_SCALE_PX, 6.0, -6.0, -44.0)
         if not len(self._residuals_um):
@@ -165,7 +164,6 @@ class TipResultPage(ResultFrame):
         )
 
     def fill(self, outcome: object) -> tuple[Sequence[tuple[str, str]], Sequence[Finding]]:
-        """Show a qualification in all plots; return its figures and warnings."""
         if not isinstance(outcome, TipOutcome):
             return (), ()
         record = outcome.record

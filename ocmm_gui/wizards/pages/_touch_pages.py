@@ -31,7 +31,6 @@ class SpherePage(HandsPage):
         self.scores.addWidget(self.bars, 3)
 
     def show_seen(self, seen: Seen) -> None:
-        """Show the next touch, recorded touches and results."""
         view = seen.view_as(TouchView)
         self.show_cameras(view.base.live)
         sphere = view.sphere
@@ -78,7 +77,6 @@ class ConePage(HandsPage):
         self.scores.addWidget(self.tips, 4)
 
     def show_seen(self, seen: Seen) -> None:
-        """Show the next attitude, and the movement of the tip."""
         view = seen.view_as(TouchView)
         self.show_cameras(view.base.live)
         cone = view.cone
@@ -123,7 +121,6 @@ class TipScatter(Plot):
         )
 
     def paintEvent(self, event: QPaintEvent) -> None:
-        """Paint both views with the circle of the limit."""
         painter = self._painter()
         box = self._paint_head(painter)
         across = [axis for axis in range(3) if axis != self._up]

@@ -71,7 +71,6 @@ class VerdictPage(ResultFrame):
         return Said(tr("FAILED"), Mark.BAD, text)
 
     def fill(self, outcome: object) -> tuple[Sequence[tuple[str, str]], Sequence[Finding]]:
-        """Show the errors; return the figures and reservations."""
         if not isinstance(outcome, VerificationOutcome):
             return (), ()
         record = outcome.record

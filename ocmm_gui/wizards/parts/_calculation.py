@@ -20,11 +20,7 @@ _END_S = 1.0
 
 
 class ProcessCalculation:
-    """Repeatable calculation of one procedure.
-
-    ``resume`` returns the same procedure in another process: a module-level function with
-    serialisable arguments.
-    """
+    """Repeatable calculation of a procedure; module-level ``resume`` remakes it elsewhere."""
 
     def __init__(self, procedure: ShownProcedure, resume: Callable[[], ShownProcedure]) -> None:
         self._procedure = procedure

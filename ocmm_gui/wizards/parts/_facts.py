@@ -1,5 +1,3 @@
-"""Captions with values, one per line."""
-
 from __future__ import annotations
 
 from collections.abc import Sequence

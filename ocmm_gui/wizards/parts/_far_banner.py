@@ -61,7 +61,6 @@ class FarBanner(Painted):
         return self._told.note
 
     def type_pixels(self) -> tuple[int, int]:
-        """Return the pixel sizes of the word and of the sentence below it."""
         inside = _inside(QRectF(self.rect()))
         note = self._note_box(inside)
         head = QRectF(inside)
@@ -71,7 +70,6 @@ class FarBanner(Painted):
         return word.pixelSize(), wrapped_pixels(self._told.note, note, far_type(self))
 
     def paintEvent(self, event: QPaintEvent) -> None:
-        """Paint mark, word, line and bar."""
         painter = self._painter()
         frame, theme, told = self._paint_panel(painter), self._theme, self._told
         colour = QColor(mark_colour(theme, told.mark))

@@ -1,5 +1,3 @@
-"""Fields of a wizard session."""
-
 from __future__ import annotations
 
 from dataclasses import dataclass

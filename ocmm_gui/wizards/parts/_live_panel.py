@@ -53,7 +53,6 @@ class Score(Painted):
         return self._note
 
     def paintEvent(self, event: QPaintEvent) -> None:
-        """Paint name, number, words and bar."""
         painter = self._painter()
         theme, box = self._theme, QRectF(self.rect())
         done = self._share >= 1.0
@@ -102,7 +101,6 @@ class MiniCamera(Painted):
         self.update()
 
     def paintEvent(self, event: QPaintEvent) -> None:
-        """Paint the sensor, its spots and their number."""
         painter = self._painter()
         theme = self._theme
         count = 0 if self._live is None else len(self._live.uv)
@@ -189,7 +187,6 @@ class LivePanel(QFrame):
         return self._hint.text()
 
     def set_theme(self, theme: Theme) -> None:
-        """Paint with ``theme`` from now on."""
         self._theme = theme
         self._show_word()
 

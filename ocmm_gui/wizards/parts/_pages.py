@@ -109,7 +109,6 @@ class KnownPointsPage(CollectPage):
         self.beside.insertWidget(0, self.list)
 
     def show_seen(self, seen: Seen) -> None:
-        """Show list, picture, score and cameras."""
         super().show_seen(seen)
         view = seen.view_as(KnownPointsView)
         if _states(view.points) == _states(self._points) and view.next_point == self._aim:
@@ -151,7 +150,6 @@ class LinesPage(CollectPage):
         self._shown: object = None
 
     def show_seen(self, seen: Seen) -> None:
-        """Show lines, score and cameras."""
         super().show_seen(seen)
         view = seen.view_as(VerificationView)
         state = (view.current_line, tuple(line.taken for line in view.lines))
@@ -188,7 +186,6 @@ class SeatsPage(CollectPage):
         self._shown: object = None
 
     def show_seen(self, seen: Seen) -> None:
-        """Show seats, score and cameras."""
         super().show_seen(seen)
         view = seen.view_as(self._view)
         state = (view.next_seat, len(view.seats_world))

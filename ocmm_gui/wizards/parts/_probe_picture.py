@@ -1,5 +1,3 @@
-"""Picture of a probe: LEDs with directions, stylus and ball."""
-
 from __future__ import annotations
 
 import numpy as np

@@ -159,7 +159,6 @@ class ResultFrame(StepPage):
         self._show_word()
 
     def set_theme(self, theme: Theme) -> None:
-        """Paint with ``theme`` from now on."""
         self._theme = theme
         self._show_word()
 

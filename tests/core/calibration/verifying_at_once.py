@@ -43,16 +43,10 @@ def verify_at_once(
 ) -> datetime:
     """Record all remaining steps of a verification; return the end time.
 
-    Parameters
-    ----------
-    scale
-        True over nominal bar length.
-    seat_sigma_mm
-        Repeatability of a seat, nest or surface contact, standard deviation per axis.
-    before
-        Called before each rest with its number, to inject changes.
-    elsewhere
-        (3,), mm, by line number: offset of the bar from its planned place.
+    ``scale``: true over nominal bar length; ``seat_sigma_mm``: repeatability of a seat, nest or
+    surface contact, standard deviation per axis; ``before``: called before each rest with its
+    number, to inject changes; ``elsewhere`` (3,), mm, by line number: offset of the bar from its
+    planned place.
     """
     rng = np.random.default_rng([seed, 62])
     now, rest = begin, 0
