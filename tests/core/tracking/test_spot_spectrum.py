@@ -23,7 +23,7 @@ from ocmm_core.tracking import judge_stillness as judge
 pytestmark = pytest.mark.numerics
 
 FRAMES, LIMIT_MM = 250, 0.010
-TIMES: Float = np.arange(FRAMES) * 1e-3
+TIMES: Float = 1e-3 * np.arange(FRAMES, dtype=np.float64)
 RIPPLE_PX, WAVE_PX = 0.009, 3.0
 
 
