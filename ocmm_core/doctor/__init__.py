@@ -5,7 +5,7 @@ that repair faults without risk.
 
 Start with `_result` (check results), `_computer` with `_host_calls` (system queries) and
 `_registry` (one entry per check), then the checks: `_kernel_checks` with `_cores`,
-`_adapter_checks`, `_rights_checks`, `_disk_checks`, `_desk_checks`,
+`_adapter_checks` with `_ethtool`, `_rights_checks`, `_disk_checks`, `_desk_checks`,
 `_record_checks`. `_wake` measures wake-ups, `_loop` judges measurements of `composition`.
 `_changes` defines changes, `_mend` applies and reverts them.
 It must not import stations or screens: results are plain data.

@@ -74,8 +74,8 @@ class KeyFolder:
                 "key.lost",
                 f"{self.folder}: the key of this station is missing. What it signed would be of an "
                 "unknown station.",
-                "Restore the folder from a backup. If there is none, make a new key by name: "
-                "ocmm key replace --who NAME --reason TEXT.",
+                "Restore the folder from a backup. If there is none, make a new key by name with "
+                "ocmm key replace.",
             )
         return self._noted(self._make() if found is None else found)
 

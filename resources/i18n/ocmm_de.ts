@@ -8509,11 +8509,11 @@ Startet: {source}</translation>
     </message>
     <message>
         <source>Thermometer</source>
-        <translation type="unfinished"></translation>
+        <translation>Thermometer</translation>
     </message>
     <message>
         <source>Instead: its U (k = 2) in K, or its id in the register</source>
-        <translation type="unfinished"></translation>
+        <translation>Stattdessen: sein U (k = 2) in K oder seine Kennung im Register</translation>
     </message>
     <message>
         <source>Temperatures hold for</source>
@@ -8801,7 +8801,7 @@ Startet: {source}</translation>
     </message>
     <message>
         <source>Place: local, off, a file, or a PostgreSQL database; without password</source>
-        <translation type="unfinished"></translation>
+        <translation>Ort: local, off, eine Datei oder eine PostgreSQL-Datenbank; ohne Passwort</translation>
     </message>
     <message>
         <source>On screen; files for programs are in mm</source>

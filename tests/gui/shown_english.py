@@ -23,7 +23,7 @@ _NAMES = frozenset(
 )  # fmt: skip
 """In the names of shipped documents and their parts, of programs, and equal in both languages."""
 
-_SETTINGS = frozenset({"window", "locale"})
+_SETTINGS = frozenset({"window", "locale", "off"})
 """Values of settings, as in the settings file."""
 
 _PATH = re.compile(r"\S*/\S+|\bocmm [a-z]+( [a-z]+)?")

@@ -99,10 +99,10 @@ def test_an_artefact_is_typed_listed_renewed_and_removed_by_keys(
     assert "SPHERE-25" in sheet.table.words(0)[6]
     assert "certified to 500.0 um" in sheet.reasons.text()
     # What is no number is named.
-    _typed(sheet, id="S-8", expanded="0.3 um")
+    _typed(sheet, id="S-8", expanded="small")
     QTest.keyClick(sheet.form.fields["id"], Qt.Key.Key_F8)
     _settled(qtbot, sheet)
-    assert "'expanded' is '0.3 um'" in failed.pop().what
+    assert "'expanded' is 'small', which is not a number" in failed.pop().what
     _typed(sheet, id="S-8", due_utc="2020-01-01")
     QTest.keyClick(sheet.form.fields["id"], Qt.Key.Key_F8)
     _settled(qtbot, sheet)

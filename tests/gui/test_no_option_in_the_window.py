@@ -18,7 +18,8 @@ _AGAIN = re.compile(
 )
 _ON_A_TERMINAL = (
     "cli", "doctor", "settings/_specs.py", "acceptance", "export/certificate/_artefact.py",
-    "composition/_station_checks.py", "cluster", "fieldbus/conform", "archive/checks/_rebuild.py",
+    "composition/_station_checks.py", "cluster", "fieldbus/conform", "fieldbus/described/_esi",
+    "archive/checks/_rebuild.py",
     # What an administrator does to services and interfaces of the computer, in a shell.
     "acquisition/bus_process/_service_client.py",
 )  # fmt: skip

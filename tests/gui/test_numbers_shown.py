@@ -78,7 +78,7 @@ def test_days_are_written_as_in_the_language() -> None:
     when = datetime(2026, 3, 9, 7, 5, tzinfo=UTC)
     assert day_words(when) == day_words(date(2026, 3, 9)) == "09.03.2026"
     assert day_words("2026-03-09T07:05:00+00:00") == "09.03.2026"
-    assert day_words("unknown day") == "unknown da"
+    assert day_words("unknown day") == "unknown day"
     assert time_words(when) == "09.03.2026 07:05"
 
 

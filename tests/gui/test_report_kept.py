@@ -30,6 +30,7 @@ def test_the_form_keeps_with_the_job_and_follows_its_template(
     qtbot: QtBot, open_window: OpenWindow, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("XDG_DATA_HOME", str(tmp_path / "data"))
+    monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path / "state"))
     bench = open_window(speed=0.1, stay=True, out=tmp_path / "report")
     job = bench.bridge.station.job.path
     keep_given(job, Particulars(customer="Kept AG", remarks=("As agreed.",)))
@@ -67,6 +68,7 @@ def test_a_key_in_the_middle_of_a_job_writes_on_the_paper_of_the_station(
     qtbot: QtBot, open_window: OpenWindow, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("XDG_DATA_HOME", str(tmp_path / "data"))
+    monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path / "state"))
     template_in_use_folder = tmp_path / "data" / "ocmm" / "reports"
     template_in_use_folder.mkdir(parents=True)
     (template_in_use_folder / "template.toml").write_text(TEMPLATE, encoding="utf-8")

@@ -13,10 +13,10 @@ import msgspec
 import pytest
 
 from installer.licences import Licences, Stated, licences, surprise
-from installer.locks import DEVELOPMENT, PACKAGE, ROOT, RUNTIME, SHOP, STEP, read_lock
+from installer.locks import DEVELOPMENT, PACKAGE, ROOT, RUNTIME, SENSORS, SHOP, STEP, read_lock
 
 _SHIPPED = read_lock(RUNTIME) | read_lock(STEP)
-_ALL = _SHIPPED | read_lock(SHOP) | read_lock(DEVELOPMENT) | read_lock(PACKAGE)
+_ALL = _SHIPPED | read_lock(SHOP) | read_lock(SENSORS) | read_lock(DEVELOPMENT) | read_lock(PACKAGE)
 
 
 def test_licences_are_listed_for_what_is_locked() -> None:

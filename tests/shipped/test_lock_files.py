@@ -11,12 +11,22 @@ from pathlib import Path
 
 import pytest
 
-from installer.locks import DEVELOPMENT, PACKAGE, ROOT, RUNTIME, SHOP, STEP, normalised, read_lock
+from installer.locks import (
+    DEVELOPMENT,
+    PACKAGE,
+    ROOT,
+    RUNTIME,
+    SENSORS,
+    SHOP,
+    STEP,
+    normalised,
+    read_lock,
+)
 from ocmm_core.errors import InputError
 from ocmm_core.inspection.step import STEP_SETUP
 from tests.host import HANG_S
 
-_LOCKS = {path.name: path for path in (RUNTIME, STEP, SHOP, DEVELOPMENT, PACKAGE)}
+_LOCKS = {path.name: path for path in (RUNTIME, STEP, SHOP, SENSORS, DEVELOPMENT, PACKAGE)}
 _PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
 
 
@@ -65,19 +75,22 @@ def test_whatever_the_project_asks_for_is_locked() -> None:
     extras = project["optional-dependencies"]
     assert _names(extras["step"]) <= set(read_lock(STEP))
     assert _names(extras["shop"]) <= set(read_lock(SHOP))
+    assert _names(extras["sensors"]) <= set(read_lock(SENSORS))
     # A new extra or group needs a lock file, `lock_files` in `run`, and a line here.
-    assert set(extras) == {"step", "shop"}
+    assert set(extras) == {"step", "shop", "sensors"}
     assert set(groups) == {"build", "dev", "package"}
 
 
-@pytest.mark.parametrize("lock", [STEP.name, SHOP.name, DEVELOPMENT.name, PACKAGE.name])
+@pytest.mark.parametrize(
+    "lock", [STEP.name, SHOP.name, SENSORS.name, DEVELOPMENT.name, PACKAGE.name]
+)
 def test_the_other_sets_hold_the_runtime_set_in_the_same_versions_and_files(lock: str) -> None:
     other = read_lock(_LOCKS[lock])
     for name, pin in read_lock(RUNTIME).items():
         assert (other[name].version, other[name].hashes) == (pin.version, pin.hashes)
 
 
-@pytest.mark.parametrize("lock", [STEP, SHOP], ids=lambda path: path.name)
+@pytest.mark.parametrize("lock", [STEP, SHOP, SENSORS], ids=lambda path: path.name)
 def test_an_extra_and_the_development_set_agree(lock: Path) -> None:
     extra, development = read_lock(lock), read_lock(DEVELOPMENT)
     for name in extra.keys() & development.keys():

@@ -153,7 +153,7 @@ def read(
     for one in found:
         if one.sample is not None:
             words = f"{one.id:12} {one.sample.celsius:.3f} °C, U {one.expanded:g} K (k = 2)"
-            console.print(f"{words}, {one.sample.utc:%Y-%m-%d %H:%M:%S} UTC", highlight=False)
+            console.print(f"{words}, {one.sample.utc:%Y-%m-%d %H:%M:%S%z}", highlight=False)
     for doubt in dict.fromkeys(one.doubt for one in found if one.doubt):
         console.print(say(doubt), highlight=False, markup=False)
     raise typer.Exit(1 if any(one.doubt for one in found) else 0)

@@ -15,6 +15,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import TypeAlias
 
 import numpy as np
+from numpy.linalg import norm
 from scipy.special import chdtri, ndtr, stdtr
 
 from ocmm_core.features.measured import ActualFeature, beyond_first_order
@@ -157,7 +158,10 @@ def tilted(
         size = 2.0 * math.sqrt(max(float(np.linalg.eigvalsh(both[:3, :3])[-1]), 0.0))
         kept = both[3, 3] - both[3, :3] @ np.linalg.pinv(both[:3, :3], 1e-9) @ both[:3, 3]
         wider = fit.shape in _ROUND and _low_band(fit, touches.tips, math.sqrt(max(kept, 0.0)))
-        far = float(np.linalg.norm(np.concatenate(others) - fit.point, axis=1).max())
+        reached = np.concatenate(others) - fit.point
+        # Along a plane the effect of its tilt is linear: only the distance from it is curved.
+        flat = fit.shape is Shape.PLANE
+        far = float((abs(reached @ fit.direction) if flat else norm(reached, axis=1)).max())
         curved = 0.5 * (180.0 / math.pi if is_angle else far) * size**2 / reach
         if wider or size > MOST_TILTED or not curved <= MOST_CURVED:
             return math.inf

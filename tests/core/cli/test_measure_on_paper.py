@@ -32,6 +32,7 @@ def test_every_route_has_the_paper_of_the_station(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, slow_rig: Path
 ) -> None:
     monkeypatch.setenv("XDG_DATA_HOME", str(tmp_path / "data"))
+    monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path / "state"))
     runner = CliRunner()
     plan, out = str(resource("plans", "quick.toml")), tmp_path / "out"
     measured = ["measure", "--rig", str(slow_rig), "--plan", plan, "--out"]

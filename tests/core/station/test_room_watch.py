@@ -20,6 +20,7 @@ def test_station_logs_readings_and_their_loss(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("XDG_DATA_HOME", str(tmp_path / "data"))
+    monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path / "state"))
     sensor = tmp_path / "temp1_input"
     sensor.write_text("20437")
     source = TemperatureSource(kind="file", address=str(sensor), unit="°C", scale=0.001)
