@@ -1108,7 +1108,7 @@ Startet: {source}</translation>
     </message>
     <message>
         <source>largest: {error} ({name})</source>
-        <translation>größter: {error} ({name})</translation>
+        <translation>größte: {error} ({name})</translation>
     </message>
     <message>
         <source>U {u:.1f} µm (k = 2), </source>
@@ -7945,7 +7945,7 @@ Startet: {source}</translation>
     </message>
     <message>
         <source>The tip is still as qualified. Store the verdict and continue. A check does not extend the term of the qualification, whose certificate is at Ctrl+P in Maintain, page Probe.</source>
-        <translation>Die Tastspitze ist noch wie eingemessen. Ergebnis speichern und weiterarbeiten. Eine Prüfung verlängert die Frist des Einmessens nicht; dessen Zertifikat: Strg+P unter Wartung, Seite Taster.</translation>
+        <translation>Die Tastspitze ist noch wie eingemessen. Ergebnis speichern und weiterarbeiten. Eine Prüfung verlängert die Frist des Einmessens nicht; dessen Kalibrierschein: Strg+P in Wartung, Seite Taster.</translation>
     </message>
     <message>
         <source>The tip is no longer as qualified. Store the verdict: no points are taken until the tip is qualified or the probe calibrated.</source>
