@@ -165,6 +165,12 @@ def _beside(archive: Archive) -> Iterator[_Fault]:
     for why, off in _OFF:
         for number, job in archive.ask(f"SELECT j.id, j.job_uuid FROM job j WHERE {off}").rows:  # noqa: S608
             yield number, str(job), f"Altered in the archive: {why}."
+    for outbox, sequence in archive.ask(
+        "SELECT d.outbox, d.sequence FROM delivery d"
+        " WHERE NOT EXISTS (SELECT 1 FROM job j WHERE j.id = d.job) ORDER BY 1, 2"
+    ).rows:
+        why = f"The job of delivery {sequence!s} of outbox {str(outbox)[:8]} was removed."
+        yield None, "", f"Altered in the archive: {why}"
 
 
 def _claims(archive: Archive) -> Iterator[_Fault]:

@@ -16,7 +16,13 @@ from typing import TYPE_CHECKING
 from ocmm_core.door import door
 
 if TYPE_CHECKING:
-    from ocmm_core.archive.outbox._courier import BackOff, Courier, Handed, sender_of
+    from ocmm_core.archive.outbox._courier import (
+        BackOff,
+        Courier,
+        Handed,
+        lost_deliveries,
+        sender_of,
+    )
     from ocmm_core.archive.outbox._follow import (
         ArchivePlace,
         HandOverProcess,
@@ -32,7 +38,7 @@ if TYPE_CHECKING:
 else:
     __getattr__ = door(
         __name__,
-        _courier="BackOff Courier Handed sender_of",
+        _courier="BackOff Courier Handed lost_deliveries sender_of",
         _follow="ArchivePlace HandOverProcess follow main only_one",
         _learn="exchange_heads learn_marks",
         _notes="JobNote has_points sweep",
@@ -44,6 +50,6 @@ else:
 __all__ = [
     "ArchivePlace", "BackOff", "Contact", "Courier", "HandOver", "HandOverProcess", "Handed",
     "Item", "ItemState", "JobNote", "Outbox", "default_outbox", "exchange_heads", "follow",
-    "hand_over", "has_points", "learn_marks", "machine_identity", "main", "only_one", "sender_of",
-    "sweep",
+    "hand_over", "has_points", "learn_marks", "lost_deliveries", "machine_identity", "main",
+    "only_one", "sender_of", "sweep",
 ]  # fmt: skip

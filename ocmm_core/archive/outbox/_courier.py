@@ -27,7 +27,7 @@ from ocmm_core.archive.records import (
     shown_text,
     station_claim,
 )
-from ocmm_core.archive.stores import Remedy, SqlArchive, remedy_of
+from ocmm_core.archive.stores import Archive, Remedy, SqlArchive, remedy_of
 from ocmm_core.errors import OcmmError
 from ocmm_core.failure import contained
 from ocmm_core.seals import KeyFolder, Signature, Signed, sign
@@ -35,6 +35,13 @@ from ocmm_core.seals import KeyFolder, Signature, Signed, sign
 FIRST_PAUSE_S, LONGEST_PAUSE_S = 1.0, 300.0
 _EXCHANGE_S = 600.0
 _log = logging.getLogger(__name__)
+
+
+def lost_deliveries(outbox: Outbox, archive: Archive, after: int = 0) -> list[Item]:
+    """Return the acknowledged jobs numbered above ``after`` that the archive lacks."""
+    sent = outbox.sent_after(after)
+    there = archive.arrived(outbox.identity, [item.sequence for item in sent]) if sent else ()
+    return [item for item in sent if item.sequence not in there]
 
 
 @dataclass(frozen=True, slots=True)
@@ -146,14 +153,9 @@ class Courier:
     def _send_again_what_was_lost(self, archive: SqlArchive) -> None:
         """Requeue acknowledged jobs that the archive lacks, after a restore from backup."""
         last = archive.last_sequence(self._outbox.identity)
-        lost = self._outbox.sent_after(last)
-        if not lost:
-            return
-        there = archive.arrived(self._outbox.identity, [item.sequence for item in lost])
-        for item in lost:
-            if item.sequence not in there:
-                self._outbox.settle(item, ItemState.WAITING)
-                self._again += 1
+        for item in lost_deliveries(self._outbox, archive, last):
+            self._outbox.settle(item, ItemState.WAITING)
+            self._again += 1
 
     def _hand_over(self, archive: SqlArchive, item: Item) -> bool:
         """Deliver one job; return whether the archive has it; raises what stops the round."""

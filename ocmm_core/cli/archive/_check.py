@@ -14,6 +14,8 @@ from ocmm_core.errors import InputError
 
 if TYPE_CHECKING:
     from ocmm_core.archive.checks import Checked
+    from ocmm_core.archive.outbox import Item
+    from ocmm_core.archive.stores import Archive as OpenArchive
 
 
 @archive_app.command()
@@ -85,7 +87,8 @@ def verify(
     console = make_console()
     if mark and not who:
         raise InputError("archive.by", "Who marks them?", "Give --by NAME.")
-    with opened(place_of(archive, None), read_only=not mark) as open_one:
+    place = place_of(archive, None)
+    with opened(place, read_only=not mark) as open_one:
         if against:
             with open_archive(against, read_only=True) as other:
                 told = differences(open_one, other)
@@ -107,6 +110,12 @@ def verify(
                 if folders
                 else verify_archive(open_one, deep=not quick, tell=tell)
             )
+        # The outbox belongs to the archive of the settings.
+        lost = [] if archive or folders else _lost(place.outbox, open_one)
+        for item in lost:
+            why = say(f"{item.name} was delivered, and is not in the archive any more.")
+            line = shown_text(f"{why} {say('Send it again:')} ocmm archive send {item.path}")
+            console.print(line, style="yellow", highlight=False, markup=False)
         for job, why in found.faults:
             line = shown_text(f"{job[:8]}  {say(why)}")
             console.print(line, style="yellow", highlight=False, markup=False)
@@ -118,5 +127,15 @@ def verify(
                 else say(f"Marked {marked} jobs: they count in no statistic."),
                 highlight=False,
             )
-    console.print(say(f"Checked {found.looked_at}, wrong {len(found.faults)}"), highlight=False)
-    raise typer.Exit(1 if found.faults else 0)
+    wrong = len(found.faults) + len(lost)
+    console.print(say(f"Checked {found.looked_at}, wrong {wrong}"), highlight=False)
+    raise typer.Exit(1 if wrong else 0)
+
+
+def _lost(outbox: Path, archive: OpenArchive) -> list[Item]:
+    from ocmm_core.archive.outbox import Outbox, lost_deliveries
+
+    if not (outbox / "outbox.sqlite").exists():
+        return []
+    with Outbox(outbox) as box:
+        return lost_deliveries(box, archive)

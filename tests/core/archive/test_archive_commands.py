@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import contextlib
 import shutil
 import socket
+import sqlite3
 from collections.abc import Callable
 from pathlib import Path
 
+import platformdirs
 import pytest
 from typer.testing import CliRunner, Result
 
@@ -162,6 +165,21 @@ def test_an_archive_is_rebuilt_compared_and_verified(
         assert opened.ask("SELECT held FROM archived_job").rows == ((1,),)
     assert run("verify", "--against", new, *archive).exit_code == 1
     assert refused("rebuild", new, *archive).code == "archive.not_empty"
+
+
+@pytest.mark.parametrize("removed", [("delivery", "result", "used", "finding", "job"), ("job",)])
+def test_removed_rows_are_named(job: Path, removed: tuple[str, ...]) -> None:
+    """With and without the row of the delivery; N = 2."""
+    address = platformdirs.user_data_path("ocmm") / "archive.sqlite"
+    assert run("send", job).exit_code == 0
+    assert "Checked 1, wrong 0" in run("verify").output
+    with contextlib.closing(sqlite3.connect(address)) as db, db:
+        for table in removed:
+            db.execute(f"DELETE FROM {table}")  # noqa: S608
+    told = run("verify")
+    assert told.exit_code == 1
+    assert "Checked 0, wrong " in told.output
+    assert ("job.ocmm was delivered" if len(removed) > 1 else "was removed") in told.output
 
 
 def test_views_and_roles(filled: Place, tmp_path: Path) -> None:
