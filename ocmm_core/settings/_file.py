@@ -185,7 +185,7 @@ class SettingsFile:
             self.signer()
             now = self.read()
             entries = {**now.entries, SEAL: sealed_table(now.entries, who)}
-            note_sealed(self.path)
+            note_sealed(self.path, entries)
             write_atomic(self.path, toml_text(entries).encode("utf-8"))
 
     def _sealed(self, entries: dict[str, Any], before: Mapping[str, Any]) -> tuple[Note, ...]:
@@ -195,7 +195,7 @@ class SettingsFile:
         try:
             if fresh or signer_of(before).sound:
                 entries[SEAL] = sealed_table(entries)
-                note_sealed(self.path)
+                note_sealed(self.path, entries)
                 return ()
         except StorageError as error:
             return (Note(f"The settings could not be signed. {error.what}", error.remedy),)

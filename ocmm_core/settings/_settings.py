@@ -10,6 +10,7 @@ from pathlib import Path
 
 from ocmm_core.errors import OcmmError
 from ocmm_core.settings._file import MEASURED, Note, SettingsFile
+from ocmm_core.settings._settings_seal import remembers_released_only
 from ocmm_core.settings._specs import SETTINGS, Scope, Value, spec_of
 from ocmm_core.settings._values import checked
 
@@ -224,10 +225,15 @@ class SettingsStore:
 
 
 def released_plans_only() -> bool:
-    """Return whether the station or this user measures released plans only."""
+    """Return whether the station or this user measures released plans only.
+
+    A lost or replaced document does not end it; StorageError if the memory is damaged.
+    """
     store = SettingsStore.of_this_user()
-    files = (store.station, store.user)
-    return any(file.read().values.get("job.released_only") is True for file in files)
+    return any(
+        file.read().values.get("job.released_only") is True or remembers_released_only(file.path)
+        for file in (store.station, store.user)
+    )
 
 
 def _set_in(file: SettingsFile, keys: Iterable[str]) -> frozenset[str]:

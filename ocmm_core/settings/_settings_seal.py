@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from ocmm_core.seals import SealState
 
 SEAL = "seal"
+_RELEASED = "released plans only"
 _VERDICT = (
     "instrument.", "temperature.", "job.released_only", "report.accreditation", "report.template",
 )  # fmt: skip
@@ -49,11 +50,22 @@ def sealed_table(entries: Mapping[str, Any], who: str = "") -> dict[str, str]:
     return {"who": who, "utc": utc, "key": made.key, "value": made.value}
 
 
-def note_sealed(path: Path) -> None:
-    """Make the station remember that this document has a seal."""
+def note_sealed(path: Path, entries: Mapping[str, Any]) -> None:
+    """Make the station remember the seal of this document, and whether plans must be released."""
     from ocmm_core.seals import KnownEnd, remember
 
-    remember(KnownEnd(name=f"settings {path}", count=1, link=""), sync=False)
+    link = _RELEASED if entries.get("job", {}).get("released_only") is True else ""
+    remember(KnownEnd(name=f"settings {path}", count=1, link=link), sync=False)
+
+
+def remembers_released_only(path: Path) -> bool:
+    """Return whether the last sealed document demanded released plans, also if it is lost now."""
+    from ocmm_core.seals import memory_file, recall
+
+    if not os.path.lexists(memory_file(f"settings {path}")):
+        return False
+    seen = recall(f"settings {path}")
+    return seen is not None and seen.link == _RELEASED
 
 
 def was_sealed(path: Path, entries: Mapping[str, Any]) -> bool:

@@ -171,8 +171,18 @@ def test_a_station_measures_released_plans_only_and_jobs_state_the_release(
         assert ocmm_here(*measure).returncode == 0
         edit_limit(plan)
         assert "NOT released: changed after" in ocmm_here(*measure).stderr
+        # The demand outlives the document that states it.
+        whole = store.user.path.read_bytes()
+        for lost in (b"", b'schema = "ocmm.settings/1"\n'):
+            store.user.path.unlink(missing_ok=True)
+            if lost:
+                store.user.path.write_bytes(lost)
+            assert "NOT released: changed after" in ocmm_here(*measure).stderr
+        store.user.path.write_bytes(whole)
     finally:
-        store.user.path.unlink()
+        store.change({"job.released_only": False}, Scope.USER)
+    free = ocmm_here("measure", "--plan", plan, "--out", tmp_path / "free")
+    assert free.returncode < 2
     (path,) = (tmp_path / "out").glob("*.ocmm")
     with JobFile.open(path) as job:
         found = release_in_job(job.head, job.events())
