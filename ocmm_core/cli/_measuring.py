@@ -47,6 +47,7 @@ from ocmm_core.cli.terminal import (
     UncalibratedOption,
     make_console,
     shown,
+    told,
 )
 from ocmm_core.composition import (
     DEFAULT_SEED,
@@ -283,6 +284,7 @@ def measure(
     --incomplete no report is written of a job that lacks something.
     """
     from ocmm_core.composition import ClimateRequest, StationRequest, stream_options
+    from ocmm_core.settings import SettingsStore
     from ocmm_core.station.archiving import archive_place
 
     if plan is None and go_on is None:
@@ -299,6 +301,10 @@ def measure(
         )
     read = TypedRoom(room, humidity, pressure)
     read.check()
+    for note in SettingsStore.of_this_user().load().notes:
+        make_console(stderr=True, soft_wrap=True).print(
+            told(note), style="yellow", highlight=False, markup=False
+        )
     request = StationRequest(
         plan=plan or DEMO_PLAN, out=out or (go_on.parent if go_on is not None else _OUT), rig=rig,
         probe=probe, part=part, source=source, seed=seed, speed=speed, operator=operator,
