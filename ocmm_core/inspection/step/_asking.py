@@ -15,7 +15,7 @@ import msgspec
 
 from ocmm_core.blas import use_one_thread
 from ocmm_core.documents import decode_json
-from ocmm_core.errors import InputError, InternalError
+from ocmm_core.errors import InputError, InternalError, OcmmError
 from ocmm_core.host import HOST
 from ocmm_core.inspection.step._answer import StepAnswer
 from ocmm_core.inspection.step._model_files import ModelFiles, model_files, step_error
@@ -84,10 +84,12 @@ def _asked(
     worker.start()
     asked.close()
     reading = _Reading(path, answer, asking, worker.pid)
-    said = None
+    said = refusal = None
     try:
         said = reading.last()
         part = reading.part(said) if said is not None and wanted.source_sha256 else None
+    except OcmmError as error:
+        refusal = error
     except (EOFError, OSError):
         # It has ended, or is about to: the exit status has details.
         said = None
@@ -98,11 +100,13 @@ def _asked(
         ended = worker.exitcode
         worker.close()
         answer.close()
-    if said is None:
-        raise reading.failed(ended)
     if not files.is_unchanged():
         # The hash and the contents, or half of them, would be of different files.
         raise step_error(path, "the file was changed while it was read", "Import it again.")
+    if refusal is not None:
+        raise refusal
+    if said is None:
+        raise reading.failed(ended)
     return said, part
 
 

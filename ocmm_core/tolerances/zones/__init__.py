@@ -6,7 +6,7 @@ its gradient by the points.
 Read `_characteristic` (entry of a plan) and `_evaluation` (value before uncertainty), then
 `_surface` (points under the ball), `_model_surface` (ball centres against faces of the model),
 `_derived` (centres, axes), `_zone_frame` and `_frames` (poses of zones), `_zones`, `_minimax` and
-`_associated` (smallest ones), `_two_point` (local sizes). It is
+`_associated` (smallest ones), `_two_point` (local sizes), `_points` (sufficiency of points). It is
 the first package of tolerances and independent of specific kinds.
 """
 
@@ -30,15 +30,10 @@ if TYPE_CHECKING:
         section_circle,
         sections,
     )
-    from ocmm_core.tolerances.zones._evaluation import (
-        Evaluation,
-        FormNoise,
-        Ranked,
-        Seen,
-        points_note,
-    )
+    from ocmm_core.tolerances.zones._evaluation import Evaluation, FormNoise, Ranked, Seen
     from ocmm_core.tolerances.zones._frames import Frames, HeldFrame, Keep, no_part_frame
     from ocmm_core.tolerances.zones._model_surface import ModelSurface
+    from ocmm_core.tolerances.zones._points import points_note
     from ocmm_core.tolerances.zones._surface import (
         SurfacePoints,
         kept_offset,
@@ -76,7 +71,8 @@ else:
             "AXES CENTRES Section axis_sections derived_points few_in_a_section median_line "
             "section_circle sections"
         ),
-        _evaluation="Evaluation FormNoise Ranked Seen points_note",
+        _evaluation="Evaluation FormNoise Ranked Seen",
+        _points="points_note",
         _frames="Frames HeldFrame Keep no_part_frame",
         _model_surface="ModelSurface",
         _surface="SurfacePoints kept_offset least_squares own_fit surface_points",
