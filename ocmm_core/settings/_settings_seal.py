@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from ocmm_core.seals import SealState
 
 SEAL = "seal"
-_RELEASED = "released plans only"
+_RELEASED = "released-only"
 _VERDICT = (
     "instrument.", "temperature.", "job.released_only", "report.accreditation", "report.template",
 )  # fmt: skip
