@@ -113,9 +113,11 @@ def verify(
         # The outbox belongs to the archive of the settings.
         lost = [] if archive or folders else _lost(place.outbox, open_one)
         for item in lost:
-            why = say(f"{item.name} was delivered, and is not in the archive any more.")
-            line = shown_text(f"{why} {say('Send it again:')} ocmm archive send {item.path}")
-            console.print(line, style="yellow", highlight=False, markup=False)
+            line = say(
+                f"{item.name} was delivered, and is not in the archive any more. Send it again: "
+                f"ocmm archive send {item.path}"
+            )
+            console.print(shown_text(line), style="yellow", highlight=False, markup=False)
         for job, why in found.faults:
             line = shown_text(f"{job[:8]}  {say(why)}")
             console.print(line, style="yellow", highlight=False, markup=False)

@@ -168,8 +168,12 @@ def test_an_archive_is_rebuilt_compared_and_verified(
 
 
 @pytest.mark.parametrize("removed", [("delivery", "result", "used", "finding", "job"), ("job",)])
-def test_removed_rows_are_named(job: Path, removed: tuple[str, ...]) -> None:
+def test_removed_rows_are_named(
+    job: Path, removed: tuple[str, ...], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """With and without the row of the delivery; N = 2."""
+    for name in ("DATA", "STATE"):
+        monkeypatch.setenv(f"XDG_{name}_HOME", str(tmp_path / name))
     address = platformdirs.user_data_path("ocmm") / "archive.sqlite"
     assert run("send", job).exit_code == 0
     assert "Checked 1, wrong 0" in run("verify").output
