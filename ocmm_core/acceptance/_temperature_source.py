@@ -160,12 +160,8 @@ def history_doubt(
 class ThermometerLog:
     """Readings of thermometers over time.
 
-    Parameters
-    ----------
-    thermometers
-        Id, name with serial number, U (k = 2) in kelvin, and source of each.
-    read
-        Returns the present number of a source and its time; raises InputError.
+    `thermometers`: id, name with serial number, U (k = 2) in kelvin, and source of each. `read`:
+    returns the present number of a source and its time; raises InputError.
     """
 
     def __init__(

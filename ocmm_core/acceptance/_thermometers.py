@@ -43,19 +43,11 @@ def read_temperature(
 ) -> Temperature | None:
     """Return a temperature, typed or read now, with the uncertainty of its thermometer.
 
-    Parameters
-    ----------
-    celsius
-        Typed reading; None if the thermometer is to be read by its source.
-    stated
-        U (k = 2) in kelvin, or the id of a thermometer in the register; without a typed reading
-        also several ids with commas, whose readings must agree. The first one counts.
-
-    Raises
-    ------
-    InputError
-        The uncertainty is missing, a number is implausible, or the thermometer is unknown, expired,
-        not certified for that temperature, or its reading is doubtful.
+    `celsius`: typed reading; None to read the thermometer by its source. `stated`: U (k = 2) in
+    kelvin, or the id of a thermometer in the register; without a typed reading also several ids
+    with commas, whose readings must agree; the first one counts. InputError: the uncertainty is
+    missing, a number is implausible, or the thermometer is unknown, expired, not certified for
+    that temperature, or its reading is doubtful.
     """
     stated = stated.strip()
     if not stated:
@@ -130,13 +122,7 @@ def _useless(why: str) -> InputError:
 
 
 def read_source(source: TemperatureSource) -> tuple[float, datetime]:
-    """Return the present number of a source, unscaled, and its time.
-
-    Raises
-    ------
-    InputError
-        It cannot be read, or gives no number; the sentence names the source and the reason.
-    """
+    """Return the present number of a source, unscaled, and its time; InputError without one."""
     wire = source.kind
     for package in _PACKAGES[wire]:
         if importlib.util.find_spec(package) is None:

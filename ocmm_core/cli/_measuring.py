@@ -46,8 +46,8 @@ from ocmm_core.cli.terminal import (
     TipOption,
     UncalibratedOption,
     make_console,
+    print_notes,
     shown,
-    told,
 )
 from ocmm_core.composition import (
     DEFAULT_SEED,
@@ -301,10 +301,7 @@ def measure(
         )
     read = TypedRoom(room, humidity, pressure)
     read.check()
-    for note in SettingsStore.of_this_user().load().notes:
-        make_console(stderr=True, soft_wrap=True).print(
-            told(note), style="yellow", highlight=False, markup=False
-        )
+    print_notes(SettingsStore.of_this_user().load().notes, stderr=True)
     request = StationRequest(
         plan=plan or DEMO_PLAN, out=out or (go_on.parent if go_on is not None else _OUT), rig=rig,
         probe=probe, part=part, source=source, seed=seed, speed=speed, operator=operator,

@@ -19,7 +19,7 @@ import msgspec
 from ocmm_core.errors import StorageError
 
 if TYPE_CHECKING:
-    from ocmm_core.seals import SealState
+    from ocmm_core.seals import KnownEnd, SealState
 
 SEAL = "seal"
 _RELEASED = "released-only"
@@ -60,11 +60,7 @@ def note_sealed(path: Path, entries: Mapping[str, Any]) -> None:
 
 def remembers_released_only(path: Path) -> bool:
     """Return whether the last sealed document demanded released plans, also if it is lost now."""
-    from ocmm_core.seals import memory_file, recall
-
-    if not os.path.lexists(memory_file(f"settings {path}")):
-        return False
-    seen = recall(f"settings {path}")
+    seen = _remembered(path)
     return seen is not None and seen.link == _RELEASED
 
 
@@ -72,15 +68,20 @@ def was_sealed(path: Path, entries: Mapping[str, Any]) -> bool:
     """Return whether this document was sealed, and lost its seal or is missing."""
     if SEAL in entries:
         return False
+    try:
+        return _remembered(path) is not None
+    except StorageError:
+        return True
+
+
+def _remembered(path: Path) -> KnownEnd | None:
+    """Return the memory of a sealed document; StorageError if it is damaged."""
     from ocmm_core.seals import memory_file, recall
 
     # Most settings are not sealed: signatures are then not even imported.
     if not os.path.lexists(memory_file(f"settings {path}")):
-        return False
-    try:
-        return recall(f"settings {path}") is not None
-    except StorageError:
-        return True
+        return None
+    return recall(f"settings {path}")
 
 
 def signer_of(entries: Mapping[str, Any]) -> SealState:

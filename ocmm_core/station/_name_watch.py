@@ -73,17 +73,18 @@ class NameWatch(_PollingThread):
 class RoomWatch(_PollingThread):
     """Store readings of thermometers, or why they are suspect, in the job in use.
 
-    `change`: applies an action to the session of that job.
+    `session`: returns that of the job. `change`: applies an action to it, and reports the change.
     """
 
     def __init__(
         self,
         log: ThermometerLog,
+        session: Callable[[], InspectionSession],
         change: Callable[[Callable[[InspectionSession], object]], None],
         faults: StationFaults,
     ) -> None:
         super().__init__("ocmm-room")
-        self._log, self._change, self._faults = log, change, faults
+        self._log, self._session, self._change, self._faults = log, session, change, faults
         self._newest: LoggedTemperature | None = None
 
     def start(self) -> None:
@@ -106,7 +107,9 @@ class RoomWatch(_PollingThread):
                 # The first thermometer counts, unless any of them is suspect.
                 self._newest = next((one for one in read if one.doubt), read[0])
             newest = self._newest
-            self._change(lambda session: session.conditions.note_logged(newest))
+            # Every change is reported to the window and to streams.
+            if not self._session().conditions.is_logged(newest):
+                self._change(lambda session: session.conditions.note_logged(newest))
         except Exception as error:
             self._faults.note(error, _ROOM)
             self._stop.set()

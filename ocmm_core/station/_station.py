@@ -82,7 +82,12 @@ class MeasuringStation:
         ]
         if options.room_log is not None:
             self._watches.append(
-                RoomWatch(options.room_log, lambda verb: self.job.change(verb), faults)
+                RoomWatch(
+                    options.room_log,
+                    lambda: current.now.session,
+                    lambda verb: self.job.change(verb),
+                    faults,
+                )
             )
         bus = BusWatch(ring) if options.live_source else None
         live = LiveState(gear.rig, gear.body, session.point, bus, gear.reference)

@@ -7,7 +7,7 @@ from typing import Annotated, Any
 import msgspec
 import typer
 
-from ocmm_core.cli.terminal import make_console, say, told
+from ocmm_core.cli.terminal import make_console, print_notes, say
 from ocmm_core.errors import InputError
 from ocmm_core.settings import (
     SETTINGS,
@@ -72,7 +72,7 @@ def show(
         say(f"* differs from the default. Station: {store.station.path}  User: {store.user.path}"),
         highlight=False, markup=False,
     )  # fmt: skip
-    _tell(loaded.notes)
+    print_notes(loaded.notes)
 
 
 @settings_app.command(name="set")
@@ -86,7 +86,7 @@ def set_command(
     spec = spec_of(key)
     given = value_of_text(spec, value)
     store = SettingsStore.of_this_user()
-    _tell(store.change({key: given}, Scope.STATION if station else None))
+    print_notes(store.change({key: given}, Scope.STATION if station else None))
     if spec.section == "report":
         from ocmm_core.export.template import use_head
 
@@ -117,7 +117,7 @@ def confirm(
 def check() -> None:
     """Check the documents and the files that they name; exit code 2 where something is wrong."""
     loaded = SettingsStore.of_this_user().load()
-    _tell(loaded.notes)
+    print_notes(loaded.notes)
     wrong = _look(loaded)
     if loaded.notes or wrong:
         raise typer.Exit(2)
@@ -133,11 +133,5 @@ def _look(loaded: LoadedSettings) -> bool:
             value_of_text(spec, text_of(loaded.values[spec.key]))
         except InputError as error:
             found = True
-            _tell((Note(error.what, error.remedy),))
+            print_notes((Note(error.what, error.remedy),))
     return found
-
-
-def _tell(notes: tuple[Note, ...]) -> None:
-    console = make_console(soft_wrap=True)
-    for note in notes:
-        console.print(told(note), style="yellow", highlight=False, markup=False)

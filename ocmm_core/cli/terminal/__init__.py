@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from ocmm_core.cli.terminal._console import (
         PlainConsole,
         make_console,
+        print_notes,
         progress_line,
         wide_enough,
     )
@@ -76,7 +77,7 @@ else:
     __getattr__ = door(
         __name__,
         _cluster_options="computing",
-        _console="PlainConsole make_console progress_line wide_enough",
+        _console="PlainConsole make_console print_notes progress_line wide_enough",
         _options=(
             "BusProcessorOption CalibrationsOption CheckAfterOption CompensatePartOption "
             "CompensateProbeOption "
@@ -106,9 +107,8 @@ __all__ = [
     "RoomOption", "SeedOption", "SkipOption", "SourceOption", "SpeedOption", "StreamCertOption",
     "StreamHostOption", "StreamKeyOption", "StreamOption", "StreamTokenOption", "TableUnitOption",
     "TemperatureOption", "TemperatureSigmaOption", "TemperatureUOption", "ThermometerOption",
-    "TipOption",
-    "UncalibratedOption", "bending", "computing", "encoder_for", "heads", "histogram", "label",
-    "language", "lead", "make_console", "nice_limit", "page", "points_in_space",
-    "print_table_account", "progress_line", "read_typed_numbers", "say", "say_later", "say_word",
-    "shown", "tip_map", "told", "wide_enough",
+    "TipOption", "UncalibratedOption", "bending", "computing", "encoder_for", "heads",
+    "histogram", "label", "language", "lead", "make_console", "nice_limit", "page",
+    "points_in_space", "print_notes", "print_table_account", "progress_line",
+    "read_typed_numbers", "say", "say_later", "say_word", "shown", "tip_map", "told", "wide_enough",
 ]  # fmt: skip

@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from rich.console import Console
 from rich.text import Text
 
-from ocmm_core.cli.terminal import say
+from ocmm_core.cli.terminal import say, told
 from ocmm_core.cli.terminal._shown import shown
+
+if TYPE_CHECKING:
+    from ocmm_core.settings import Note
 
 _WIDE = 118
 
@@ -36,6 +39,13 @@ def make_console(*, soft_wrap: bool = False, stderr: bool = False) -> Console:
     if soft_wrap or console.is_terminal:
         return console
     return PlainConsole(width=_WIDE, stderr=stderr)
+
+
+def print_notes(notes: Iterable[Note], *, stderr: bool = False) -> None:
+    """Print what was ignored or is suspect, and what to do, a line each."""
+    console = make_console(soft_wrap=True, stderr=stderr)
+    for note in notes:
+        console.print(told(note), style="yellow", highlight=False, markup=False)
 
 
 def wide_enough(console: Console, width: int) -> Console:

@@ -131,17 +131,25 @@ class Conditions:
             self._rooms = noted_rooms(ledger.job.events())
             ledger.view = None
 
+    def is_logged(self, read: LoggedTemperature) -> bool:
+        """Return whether a reading is stored: for this feature, and to a tenth of a kelvin."""
+        with self._ledger.lock:
+            return self._logged_state(read) == self._logged
+
     def note_logged(self, read: LoggedTemperature) -> None:
         """Store a logged reading or its doubt when a feature has ended or the reading changed."""
         ledger = self._ledger
         with ledger.lock:
-            shown = 0.0 if read.sample is None else round(read.sample.celsius, 1)
-            state = (ledger.progress.active, shown, bool(read.doubt))
+            state = self._logged_state(read)
             if state == self._logged:
                 return
             note_room_in(ledger.job, TypedRoom(room=read.words), read.name, read.doubt)
             self._logged, self._rooms = state, noted_rooms(ledger.job.events())
             ledger.view = None
+
+    def _logged_state(self, read: LoggedTemperature) -> tuple[str, float, bool]:
+        shown = 0.0 if read.sample is None else round(read.sample.celsius, 1)
+        return self._ledger.progress.active, shown, bool(read.doubt)
 
     def _store(self, kind: str, text: str) -> None:
         self._ledger.job.append_event(kind, text)
