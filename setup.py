@@ -49,12 +49,8 @@ class BuildWithManual(build_py):
 
 if __name__ == "__main__":
     setup(
-        packages=[*find_packages(include=["ocmm_core*", "ocmm_gui*"]), "ocmm_core.resources"],
+        packages=[*find_packages(include=["ocmm_*"]), "ocmm_core.resources"],
         package_dir={"ocmm_core.resources": "resources"},
-        package_data={
-            "ocmm_core": ["py.typed"],
-            "ocmm_gui": ["py.typed"],
-            "ocmm_core.resources": ["**/*"],
-        },
+        package_data={"": ["py.typed"], "ocmm_core.resources": ["**/*"]},
         cmdclass={"build_py": BuildWithManual},
     )

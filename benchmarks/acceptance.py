@@ -32,8 +32,8 @@ from ocmm_core.camera import load_rig
 from ocmm_core.composition import RECOMMENDED_RIG, STANDARD_PROBE
 from ocmm_core.documents import resource
 from ocmm_core.geometry import Float
-from ocmm_core.simulation.calibration_scenes import Holds, VirtualRests
 from ocmm_core.tracking import load_probe, solve
+from ocmm_sim.calibration_scenes import Holds, VirtualRests
 from tests.core.calibration.verifying_at_once import FRAMES
 
 ROOM = Temperature(20.0, 0.3, "")

@@ -22,19 +22,19 @@ from pathlib import Path
 import msgspec
 import numpy as np
 
-from ocmm_core.archive.questions import Asked, cpk_by_month, parts, passed, today, trend, used
-from ocmm_core.archive.records import Delivery, Sender, extract_job, snapshot
-from ocmm_core.archive.stores import SqlArchive, open_archive
 from ocmm_core.camera import load_rig
 from ocmm_core.documents import resource
 from ocmm_core.inspection.evaluation import SessionOptions
 from ocmm_core.inspection.plan import load_plan
 from ocmm_core.inspection.session import InspectionSession
 from ocmm_core.measuring import Touch, TouchCollector
-from ocmm_core.simulation.scene import VirtualRig, load_part
 from ocmm_core.storage import JobFile, make_head
 from ocmm_core.tracking import TrackingPipeline, load_probe
-from tests.core.archive.made_jobs import START, made_delivery, made_sender
+from ocmm_shop.archive.questions import Asked, cpk_by_month, parts, passed, today, trend, used
+from ocmm_shop.archive.records import Delivery, Sender, extract_job, snapshot
+from ocmm_shop.archive.stores import SqlArchive, open_archive
+from ocmm_sim.scene import VirtualRig, load_part
+from tests.shop.archive.made_jobs import START, made_delivery, made_sender
 
 STATIONS, PARTS, CALIBRATIONS = 10, 100, 50
 PLAN, RIG = resource("plans", "quick.toml"), resource("rigs", "recommended.toml")

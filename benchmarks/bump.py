@@ -36,8 +36,6 @@ from ocmm_core.calibration.monitor import (  # noqa: E402 - as above
 from ocmm_core.camera import N_PARAMETERS, Rig, load_rig, project  # noqa: E402 - as above  # noqa: E402 - as above
 from ocmm_core.documents import resource  # noqa: E402 - as above
 from ocmm_core.geometry import Float, rotation_from_vector  # noqa: E402 - as above
-from ocmm_core.simulation.calibration_scenes import CalibrationScenesRig, FreeMotionScene  # noqa: E402 - as above
-from ocmm_core.simulation.scene import Part, ScriptedBump, VirtualRig, WorldOptions, load_part  # noqa: E402 - as above  # noqa: E402 - as above
 from ocmm_core.tracking import (  # noqa: E402 - as above  # noqa: E402 - as above
     FrameStatus,
     ProbeBody,
@@ -46,6 +44,8 @@ from ocmm_core.tracking import (  # noqa: E402 - as above  # noqa: E402 - as abo
     load_probe,
     tip_sensitivity,
 )
+from ocmm_sim.calibration_scenes import CalibrationScenesRig, FreeMotionScene  # noqa: E402 - as above
+from ocmm_sim.scene import Part, ScriptedBump, VirtualRig, WorldOptions, load_part  # noqa: E402 - as above  # noqa: E402 - as above
 
 RATE_HZ, EXPOSURES = 400, 20
 TIP_ERROR_MM = 0.030

@@ -24,7 +24,7 @@ from ocmm_core.fieldbus.device import (
     Header,
     encode_frames,
 )
-from ocmm_core.simulation.slave import TestPattern
+from ocmm_sim.slave import TestPattern
 
 KINDS = ("swapped", "copied", "old", "all old", "flipped")
 _SERIALS = (1001, 1002)

@@ -29,7 +29,7 @@ from ocmm_core.camera import (
     windows,
 )
 from ocmm_core.geometry import Float
-from ocmm_core.simulation.scene import Sensor, SensorOptions, exposure, normal_table
+from ocmm_sim.scene import Sensor, SensorOptions, exposure, normal_table
 
 SIZE = 512
 WINDOW = 16

@@ -25,7 +25,7 @@ from ocmm_core.cluster import Site
 if TYPE_CHECKING:
     from distributed import Client
 
-NO_PAGE = ("--preload", "ocmm_core.cluster.no_page")
+NO_PAGE = ("--preload", "ocmm_shop.cluster.no_page")
 """As the units of `installer/linux` have it: no HTTP server."""
 ROOT = Path(__file__).resolve().parents[1]
 HANG_S = 240.0

@@ -29,24 +29,24 @@ use_one_thread()
 import msgspec  # noqa: E402 - the number of BLAS threads is set before numpy is loaded
 import numpy as np  # noqa: E402 - as above
 
-from ocmm_core.camera import load_rig  # noqa: E402 - as above
-from ocmm_core.cli.study import (  # noqa: E402 - as above
+from ocmm_cli.study import (  # noqa: E402 - as above
     CoverageSetup,
     coverage_table,
     more_characteristics,
     run_coverage,
     touch_all,
 )
+from ocmm_core.camera import load_rig  # noqa: E402 - as above
 from ocmm_core.cluster import Site  # noqa: E402 - as above
-from ocmm_core.composition import true_values  # noqa: E402 - as above
 from ocmm_core.inspection.evaluation import SessionOptions  # noqa: E402 - as above
 from ocmm_core.inspection.plan import load_plan  # noqa: E402 - as above
 from ocmm_core.inspection.session import InspectionSession  # noqa: E402 - as above
 from ocmm_core.measuring import PointOptions, TouchCollector  # noqa: E402 - as above
-from ocmm_core.simulation.scene import VirtualRig, load_part  # noqa: E402 - as above
 from ocmm_core.storage import JobFile, make_head  # noqa: E402 - as above
 from ocmm_core.tolerances.kinds import spec_of  # noqa: E402 - as above
 from ocmm_core.tracking import TrackingPipeline, load_probe  # noqa: E402 - as above
+from ocmm_sim.scene import VirtualRig, load_part  # noqa: E402 - as above
+from ocmm_sim.sources import true_values  # noqa: E402 - as above
 
 RATE_HZ = 500
 Value = tuple[str, float, float]

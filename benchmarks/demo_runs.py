@@ -44,7 +44,7 @@ def run(options: argparse.Namespace) -> tuple[str, bool]:
     """Run the demo once."""
     prefix = ["taskset", "-c", "0"] if options.one_core else []
     with tempfile.TemporaryDirectory() as folder:
-        command = [sys.executable, "-m", "ocmm_core.cli", "demo", "--headless"]
+        command = [sys.executable, "-m", "ocmm_cli", "demo", "--headless"]
         plan = [] if options.plan is None else ["--plan", options.plan]
         try:
             done = subprocess.run(  # noqa: S603 - this program

@@ -17,16 +17,7 @@ from benchmarks.fault_list import LEFT, RIGHT
 from ocmm_core.acquisition.frames import read_status
 from ocmm_core.documents import write_atomic
 from ocmm_core.errors import BusError
-from ocmm_core.simulation.bus import (
-    COPIED,
-    EXCHANGED,
-    SHARED,
-    FaultKind,
-    FaultRig,
-    FrameKind,
-    LineRule,
-    Trick,
-)
+from ocmm_sim.bus import COPIED, EXCHANGED, SHARED, FaultKind, FaultRig, FrameKind, LineRule, Trick
 from tests.system.frame_watch import FrameWatch, Watched
 
 _SHARE = 0.3

@@ -16,7 +16,7 @@ from ocmm_core.errors import BusError
 from ocmm_core.fieldbus.device import CALIBRATION, CameraIdentity
 from ocmm_core.fieldbus.report import Alarm
 from ocmm_core.fieldbus.wire import Command, Datagram, encode_frame
-from ocmm_core.simulation.bus import (
+from ocmm_sim.bus import (
     CAMERAS,
     COPIED,
     CORRUPT_WITH_SUM,
@@ -31,7 +31,7 @@ from ocmm_core.simulation.bus import (
     Trick,
     Way,
 )
-from ocmm_core.simulation.slave import AL_SYNC, INIT, PREOP, SAFEOP
+from ocmm_sim.slave import AL_SYNC, INIT, PREOP, SAFEOP
 
 LEFT, RIGHT = CameraIdentity("left", 1001, 1), CameraIdentity("right", 1002, 2)
 SPARE = CameraIdentity("spare", 1003, 3)

@@ -28,7 +28,7 @@ from ocmm_core.documents import write_atomic
 from ocmm_core.errors import BusError
 from ocmm_core.fieldbus.cycle import BusSettings
 from ocmm_core.fieldbus.report import decode_report
-from ocmm_core.simulation.bus import FAR, HOST, NEAR, FaultKind, FaultRig
+from ocmm_sim.bus import FAR, HOST, NEAR, FaultKind, FaultRig
 from tests.system.frame_watch import FrameWatch, Watched
 
 CYCLE_NS = 1_000_000

@@ -32,7 +32,7 @@ from ocmm_core.acquisition.frames import (
 )
 from ocmm_core.documents import write_atomic
 from ocmm_core.fieldbus.report import Alarm, BusPhase
-from ocmm_core.simulation.bus import FaultRig, FrameKind, LineRule, Trick
+from ocmm_sim.bus import FaultRig, FrameKind, LineRule, Trick
 from tests.system.frame_watch import FrameWatch, Watched
 
 FLAG_CYCLES = 3

@@ -23,7 +23,7 @@ from benchmarks.fault_list import SCENARIOS
 from benchmarks.fault_restarts import Flaps, Restarts, Starts
 from benchmarks.fault_scenarios import Outcome
 from ocmm_core.errors import OcmmError
-from ocmm_core.simulation.bus import namespace_command
+from ocmm_core.fieldbus.wire import namespace_command
 
 STARTS = 1000
 FLAG_LIMIT_CYCLES = 3.0

@@ -13,7 +13,7 @@ import numpy as np
 from ocmm_core.errors import InputError
 from ocmm_core.fieldbus.device import PRODUCT_CODE, REVISION, Firmware
 from ocmm_core.fieldbus.objects import FIRMWARE_NAME, FoeWrite
-from ocmm_core.simulation.firmware import FirmwareBanks, FoeServer, PowerLossError, maker_key
+from ocmm_sim.firmware import FirmwareBanks, FoeServer, PowerLossError, maker_key
 
 UPDATES = 1000
 MAILBOX_BYTES = 256

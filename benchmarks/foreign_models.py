@@ -21,18 +21,11 @@ from pathlib import Path
 import numpy as np
 from numpy.random import Generator
 
+from ocmm_cad.step import Choice, chosen, faces_account, model_files, offers_of, read_model
+from ocmm_cad.step.brep import read_document
 from ocmm_core.errors import OcmmError
-from ocmm_core.inspection.step import (
-    Choice,
-    chosen,
-    faces_account,
-    model_files,
-    offers_of,
-    read_model,
-)
-from ocmm_core.inspection.step.brep import read_document
-from tests.core.inspection.step_models import off_mm, written
-from tests.core.inspection.whole_step_models import (
+from tests.cad.step_models import off_mm, written
+from tests.cad.whole_step_models import (
     GOOD,
     MORE,
     ODD,

@@ -32,6 +32,8 @@ from signxml import methods
 from signxml.xades.xades import XAdESSigner
 from typer.testing import CliRunner
 
+from ocmm_bench.campaign import other_station
+from ocmm_cli import app
 from ocmm_core.acceptance import (
     ArtefactRegister,
     InterimCheck,
@@ -40,8 +42,6 @@ from ocmm_core.acceptance import (
     load_artefact,
 )
 from ocmm_core.calibration.records import seal_signed
-from ocmm_core.cli import app
-from ocmm_core.cli.campaign import other_station
 from ocmm_core.documents import resource
 from ocmm_core.errors import OcmmError
 from ocmm_core.export.audits import AuditedKind, audit, document_kind
@@ -51,7 +51,7 @@ from ocmm_core.inspection.archive import RecallRecord
 from ocmm_core.inspection.plan import plan_release, release_plan
 from ocmm_core.seals import KeyFolder, Signed, document_key, release_file, sign
 from ocmm_core.settings import SettingsFile
-from ocmm_core.studies import load_part_study, make_part_study, save_part_study
+from ocmm_shop.studies import load_part_study, make_part_study, save_part_study
 
 TRIALS = 5_000
 NOW = datetime(2026, 11, 28, 8, 0, tzinfo=UTC)

@@ -23,7 +23,7 @@ import tempfile
 from collections import Counter
 from pathlib import Path
 
-from ocmm_core.cli.campaign import REFUSED, given, good_files, hostile_groups, usual_of
+from ocmm_bench.campaign import REFUSED, given, good_files, hostile_groups, usual_of
 
 
 def main() -> int:

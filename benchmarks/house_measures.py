@@ -77,7 +77,7 @@ def room_of_test(house: House, source: Source) -> str:
     `tests/gui` is about `ocmm_gui`. A file directly in `tests/core` is about no room.
     """
     parts = source.path.parts
-    if len(parts) < 3 or parts[0] != "tests" or parts[1] not in ("core", "gui"):
+    if len(parts) < 3 or parts[0] != "tests" or f"ocmm_{parts[1]}" not in ROOTS:
         return ""
     names = [f"ocmm_{parts[1]}", *parts[2:-1]]
     while names and ".".join(names) not in house.product:

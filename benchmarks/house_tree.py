@@ -14,7 +14,9 @@ from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 
-ROOTS = ("ocmm_core", "ocmm_gui")
+ROOTS = (
+    "ocmm_core", "ocmm_sim", "ocmm_cad", "ocmm_shop", "ocmm_cli", "ocmm_gui", "ocmm_bench",
+)  # fmt: skip
 
 
 @dataclass(frozen=True, slots=True)

@@ -28,8 +28,8 @@ from typing import Any
 
 import numpy as np
 
+from ocmm_cad.step import read_model, usual_request
 from ocmm_core.errors import OcmmError
-from ocmm_core.inspection.step import read_model, usual_request
 
 SEED = 18
 _MOST_S, _MOST_BYTES = 15.0, 1.5e9

@@ -23,9 +23,10 @@ from math import ceil, isfinite
 from pathlib import Path
 from resource import RLIMIT_CPU, prlimit
 
+from benchmarks.house_tree import ROOTS
 from benchmarks.mutant_sites import Change, places
 
-NEEDED = ("ocmm_core", "ocmm_gui", "tests", "benchmarks", "resources", "installer", "docs")
+NEEDED = (*ROOTS, "tests", "benchmarks", "resources", "installer", "docs")
 LEFT_OUT = "timing"
 """Tests with this mark judge the machine, which is busy here."""
 SLOWER = 10.0

@@ -30,7 +30,7 @@ from ocmm_core.calibration.pivot import (
 )
 from ocmm_core.errors import CalibrationError
 from ocmm_core.geometry import Float
-from ocmm_core.simulation.scene import ProbeStudy, run_study
+from ocmm_sim.scene import ProbeStudy, run_study
 from tests.core.calibration.swept_probe import (
     CONE_WORLD,
     SIGMA_PX,

@@ -31,8 +31,8 @@ use_one_thread()
 
 from benchmarks import calibration, fits, jobs, probe, scaling, scaling_tracking, zones  # noqa: E402 - the number of BLAS threads is set before numpy is loaded
 from benchmarks.recall_scenes import base_points  # noqa: E402 - as above
+from ocmm_cli.study import BenchRow, measure_speed  # noqa: E402 - as above
 from ocmm_core.camera import load_rig  # noqa: E402 - as above
-from ocmm_core.cli.study import BenchRow, measure_speed  # noqa: E402 - as above
 from ocmm_core.documents import resource, write_atomic  # noqa: E402 - as above
 from ocmm_core.features.shapes import Shape  # noqa: E402 - as above
 from ocmm_core.inspection.archive import compare_files  # noqa: E402 - as above

@@ -22,16 +22,16 @@ from typing import Any
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from ocmm_cad.reach import Setting
+from ocmm_cad.step import StepModel, read_model, setting_of, usual_request
 from ocmm_core.calibration.probe_design import Bar, Panel, ProbeDesign, leds_behind_body
 from ocmm_core.camera import on_sensor, project
 from ocmm_core.documents import resource
 from ocmm_core.features.shapes import NominalFeature
 from ocmm_core.geometry import Float, RigidTransform
 from ocmm_core.inspection.evaluation import places_of
-from ocmm_core.inspection.reach import Setting
-from ocmm_core.inspection.step import StepModel, read_model, setting_of, usual_request
-from ocmm_core.simulation.scene import Motion, VirtualRig, load_part
 from ocmm_core.tracking import TrackingPipeline
+from ocmm_sim.scene import Motion, VirtualRig, load_part
 
 SEED = 18
 _RATE_HZ, _COMING, _RESTING = 500, 40, 60
@@ -277,7 +277,7 @@ def model_middle(part: Any) -> Float:
 
 
 def _made(folder: Path) -> list[Path]:
-    from tests.core.inspection.step_models import MODELS, written
+    from tests.cad.step_models import MODELS, written
 
     return [
         written(folder / f"{name.replace(' ', '_')}.step", make())

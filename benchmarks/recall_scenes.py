@@ -40,9 +40,9 @@ from ocmm_core.inspection.evaluation import SessionOptions
 from ocmm_core.inspection.plan import Plan, load_plan
 from ocmm_core.inspection.session import InspectionSession
 from ocmm_core.measuring import MeasuredPoint, TouchCollector
-from ocmm_core.simulation.scene import SpotPattern, VirtualRig, draw_pattern, load_part
 from ocmm_core.storage import JobFile, JobHead, make_head
 from ocmm_core.tracking import TrackingPipeline, load_probe, solve, spot_sigma_px
+from ocmm_sim.scene import SpotPattern, VirtualRig, draw_pattern, load_part
 
 PLAN = resource("plans", "quick.toml")
 RIG = resource("rigs", "recommended.toml")

@@ -30,15 +30,6 @@ from ocmm_core.camera import Rig, load_rig  # noqa: E402 - as above
 from ocmm_core.documents import resource  # noqa: E402 - as above
 from ocmm_core.geometry import Float, rotation_from_vector  # noqa: E402 - as above
 from ocmm_core.measuring import systematic_covariance  # noqa: E402 - as above
-from ocmm_core.simulation.scene import (  # noqa: E402 - as above  # noqa: E402 - as above
-    Motion,
-    Part,
-    ScriptedNudge,
-    VirtualRig,
-    WorldOptions,
-    load_part,
-    nudged,
-)
 from ocmm_core.tracking import (  # noqa: E402 - as above  # noqa: E402 - as above  # noqa: E402 - as above  # noqa: E402 - as above  # noqa: E402 - as above
     FrameStatus,
     ProbeBody,
@@ -55,6 +46,7 @@ from ocmm_core.tracking import (  # noqa: E402 - as above  # noqa: E402 - as abo
     simultaneous,
     tip_sensitivity,
 )
+from ocmm_sim.scene import Motion, Part, ScriptedNudge, VirtualRig, WorldOptions, load_part, nudged  # noqa: E402 - as above  # noqa: E402 - as above
 
 FRAMES = 2000
 """A quarter of a second at 8 kHz."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import typer
 
-from ocmm_core.cli.campaign import reliability
+from ocmm_bench.campaign import reliability
 
 if __name__ == "__main__":
     typer.run(reliability)

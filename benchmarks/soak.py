@@ -51,29 +51,17 @@ from benchmarks.soak_books import (
 from benchmarks.soak_observer import Observer, run_observed
 from ocmm_core.acquisition.frames import read_status
 from ocmm_core.camera import load_rig
-from ocmm_core.composition import (
-    DEMO_PLAN,
-    RECOMMENDED_RIG,
-    StationRequest,
-    build_station,
-    segment_of,
-)
+from ocmm_core.composition import DEMO_PLAN, RECOMMENDED_RIG, StationRequest, build_station
 from ocmm_core.errors import OcmmError
 from ocmm_core.fieldbus.report import decode_report
+from ocmm_core.fieldbus.wire import make_link, namespace_command
 from ocmm_core.inspection.plan import load_plan
-from ocmm_core.simulation.bus import (
-    READY,
-    LineRule,
-    ProxyConfig,
-    Trick,
-    Way,
-    make_link,
-    namespace_command,
-)
 from ocmm_gui.app import make_application
 from ocmm_gui.bridge import StationBridge
 from ocmm_gui.kit import NoticeCentre
 from ocmm_gui.window import MainWindow
+from ocmm_sim.bus import READY, LineRule, ProxyConfig, Trick, Way
+from ocmm_sim.sources import segment_of
 
 SECONDS = 600.0
 OTHERS = 0.2
@@ -133,8 +121,8 @@ def play(folder: Path, seconds: float, rules: tuple[LineRule, ...], *, freeze: b
     )
     segment = segment_of(request, load_plan(DEMO_PLAN), load_rig(RECOMMENDED_RIG))
     segment = msgspec.structs.replace(segment, interface=_CAMERAS)
-    cable_process = start("ocmm_core.simulation.bus._proxy", msgspec.json.encode(proxy) + b"\n")
-    cameras_process = start("ocmm_core.simulation.bus._camera_process", segment.to_json())
+    cable_process = start("ocmm_sim.bus._proxy", msgspec.json.encode(proxy) + b"\n")
+    cameras_process = start("ocmm_sim.bus._camera_process", segment.to_json())
     with socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as ask:
         ask.bind(str(folder / "asker"))
         ask.settimeout(5.0)

@@ -10,9 +10,9 @@ import numpy as np
 from PySide6.QtWidgets import QApplication
 
 from ocmm_core.acquisition.frames import FrameBlock, FrameRing, quantise
-from ocmm_core.simulation.slave import CameraFrames
 from ocmm_core.station import MeasuringStation
 from ocmm_gui.bridge import StationBridge
+from ocmm_sim.slave import CameraFrames
 
 SAMPLE, SAMPLED_FRAMES = 50, 16
 """Of one block in so many, so many frames are compared with what the rig shows."""

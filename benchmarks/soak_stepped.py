@@ -39,20 +39,15 @@ from benchmarks.soak_books import (
 from benchmarks.soak_observer import Observer, run_observed
 from ocmm_core.acquisition.frames import FrameRing, read_status
 from ocmm_core.camera import load_rig
-from ocmm_core.composition import (
-    DEMO_PLAN,
-    RECOMMENDED_RIG,
-    StationRequest,
-    build_station,
-    segment_of,
-)
+from ocmm_core.composition import DEMO_PLAN, RECOMMENDED_RIG, StationRequest, build_station
 from ocmm_core.fieldbus.report import decode_report
 from ocmm_core.inspection.plan import load_plan
-from ocmm_core.simulation.scene import RigScript, decode_script
 from ocmm_gui.app import make_application
 from ocmm_gui.bridge import StationBridge
 from ocmm_gui.kit import NoticeCentre
 from ocmm_gui.window import MainWindow
+from ocmm_sim.scene import RigScript, decode_script
+from ocmm_sim.sources import segment_of
 
 BUS_SECONDS, AT_MOST_S = 1800.0, 7200.0
 START_S, SAMPLE_S, MOST_SAMPLES = 120.0, 2.0, 300

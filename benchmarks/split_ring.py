@@ -19,8 +19,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from ocmm_core.fieldbus.wire import Command, Datagram, RawLine
-from ocmm_core.simulation.bus import make_link, namespace_command
+from ocmm_core.fieldbus.wire import Command, Datagram, RawLine, make_link, namespace_command
 
 _SYSTEM_TIME = 0x0910
 _LIMIT_NS = 20_000

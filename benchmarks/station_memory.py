@@ -28,8 +28,8 @@ import numpy as np
 
 from benchmarks.evidence_site import NOW
 from benchmarks.tampering import EDITS, Site, make_site
+from ocmm_bench.campaign import other_station
 from ocmm_core.calibration.records import CalibrationStore, State
-from ocmm_core.cli.campaign import other_station
 from ocmm_core.errors import OcmmError
 from ocmm_core.export.audits import audit
 from ocmm_core.seals import KeyFolder, memory_folder, start_memory

@@ -46,8 +46,8 @@ from ocmm_core.measuring import (
     average,
     systematic_covariance,
 )
-from ocmm_core.simulation.scene import Motion, PixelFrames, VirtualRig, load_part, steady_hand
 from ocmm_core.tracking import FrameStatus, TrackingPipeline, load_probe, tip_sensitivity
+from ocmm_sim.scene import Motion, PixelFrames, VirtualRig, load_part, steady_hand
 
 RIGS = (("recommended", "standard"), ("thesis", "thesis"))
 """Rig and probe."""

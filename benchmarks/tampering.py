@@ -31,8 +31,8 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.evidence_site import NOW, cameras_in
+from ocmm_bench.campaign import other_station
 from ocmm_core.calibration.records import CalibrationStore, State
-from ocmm_core.cli.campaign import other_station
 from ocmm_core.documents import resource
 from ocmm_core.errors import OcmmError
 from ocmm_core.measuring import MeasuredPoint

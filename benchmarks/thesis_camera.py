@@ -28,11 +28,11 @@ from ocmm_core.blas import use_one_thread
 
 use_one_thread()
 
+from ocmm_cli.measure import run_job  # noqa: E402
+from ocmm_cli.study import touch_all  # noqa: E402
+from ocmm_cli.terminal import make_console  # noqa: E402
 from ocmm_core.acquisition.frames import FrameBlock  # noqa: E402
 from ocmm_core.camera import CameraModel, load_rig  # noqa: E402
-from ocmm_core.cli.measure import run_job  # noqa: E402
-from ocmm_core.cli.study import touch_all  # noqa: E402
-from ocmm_core.cli.terminal import make_console  # noqa: E402
 from ocmm_core.cluster import Site, run_tasks  # noqa: E402
 from ocmm_core.composition import (  # noqa: E402
     DEMO_PART,
@@ -40,7 +40,6 @@ from ocmm_core.composition import (  # noqa: E402
     STANDARD_PROBE,
     StationRequest,
     build_station,
-    true_values,
 )
 from ocmm_core.documents import resource  # noqa: E402
 from ocmm_core.errors import OcmmError  # noqa: E402
@@ -60,10 +59,11 @@ from ocmm_core.inspection.evaluation import SessionOptions  # noqa: E402
 from ocmm_core.inspection.plan import load_plan  # noqa: E402
 from ocmm_core.inspection.session import InspectionSession  # noqa: E402
 from ocmm_core.measuring import PointOptions, TouchCollector  # noqa: E402
-from ocmm_core.simulation.described_slave import DescribedCamera  # noqa: E402
-from ocmm_core.simulation.scene import VirtualRig, load_part  # noqa: E402
 from ocmm_core.storage import JobFile, make_head  # noqa: E402
 from ocmm_core.tracking import TrackingPipeline, load_probe  # noqa: E402
+from ocmm_sim.described_slave import DescribedCamera  # noqa: E402
+from ocmm_sim.scene import VirtualRig, load_part  # noqa: E402
+from ocmm_sim.sources import true_values  # noqa: E402
 
 SEEDS, OVER_THE_WIRE = 40, 2
 _SPOTS = '{ index = 0x6000, sub = 1, type = "REAL32", role = ["x", "y"], slots = true }'

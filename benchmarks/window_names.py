@@ -21,7 +21,7 @@ os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
 from PySide6.QtCore import QSocketNotifier, QTimer
 from PySide6.QtWidgets import QApplication
 
-from ocmm_core.cli.campaign import lose_name, measure_job, other_station, possible_losses
+from ocmm_bench.campaign import lose_name, measure_job, other_station, possible_losses
 from ocmm_core.composition import RECOMMENDED_RIG
 from ocmm_core.documents import resource
 from ocmm_gui.app import main as run_window

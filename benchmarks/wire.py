@@ -27,7 +27,8 @@ from ocmm_core.acquisition.frames import AcquisitionState, AcquisitionStatus, Fr
 from ocmm_core.errors import OcmmError
 from ocmm_core.fieldbus.cycle import BusSettings
 from ocmm_core.fieldbus.device import CameraIdentity
-from ocmm_core.simulation.bus import SegmentConfig, VirtualBus, make_link, namespace_command
+from ocmm_core.fieldbus.wire import make_link, namespace_command
+from ocmm_sim.bus import SegmentConfig, VirtualBus
 
 SECONDS = 10.0
 GOOD_LIMIT = 0.97
@@ -120,7 +121,7 @@ def measure(seconds: float) -> tuple[dict[str, float], list[str]]:
     make_link(_HOST, _FAR)
     segment = SegmentConfig(interface=_FAR, cameras=CAMERAS, provider=_PATTERN)
     cameras = subprocess.Popen(
-        [sys.executable, "-m", "ocmm_core.simulation.bus._camera_process"],
+        [sys.executable, "-m", "ocmm_sim.bus._camera_process"],
         stdin=subprocess.PIPE,
         stdout=subprocess.PIPE,
     )

@@ -17,7 +17,7 @@ import numpy as np
 
 from ocmm_core.calibration.pivot import PivotOptions, PivotSweep, calibrate_probe
 from ocmm_core.errors import CalibrationError
-from ocmm_core.simulation.calibration_scenes import SeatFault
+from ocmm_sim.calibration_scenes import SeatFault
 from tests.core.calibration.swept_probe import (
     CONE_WORLD,
     SIGMA_PX,

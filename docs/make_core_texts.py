@@ -23,15 +23,18 @@ from ocmm_core.wording import LANGUAGES
 ROOT = Path(__file__).resolve().parents[1]
 TEXTS = ROOT / "resources" / "i18n"
 
-ROOMS = ("ocmm_core", "ocmm_gui/reports")
-"""All that is said there is collected."""
+CORE = ("ocmm_core", "ocmm_cad", "ocmm_shop", "ocmm_sim")
+REPORTS = "ocmm_gui/reports"
+"""All that is said there and in the core is collected."""
 ERRORS_ONLY = (
-    "ocmm_gui", "ocmm_core/cli", "ocmm_core/simulation", "ocmm_core/units",
+    "ocmm_gui", "ocmm_cli", "ocmm_bench", "ocmm_core/units",
+    "ocmm_sim/bus/", "ocmm_sim/calibration_scenes/", "ocmm_sim/described_slave/",
+    "ocmm_sim/firmware/", "ocmm_sim/hand/", "ocmm_sim/scene/", "ocmm_sim/slave/",
     "ocmm_core/export/certificate/_artefact.py",
 )  # fmt: skip
 """Only what is raised with a code, and what a command says by `say`: sentences of the window have
 `tr`, help stays English; units and the words of certificates are patterns."""
-COMMANDS = "ocmm_core/cli"
+COMMANDS = ("ocmm_cli", "ocmm_bench")
 LEFT_OUT = (
     # Words that other programs read.
     *(
@@ -42,16 +45,16 @@ LEFT_OUT = (
     "ocmm_core/export/report/_json_schema.py", "ocmm_core/export/report/_polyworks.py",
     "ocmm_core/export/report/_first_article.py",
     # For whoever builds a camera: the rules of a conforming one, by the words of the ETG.
-    "ocmm_core/fieldbus/conform",
+    "ocmm_bench/conform",
     # Documents of the cameras, in English as the ETG wants them.
     "ocmm_core/fieldbus/device/_camera_", "ocmm_core/fieldbus/device/_object_",
     "ocmm_core/fieldbus/device/_page_of_", "ocmm_core/fieldbus/device/_profile_objects.py",
     "ocmm_core/fieldbus/device/_esi.py", "ocmm_core/fieldbus/device/_controller.py",
     "ocmm_core/fieldbus/device/_diagnosis.py",
     # The report on a camera, for its maker, in the words of that page.
-    "ocmm_core/fieldbus/conform",
+    "ocmm_bench/conform",
     # Names of functions, of files, and patterns.
-    "ocmm_core/composition/_kernels.py", "ocmm_core/leftovers.py", "ocmm_core/doctor/_ethtool.py",
+    "ocmm_cli/_kernels.py", "ocmm_core/leftovers.py", "ocmm_core/doctor/_ethtool.py",
 )  # fmt: skip
 
 COMPOSED = (
@@ -151,11 +154,13 @@ def collect(root: Path = ROOT) -> Texts:
     found: dict[str, set[str]] = {sentence: set() for sentence in (*COMPOSED, *PROCEDURES)}
     words = set(TITLES)
     remedies: set[str] = set()
-    for path in sorted(p for room in (ROOMS[0], "ocmm_gui") for p in (root / room).rglob("*.py")):
+    for path in sorted(
+        p for room in (*CORE, *COMMANDS, "ocmm_gui") for p in (root / room).rglob("*.py")
+    ):
         name = path.relative_to(root).as_posix()
         if name.startswith(LEFT_OUT):
             continue
-        all_of_it = name.startswith(ROOMS[1]) or not name.startswith(ERRORS_ONLY)
+        all_of_it = name.startswith(REPORTS) or not name.startswith(ERRORS_ONLY)
         reader = Reader(path.read_text(encoding="utf-8"))
         for sentence, code, is_remedy in reader.sentences(all_of_it=all_of_it):
             codes = found.setdefault(sentence, set())
@@ -163,7 +168,7 @@ def collect(root: Path = ROOT) -> Texts:
                 codes.add(code)
             if is_remedy:
                 remedies.add(sentence)
-        if name.startswith(ROOMS[0]) and not name.startswith(ERRORS_ONLY):
+        if name.startswith(CORE) and not name.startswith(ERRORS_ONLY):
             words.update(reader.words(single=bool(WORD_FILES.search(name))))
         elif name.startswith(COMMANDS):
             words.update(reader.spoken_words())

@@ -17,7 +17,7 @@ from typing import get_args
 import msgspec
 from lxml import etree
 
-from ocmm_core.composition import SOURCES
+from ocmm_core.composition import sources
 from ocmm_core.doctor import CHECKS, DoctorReport
 from ocmm_core.documents import write_atomic
 from ocmm_core.export import FORMATS
@@ -81,10 +81,10 @@ def formats() -> str:
     )
 
 
-def sources() -> str:
+def table_of_sources() -> str:
     """Return the table of the sources of frames."""
     return table(
-        ("source", "is"), ((f"`{form}`", words) for spec in SOURCES for form, words in spec.forms)
+        ("source", "is"), ((f"`{form}`", words) for spec in sources() for form, words in spec.forms)
     )
 
 
@@ -218,7 +218,7 @@ TABLES: dict[str, tuple[str, Callable[[], str]]] = {
         partial(packages, "requirements-package.lock", "requirements-dev.lock"),
     ),
     "parts of packages": (_LICENCES, held),
-    "sources": ("docs/commands.md", sources),
+    "sources": ("docs/commands.md", table_of_sources),
     **{
         f"{name} fields{mark}": (f"docs{folder}/plans.md", partial(fields_of, struct, language))
         for name, struct in PARTS_OF_A_PLAN.items()

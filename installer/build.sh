@@ -93,20 +93,20 @@ say "Building the wheel."
 wheel=$work/wheel/ocmm-$version-py3-none-any.whl
 $pip --no-deps --force-reinstall "$wheel"
 # What is frozen is what the wheel holds, with its resources.
-rm -rf build ./*.egg-info ocmm_core ocmm_gui
+rm -rf build ./*.egg-info ocmm_*
 
 # 4. The kernels, from a copy of the sources, while the programs are frozen: both take minutes.
 kernels=$work/kernels
 rm -rf "$work/sources"
 mkdir "$work/sources"
-cp -r "$("$python" -c 'import sysconfig; print(sysconfig.get_path("purelib"))')/ocmm_core" installer \
+cp -r "$("$python" -c 'import sysconfig; print(sysconfig.get_path("purelib"))')"/ocmm_* installer \
     "$work/sources/"
 find "$work/sources" -name __pycache__ -prune -exec rm -rf {} +
 # All that a kernel may depend on; the version of OCMM is none of it.
 state=$({
     "$python" -VV
     cat requirements-package.lock
-    cd "$work/sources" && find ocmm_core installer/bundle -name '*.py' ! -path ocmm_core/__init__.py -print0 |
+    cd "$work/sources" && find ocmm_* installer/bundle -name '*.py' ! -path ocmm_core/__init__.py -print0 |
         sort -z | xargs -0 sha256sum
 } | sha256sum)
 if [ "$(cat "$kernels/state" 2>/dev/null)" = "$state" ]; then

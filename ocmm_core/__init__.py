@@ -5,9 +5,10 @@ Out: points, features, verdicts with their uncertainty, job files and reports.
 
 Read the rooms along the data: `camera` and `fieldbus`, `acquisition`, `tracking`, `calibration`,
 `measuring`, `features`, `alignment`, `tolerances`, `storage`, `inspection`, `export`, `station`,
-`composition`, `cli`. `simulation` stands beside them. The files here are rooms of one file that
-everybody may use: errors, geometry, documents and the door itself.
-A room never imports a later one, and the core does not know Qt. docs/architecture.md is the map.
+`composition`. The modules here serve all of them: errors, geometry, documents, plugins.
+A package never imports a later one. The core knows neither Qt nor the packages beside it
+(`ocmm_sim`, `ocmm_cad`, `ocmm_shop`, `ocmm_cli`, `ocmm_gui`, `ocmm_bench`), which register what
+they add (`plugins`). docs/architecture.md is the map.
 """
 
 __version__ = "0.1.0"

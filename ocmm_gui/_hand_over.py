@@ -12,9 +12,9 @@ from ocmm_core.settings import LoadedSettings, SettingsStore
 from ocmm_gui.home import Choice, Errands
 
 if TYPE_CHECKING:
-    from ocmm_core.archive.outbox import HandOverProcess
     from ocmm_core.composition import BuiltStation
-    from ocmm_core.station.archiving import ArchiveWatch
+    from ocmm_shop.archive.outbox import HandOverProcess
+    from ocmm_shop.archiving import ArchiveWatch
 
 _SENDER_MS = 5000
 
@@ -38,8 +38,8 @@ class HandOverSender:
         if self._ended:
             return
         # Loaded late: the first page is shown before numerical libraries are loaded.
-        from ocmm_core.archive.outbox import HandOverProcess
-        from ocmm_core.station.archiving import archive_place
+        from ocmm_shop.archive.outbox import HandOverProcess
+        from ocmm_shop.archiving import archive_place
 
         # The start page and the settings show faults of the address.
         with contextlib.suppress(OcmmError):
@@ -51,7 +51,7 @@ class HandOverSender:
 
 def watch_jobs(built: BuiltStation, loaded: LoadedSettings, choice: Choice) -> ArchiveWatch | None:
     """Return the watch that queues the jobs of a station; None if nothing is archived."""
-    from ocmm_core.station.archiving import ArchiveWatch, archive_place
+    from ocmm_shop.archiving import ArchiveWatch, archive_place
 
     if choice.errand is Errands.DEMO:
         # Demonstrations keep only their file.

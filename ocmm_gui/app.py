@@ -243,10 +243,10 @@ def _work(
     starting = splash(app, loaded.settings.instrument_source, options.theme)
     try:
         from ocmm_core.composition import AcceptanceBench, build_station
-        from ocmm_core.composition.practice import Practice
         from ocmm_gui.bridge import StationBridge
         from ocmm_gui.kit import ErrorHooks, SoundPlayer
         from ocmm_gui.window import REOPEN, START, MainWindow
+        from ocmm_sim.practice import Practice
 
         request = _request(parsed, loaded, choice)
         built = build_station(request)

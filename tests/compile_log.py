@@ -52,7 +52,7 @@ def _run(what: str, *arguments: str) -> int:
         from ocmm_gui.app import main as window
 
         return window(list(arguments))
-    from ocmm_core.cli import main
+    from ocmm_cli import main
 
     sys.argv[1:] = arguments
     try:

@@ -14,7 +14,7 @@ from numba import types
 from numba.core import event
 from numba.core.dispatcher import Dispatcher
 
-from ocmm_core.composition import kernel_groups
+from ocmm_cli import kernel_groups
 
 _FOR_TESTS = {
     "ellipse_foot", "ambiguity_score", "normal_equations", "backward", "cholesky", "forward",

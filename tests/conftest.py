@@ -29,6 +29,7 @@ import pytest
 from pytestqt.qtbot import QtBot
 
 from ocmm_core.blas import use_one_thread
+from tests.commands import calm_rig, ocmm, ocmm_here, slow_rig  # noqa: F401 - fixtures
 from tests.gate import gate_of
 from tests.host import HANG_MS, amount, not_run
 from tests.other_station import forget_histories
@@ -173,8 +174,7 @@ def _compiles_nothing(
     lines = _compile_watch.unlisted()
     if lines and request.node.stash.get(_PASSED, False):
         pytest.fail(
-            "Not in ocmm_core/composition/_kernels.py, so that a user would wait for it:\n"
-            + "\n".join(lines),
+            "Not in ocmm_cli/_kernels.py, so that a user would wait for it:\n" + "\n".join(lines),
             pytrace=False,
         )
 
@@ -222,7 +222,7 @@ def kept_sides() -> Iterator[None]:
 
 @contextmanager
 def _processes_of_a_server() -> Iterator[None]:
-    from ocmm_core.inspection.step import READER_MODULES
+    from ocmm_cad.step import READER_MODULES
 
     before = multiprocessing.get_start_method(allow_none=True)
     # One server a worker, and it begins once: it loads what any of them needs.

@@ -16,8 +16,9 @@ from pathlib import Path
 from grimp import ImportGraph
 from importlinter import Contract, ContractCheck, output
 
+from benchmarks.house_tree import ROOTS
+
 _REPOSITORY = Path(__file__).resolve().parents[1]
-_OURS = ("ocmm_core", "ocmm_gui")
 _OUTSIDE = ("tests", "benchmarks", "docs", "installer")
 
 
@@ -49,11 +50,12 @@ def _is_inner(part: str) -> bool:
 def may_look_into(test: Path) -> str:
     """Return the package whose rooms a test may enter; ``test`` is relative to the repository."""
     parts = test.parts
-    if parts[:2] == ("tests", "gui"):
-        return "ocmm_gui"
-    if parts[:2] == ("tests", "core") and len(parts) > 3:
-        return f"ocmm_core.{parts[2]}"
-    return ""
+    own = f"ocmm_{parts[1]}"
+    if parts[0] != "tests" or own not in ROOTS:
+        return ""
+    if own != "ocmm_core":
+        return own
+    return f"ocmm_core.{parts[2]}" if len(parts) > 3 else ""
 
 
 def entrances_from_outside(repository: Path) -> Iterator[Entrance]:
@@ -80,13 +82,13 @@ def _imported(path: Path) -> Iterator[tuple[int, str]]:
             continue
         for name in names:
             # A private name inside a module of a single file is not a room.
-            if name.startswith(_OURS) and room_of(name) not in _OURS:
+            if name.startswith(ROOTS) and room_of(name) not in ROOTS:
                 yield node.lineno, name
 
 
 def entrances_inside(graph: ImportGraph) -> Iterator[Entrance]:
     """Yield what the product itself imports past a door."""
-    ours = sorted(module for module in graph.modules if module.startswith(_OURS))
+    ours = sorted(module for module in graph.modules if module.startswith(ROOTS))
     packages = {module for module in ours if graph.find_children(module)}
     for module in ours:
         room = room_of(module)

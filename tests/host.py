@@ -130,7 +130,7 @@ def private_network() -> list[str]:
         not_run(lacking)
     # The tests' set-up reads this file before it has told the linear algebra to use one thread,
     # and what is imported here would load it.
-    from ocmm_core.simulation.bus import namespace_command
+    from ocmm_core.fieldbus.wire import namespace_command
 
     return namespace_command()
 

@@ -10,7 +10,7 @@ from importlib import import_module
 
 _ROOMS = (
     "ocmm_core.composition", "ocmm_core.export", "ocmm_core.inspection.archive",
-    "ocmm_core.archive.questions", "ocmm_core.recalls", "ocmm_core.studies",
+    "ocmm_shop.archive.questions", "ocmm_shop.recalls", "ocmm_shop.studies",
     "ocmm_core.calibration.relocation", "ocmm_core.calibration.verification",
     "ocmm_core.tolerances.monte_carlo", "ocmm_core.station", "ocmm_gui.kit", "ocmm_gui.results",
     "ocmm_gui.reports", "ocmm_gui.home", "ocmm_gui.archive", "ocmm_gui.acceptance",

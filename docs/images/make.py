@@ -26,16 +26,17 @@ import msgspec
 from PySide6.QtTest import QTest  # the platform must be chosen before
 from PySide6.QtWidgets import QApplication
 
-from ocmm_core.composition import StationRequest, build_station, script_of
+from ocmm_core.composition import StationRequest, build_station
 from ocmm_core.documents import resource
 from ocmm_core.inspection.evaluation import FeatureState, JobView, LiveView, StatusWord
 from ocmm_core.inspection.plan import load_plan
-from ocmm_core.simulation.bus import CameraDeed, FaultKind
-from ocmm_core.simulation.scene import ScriptedOcclusion, WorldOptions
 from ocmm_gui.app import make_application
 from ocmm_gui.bridge import StationBridge
 from ocmm_gui.kit import Mode, NoticeCentre, active_feature
 from ocmm_gui.window import MainWindow
+from ocmm_sim.bus import CameraDeed, FaultKind
+from ocmm_sim.scene import ScriptedOcclusion, WorldOptions
+from ocmm_sim.sources import script_of
 
 SIZE = (1920, 1080)
 SMALL = (1280, 720)

@@ -16,8 +16,8 @@ os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
 from PySide6.QtCore import Qt  # the platform must be chosen before
 from PySide6.QtWidgets import QApplication
 
+from ocmm_cad.step import read_part
 from ocmm_core.inspection.plan import PartOfPlan, new_plan
-from ocmm_core.inspection.step import read_part
 from ocmm_gui.app import make_application
 from ocmm_gui.kit import THEMES, apply_theme
 from ocmm_gui.plan_editor import PlanSheet

@@ -18,11 +18,11 @@ os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
 from ocmm_core.composition import StationRequest, build_station
 from ocmm_core.documents import resource
 from ocmm_core.inspection.evaluation import StatusWord
-from ocmm_core.simulation.scene import ScriptedNudge, ScriptedOcclusion, WorldOptions
 from ocmm_gui.app import make_application
 from ocmm_gui.bridge import StationBridge
 from ocmm_gui.kit import NoticeCentre
 from ocmm_gui.window import MainWindow
+from ocmm_sim.scene import ScriptedNudge, ScriptedOcclusion, WorldOptions
 
 SIZE = (1600, 900)
 PATIENCE_S = 60.0

@@ -27,15 +27,13 @@ from ocmm_core.calibration.records import CalibrationStore, load_bar, load_spher
 from ocmm_core.calibration.tip import TouchView
 from ocmm_core.calibration.verification import VerificationProcedure
 from ocmm_core.camera import Rig, load_rig, project
-from ocmm_core.composition import (
-    RECOMMENDED_RIG,
-    STANDARD_PROBE,
-    VirtualSite,
-    scene_of_tip,
-    scenes_of_verification,
-)
+from ocmm_core.composition import RECOMMENDED_RIG, STANDARD_PROBE
 from ocmm_core.documents import resource
-from ocmm_core.simulation.calibration_scenes import (
+from ocmm_core.tracking import load_probe
+from ocmm_gui.app import make_application
+from ocmm_gui.kit import THEMES, apply_theme
+from ocmm_gui.wizards import SESSIONS, ProbeSite, Runner, Wizard, WizardSite
+from ocmm_sim.calibration_scenes import (
     SEATS,
     CalibrationScenesRig,
     FreeMotionScene,
@@ -44,10 +42,7 @@ from ocmm_core.simulation.calibration_scenes import (
     TipFault,
     TouchSeats,
 )
-from ocmm_core.tracking import load_probe
-from ocmm_gui.app import make_application
-from ocmm_gui.kit import THEMES, apply_theme
-from ocmm_gui.wizards import SESSIONS, ProbeSite, Runner, Wizard, WizardSite
+from ocmm_sim.sources import VirtualSite, scene_of_tip, scenes_of_verification
 
 SIZE = (1280, 720)
 SEED = 5

@@ -35,7 +35,7 @@ _PYTHON = ("Py", "_Py")
 def main(folder: Path) -> int:
     """Compile everything; return the exit code."""
     sys.path.insert(0, str(folder))
-    from ocmm_core.composition import kernel_groups
+    from ocmm_cli import kernel_groups
     from ocmm_core.instructions import KINDS, environment
 
     def compiled(number: int) -> bool:
@@ -63,7 +63,7 @@ def compile_one(folder: Path, number: int, kinds: Sequence[str]) -> None:
     """Compile one group for all kinds, of which the environment names the first."""
     sys.path.insert(0, str(folder))
     run_nothing()
-    from ocmm_core.composition import kernel_groups
+    from ocmm_cli import kernel_groups
 
     forget_where(folder)
     # Looking for garbage takes a seventh of the time, and the process ends soon.

@@ -59,7 +59,7 @@ def completion(shell: str) -> str:
 
 def main(folder: Path) -> None:
     """Write all of them."""
-    from ocmm_core.cli import app
+    from ocmm_cli import app
 
     for name, text in (("man/ocmm.1", man_page(app)), ("man/ocmm-acq.1", bus_page())):
         _write(folder / name, text)

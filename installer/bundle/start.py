@@ -41,7 +41,7 @@ def run_ocmm() -> None:
         return
     if told and sys.stderr is not None:
         sys.stderr.write(f"ocmm: {told}\n")
-    from ocmm_core.cli import main
+    from ocmm_cli import main
 
     main()
 

@@ -47,8 +47,8 @@ $python = Join-Path $new "Scripts\python.exe"
 $pip = @("-I", "-m", "pip", "--disable-pip-version-check", "install", "--quiet", "--no-index")
 Invoke-Step "Installing the packages" $python ($pip + @("--find-links", $Wheelhouse, "--only-binary", ":all:", "--require-hashes", "-r", $lock))
 Invoke-Step "Installing OCMM" $python ($pip + @("--no-deps", $own[0].FullName))
-Invoke-Step "Compiling" $python @("-I", "-m", "ocmm_core.cli", "compile")
-Invoke-Step "Asking OCMM for its version" $python @("-I", "-m", "ocmm_core.cli", "--version")
+Invoke-Step "Compiling" $python @("-I", "-m", "ocmm_cli", "compile")
+Invoke-Step "Asking OCMM for its version" $python @("-I", "-m", "ocmm_cli", "--version")
 
 if (Test-Path $Target) { Move-Item $Target $before }
 Move-Item $new $Target

@@ -5,11 +5,14 @@ from __future__ import annotations
 import importlib.util
 import ipaddress
 import os
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 from urllib.parse import urlsplit
 
-from ocmm_core.cluster._sentences import bad_address, no_certificates, no_dask, not_protected
+from ocmm_core.errors import InputError
+from ocmm_core.plugins import load
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,25 +40,44 @@ class Site:
             parts = urlsplit(self.scheduler)
             host, port = parts.hostname or "", parts.port
         except ValueError:
-            raise bad_address(self.scheduler, "cannot be read") from None
+            raise _bad_address(self.scheduler, "cannot be read") from None
         if parts.scheme not in ("tcp", "tls") or not host or port is None:
-            raise bad_address(self.scheduler, "is none of tcp://HOST:PORT and tls://HOST:PORT")
+            raise _bad_address(self.scheduler, "is none of tcp://HOST:PORT and tls://HOST:PORT")
         if parts.path or parts.query or parts.fragment or parts.username is not None:
-            raise bad_address(self.scheduler, "has more than a host and a port")
+            raise _bad_address(self.scheduler, "has more than a host and a port")
         if parts.scheme == "tcp" and not _is_loopback(host) and not self.unencrypted:
-            raise not_protected(self.scheduler)
+            raise _not_protected(self.scheduler)
         if parts.scheme == "tls":
             files = {"the CA": self.ca, "a certificate": self.cert, "its key": self.key}
             for what, path in files.items():
                 if path is None:
-                    raise no_certificates(what)
+                    raise _no_certificates(what)
                 if not path.is_file() or not os.access(path, os.R_OK):
-                    raise no_certificates(f"{what}, but {path} cannot be read")
+                    raise _no_certificates(f"{what}, but {path} cannot be read")
         if not has_dask():
             raise no_dask()
 
 
 HERE = Site()
+
+
+@dataclass(frozen=True, slots=True)
+class Cluster:
+    """Dask, as `ocmm_shop` adds it by an entry point of `ocmm.clusters`.
+
+    Both yield the answer of each thing in order, from work, things, their names, their contents and
+    whom to tell how many are done.
+    """
+
+    over_scheduler: Callable[..., Iterator[Any]]
+    """First argument: the site."""
+    over_local: Callable[..., Iterator[Any]]
+    """First argument: the number of processes."""
+
+
+def cluster() -> Cluster | None:
+    """Return Dask; None if it or the package `ocmm_shop` is not installed."""
+    return load("ocmm.clusters", "dask", Cluster) if has_dask() else None
 
 
 def has_dask() -> bool:
@@ -70,3 +92,36 @@ def _is_loopback(host: str) -> bool:
         return ipaddress.ip_address(host).is_loopback
     except ValueError:
         return False
+
+
+def no_dask() -> InputError:
+    return InputError(
+        "cluster.dask",
+        "Dask is not installed, so a scheduler cannot be used.",
+        "Install it with ./run setup --shop, or leave out --scheduler to compute here.",
+    )
+
+
+def _bad_address(text: str, why: str) -> InputError:
+    return InputError(
+        "cluster.address",
+        f"The address of the scheduler '{text[:200]}' {why}.",
+        "Write it like tls://SERVER:8786, or tcp://127.0.0.1:8786 on this computer.",
+    )
+
+
+def _not_protected(text: str) -> InputError:
+    return InputError(
+        "cluster.unencrypted",
+        f"{text}: without TLS anybody in that network can run programs on the workers.",
+        "Start scheduler and workers with certificates and give tls://... (docs/cluster.md); "
+        "--unencrypted is for a network of their own.",
+    )
+
+
+def _no_certificates(missing: str) -> InputError:
+    return InputError(
+        "cluster.certificates",
+        f"TLS to the scheduler needs {missing}.",
+        "Give --scheduler-ca, --scheduler-cert and --scheduler-key (docs/cluster.md).",
+    )

@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator, Sequence
 from functools import partial
 from typing import TypeVar
 
-from ocmm_core.cluster._site import HERE, Site, has_dask
+from ocmm_core.cluster._site import HERE, Site, cluster, no_dask
 from ocmm_core.errors import OcmmError
 from ocmm_core.host import HOST
 from ocmm_core.processes import processes_for, side_by_side
@@ -60,21 +60,20 @@ def run_tasks(
     site.check()
     many = len(things)
     if site.scheduler and many:
-        from ocmm_core.cluster._over_dask import over_scheduler
-
-        yield from over_scheduler(site, work, things, named, contents, told)
+        dask = cluster()
+        if dask is None:
+            raise no_dask()
+        yield from dask.over_scheduler(site, work, things, named, contents, told)
         return
     processes = site.workers
     if processes is None:
         processes = processes_for(many)
-        by_dask = site.dask and many >= _PAYS and processes > 1 and has_dask()
+        dask = cluster() if site.dask and many >= _PAYS and processes > 1 else None
     else:
         processes = max(min(processes, many, 4 * HOST.processors()), 1)
-        by_dask = site.dask and processes > 1 and has_dask()
-    if by_dask and not multiprocessing.current_process().daemon:
-        from ocmm_core.cluster._over_dask import over_local
-
-        yield from over_local(processes, work, things, named, contents, told)
+        dask = cluster() if site.dask and processes > 1 else None
+    if dask is not None and not multiprocessing.current_process().daemon:
+        yield from dask.over_local(processes, work, things, named, contents, told)
         return
     # Read by the process that needs them, not sent through a pipe.
     here = work if contents is nothing else partial(_with_contents, work, contents)

@@ -41,10 +41,8 @@ from ocmm_core.acceptance import (
 )
 from ocmm_core.calibration.probe_design import Temperature
 from ocmm_core.calibration.records import CalibrationInUse, CalibrationStore, ProbeInUse
-from ocmm_core.composition._acceptance_scenes import scenes_of_acceptance
 from ocmm_core.composition._acceptance_site import (
     SHIPPED,
-    acceptance_feed,
     artefacts_used_before,
     default_test_folder,
     instrument_of,
@@ -53,11 +51,10 @@ from ocmm_core.composition._acceptance_site import (
     require_recorded,
     require_scenes,
 )
-from ocmm_core.composition._calibrate_scenes import VirtualSite
 from ocmm_core.composition._calibration_choice import choose_calibration, choose_probe
-from ocmm_core.composition._feeds import Feed, StationRequest
-from ocmm_core.composition._sources import Origin, origin_of
-from ocmm_core.composition.hands import RecordedHand, VirtualHand
+from ocmm_core.composition._feeds import StationRequest
+from ocmm_core.composition._sources import Origin, origin_of, source_of
+from ocmm_core.composition.hands import Hand, RecordedHand
 from ocmm_core.documents import resource
 from ocmm_core.errors import InputError, OcmmError
 
@@ -233,22 +230,13 @@ class AcceptanceBench:
 
     def hand(
         self, procedure: AcceptanceProcedure, failed: Callable[[OcmmError], None]
-    ) -> VirtualHand | RecordedHand | None:
+    ) -> Hand | None:
         """Return the hand of a virtual rig or recording; None for real cameras."""
         one = self.request
         if origin_of(one.source) is Origin.RECORDING:
             return RecordedHand(lambda: (recorded_feed(one), np.inf), procedure, failed)
-        if not self.is_virtual:
-            return None
-        site = VirtualSite(one.rig, one.probe, procedure.session.stage.seed, None)
-
-        def make() -> tuple[Feed, int]:
-            view = procedure.view
-            away = np.array(view.stage.instrument.away)
-            scenes = scenes_of_acceptance(site, view.test, view.stage.artefacts, away)
-            return acceptance_feed(site, one.source, scenes, one.speed)
-
-        return VirtualHand(make, procedure, failed)
+        make = source_of(one.source).spec.hand
+        return None if make is None else make(one, procedure, failed)
 
     def interim(self) -> InterimHistory:
         """Return the interim checks; StorageError if a line was altered."""

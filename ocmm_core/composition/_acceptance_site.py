@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
@@ -33,7 +33,6 @@ from ocmm_core.calibration.records import (
     load_sphere,
 )
 from ocmm_core.camera import load_rig
-from ocmm_core.composition._calibrate_scenes import VirtualSite
 from ocmm_core.composition._calibration_choice import (
     checked_for_replay,
     checked_probe_for_replay,
@@ -43,20 +42,19 @@ from ocmm_core.composition._calibration_choice import (
 from ocmm_core.composition._defaults import DEMO_PLAN
 from ocmm_core.composition._feeds import Feed, StationRequest
 from ocmm_core.composition._sources import (
-    SOURCES,
-    VIRTUAL_NAMES,
     Origin,
     make_feed,
     names_in_words,
     origin_of,
     source_of,
+    sources,
+    virtual_names,
 )
 from ocmm_core.documents import resource
 from ocmm_core.errors import CalibrationError, InputError
 from ocmm_core.fieldbus.described import age_doubts
 from ocmm_core.geometry import Float, unit
 from ocmm_core.inspection.plan import load_plan
-from ocmm_core.simulation.calibration_scenes import CalibratingScript, Scene
 
 SHIPPED = {
     "bar": ("artefacts", "verification_bar.toml"),
@@ -197,7 +195,7 @@ def require_recorded(
     ):
         if fault is not None:
             raise CalibrationError("acceptance.replay", fault[1].what, fault[1].remedy)
-    virtual = recorded.startswith(VIRTUAL_NAMES) if recorded else instrument.simulated
+    virtual = recorded.startswith(virtual_names()) if recorded else instrument.simulated
     return msgspec.structs.replace(instrument, simulated=virtual)
 
 
@@ -216,29 +214,16 @@ def _vector(values: Float) -> tuple[float, float, float]:
     return x, y, z
 
 
-def acceptance_feed(
-    site: VirtualSite, source: str, scenes: tuple[Scene, ...], speed: float
-) -> tuple[Feed, int]:
-    """Return the virtual rig with scenes and frame count; InputError if unsupported."""
-    make = require_scenes(source)
-    script = site.script(scenes)
-    if make is None:
-        msg = f"{source!r} is no virtual rig"
-        raise ValueError(msg)
-    return make(script, speed), script.build().n_frames
-
-
-def require_scenes(source: str) -> Callable[[CalibratingScript, float], Feed] | None:
-    """Return the test scene player, None if not virtual; InputError if unsupported."""
+def require_scenes(source: str) -> None:
+    """Raise InputError if a virtual source plays no touches of an acceptance test."""
     spec = source_of(source).spec
-    if spec.origin is Origin.VIRTUAL and spec.scenes is None:
-        possible = [one for one in SOURCES if one.origin is not Origin.VIRTUAL or one.scenes]
+    if spec.origin is Origin.VIRTUAL and spec.hand is None:
+        possible = [one for one in sources() if one.origin is not Origin.VIRTUAL or one.hand]
         raise InputError(
             "acceptance.source",
             f"The source is {source!r}, which plays no touches of an acceptance test.",
             f"Give {names_in_words(possible)}.",
         )
-    return spec.scenes
 
 
 def recorded_feed(request: StationRequest) -> Feed:

@@ -19,7 +19,7 @@ from ocmm_core.calibration.records import (
     open_probe,
     open_probe_design,
 )
-from ocmm_core.composition._sources import VIRTUAL_NAMES, Origin, origin_of
+from ocmm_core.composition._sources import Origin, origin_of, virtual_names
 from ocmm_core.errors import InputError
 
 
@@ -132,4 +132,4 @@ def probe_without_practice(in_use: ProbeInUse) -> ProbeInUse:
 
 
 def _is_recorded_real(recorded: str) -> bool:
-    return bool(recorded) and not recorded.startswith(VIRTUAL_NAMES)
+    return bool(recorded) and not recorded.startswith(virtual_names())

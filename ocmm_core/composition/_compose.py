@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
+from typing import Any
 
 from ocmm_core.acceptance import thermometer_log
 from ocmm_core.acquisition.frames import SourceDescription
@@ -19,7 +19,7 @@ from ocmm_core.composition._calibration_choice import (
     choose_probe,
 )
 from ocmm_core.composition._climate import climate_in_use
-from ocmm_core.composition._feeds import Feed, StationRequest, written_folders
+from ocmm_core.composition._feeds import Remaining, ScriptedRig, StationRequest, written_folders
 from ocmm_core.composition._sources import make_feed
 from ocmm_core.documents import digest
 from ocmm_core.errors import InputError, OcmmError, StorageError
@@ -39,9 +39,6 @@ from ocmm_core.inspection.session import HEADER_EVENT, check_header, header_text
 from ocmm_core.leftovers import clear_leftovers
 from ocmm_core.measuring import PointOptions
 from ocmm_core.settings import released_plans_only
-from ocmm_core.simulation.bus import VirtualBus
-from ocmm_core.simulation.hand import HandAtRig
-from ocmm_core.simulation.scene import MOST_ROUNDS, REST_S, Missing, VirtualRig
 from ocmm_core.station import MeasuringStation, StationOptions, free_path, give_back
 from ocmm_core.storage import NAMED, JobFile, make_head
 from ocmm_core.tracking import (
@@ -61,13 +58,13 @@ class BuiltStation:
     """Not started; `MeasuringStation.close` releases everything."""
     job_path: Path
     description: SourceDescription
-    virtual: VirtualRig | None
+    virtual: ScriptedRig | None
     live: bool
     passed_over: tuple[OcmmError, ...] = ()
     """Errors of unreadable jobs in the batch folder."""
     recorded: str = ""
     """Source name in the recording; empty without replay."""
-    hand: HandAtRig | None = None
+    hand: Any = None
     """Lets the user hold the probe; None for real probes and scripts that end."""
 
 
@@ -108,7 +105,8 @@ def _built(request: StationRequest, plan: Plan, begun: JobFile | None) -> BuiltS
     calibration = checked_for_replay(calibration, feed.recorded)
     probe = checked_probe_for_replay(replace(probe, body=climate.body), feed.recorded)
     # Features of later plans that the virtual part lacks cannot be touched.
-    there = {each.name for each in feed.virtual.part.artefacts} if feed.virtual else set()
+    operator = feed.operator
+    there = operator.features if operator is not None else frozenset[str]()
     recorder = None
     job = None
     passed_over: list[OcmmError] = []
@@ -140,8 +138,12 @@ def _built(request: StationRequest, plan: Plan, begun: JobFile | None) -> BuiltS
                 ),
                 tracking=TrackingOptions(method=request.method),
                 live_source=feed.live,
-                intent=_intent(feed.virtual) if feed.virtual is not None else None,
-                follow=_repeating(feed, request.stay, lambda: _missing(station, there)),
+                intent=operator.intent if operator is not None else None,
+                follow=(
+                    operator.follow(lambda: _missing(station, there), stay=request.stay)
+                    if operator is not None
+                    else None
+                ),
                 pause=timedelta(hours=request.check_after_h),
                 stream=request.stream,
                 room_log=(
@@ -175,11 +177,7 @@ def _built(request: StationRequest, plan: Plan, begun: JobFile | None) -> BuiltS
     except BaseException:
         station.close()
         raise
-    if feed.simulated is not None and feed.virtual is not None:
-        feed.simulated.ask = lambda: _missing(station, there)
-    hand = None
-    if feed.simulated is not None and feed.virtual is not None and request.stay:
-        hand = HandAtRig(feed.simulated, feed.virtual)
+    hand = operator.hand() if operator is not None and request.stay else None
     return BuiltStation(
         station, job.path, feed.description, feed.virtual, feed.live, tuple(passed_over),
         feed.recorded, hand,
@@ -257,51 +255,14 @@ def _check_slots(
         )
 
 
-def _intent(virtual: VirtualRig) -> Callable[[int], str | None]:
-    """Return which feature the scripted operator means to touch at an exposure."""
-    margin = round(0.25e9 / virtual.frame_period_ns)
-
-    def feature_at(frame: int) -> str | None:
-        for touch in reversed(virtual.truth.touches):
-            if touch.first_frame - margin <= frame <= touch.last_frame:
-                return touch.feature
-        return None
-
-    return feature_at
-
-
-def _repeating(feed: Feed, stay: bool, ask: Callable[[], Missing]) -> Callable[[int], None] | None:
-    """Return what makes the operator of a virtual wire touch again, as `SimulatedSource` does."""
-    virtual, bus = feed.virtual, feed.acquisition
-    if virtual is None or not isinstance(bus, VirtualBus):
-        return None
-    second = round(1e9 / virtual.frame_period_ns)
-    rest, rounds, due = round(REST_S * second), 0, 0
-
-    def follow(frame: int) -> None:
-        nonlocal rounds, due
-        if frame < max(due, virtual.n_frames - rest) or (rounds >= MOST_ROUNDS and not stay):
-            return
-        due = frame + second // 10
-        missing = ask()
-        if missing.touches:
-            rounds += 1
-            # The cameras are ahead of the reader, and both rigs must contain the same script.
-            after = frame + (feed.ring.capacity - feed.ring.free()) + second
-            virtual.complete(missing, after)
-            bus.touch_again(missing, after)
-
-    return follow
-
-
-def _missing(station: MeasuringStation, there: set[str]) -> Missing:
+def _missing(station: MeasuringStation, there: frozenset[str]) -> Remaining:
     """Return the remaining touches of the features that exist on the part."""
     touches = [item for item in station.job.missing() if item[0] in there and item[1] > 0]
     if not touches:
-        return Missing((), {})
+        return (), {}
     job = station.job.view()
     taken = {name: [p.tip_world.tolist() for p in job.feature(name).points] for name, _ in touches}
-    return Missing(touches, taken)
+    return touches, taken
 
 
 def _job_path(folder: Path, plan: Plan) -> Path:

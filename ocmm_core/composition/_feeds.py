@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any, Protocol
 
 import platformdirs
 
@@ -26,7 +28,6 @@ from ocmm_core.composition._defaults import (
 from ocmm_core.failure import log_folder
 from ocmm_core.inspection.evaluation import Probing
 from ocmm_core.seals import KeyFolder, memory_folder
-from ocmm_core.simulation.scene import SimulatedSource, VirtualRig, WorldOptions
 from ocmm_core.station.stream import StreamOptions
 from ocmm_core.surroundings import TypedRoom
 from ocmm_core.tracking import Method
@@ -43,12 +44,13 @@ class StationRequest:
     probe: Path = STANDARD_PROBE
     part: Path = DEMO_PART
     source: str = DEFAULT_SOURCE
-    """One of `SOURCES`, with the value after its prefix."""
+    """One of `sources`, with the value after its prefix."""
     seed: int = DEFAULT_SEED
     speed: float = 0.0
-    world: WorldOptions = field(default_factory=WorldOptions)
+    world: object = None
     frame_rate_hz: int = 0
-    """`seed`, `speed`, `world`, `frame_rate_hz`: virtual rig; speed 0 unlimited, rate 0 its own."""
+    """`seed`, `speed`, `world`, `frame_rate_hz`: virtual rig; speed 0 unlimited, rate 0 its own;
+    `world`: `ocmm_sim.scene.WorldOptions`, None for the usual ones."""
     stay: bool = False
     rest_speed: float = 1.0
     """`stay`, `rest_speed`: after the script, the operator stays and touches missing points. While
@@ -92,6 +94,43 @@ _STOP_S = 3.0
 """Time limit for stopping an acquisition."""
 
 
+class ScriptedRig(Protocol):
+    """Virtual rig whose operator follows a script."""
+
+    @property
+    def n_frames(self) -> int: ...
+    @property
+    def frame_period_ns(self) -> int: ...
+    @property
+    def part(self) -> Any:
+        """Return the part as it is (`ocmm_sim.scene.Part`)."""
+
+    @property
+    def truth(self) -> Any:
+        """Return the true touches."""
+
+
+Remaining = tuple[Sequence[tuple[str, int]], Mapping[str, Sequence[Sequence[float]]]]
+"""Missing touches by feature, and the measured balls of each, mm, world."""
+
+
+class ScriptedOperator(Protocol):
+    """Operator of a virtual rig, who repeats refused touches as a person would."""
+
+    @property
+    def features(self) -> frozenset[str]:
+        """Return the features that the part has."""
+
+    def intent(self, frame: int) -> str | None:
+        """Return the feature that is touched at an exposure."""
+
+    def follow(self, ask: Callable[[], Remaining], *, stay: bool) -> Callable[[int], None] | None:
+        """Touch again what `ask` returns; a result is to be called with each frame counter."""
+
+    def hand(self) -> Any:
+        """Return the probe for a user who holds it (`ocmm_sim.hand.HandAtRig`), or None."""
+
+
 @dataclass(frozen=True, slots=True)
 class Feed:
     """A prepared frame source."""
@@ -101,9 +140,10 @@ class Feed:
     """`acquisition`, `ring`: not started; the owner calls `end`, which stops and closes them."""
     description: SourceDescription
     live: bool
-    virtual: VirtualRig | None = None
+    virtual: ScriptedRig | None = None
     """Virtual rig of the script; None for other sources."""
-    simulated: SimulatedSource | None = None
+    operator: ScriptedOperator | None = None
+    """Touches of that script; None for other sources."""
     recorded: str = ""
     """Source name in the recording; empty without replay."""
 

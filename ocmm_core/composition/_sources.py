@@ -1,29 +1,29 @@
-"""All frame sources: names, kind and maker of each."""
+"""All frame sources: names, kind and maker of each; packages add more by entry points."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from enum import Enum, auto
+from functools import cache
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from ocmm_core.composition._defaults import (
-    DEFAULT_SOURCE,
-    IN_PROCESS,
-    REAL_WIRE,
-    SERVICE,
-    VIRTUAL_WIRE,
-)
-from ocmm_core.errors import InputError
+from ocmm_core.composition._defaults import IN_PROCESS, REAL_WIRE, SERVICE, VIRTUAL_WIRE
+from ocmm_core.errors import InputError, OcmmError
 from ocmm_core.host import require_linux
+from ocmm_core.plugins import load_all
 
 if TYPE_CHECKING:
+    from ocmm_core.acceptance import AcceptanceProcedure
     from ocmm_core.camera import Rig
     from ocmm_core.composition._feeds import Feed, StationRequest
+    from ocmm_core.composition.hands import Hand
     from ocmm_core.inspection.plan import Plan
-    from ocmm_core.simulation.bus import SegmentConfig
-    from ocmm_core.simulation.calibration_scenes import CalibratingScript
+
+GROUP = "ocmm.sources"
+"""Entry points of added sources, each a `SourceSpec`."""
+Failed = Callable[[OcmmError], None]
 
 
 class Origin(Enum):
@@ -52,10 +52,12 @@ class SourceSpec:
     recorded_as: str
     """Prefix of the name in recordings; empty for a recording, which keeps its source name."""
     make: Callable[[StationRequest, Plan, Rig, str], Feed]
-    segment: Callable[[StationRequest, Plan, Rig], SegmentConfig] | None
-    """Software cameras of its virtual wire; None without one."""
-    scenes: Callable[[CalibratingScript, float], Feed] | None
-    """Makes the virtual rig with calibration scenes, by speed; None if unsupported."""
+    segment: Callable[[StationRequest, Plan, Rig], Any] | None = None
+    """Software cameras of its virtual wire (`ocmm_sim.bus.SegmentConfig`); None without one."""
+    scenes: Callable[[Any, float], Feed] | None = None
+    """Plays calibration scenes (`ocmm_sim.calibration_scenes`) at a speed; None if unsupported."""
+    hand: Callable[[StationRequest, AcceptanceProcedure, Failed], Hand] | None = None
+    """Virtual hand of an acceptance test; None if unsupported."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,66 +68,20 @@ class NamedSource:
     value: str
 
 
-def _late(maker: str) -> Callable[..., Any]:
-    """Return a function of `_feed_makers`, imported when called, for fast help."""
+def late(module: str, maker: str) -> Callable[..., Any]:
+    """Return a function of a module that is imported when it is called, for fast help."""
 
     def make(*given: object) -> object:
-        made: object = getattr(import_module("ocmm_core.composition._feed_makers"), maker)(*given)
+        made: object = getattr(import_module(module), maker)(*given)
         return made
 
-    make.__name__ = maker
+    make.__name__, make.__module__ = maker, module
     return make
 
 
-SOURCES: tuple[SourceSpec, ...] = (
-    SourceSpec(
-        prefix=DEFAULT_SOURCE,
-        forms=(("simulated", "the virtual rig in this process"),),
-        takes_value=False,
-        origin=Origin.VIRTUAL,
-        live=False,
-        on_bus=False,
-        recorded_as=IN_PROCESS,
-        make=_late("virtual_rig_feed"),
-        segment=None,
-        scenes=_late("scenes_feed"),
-    ),
-    SourceSpec(
-        prefix="ethercat:virtual",
-        forms=(
-            (
-                "ethercat:virtual",
-                "the virtual rig over the whole wire: software cameras, a pair of virtual "
-                "interfaces and the bus process, in a private network namespace, without root",
-            ),
-        ),
-        takes_value=False,
-        origin=Origin.VIRTUAL,
-        live=True,
-        on_bus=True,
-        recorded_as=VIRTUAL_WIRE,
-        make=_late("wire_feed"),
-        segment=_late("segment_of"),
-        scenes=_late("scenes_wire_feed"),
-    ),
-    SourceSpec(
-        prefix="ethercat:pixels",
-        forms=(
-            (
-                "ethercat:pixels",
-                "the same, with cameras that render images pixel by pixel and find the spots in "
-                "them; 1 kHz",
-            ),
-        ),
-        takes_value=False,
-        origin=Origin.VIRTUAL,
-        live=True,
-        on_bus=True,
-        recorded_as=VIRTUAL_WIRE,
-        make=_late("pixel_feed"),
-        segment=_late("pixel_segment_of"),
-        scenes=None,
-    ),
+_MAKERS = "ocmm_core.composition._feed_makers"
+
+OWN: tuple[SourceSpec, ...] = (
     SourceSpec(
         prefix="ethercat:",
         forms=(
@@ -141,9 +97,7 @@ SOURCES: tuple[SourceSpec, ...] = (
         live=True,
         on_bus=True,
         recorded_as=REAL_WIRE,
-        make=_late("cameras_feed"),
-        segment=None,
-        scenes=None,
+        make=late(_MAKERS, "cameras_feed"),
     ),
     SourceSpec(
         prefix="ethercat:service",
@@ -159,9 +113,7 @@ SOURCES: tuple[SourceSpec, ...] = (
         live=True,
         on_bus=True,
         recorded_as=SERVICE,
-        make=_late("service_feed"),
-        segment=None,
-        scenes=None,
+        make=late(_MAKERS, "service_feed"),
     ),
     SourceSpec(
         prefix="replay:",
@@ -171,30 +123,41 @@ SOURCES: tuple[SourceSpec, ...] = (
         live=False,
         on_bus=False,
         recorded_as="",
-        make=_late("recording_feed"),
-        segment=None,
-        scenes=None,
+        make=late(_MAKERS, "recording_feed"),
     ),
 )
 
-VIRTUAL_NAMES = tuple(
-    sorted({spec.recorded_as for spec in SOURCES if spec.origin is Origin.VIRTUAL})
-)
-"""Prefixes of virtual source names in recordings."""
+_VIRTUAL = (IN_PROCESS, VIRTUAL_WIRE)
+"""A recording of the virtual rig is recognised without its package, too."""
+
+
+@cache
+def sources() -> tuple[SourceSpec, ...]:
+    """Return the sources that packages add, then our own; the names of ours cannot be taken."""
+    taken = {spec.prefix for spec in OWN}
+    return (*(one for one in load_all(GROUP, SourceSpec) if one.prefix not in taken), *OWN)
+
+
+def virtual_names() -> tuple[str, ...]:
+    """Return the prefixes of virtual source names in recordings."""
+    added = {one.recorded_as for one in sources() if one.origin is Origin.VIRTUAL}
+    # No package can declare recordings of real cameras virtual.
+    real = tuple(one for one in added if any(name.startswith(one) for name in (REAL_WIRE, SERVICE)))
+    return tuple(sorted({*_VIRTUAL, *added}.difference(real)))
 
 
 def source_of(name: str) -> NamedSource:
     """Return the source with this name; raise InputError if unknown."""
-    for spec in SOURCES:
+    for spec in sources():
         if not spec.takes_value and name == spec.prefix:
             return NamedSource(spec, "")
-    for spec in SOURCES:
+    for spec in sources():
         if spec.takes_value and name.startswith(spec.prefix) and name != spec.prefix:
             return NamedSource(spec, name.removeprefix(spec.prefix))
     raise InputError(
         "source.unknown",
         f"The source is {name!r}, which is not a frame source.",
-        f"Give {names_in_words(SOURCES)}.",
+        f"Give {names_in_words(sources())}.",
     )
 
 
@@ -209,8 +172,9 @@ def names_in_words(specs: Sequence[SourceSpec]) -> str:
     return f"{', '.join(first)} or {last}" if first else last
 
 
-def source_help(specs: Sequence[SourceSpec] = SOURCES) -> str:
+def source_help(specs: Sequence[SourceSpec] | None = None) -> str:
     """Return all forms of the names with explanations, for command help."""
+    specs = sources() if specs is None else specs
     return "; ".join(f"'{form}': {words}" for spec in specs for form, words in spec.forms) + "."
 
 

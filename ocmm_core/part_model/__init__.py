@@ -7,7 +7,8 @@ faces.
 Read `_part_model` (the parts of a model), `_checked_model` (consistency) and `_model_file` (as
 bytes); `_spline` computes with one surface, `_trimming` with its outline, `_patches` bounds its
 distance, `_nearest` finds the nearest point of trimmed faces. `_nominal_face` is a face as a plan
-holds it, `_spread` places touch points on it.
+holds it, `_spread` places touch points on it, `_placement` places the part before the cameras;
+`_reader` finds the reader of a model that a package adds (`ocmm.models`).
 It must not know plans, features or pictures.
 """
 
@@ -46,6 +47,14 @@ if TYPE_CHECKING:
         SplineSurface,
         Triangles,
     )
+    from ocmm_core.part_model._placement import Placement
+    from ocmm_core.part_model._reader import (
+        STEP_ENDINGS,
+        FilesOfModel,
+        ModelReader,
+        model_endings,
+        model_reader,
+    )
     from ocmm_core.part_model._spline import bezier_surface, derivatives_at, normals_at, places_at
     from ocmm_core.part_model._spread import spread_places
 else:
@@ -61,15 +70,18 @@ else:
         ),
         _nominal_face="NominalFace face_fault nominal_face searched",
         _part_model="ModelFace NO_COLOUR PartModel PlacedPart SplineSurface Triangles",
+        _placement="Placement",
+        _reader="FilesOfModel ModelReader STEP_ENDINGS model_endings model_reader",
         _spline="bezier_surface derivatives_at normals_at places_at",
         _spread="spread_places",
     )
 
 __all__ = [
     "EDGE_MM", "FARTHEST_MM", "LARGEST_MODEL", "MODEL_ENDING", "MOST_FACES", "MOST_TRIANGLES",
-    "NO_COLOUR", "RIVAL_MM", "STRETCH", "Feet", "ModelFace", "NominalFace", "PartModel",
-    "PlacedPart", "SearchedFace", "SplineSurface", "Triangles", "bezier_surface", "derivatives_at",
-    "face_fault", "followed_feet", "model_from_bytes", "model_to_bytes", "nearest_feet",
-    "nominal_face", "normals_at", "places_at", "read_model_file", "searched", "searched_face",
-    "spread_places", "write_model_file",
+    "NO_COLOUR", "RIVAL_MM", "STEP_ENDINGS", "STRETCH", "Feet", "FilesOfModel", "ModelFace",
+    "ModelReader", "NominalFace", "PartModel", "PlacedPart", "Placement", "SearchedFace",
+    "SplineSurface", "Triangles", "bezier_surface", "derivatives_at", "face_fault",
+    "followed_feet", "model_endings", "model_from_bytes", "model_reader", "model_to_bytes",
+    "nearest_feet", "nominal_face", "normals_at", "places_at", "read_model_file", "searched",
+    "searched_face", "spread_places", "write_model_file",
 ]  # fmt: skip

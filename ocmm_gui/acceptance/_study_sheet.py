@@ -8,14 +8,6 @@ from pathlib import Path
 from PySide6.QtWidgets import QGridLayout, QHBoxLayout, QHeaderView, QVBoxLayout, QWidget
 
 from ocmm_core.errors import InputError
-from ocmm_core.studies import (
-    CharacteristicStudy,
-    StudyPlan,
-    StudyReport,
-    load_study,
-    plan_study,
-    store_plan,
-)
 from ocmm_core.typed_numbers import PARTS, REFERENCE, SEED, TRIALS
 from ocmm_gui.acceptance._study_work import Analysing, AnalysingOne, Looking, StudyProgress, TypeOne
 from ocmm_gui.charts import ComponentsPlot, OperatorsPlot, RunPlot
@@ -44,6 +36,14 @@ from ocmm_gui.kit import (
 )
 from ocmm_gui.wizards.parts import PlotTabs
 from ocmm_gui.work import WorkSheet
+from ocmm_shop.studies import (
+    CharacteristicStudy,
+    StudyPlan,
+    StudyReport,
+    load_study,
+    plan_study,
+    store_plan,
+)
 
 KEYS = (
     ActionInfo("draw", later("Draw plan"), later("Draw the order and blind codes, and store them"),

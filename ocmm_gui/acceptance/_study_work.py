@@ -8,7 +8,9 @@ from pathlib import Path
 from ocmm_core.errors import InputError
 from ocmm_core.geometry import Float
 from ocmm_core.inspection.archive import compare_folder, parts_of_batch
-from ocmm_core.studies import (
+from ocmm_gui.kit import later
+from ocmm_gui.work import Teller
+from ocmm_shop.studies import (
     StudyPlan,
     StudyReport,
     StudyRun,
@@ -17,8 +19,6 @@ from ocmm_core.studies import (
     study_jobs,
     type1_study,
 )
-from ocmm_gui.kit import later
-from ocmm_gui.work import Teller
 
 
 @dataclass(frozen=True, slots=True)

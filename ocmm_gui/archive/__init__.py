@@ -4,7 +4,7 @@ In: an archive and an outbox by the settings. Out: answers as a table and a char
 
 Read `_archive_sheet` (the page), `_asking` (the side process); then `_recall_panel` (a recall of
 all archived jobs), `_recall_result` (its findings), `_labelled` and `_sheet_texts` (fields and
-words). Queries are those of `ocmm_core.archive`, recalls those of `ocmm_core.recalls`. It must not
+words). Queries are those of `ocmm_shop.archive`, recalls those of `ocmm_shop.recalls`. It must not
 know results, operator or Maintain.
 """
 

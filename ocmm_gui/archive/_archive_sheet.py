@@ -9,9 +9,6 @@ from pathlib import Path
 from PySide6.QtCore import QStringListModel, Qt
 from PySide6.QtWidgets import QCompleter, QHBoxLayout, QTableWidgetItem, QVBoxLayout, QWidget
 
-from ocmm_core.archive.outbox import ArchivePlace, HandOver
-from ocmm_core.archive.questions import QUESTIONS, ArchiveAnswer, Asked, export_answer
-from ocmm_core.archive.records import USES, shown_text
 from ocmm_core.errors import OcmmError
 from ocmm_core.inspection.archive import RecallRecord
 from ocmm_core.tolerances.decisions import PartWord, Verdict
@@ -34,6 +31,9 @@ from ocmm_gui.kit import (
     tr,
 )
 from ocmm_gui.work import WorkSheet
+from ocmm_shop.archive.outbox import ArchivePlace, HandOver
+from ocmm_shop.archive.questions import QUESTIONS, ArchiveAnswer, Asked, export_answer
+from ocmm_shop.archive.records import USES, shown_text
 
 _GOOD = (Verdict.CONFORM.value, PartWord.CONFORMS.value)
 _BAD = (Verdict.NOT_CONFORM.value, PartWord.DOES_NOT_CONFORM.value)

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from ocmm_core.archive.outbox import ArchivePlace, HandOver, hand_over
-from ocmm_core.archive.questions import QUESTIONS, ArchiveAnswer, Asked, parts
-from ocmm_core.archive.stores import open_archive
 from ocmm_gui.kit import later
 from ocmm_gui.work import Tell
+from ocmm_shop.archive.outbox import ArchivePlace, HandOver, hand_over
+from ocmm_shop.archive.questions import QUESTIONS, ArchiveAnswer, Asked, parts
+from ocmm_shop.archive.stores import open_archive
 
 
 @dataclass(frozen=True, slots=True)

@@ -8,17 +8,17 @@ from pathlib import Path
 
 from PySide6.QtWidgets import QHBoxLayout, QVBoxLayout, QWidget
 
-from ocmm_core.archive.outbox import ArchivePlace
-from ocmm_core.archive.stores import open_archive
 from ocmm_core.calibration.records import default_folder
 from ocmm_core.errors import InputError
 from ocmm_core.inspection.archive import RecallRecord
-from ocmm_core.recalls import ArchiveFinding, ShopPlaces, decide_archived, recall_archive
 from ocmm_gui.archive._labelled import labelled
 from ocmm_gui.archive._recall_result import RecallResult, WritingRecall
 from ocmm_gui.archive._sheet_texts import read_day
 from ocmm_gui.kit import ChoiceBox, FormField, Theme, form_field, language_in_use, later, tr
 from ocmm_gui.work import Teller
+from ocmm_shop.archive.outbox import ArchivePlace
+from ocmm_shop.archive.stores import open_archive
+from ocmm_shop.recalls import ArchiveFinding, ShopPlaces, decide_archived, recall_archive
 
 
 @dataclass(frozen=True, slots=True)

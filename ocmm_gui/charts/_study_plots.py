@@ -9,9 +9,9 @@ from PySide6.QtCore import QPointF, QRectF, Qt
 from PySide6.QtGui import QColor, QPainter, QPaintEvent, QPen
 
 from ocmm_core.geometry import Float
-from ocmm_core.studies import GaugeStudy, Type1Study
 from ocmm_gui.charts._plot import Plot
 from ocmm_gui.kit import digit_font, localised, text_font, tr
+from ocmm_shop.studies import GaugeStudy, Type1Study
 
 _SCALE_PX, _FOOT_PX = 84.0, 24.0
 _GOOD, _CONDITIONAL = 10.0, 30.0

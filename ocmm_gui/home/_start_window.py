@@ -254,8 +254,8 @@ class StartWindow(NoticeWindow):
     def _archive(self) -> None:
         if self._archive_sheet is None:
             # Imported on demand.
-            from ocmm_core.station.archiving import archive_place
             from ocmm_gui.archive import ArchiveSheet
+            from ocmm_shop.archiving import archive_place
 
             sheet = ArchiveSheet(
                 lambda: archive_place(settings=self.loaded.settings),
@@ -405,8 +405,8 @@ def _warm() -> None:
 
 def _hand_over(settings: Settings) -> str:
     """Return the status of archive uploads in a line; empty in good order."""
-    from ocmm_core.archive.outbox import hand_over
-    from ocmm_core.station.archiving import archive_place
+    from ocmm_shop.archive.outbox import hand_over
+    from ocmm_shop.archiving import archive_place
 
     place = archive_place(settings=settings)
     return "" if place is None else hand_over(place.outbox).line

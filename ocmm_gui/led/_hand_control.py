@@ -112,7 +112,7 @@ class BallLead(QObject):
 
 
 class HandSeen(Protocol):
-    """State of a led hand (`ocmm_core.simulation.hand.HandView`)."""
+    """State of a led hand (`ocmm_sim.hand.HandView`)."""
 
     @property
     def aim_world(self) -> Float | None:
@@ -126,7 +126,7 @@ class HandSeen(Protocol):
 
 
 class LedSeen(Protocol):
-    """State of the probe (`ocmm_core.simulation.hand.LedView`)."""
+    """State of the probe (`ocmm_sim.hand.LedView`)."""
 
     @property
     def taken(self) -> bool: ...
@@ -141,7 +141,7 @@ class LedSeen(Protocol):
 
 
 class LedProbe(Protocol):
-    """Probe of a virtual rig (`ocmm_core.simulation.hand.HandAtRig`)."""
+    """Probe of a virtual rig (`ocmm_sim.hand.HandAtRig`)."""
 
     @property
     def taken(self) -> bool: ...

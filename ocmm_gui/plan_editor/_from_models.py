@@ -10,9 +10,10 @@ from typing import Literal
 from PySide6.QtCore import QObject, Signal
 from PySide6.QtWidgets import QVBoxLayout
 
+from ocmm_cad.drawing import Account
+from ocmm_cad.step import Offer
 from ocmm_core.alignment import ModelBestFit
 from ocmm_core.errors import InputError
-from ocmm_core.inspection.drawing import Account
 from ocmm_core.inspection.plan import (
     USUAL_BALL_RADIUS,
     FeatureTable,
@@ -20,7 +21,6 @@ from ocmm_core.inspection.plan import (
     Plan,
     with_model_fit,
 )
-from ocmm_core.inspection.step import Offer
 from ocmm_core.part_model import ModelFace, PartModel
 from ocmm_core.tables import TableOptions, TablePreview
 from ocmm_gui.kit import TableImport, said, tr

@@ -11,23 +11,8 @@ from typing import TypeAlias
 import msgspec
 from PySide6.QtCore import Qt, Signal
 
-from ocmm_core.alignment import Relocation, load_frame, relocation, saved_frame
-from ocmm_core.camera import Rig
-from ocmm_core.features.shapes import NominalFeature
-from ocmm_core.inspection.drawing import NOT_IMPORTED, Account, plan_with_tolerances, with_account
-from ocmm_core.inspection.plan import (
-    FeatureTable,
-    PartOfPlan,
-    Plan,
-    add_feature,
-    feature_table,
-    part_of_plan,
-    with_alignment,
-    with_model,
-    with_profiles,
-)
-from ocmm_core.inspection.step import (
-    STEP_ENDINGS,
+from ocmm_cad.drawing import NOT_IMPORTED, Account, plan_with_tolerances, with_account
+from ocmm_cad.step import (
     STEP_SETUP,
     STEP_SIZE_MB,
     FacesAccount,
@@ -43,6 +28,21 @@ from ocmm_core.inspection.step import (
     up_of,
     usual_request,
 )
+from ocmm_core.alignment import Relocation, load_frame, relocation, saved_frame
+from ocmm_core.camera import Rig
+from ocmm_core.features.shapes import NominalFeature
+from ocmm_core.inspection.plan import (
+    FeatureTable,
+    PartOfPlan,
+    Plan,
+    add_feature,
+    feature_table,
+    part_of_plan,
+    with_alignment,
+    with_model,
+    with_profiles,
+)
+from ocmm_core.part_model import STEP_ENDINGS
 from ocmm_core.tables import TableOptions, TablePreview, preview_table
 from ocmm_core.tracking import ProbeBody
 from ocmm_gui.kit import said, tr

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from PySide6.QtCore import Signal
 
-from ocmm_core.inspection.step import Offer
+from ocmm_cad.step import Offer
 from ocmm_core.typed_numbers import ZONE
 from ocmm_gui.kit import (
     ChoiceBox,

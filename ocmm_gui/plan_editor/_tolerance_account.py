@@ -6,7 +6,7 @@ from PySide6.QtCore import Signal
 from PySide6.QtGui import QColor
 from PySide6.QtWidgets import QHBoxLayout, QHeaderView, QVBoxLayout, QWidget
 
-from ocmm_core.inspection.drawing import Account, AccountItem
+from ocmm_cad.drawing import Account, AccountItem
 from ocmm_gui.kit import (
     DEFAULT_THEME,
     THEMES,

@@ -44,7 +44,7 @@ from ocmm_gui.window._sheets import Sheets
 
 if TYPE_CHECKING:
     from ocmm_core.composition import AcceptanceBench
-    from ocmm_core.composition.practice import Practice
+    from ocmm_sim.practice import Practice
 
 START, REOPEN = "start", "reopen"
 

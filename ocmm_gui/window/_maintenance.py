@@ -20,7 +20,6 @@ from ocmm_gui.window._made_late import MadeLate
 
 if TYPE_CHECKING:
     from ocmm_core.calibration.guided import ProcedureKind
-    from ocmm_core.composition.practice import Practice
     from ocmm_gui.maintain import (
         BusPage,
         CalibrationPage,
@@ -33,6 +32,7 @@ if TYPE_CHECKING:
     )
     from ocmm_gui.wizards import Wizard
     from ocmm_gui.wizards.pages import DefinitionPage
+    from ocmm_sim.practice import Practice
 
 
 class Maintenance(MadeLate):

@@ -168,8 +168,8 @@ class Sheets(MadeLate):
     @cached_property
     def archive(self) -> ArchiveSheet:
         """Return the archive of all stations, opened from Maintain."""
-        from ocmm_core.station.archiving import archive_place
         from ocmm_gui.archive import ArchiveSheet
+        from ocmm_shop.archiving import archive_place
 
         sheet = ArchiveSheet(lambda: archive_place(settings=self._loaded.settings), self._folder)
         return self._join(sheet, self.left_to_maintain)

@@ -75,7 +75,7 @@ class WizardSite:
 
 
 class PracticeRoom(Protocol):
-    """Practice at a virtual rig (`ocmm_core.composition.practice.Practice`)."""
+    """Practice at a virtual rig (`ocmm_sim.practice.Practice`)."""
 
     @property
     def cameras(self) -> Path:

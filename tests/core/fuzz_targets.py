@@ -18,9 +18,9 @@ from ocmm_core.features.shapes import read_points_file
 from ocmm_core.fieldbus.objects import ObjectRequest, decode_request, encode_line
 from ocmm_core.fieldbus.wire import decode_frame
 from ocmm_core.inspection.plan import feature_table, load_plan
-from ocmm_core.simulation.scene import load_part
 from ocmm_core.storage import JobFile, JobHead, read_summary
 from ocmm_core.tracking import load_probe, load_reference
+from ocmm_sim.scene import load_part
 from tests.core.acquisition.recording_samples import read_recording, sample_recording
 from tests.core.acquisition.test_capture import bringup, steady, write_pcap, write_pcapng
 from tests.core.calibration.record_parsers import read_list, rig_of_content, sample_record

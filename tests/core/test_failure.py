@@ -122,7 +122,7 @@ def _parts(tree: ast.AST) -> Iterator[ast.expr]:
 def test_the_log_names_what_failed_in_english_whatever_the_language() -> None:
     found, said = 0, []
     root = Path(__file__).resolve().parents[2]
-    for path in sorted([*(root / "ocmm_core").rglob("*.py"), *(root / "ocmm_gui").rglob("*.py")]):
+    for path in sorted(root.glob("ocmm_*/**/*.py")):
         for part in _parts(ast.parse(path.read_text("utf-8"))):
             found += 1
             words = {one.id for one in ast.walk(part) if isinstance(one, ast.Name)}

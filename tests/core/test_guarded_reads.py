@@ -14,14 +14,14 @@ _GUARDS = ("open_guarded", "descriptor")
 EXCEPTIONS = {
     "ocmm_core/acquisition/bus_process/_rights.py": "/proc",
     "ocmm_core/acquisition/recording/_recorder.py": "a file that it has just made",
-    "ocmm_core/archive/outbox/_outbox_rows.py": "the identity of the computer in /etc",
+    "ocmm_shop/archive/outbox/_outbox_rows.py": "the identity of the computer in /etc",
     "ocmm_core/camera/_compiled.py": "sources of this program",
-    "ocmm_core/cluster/_worker.py": "sources of this program",
+    "ocmm_shop/cluster/_worker.py": "sources of this program",
     "ocmm_core/export/_files.py": "temporary files that it has just made",
     "ocmm_core/fieldbus/wire/_interface.py": "/proc",
     "ocmm_core/fieldbus/wire/_other_masters.py": "/proc",
     "ocmm_core/host/_posix.py": "/proc",
-    "ocmm_core/simulation/bus/_named_rig.py": "/proc",
+    "ocmm_sim/bus/_named_rig.py": "/proc",
     "ocmm_core/manual/_manual.py": "the manual of this program",
     "ocmm_gui/help/_what_to_do.py": "texts of this program",
 }
@@ -29,11 +29,11 @@ EXCEPTIONS = {
 LISTS = {
     "ocmm_core/acceptance/_procedure.py": "procedures of this program",
     "ocmm_core/acquisition/frames/_ring.py": "rings that were left over",
-    "ocmm_core/archive/outbox/_notes.py": "notes of running programs",
-    "ocmm_core/archive/outbox/_outbox.py": "copies that are not needed",
-    "ocmm_core/cluster/_worker.py": "sources of this program",
+    "ocmm_shop/archive/outbox/_notes.py": "notes of running programs",
+    "ocmm_shop/archive/outbox/_outbox.py": "copies that are not needed",
+    "ocmm_shop/cluster/_worker.py": "sources of this program",
     "ocmm_core/composition/_feeds.py": "folders that this program writes to",
-    "ocmm_core/composition/_model_part.py": "copies that are not needed",
+    "ocmm_sim/sources/_model_part.py": "copies that are not needed",
     "ocmm_core/doctor/_computer.py": "errors are results of a check",
     "ocmm_core/documents.py": "the functions themselves",
     "ocmm_core/export/audits/_audit.py": "an unreadable folder is audited as a file",
@@ -55,7 +55,7 @@ LISTS = {
     "ocmm_gui/home/_file_browser.py": "errors are shown",
 }
 _LISTERS = ("glob", "rglob", "iterdir", "walk", "scandir", "listdir")
-_CAMPAIGN = "ocmm_core/cli/campaign/"
+_CAMPAIGN = "ocmm_bench/campaign/"
 """Trials make and read files of their own folders."""
 
 
@@ -84,7 +84,7 @@ def _is_reading(node: ast.Call, *, method: bool) -> bool:
 
 def test_reads_files_through_the_guard_only() -> None:
     found = {}
-    for path in sorted((*ROOT.glob("ocmm_core/**/*.py"), *ROOT.glob("ocmm_gui/**/*.py"))):
+    for path in sorted(ROOT.glob("ocmm_*/**/*.py")):
         name = path.relative_to(ROOT).as_posix()
         if name.startswith(_CAMPAIGN):
             continue
@@ -97,7 +97,7 @@ def test_reads_files_through_the_guard_only() -> None:
 
 def test_lists_folders_without_hiding_unreadable_ones() -> None:
     found = set()
-    for path in sorted((*ROOT.glob("ocmm_core/**/*.py"), *ROOT.glob("ocmm_gui/**/*.py"))):
+    for path in sorted(ROOT.glob("ocmm_*/**/*.py")):
         name = path.relative_to(ROOT).as_posix()
         calls = [node for node in ast.walk(ast.parse(path.read_text("utf-8"))) if _is_list(node)]
         if calls and not name.startswith(_CAMPAIGN):

@@ -9,15 +9,15 @@ from pathlib import Path
 import pytest
 
 from benchmarks.fuzz import run
+from ocmm_bench.campaign import Kind, document_kinds, points_kinds, recording_kinds, table_kinds
 from ocmm_core.camera import load_rig
-from ocmm_core.cli.campaign import Kind, document_kinds, points_kinds, recording_kinds, table_kinds
 from ocmm_core.documents import LARGEST_DOCUMENT, read_bytes, read_text, resource
 from ocmm_core.errors import InputError, OcmmError
 from ocmm_core.export.report import load_profile
 from ocmm_core.features.shapes import read_points_file
 from ocmm_core.inspection.plan import feature_table, load_plan
-from ocmm_core.simulation.scene import load_part
 from ocmm_core.tracking import load_probe, load_reference
+from ocmm_sim.scene import load_part
 from tests.core.acquisition.recording_samples import read_recording, sample_recording
 from tests.core.fuzz_targets import PARSERS
 

@@ -26,11 +26,11 @@ from benchmarks.house_unused import unused
 FILES = {
     "pyproject.toml": """
         [project.scripts]
-        ocmm = "ocmm_core.cli:main"
+        ocmm = "ocmm_cli:main"
         """,
     "ocmm_core/__init__.py": "__version__ = '1'",
     "ocmm_core/errors.py": "class OcmmError(Exception): ...",
-    "ocmm_core/cli/__init__.py": """
+    "ocmm_cli/__init__.py": """
         from ocmm_core.calibration.pivot import solve
         __all__ = ["main"]
         def main(): solve(); OcmmError

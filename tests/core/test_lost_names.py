@@ -12,13 +12,13 @@ import pytest
 
 from ocmm_core.acquisition.frames import FrameBlock, FrameRing, SourceDescription
 from ocmm_core.acquisition.recording import FrameRecorder, ReplaySource
-from ocmm_core.archive.outbox import Outbox
 from ocmm_core.camera import load_rig
 from ocmm_core.chain_file import ChainFile
 from ocmm_core.documents import resource
 from ocmm_core.errors import AcquisitionError, StorageError
 from ocmm_core.host import HOST
 from ocmm_core.named_file import rescue_folders
+from ocmm_shop.archive.outbox import Outbox
 
 
 class Entry(msgspec.Struct, frozen=True, forbid_unknown_fields=True):

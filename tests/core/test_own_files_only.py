@@ -9,13 +9,13 @@ from pathlib import Path
 import pytest
 
 from ocmm_core import documents
-from ocmm_core.archive.outbox import Outbox, sweep
 from ocmm_core.errors import OcmmError
 from ocmm_core.export import write_together
 from ocmm_core.host import HOST
 from ocmm_core.seals import KeyFolder
 from ocmm_core.settings import SettingsFile
 from ocmm_core.storage import JobFile
+from ocmm_shop.archive.outbox import Outbox, sweep
 from tests.core.storage.conftest import HEAD
 
 _OTHER = b"of another program"

@@ -9,7 +9,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from ocmm_core.archive.questions import Asked
 from ocmm_core.documents import resource
 from ocmm_core.errors import InputError, StorageError
 from ocmm_core.export.report import check_file_stem, check_name
@@ -25,6 +24,7 @@ from ocmm_core.names import (
     normal_name,
     usable_name,
 )
+from ocmm_shop.archive.questions import Asked
 
 NFD = unicodedata.normalize("NFD", "Größe é")
 GOOD = ("Ø40/7", "Größe é", "零件 4711", "Деталь №7", 'Nabe "A", 2 x', "한글", "ক্‌ষ", "#1", "½")

@@ -17,7 +17,7 @@ from ocmm_core.acquisition.frames import (
     SourceDescription,
 )
 from ocmm_core.calibration.records import open_design, open_probe_design
-from ocmm_core.composition import StationRequest, script_of
+from ocmm_core.composition import StationRequest
 from ocmm_core.documents import resource
 from ocmm_core.fieldbus.report import (
     EDGES_US,
@@ -31,10 +31,11 @@ from ocmm_core.fieldbus.report import (
 )
 from ocmm_core.inspection.evaluation import SessionOptions
 from ocmm_core.inspection.plan import load_plan
-from ocmm_core.simulation.scene import SimulatedSource
 from ocmm_core.station import MeasuringStation, StationOptions
 from ocmm_core.storage import JobFile, make_head
 from ocmm_core.tracking import TrackingOptions
+from ocmm_sim.scene import SimulatedSource
+from ocmm_sim.sources import script_of
 
 MORNING_NS = 1_763_712_000_000_000_000
 """2025-11-21 08:00 UTC."""

@@ -12,10 +12,10 @@ from pytestqt.qtbot import QtBot
 
 from ocmm_core.composition import AcceptanceBench, BuiltStation, StationRequest, build_station
 from ocmm_core.documents import resource
-from ocmm_core.simulation.scene import WorldOptions
 from ocmm_gui.bridge import StationBridge
 from ocmm_gui.kit import NoticeCentre
 from ocmm_gui.window import MainWindow
+from ocmm_sim.scene import WorldOptions
 
 
 @dataclass(frozen=True, slots=True)

@@ -11,7 +11,8 @@ from PySide6.QtTest import QTest
 from pytestqt.qtbot import QtBot
 
 from ocmm_core.geometry import Float
-from ocmm_core.simulation.hand import HandAtRig, MouseHand
+from ocmm_sim.hand import HandAtRig, MouseHand
+from ocmm_sim.scene import VirtualRig
 from tests.host import HANG_MS
 
 if TYPE_CHECKING:
@@ -28,7 +29,7 @@ class Mouse:
 
     def __init__(self, qtbot: QtBot, bench: Bench) -> None:
         assert bench.built.hand is not None
-        assert bench.built.virtual is not None
+        assert isinstance(bench.built.virtual, VirtualRig)
         self.qtbot, self.bench = qtbot, bench
         self.hand: HandAtRig = bench.built.hand
         self.part = bench.built.virtual.part

@@ -25,9 +25,9 @@ from ocmm_core.inspection.plan import load_plan
 from ocmm_core.inspection.session import InspectionSession
 from ocmm_core.measuring import TouchCollector
 from ocmm_core.part_model import PartModel, PlacedPart
-from ocmm_core.simulation.scene import VirtualRig, load_part
 from ocmm_core.storage import JobFile, make_head
 from ocmm_core.tracking import TrackingPipeline, load_probe
+from ocmm_sim.scene import VirtualRig, load_part
 
 _RATE_HZ = 500
 _LIFTS_MM = (0.0, 20.0, 60.0)

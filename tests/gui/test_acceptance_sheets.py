@@ -23,12 +23,12 @@ from ocmm_core.export.certificate import (
     dcc_bytes,
 )
 from ocmm_core.export.template import plain_paper
-from ocmm_core.studies import load_study, study_of, type1_study
 from ocmm_gui.acceptance import ArtefactSheet, StudySheet
 from ocmm_gui.acceptance._study_work import StudyProgress, TypeOne
 from ocmm_gui.kit import THEMES
-from tests.core.studies.study_site import jobs_of
+from ocmm_shop.studies import load_study, study_of, type1_study
 from tests.host import HANG_MS
+from tests.shop.studies.study_site import jobs_of
 
 _OF_SPHERE = {
     "id": "S-7", "name": "Ceramic sphere", "serial": "4711", "laboratory": "Lab",

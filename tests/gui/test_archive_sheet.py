@@ -9,16 +9,16 @@ import pytest
 from pytestqt.qtbot import QtBot
 
 from benchmarks.recall_scenes import TruePart, World, base_points
-from ocmm_core.archive.outbox import ArchivePlace, Outbox
-from ocmm_core.archive.questions import QUESTIONS
-from ocmm_core.archive.stores import open_archive
 from ocmm_core.errors import OcmmError
 from ocmm_core.inspection.archive import Outcome
 from ocmm_core.inspection.recall import headline
 from ocmm_gui.archive import ArchiveSheet
-from tests.core.archive.made_jobs import START, made_delivery
+from ocmm_shop.archive.outbox import ArchivePlace, Outbox
+from ocmm_shop.archive.questions import QUESTIONS
+from ocmm_shop.archive.stores import open_archive
 from tests.core.inspection.test_recall import LARGE, SHIFT, TURN
 from tests.host import HANG_MS
+from tests.shop.archive.made_jobs import START, made_delivery
 
 NAMES = [one.name for one in QUESTIONS]
 

@@ -16,10 +16,10 @@ from pytestqt.qtbot import QtBot
 
 from ocmm_core.composition import StationRequest, build_station
 from ocmm_core.documents import resource
-from ocmm_core.simulation.bus import CameraDeed, DeedAnswer, FaultKind
 from ocmm_gui.bridge import StationBridge
 from ocmm_gui.kit import NoticeCentre
 from ocmm_gui.window import MainWindow
+from ocmm_sim.bus import CameraDeed, DeedAnswer, FaultKind
 from tests.host import BUSY, HANG_MS, HANG_S, private_network
 
 # Two processes must answer each other within a millisecond: not beside other tests.

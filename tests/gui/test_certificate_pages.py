@@ -10,8 +10,8 @@ import msgspec
 import pytest
 from typer.testing import CliRunner
 
+from ocmm_cli import app
 from ocmm_core.calibration.records import CalibrationStore
-from ocmm_core.cli import app
 from ocmm_core.export.certificate import (
     Certificate,
     certificate_facts,

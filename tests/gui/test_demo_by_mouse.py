@@ -10,9 +10,9 @@ from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 from pytestqt.qtbot import QtBot
 
-from ocmm_core.composition import true_values
 from ocmm_core.geometry import Float
-from ocmm_core.simulation.scene import sample
+from ocmm_sim.scene import sample
+from ocmm_sim.sources import true_values
 from tests.gui.mouse_at_part import Mouse
 from tests.host import HANG_MS
 

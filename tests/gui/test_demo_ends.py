@@ -38,7 +38,7 @@ def test_who_ends_the_demo_ends_its_window(tmp_path: Path, how: signal.Signals) 
     """The window takes the place of the command, so that there is one process to end."""
     documents = ("--plan", ball_plan_in(tmp_path))
     with subprocess.Popen(
-        [sys.executable, "-m", "ocmm_core.cli", "demo", *documents, "--out", tmp_path / "job"],
+        [sys.executable, "-m", "ocmm_cli", "demo", *documents, "--out", tmp_path / "job"],
         cwd=_ROOT, env={**os.environ, "QT_QPA_PLATFORM": "offscreen"},
         stderr=subprocess.PIPE, text=True, start_new_session=True,
     ) as command:  # fmt: skip

@@ -13,11 +13,11 @@ from pytestqt.qtbot import QtBot
 from ocmm_core.coach import Hint, Turn, Way, help_when_lost, picture_of
 from ocmm_core.inspection.evaluation import StatusWord
 from ocmm_core.measuring import Refusal, RefusalCode
-from ocmm_core.simulation.scene import ScriptedOcclusion, WorldOptions
 from ocmm_core.station.coaching import NOTHING, CoachView
 from ocmm_gui.help import answers
 from ocmm_gui.help._what_to_do import told_by_code
 from ocmm_gui.kit import DASHES
+from ocmm_sim.scene import ScriptedOcclusion, WorldOptions
 from tests.host import HANG_MS
 
 if TYPE_CHECKING:

@@ -11,9 +11,9 @@ from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 from pytestqt.qtbot import QtBot
 
+from ocmm_cad.step import FreeForm, Offer, StepModel, setting_of, usual_request
 from ocmm_core.features.shapes import NominalFeature, Shape
 from ocmm_core.inspection.plan import new_plan
-from ocmm_core.inspection.step import FreeForm, Offer, StepModel, setting_of, usual_request
 from ocmm_core.part_model import nominal_face, searched, spread_places
 from ocmm_gui.kit import THEMES
 from ocmm_gui.plan_editor import PlanSheet

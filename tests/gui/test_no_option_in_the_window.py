@@ -9,7 +9,8 @@ from pathlib import Path
 
 from tests.gui.window_sentences import marked
 
-_CORE = Path(__file__).resolve().parents[2] / "ocmm_core"
+_ROOT = Path(__file__).resolve().parents[2]
+_SHOWN = ("ocmm_core", "ocmm_sim", "ocmm_cad", "ocmm_shop")
 _OPTION = re.compile(r"(?<![\w<!-])--[a-z]")
 _AGAIN = re.compile(
     r"\brestart (ocmm|the program|the acquisition|the window|it)\b|\bstart (ocmm|again)\b"
@@ -17,11 +18,12 @@ _AGAIN = re.compile(
     re.IGNORECASE,
 )
 _ON_A_TERMINAL = (
-    "cli", "doctor", "settings/_specs.py", "acceptance", "export/certificate/_artefact.py",
-    "composition/_station_checks.py", "cluster", "fieldbus/conform", "fieldbus/described/_esi",
-    "archive/checks/_rebuild.py",
+    "ocmm_core/doctor", "ocmm_core/settings/_specs.py", "ocmm_core/acceptance",
+    "ocmm_core/export/certificate/_artefact.py", "ocmm_core/composition/_station_checks.py",
+    "ocmm_core/cluster", "ocmm_shop/cluster", "ocmm_core/fieldbus/described/_esi",
+    "ocmm_shop/archive/checks/_rebuild.py",
     # What an administrator does to services and interfaces of the computer, in a shell.
-    "acquisition/bus_process/_service_client.py",
+    "ocmm_core/acquisition/bus_process/_service_client.py",
 )  # fmt: skip
 """What these say is never shown in the window."""
 
@@ -38,9 +40,9 @@ def test_no_text_of_the_window_names_an_option_or_a_restart() -> None:
 
 def test_no_remedy_of_the_core_that_the_window_shows_does() -> None:
     found = [
-        f"{path.relative_to(_CORE)}:{line}: {text}"
-        for path in sorted(_CORE.rglob("*.py"))
-        if not str(path.relative_to(_CORE)).startswith(_ON_A_TERMINAL)
+        f"{path.relative_to(_ROOT)}:{line}: {text}"
+        for path in sorted(one for name in _SHOWN for one in (_ROOT / name).rglob("*.py"))
+        if not str(path.relative_to(_ROOT)).startswith(_ON_A_TERMINAL)
         for line, text in _sentences(path)
         if _OPTION.search(text) or _AGAIN.search(text)
     ]

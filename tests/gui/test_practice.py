@@ -15,12 +15,12 @@ from pytestqt.qtbot import QtBot
 from ocmm_core.calibration.guided import ProcedureDecision, ProcedureKind
 from ocmm_core.calibration.records import CalibrationStore, ProbeStore, is_practice
 from ocmm_core.composition import StationRequest, build_station
-from ocmm_core.composition.practice import Practice
 from ocmm_core.documents import resource
 from ocmm_gui.bridge import StationBridge
 from ocmm_gui.kit import DEBOUNCE_S, Mode, NoticeCentre, use_language
 from ocmm_gui.window import MainWindow
 from ocmm_gui.wizards import Runner
+from ocmm_sim.practice import Practice
 from tests.gui.shown_english import english_in
 from tests.host import HANG_MS, long_form
 from tests.slow_rig import CALM_HZ, slow_rig_in

@@ -12,7 +12,7 @@ from PySide6.QtTest import QTest
 from pytestqt.qtbot import QtBot
 from rich.console import Console
 
-from ocmm_core.cli.measure import print_explanations
+from ocmm_cli.measure import print_explanations
 from ocmm_core.composition import StationRequest, build_station
 from ocmm_core.documents import resource
 from ocmm_core.export import EXPORTERS

@@ -14,10 +14,10 @@ from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
 from ocmm_core.acquisition.frames import FrameFlag
-from ocmm_core.composition import true_values
 from ocmm_core.inspection.evaluation import StatusWord
-from ocmm_core.simulation.scene import sample
 from ocmm_gui.led import TOUR
+from ocmm_sim.scene import sample
+from ocmm_sim.sources import true_values
 from tests.gui.mouse_at_part import Mouse
 from tests.host import HANG_MS
 

@@ -11,11 +11,11 @@ from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 from pytestqt.qtbot import QtBot
 
+from ocmm_cad.drawing import plan_with_tolerances
+from ocmm_cad.pmi import Dimension, Pmi
+from ocmm_cad.step import StepModel
 from ocmm_core.features.shapes import NominalFeature, Shape
-from ocmm_core.inspection.drawing import plan_with_tolerances
 from ocmm_core.inspection.plan import Plan, new_plan
-from ocmm_core.inspection.pmi import Dimension, Pmi
-from ocmm_core.inspection.step import StepModel
 from ocmm_gui.kit import THEMES
 from ocmm_gui.plan_editor import PlanSheet
 from ocmm_gui.plan_editor._importing import Imported

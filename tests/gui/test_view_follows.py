@@ -14,18 +14,18 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
+from ocmm_cad.step import read_model
 from ocmm_core.camera import load_rig
 from ocmm_core.composition import RECOMMENDED_RIG
 from ocmm_core.documents import resource
 from ocmm_core.features.shapes import NominalFeature, Shape
 from ocmm_core.inspection.evaluation import JobView
-from ocmm_core.inspection.step import read_model
 from ocmm_core.part_model import PartModel
 from ocmm_core.rendering import RenderMode
 from ocmm_core.tracking import load_probe
 from ocmm_gui.kit import THEMES
 from ocmm_gui.views import PointView
-from tests.core.inspection.step_models import bent_pocket, written
+from tests.cad.step_models import bent_pocket, written
 from tests.gui.plan_steps import Step, measured_steps, nominal_steps
 from tests.gui.test_point_view import live_at
 from tests.host import HANG_MS, HANG_S

@@ -11,9 +11,9 @@ from PySide6.QtTest import QTest
 from pytestqt.qtbot import QtBot
 
 from ocmm_core.inspection.evaluation import FeatureState, FeatureView, JobView, StatusWord
-from ocmm_core.simulation.scene import ScriptedOcclusion, WorldOptions
 from ocmm_core.tolerances.decisions import U_LABEL
 from ocmm_gui.kit import DASHES, DEBOUNCE_S, millimetres
+from ocmm_sim.scene import ScriptedOcclusion, WorldOptions
 from tests.host import HANG_MS
 from tests.waiting import let_pass
 

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 from pytestqt.qtbot import QtBot
 
 from ocmm_core.inspection.evaluation import LiveView
-from ocmm_core.simulation.scene import ScriptedNudge, ScriptedOcclusion, WorldOptions
 from ocmm_gui.kit import DASHES, reference_words
+from ocmm_sim.scene import ScriptedNudge, ScriptedOcclusion, WorldOptions
 from tests.host import HANG_MS
 
 if TYPE_CHECKING:

@@ -16,11 +16,11 @@ from pytestqt.qtbot import QtBot
 from ocmm_core.calibration.guided import ProcedureKind
 from ocmm_core.calibration.records import ProbeStore, State
 from ocmm_core.calibration.sweeping import BATCH, PivotOutcome, PivotProcedure, PivotView
-from ocmm_core.simulation.calibration_scenes import SweepProbe
 from ocmm_core.tracking import ProbeBody
 from ocmm_gui.kit import Sound
 from ocmm_gui.wizards import SESSIONS
 from ocmm_gui.wizards.pages import FirstConePage, PivotResultPage, SweepPage
+from ocmm_sim.calibration_scenes import SweepProbe
 from tests.core.calibration.pivot_site import CONE, OTHER_CONE, SIGMA_PX, PivotBench
 from tests.gui.wizard_bench import WizardBench
 

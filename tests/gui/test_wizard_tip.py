@@ -23,12 +23,12 @@ from ocmm_core.calibration.tip import (
     TipQualificationProcedure,
     TipView,
 )
-from ocmm_core.composition import scene_of_tip
-from ocmm_core.simulation.calibration_scenes import TipFault
 from ocmm_gui.kit import Mark
 from ocmm_gui.wizards import SESSIONS
 from ocmm_gui.wizards.pages import ConePage, SpherePage, TipCheckResultPage, TipResultPage
 from ocmm_gui.wizards.pages._touch_pages import told_of
+from ocmm_sim.calibration_scenes import TipFault
+from ocmm_sim.sources import scene_of_tip
 from tests.core.calibration.test_procedure_tip import TIP, Tips, take
 from tests.gui.wizard_bench import WizardBench
 

@@ -16,10 +16,10 @@ from ocmm_core.calibration.guided import ProcedureKind
 from ocmm_core.calibration.records import CalibrationStore, rig_from_record
 from ocmm_core.camera import Rig
 from ocmm_core.errors import OcmmError
-from ocmm_core.simulation.calibration_scenes import CalibrationScenesRig, Scene
 from ocmm_gui.kit import DEBOUNCE_S, THEMES, Themed
 from ocmm_gui.wizards import ProbeSite, Runner, Wizard, WizardSite
 from ocmm_gui.wizards.parts import Seen
+from ocmm_sim.calibration_scenes import CalibrationScenesRig, Scene
 from tests.core.calibration.procedure_site import Bench
 from tests.host import HANG_MS
 from tests.waiting import let_pass

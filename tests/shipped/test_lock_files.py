@@ -22,8 +22,8 @@ from installer.locks import (
     normalised,
     read_lock,
 )
+from ocmm_cad.step import STEP_SETUP
 from ocmm_core.errors import InputError
-from ocmm_core.inspection.step import STEP_SETUP
 from tests.host import HANG_S
 
 _LOCKS = {path.name: path for path in (RUNTIME, STEP, SHOP, SENSORS, DEVELOPMENT, PACKAGE)}

@@ -14,15 +14,7 @@ from tests.host import HANG_S
 ROOT = Path(__file__).resolve().parents[2]
 _LINUX = ROOT / "installer" / "linux"
 _STATION = ROOT / "installer" / "station" / "root" / "usr" / "lib" / "systemd" / "system"
-_WHERE = (
-    "*.md",
-    "run",
-    "docs/*.md",
-    "docs/de/*.md",
-    "installer/**/*",
-    "ocmm_core/**/*.py",
-    "ocmm_gui/**/*.py",
-)
+_WHERE = ("*.md", "run", "docs/*.md", "docs/de/*.md", "installer/**/*", "ocmm_*/**/*.py")
 _PAGES = [
     path
     for pattern in _WHERE
@@ -163,7 +155,7 @@ def test_the_commands_that_the_page_of_security_names_are_there() -> None:
     assert commands
     for command in commands:
         done = subprocess.run(
-            [sys.executable, "-m", "ocmm_core.cli", *command.split(), "--help"],
+            [sys.executable, "-m", "ocmm_cli", *command.split(), "--help"],
             capture_output=True, text=True, check=False, timeout=HANG_S, cwd=ROOT,
         )  # fmt: skip
         assert done.returncode == 0, f"ocmm {command}: {done.stderr}"

@@ -14,11 +14,11 @@ from xml.etree import ElementTree
 
 import pytest
 
+from benchmarks.house_tree import ROOTS
 from installer.bundle import kernels, pages
 from installer.locks import ROOT
+from ocmm_cli import app, kernel_groups
 from ocmm_core import instructions
-from ocmm_core.cli import app
-from ocmm_core.composition import kernel_groups
 from tests.host import HANG_S, on_linux_only
 
 _DEBIAN = ROOT / "installer" / "debian"
@@ -173,7 +173,7 @@ def test_nothing_that_the_package_leaves_out_is_needed(tmp_path: Path) -> None:
         "from installer.bundle import linked\n"
         f"linked.install(Path({str(tmp_path)!r}), 'generic')\n"
         "import importlib as i, pkgutil\n"
-        "for root in ('ocmm_core', 'ocmm_gui'):\n"
+        f"for root in {ROOTS!r}:\n"
         "    for one in pkgutil.walk_packages(i.import_module(root).__path__, root + '.'):\n"
         "        if not one.name.endswith('__main__'):\n"
         "            i.import_module(one.name)\n"
@@ -187,7 +187,7 @@ def test_nothing_that_the_package_leaves_out_is_needed(tmp_path: Path) -> None:
     assert done.returncode == 0, done.stderr
     later = {
         name
-        for root in ("ocmm_core", "ocmm_gui")
+        for root in ROOTS
         for path in (ROOT / root).rglob("*.py")
         for name in re.findall(r"^\s+(?:from|import) ([\w.]+)", path.read_text("utf-8"), re.M)
     }

@@ -20,7 +20,7 @@ import msgspec
 from ocmm_core.acquisition.bus_process import BusConfig, rights_of
 from ocmm_core.acquisition.frames import AcquisitionState, FrameRing, read_status
 from ocmm_core.fieldbus.device import CameraIdentity
-from ocmm_core.simulation.bus import SegmentConfig
+from ocmm_sim.bus import SegmentConfig
 
 CAMERAS = (CameraIdentity("left", 1001, 1), CameraIdentity("right", 1002, 2))
 _WAIT_S = 240.0
@@ -36,7 +36,7 @@ def main(python: str, group: str, *prefix: str) -> None:
         interface="far0", cameras=CAMERAS, provider=msgspec.Raw(b'{"pattern":"test"}')
     )
     cameras = subprocess.Popen(
-        [sys.executable, "-m", "ocmm_core.simulation.bus._camera_process"],
+        [sys.executable, "-m", "ocmm_sim.bus._camera_process"],
         stdin=subprocess.PIPE, stdout=subprocess.PIPE,
     )  # fmt: skip
     assert cameras.stdin is not None

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from ocmm_core.acquisition.frames import FrameBlock, FrameRing, RingHeaderField
 from ocmm_core.fieldbus.report import BusEvent, BusPhase, BusReport, decode_report
-from ocmm_core.simulation.slave import CLOCK_MODULUS_US, read_clock
+from ocmm_sim.slave import CLOCK_MODULUS_US, read_clock
 
 SAME_TIME_US = 50
 """Tolerance of simultaneous exposures: clock differences and rounding."""

@@ -22,7 +22,8 @@ from ocmm_core.acquisition.frames import AcquisitionWorker, FrameRing
 from ocmm_core.fieldbus.cycle import BusSettings
 from ocmm_core.fieldbus.device import CameraIdentity
 from ocmm_core.fieldbus.report import BusPhase, decode_report
-from ocmm_core.simulation.bus import CameraDeed, FaultKind, SegmentConfig, make_link, set_link
+from ocmm_core.fieldbus.wire import make_link, set_link
+from ocmm_sim.bus import CameraDeed, FaultKind, SegmentConfig
 from tests.system.frame_watch import FrameWatch, Watched
 
 LEFT, RIGHT = CameraIdentity("left", 1001, 1), CameraIdentity("right", 1002, 2)
@@ -49,7 +50,7 @@ def main(folder: Path) -> dict[str, Any]:
         control=control,
     )
     cameras = subprocess.Popen(
-        [sys.executable, "-m", "ocmm_core.simulation.bus._camera_process"],
+        [sys.executable, "-m", "ocmm_sim.bus._camera_process"],
         stdin=subprocess.PIPE,
         stdout=subprocess.PIPE,
     )

@@ -25,8 +25,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from ocmm_core.cli import main
-from ocmm_core.cli.measure import run_job
+from ocmm_cli import main
+from ocmm_cli.measure import run_job
 from ocmm_core.composition import BuiltStation
 from ocmm_core.documents import resource
 from ocmm_core.errors import InternalError, OcmmError
@@ -92,7 +92,7 @@ PLACES = (
     Place("ocmm_core.station._calibration_watch.judge", AssertionError),
     Place("ocmm_core.station.stream._probe_button.ButtonWatch.feed", NotImplementedError),
     # Acquisition.
-    Place("ocmm_core.simulation.scene._source.SimulatedSource.read", EOFError),
+    Place("ocmm_sim.scene._source.SimulatedSource.read", EOFError),
     Place("ocmm_core.acquisition.frames._ring.FrameRing.read", BufferError),
     Place("ocmm_core.acquisition.frames._ring.FrameRing.write", ValueError),
     # Recorder, stream and listeners run beside it.
@@ -110,7 +110,7 @@ PLACES = (
     Place("ocmm_core.station._reports.report_data", ValueError, COMMAND),
     Place("ocmm_core.export.report._polyworks._points", ZeroDivisionError, COMMAND),
     Place("ocmm_core.export._registry.write_together", RuntimeError, COMMAND),
-    Place("ocmm_core.cli.measure.print_table", EOFError, COMMAND),
+    Place("ocmm_cli.measure.print_table", EOFError, COMMAND),
 )
 
 
@@ -245,7 +245,7 @@ def run(
                 readers.append(reader)
                 return run_job(built, *arguments, **named)
 
-        monkeypatch.setattr("ocmm_core.cli.measure.run_job", watched)
+        monkeypatch.setattr("ocmm_cli.measure.run_job", watched)
         trap.set(monkeypatch)
         plan = str(ball_plan_in(tmp_path))
         command = ["ocmm", "measure", "--plan", plan, "--rig", str(slow), "--out", "out"]
@@ -331,7 +331,7 @@ def test_the_command_line_as_a_process_ends_with_code_3(tmp_path: Path) -> None:
     """The same in a process of its own, where nothing of pytest stands between."""
     program = (
         "import ocmm_core.inspection.session._job_view as module\n"
-        "from ocmm_core.cli import main\n"
+        "from ocmm_cli import main\n"
         "def targets_of(*a): raise ZeroDivisionError('injected for the test')\n"
         "module.targets_of = targets_of\n"
         "main()\n"

@@ -16,7 +16,7 @@ pytestmark = pytest.mark.timing
 
 def watch(*arguments: str) -> subprocess.CompletedProcess[str]:
     return subprocess.run(
-        [sys.executable, "-m", "ocmm_core.cli", "bus", "watch", *arguments],
+        [sys.executable, "-m", "ocmm_cli", "bus", "watch", *arguments],
         capture_output=True, text=True, timeout=HANG_S, check=False,
     )  # fmt: skip
 

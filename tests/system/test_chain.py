@@ -9,8 +9,8 @@ import pytest
 
 from ocmm_core.fieldbus.device import INPUT_START, CameraIdentity
 from ocmm_core.fieldbus.wire import Command, Datagram, decode_frame, encode_frame
-from ocmm_core.simulation.bus import CameraDeed, Chain, FaultCommands, FaultKind, Unit
-from ocmm_core.simulation.slave import (
+from ocmm_sim.bus import CameraDeed, Chain, FaultCommands, FaultKind, Unit
+from ocmm_sim.slave import (
     STATION_ALIAS,
     SYSTEM_TIME,
     TIME_DIFFERENCE,

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy.stats import binom
 
-from ocmm_core.cli.study import CoverageSetup, coverage_table, run_coverage
+from ocmm_cli.study import CoverageSetup, coverage_table, run_coverage
 from tests.host import looser
 
 RUNS = 40

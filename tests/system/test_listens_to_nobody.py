@@ -20,9 +20,9 @@ pytestmark = [on_linux_only, pytest.mark.slow]
 
 _ROOT = Path(__file__).resolve().parents[2]
 _LISTENS, _UNCONNECTED = "0A", "07"  # states of TCP and UDP
-_COMMAND = ("ocmm_core.cli", "demo", "--headless", "--out")
+_COMMAND = ("ocmm_cli", "demo", "--headless", "--out")
 _WINDOW = ("ocmm_gui", "--silent", "--quit-after", "4", "--out")
-_STREAM = ("ocmm_core.cli", "measure", "--source", "simulated", "--speed", "1",
+_STREAM = ("ocmm_cli", "measure", "--source", "simulated", "--speed", "1",
            "--stream", "0", "--out")  # fmt: skip
 
 

@@ -28,7 +28,7 @@ _ROOT = Path(__file__).resolve().parents[2]
 _NOBODY = "65534"
 _HANDED_ON = "+net_raw,+net_admin,+sys_nice"
 _WINDOW = ("ocmm_gui", "--silent", "--quit-after", "600")
-_COMMAND = ("ocmm_core.cli", "demo", "--headless", "--speed", "0.2")
+_COMMAND = ("ocmm_cli", "demo", "--headless", "--speed", "0.2")
 
 
 @contextmanager

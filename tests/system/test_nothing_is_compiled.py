@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from ocmm_core.composition import compile_all
+from ocmm_cli import compile_all
 from ocmm_core.documents import resource
 from tests import compile_log
 from tests.host import HANG_S

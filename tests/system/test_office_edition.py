@@ -17,6 +17,7 @@ import openpyxl
 import pytest
 from PySide6.QtGui import QImage
 
+from benchmarks.house_tree import ROOTS
 from ocmm_core.documents import resource
 from tests.core.host.without_posix import MODULES, NAMES
 from tests.host import HANG_S, on_linux_only
@@ -27,7 +28,7 @@ _HIDING = _ROOT / "tests" / "core" / "host" / "without_posix.py"
 # Rooms that are about Linux alone, and what they may name; nobody else may.
 _LINUX_ROOMS = (
     "ocmm_core/host/", "ocmm_core/fieldbus/wire/", "ocmm_core/acquisition/bus_process/",
-    "ocmm_core/simulation/bus/", "ocmm_core/simulation/slave/", "ocmm_core/cli/campaign/",
+    "ocmm_sim/bus/", "ocmm_sim/slave/", "ocmm_bench/",
     "ocmm_core/doctor/", "ocmm_core/composition/_station_checks",
 )  # fmt: skip
 _NEEDS_LINUX = (
@@ -45,7 +46,7 @@ for words in {_NEEDS_LINUX!r}:
     sys.stderr.write(str(run(*words)))
 sys.stderr.write({_MARK!r})
 count = 0
-for root in ("ocmm_core", "ocmm_gui"):
+for root in {ROOTS!r}:
     package = importlib.import_module(root)
     for module in pkgutil.walk_packages(package.__path__, root + "."):
         if not module.name.endswith(("__main__", "host._posix")):
@@ -68,7 +69,7 @@ _OF_THIS_RUN = re.compile(
 _MEASURED_AND_REPORTED = """
 import sys
 from pathlib import Path
-from ocmm_core.cli import main
+from ocmm_cli import main
 plan, rig, out, words = sys.argv[1:]
 def run(*arguments):
     sys.argv = ["ocmm", *arguments]
@@ -241,7 +242,7 @@ def _uses(path: Path) -> Iterator[str]:
 def test_no_other_room_names_what_only_posix_has() -> None:
     found = {
         f"{path.relative_to(_ROOT)}: {use}"
-        for root in ("ocmm_core", "ocmm_gui")
+        for root in ROOTS
         for path in (_ROOT / root).rglob("*.py")
         if not str(path.relative_to(_ROOT)).startswith(_LINUX_ROOMS)
         for use in _uses(path)

@@ -8,7 +8,7 @@ import pytest
 
 from ocmm_core.fieldbus.device import OUTPUT_STRUCT
 from ocmm_core.fieldbus.wire import Command, Datagram, decode_frame, encode_frame
-from ocmm_core.simulation.bus import FrameKind, LineRule, LineTricks, Trick, Way, kind_of
+from ocmm_sim.bus import FrameKind, LineRule, LineTricks, Trick, Way, kind_of
 
 
 def process_frame(heartbeat: int, counter: int = 0) -> bytes:

@@ -31,7 +31,7 @@ from ocmm_core.acquisition.bus_process import (
 from ocmm_core.acquisition.frames import AcquisitionState, FrameRing, StopReason, read_status
 from ocmm_core.errors import BusError
 from ocmm_core.fieldbus.device import CameraIdentity
-from ocmm_core.simulation.bus import SegmentConfig, VirtualBus
+from ocmm_sim.bus import SegmentConfig, VirtualBus
 from tests.host import HANG_S, needs_tools, not_run, on_linux_only, private_network
 from tests.system.other_user import NOBODY, as_nobody
 from tests.system.other_user import environment as environment
@@ -66,10 +66,10 @@ def granted(environment: Path) -> Iterator[Path]:
 
 _HOST = """
 import subprocess, sys
-from ocmm_core.simulation.bus._network import make_link
+from ocmm_core.fieldbus.wire import make_link
 make_link("right0", "right1")
 cameras = subprocess.Popen(
-    [sys.executable, "-m", "ocmm_core.simulation.bus._camera_process"],
+    [sys.executable, "-m", "ocmm_sim.bus._camera_process"],
     stdin=subprocess.PIPE, stdout=subprocess.PIPE,
 )
 cameras.stdin.write(sys.argv[1].encode()); cameras.stdin.flush()

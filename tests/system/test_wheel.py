@@ -12,10 +12,11 @@ from pathlib import Path
 
 import pytest
 
+from benchmarks.house_tree import ROOTS
 from tests.host import HANG_S, needs_tools, not_run
 
 _ROOT = Path(__file__).resolve().parents[2]
-_PACKAGES = ("ocmm_core", "ocmm_gui", "resources")
+_PACKAGES = (*ROOTS, "resources")
 _WHERE = (
     "import ocmm_core.documents as d, ocmm_core.manual as m; "
     "print(d.__file__, d.resource('rigs', 'recommended.toml'), m.manual_folder(), "
@@ -105,7 +106,7 @@ def test_command_of_a_wheel_reads_what_the_wheel_ships(wheel: Path, tmp_path: Pa
         str(packages / "ocmm_core" / "resources" / "manual"),
     ]
     assert int(count) > 70
-    command = [sys.executable, "-m", "ocmm_core.cli", "probe", "design", "--poses", "100"]
+    command = [sys.executable, "-m", "ocmm_cli", "probe", "design", "--poses", "100"]
     said = _done(command, elsewhere, PYTHONPATH=path)
     assert "Weight of the probe" in said
     assert (elsewhere / "ocmm-out" / "probe_bending.svg").is_file()

@@ -25,12 +25,13 @@ import msgspec
 from ocmm_core.calibration.records._history import CalibrationStore
 from ocmm_core.calibration.records._in_use import default_folder, store_folder
 from ocmm_core.camera._rig import load_rig
-from ocmm_core.cli import main
-from ocmm_core.composition import StationRequest, build_station, segment_of
+from ocmm_cli import main
+from ocmm_core.composition import StationRequest, build_station
+from ocmm_sim.sources import segment_of
 from ocmm_core.documents import resource
 from ocmm_core.inspection.plan._plan import load_plan
 from ocmm_core.inspection.evaluation._view import StatusWord
-from ocmm_core.simulation.bus._named_rig import rig_down, rig_up
+from ocmm_sim.bus._named_rig import rig_down, rig_up
 from tests.core.calibration.made_records import make_verification
 from ocmm_core.calibration.records._probe_in_use import default_probe_folder
 from tests.core.calibration.fresh_tips import TIP, Tips

@@ -9,15 +9,16 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from ocmm_cli.measure import run_job
+from ocmm_cli.terminal import make_console
 from ocmm_core.acquisition.frames import FrameBlock, read_status
 from ocmm_core.camera import load_rig
-from ocmm_core.cli.measure import run_job
-from ocmm_core.cli.terminal import make_console
-from ocmm_core.composition import StationRequest, build_station, make_feed, true_values
+from ocmm_core.composition import StationRequest, build_station, make_feed
 from ocmm_core.documents import resource
 from ocmm_core.fieldbus.described import Clock, load_device
 from ocmm_core.inspection.plan import load_plan
-from ocmm_core.simulation.scene import VirtualRig
+from ocmm_sim.scene import VirtualRig
+from ocmm_sim.sources import true_values
 from tests.bit_device import bit_device
 from tests.host import HANG_S, private_network
 from tests.short_plan import wire_plan_in
@@ -69,7 +70,7 @@ def test_a_described_camera_gives_out_what_its_sensor_saw(
     finally:
         feed.end()
     assert status.elapsed == status.good + status.late + status.lost + status.bad
-    assert feed.virtual is not None
+    assert isinstance(feed.virtual, VirtualRig)
     assert feed.description.frame_period_ns == device.period_ns
     virtual, mask = feed.virtual, (1 << device.slots) - 1
     shift = 0 if device.clock is Clock.DISTRIBUTED else shift_of(virtual, blocks[0])

@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from ocmm_core.cli.measure import run_job
-from ocmm_core.cli.terminal import make_console
+from ocmm_cli.measure import run_job
+from ocmm_cli.terminal import make_console
 from ocmm_core.composition import StationRequest, build_station
 from ocmm_core.inspection.evaluation import JobView
 from tests.host import private_network

@@ -13,7 +13,7 @@ import pytest
 
 from ocmm_core.errors import BusError
 from ocmm_core.fieldbus.device import CameraIdentity
-from ocmm_core.simulation.bus import SegmentConfig, named_rig
+from ocmm_sim.bus import SegmentConfig, named_rig
 from tests.host import HANG_S, private_network
 
 # Two processes must answer each other within a millisecond: not beside other tests.
@@ -31,7 +31,7 @@ import json, os, socket, subprocess, sys
 import test_wire_named_rig as t
 from ocmm_core.errors import BusError
 from ocmm_core.fieldbus.cycle._bus import BusSettings, CameraBus
-from ocmm_core.simulation.bus._named_rig import rig_down, rig_status, rig_up
+from ocmm_sim.bus._named_rig import rig_down, rig_status, rig_up
 
 def names():
     return sorted(name for _, name in socket.if_nameindex())

@@ -30,8 +30,8 @@ from ocmm_core.fieldbus.cycle import BusSettings
 from ocmm_core.fieldbus.device import CameraIdentity
 from ocmm_core.fieldbus.report import Alarm, decode_report
 from ocmm_core.fieldbus.wire import is_virtual_cable
-from ocmm_core.simulation.bus import SegmentConfig, VirtualBus
-from ocmm_core.simulation.slave import TestPattern
+from ocmm_sim.bus import SegmentConfig, VirtualBus
+from ocmm_sim.slave import TestPattern
 from tests.host import HANG_S, private_network
 
 # What is asserted holds on any computer; the burden would disturb tests beside it.

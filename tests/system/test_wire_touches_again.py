@@ -7,11 +7,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from ocmm_core.cli.measure import run_job
-from ocmm_core.cli.terminal import make_console
+from ocmm_cli.measure import run_job
+from ocmm_cli.terminal import make_console
 from ocmm_core.composition import StationRequest, build_station
 from ocmm_core.measuring import Refusal
-from ocmm_core.simulation.scene import ScriptedOcclusion, WorldOptions
+from ocmm_sim.scene import ScriptedOcclusion, WorldOptions
 from tests.host import long_form, private_network
 from tests.short_plan import TOUCHES, ball_plan_in
 

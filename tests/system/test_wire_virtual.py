@@ -23,8 +23,9 @@ from ocmm_core.acquisition.frames import (
 )
 from ocmm_core.errors import BusError
 from ocmm_core.fieldbus.device import CameraIdentity
-from ocmm_core.simulation.bus import SegmentConfig, VirtualBus, namespace_command
-from ocmm_core.simulation.slave import TestPattern
+from ocmm_core.fieldbus.wire import namespace_command
+from ocmm_sim.bus import SegmentConfig, VirtualBus
+from ocmm_sim.slave import TestPattern
 from tests.host import BUSY, HANG_S, private_network
 
 # Two processes must answer each other within a millisecond: not beside other tests.

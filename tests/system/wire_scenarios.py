@@ -31,9 +31,9 @@ from ocmm_core.errors import BusError
 from ocmm_core.fieldbus.cycle import BusSettings, CameraBus
 from ocmm_core.fieldbus.device import NEWEST_LAYOUT, SM_ASSIGNMENT, SM_INPUTS, CameraIdentity
 from ocmm_core.fieldbus.report import decode_report
-from ocmm_core.fieldbus.wire import Master, check_interface
-from ocmm_core.simulation.bus import Chain, FaultKind, FaultRig, Faults, Unit, Wire, make_link
-from ocmm_core.simulation.slave import INIT, TestPattern
+from ocmm_core.fieldbus.wire import Master, check_interface, make_link
+from ocmm_sim.bus import Chain, FaultKind, FaultRig, Faults, Unit, Wire
+from ocmm_sim.slave import INIT, TestPattern
 from tests.core.fieldbus.bugs.bug_tools import late
 
 LEFT, RIGHT = CameraIdentity("left", 1001, 1), CameraIdentity("right", 1002, 2)

@@ -5,7 +5,7 @@ Out: frames in the shared ring, the bus report, replies, and the reason for stop
 
 In the process: `_start` (single thread, least rights), `_process` (the program ``ocmm-acq``),
 `_ethercat` (one read per bus cycle), `_commands`, `_rights`, `_realtime`; `_scan_process`,
-`_maintenance_process`, `_conform_process` and `_record_process` are other programs (`_errand`);
+`_maintenance_process` and `_record_process` are other programs (`_errand`);
 `_stepped_time` for a virtual bus that waits for a slow computer.
 In the application: `_config`, `_launch`, `_client`, `_remote_objects`, and `_service_client` for a
 bus that runs as a service.
@@ -22,11 +22,7 @@ if TYPE_CHECKING:
     from ocmm_core.acquisition.bus_process._client import Acquisition, BusProcess, ChildProcess
     from ocmm_core.acquisition.bus_process._commands import read_first_line
     from ocmm_core.acquisition.bus_process._config import BusConfig, read_config
-    from ocmm_core.acquisition.bus_process._conform_process import (
-        ConformConfig,
-        ConformNews,
-        conform_command,
-    )
+    from ocmm_core.acquisition.bus_process._errand import run_errand
     from ocmm_core.acquisition.bus_process._ethercat import EthercatSource
     from ocmm_core.acquisition.bus_process._launch import RECIPE, bus_command
     from ocmm_core.acquisition.bus_process._maintenance_process import (
@@ -59,7 +55,7 @@ else:
     __getattr__ = door(
         __name__,
         _maintenance_process="MaintenanceConfig MaintenanceNews maintenance_command",
-        _conform_process="ConformConfig ConformNews conform_command",
+        _errand="run_errand",
         _client="Acquisition BusProcess ChildProcess",
         _commands="read_first_line",
         _config="BusConfig read_config",
@@ -78,11 +74,11 @@ else:
     )
 
 __all__ = [
-    "BUS_PRIORITY", "CAMERA_PRIORITY", "NEEDED", "RECIPE", "Acquisition", "BusConfig", "BusProcess",
-    "Capability", "ChildProcess", "ConformConfig", "ConformNews", "EthercatSource",
-    "MaintenanceConfig", "MaintenanceNews", "ProcessRights", "RecordConfig", "RemoteObjects",
-    "ScanConfig", "ServiceBus", "SteppedTime", "allow_locked_memory", "bus_command",
-    "conform_command", "give_up_all_but", "granted_by", "hold_nothing", "lock_memory",
-    "maintenance_command", "read_config", "read_first_line", "record_command", "rights_of",
-    "scan_command", "take_priority",
+    "BUS_PRIORITY", "CAMERA_PRIORITY", "NEEDED", "RECIPE", "Acquisition", "BusConfig",
+    "BusProcess", "Capability", "ChildProcess", "EthercatSource", "MaintenanceConfig",
+    "MaintenanceNews", "ProcessRights", "RecordConfig", "RemoteObjects", "ScanConfig",
+    "ServiceBus", "SteppedTime", "allow_locked_memory", "bus_command", "give_up_all_but",
+    "granted_by", "hold_nothing", "lock_memory", "maintenance_command", "read_config",
+    "read_first_line", "record_command", "rights_of", "run_errand", "scan_command",
+    "take_priority",
 ]  # fmt: skip

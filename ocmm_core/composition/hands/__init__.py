@@ -4,7 +4,7 @@ In: a source of frames, opened on demand, and a procedure that requests touches.
 Out: frames for a watcher, until everything is shown or the watcher leaves.
 
 Start with `_hand` (start, stop and failure), then `_test_hand` (acceptance tests, virtual and
-recorded) and `_practice_hand` (practised wizards). It must not import rigs, scenes or stations: the
+recorded). It must not import rigs, scenes or stations: the
 composition passes what to show.
 """
 
@@ -15,15 +15,11 @@ from typing import TYPE_CHECKING
 from ocmm_core.door import door
 
 if TYPE_CHECKING:
-    from ocmm_core.composition.hands._hand import Hand
-    from ocmm_core.composition.hands._practice_hand import PracticeHand
+    from ocmm_core.composition.hands._hand import BLOCK, IDLE_S, Hand, Watcher
     from ocmm_core.composition.hands._test_hand import RecordedHand, TestHand, VirtualHand
 else:
     __getattr__ = door(
-        __name__,
-        _hand="Hand",
-        _practice_hand="PracticeHand",
-        _test_hand="RecordedHand TestHand VirtualHand",
+        __name__, _hand="BLOCK Hand IDLE_S Watcher", _test_hand="RecordedHand TestHand VirtualHand"
     )
 
-__all__ = ["Hand", "PracticeHand", "RecordedHand", "TestHand", "VirtualHand"]
+__all__ = ["BLOCK", "IDLE_S", "Hand", "RecordedHand", "TestHand", "VirtualHand", "Watcher"]

@@ -15,13 +15,15 @@ from ocmm_core.door import door
 if TYPE_CHECKING:
     from ocmm_core.export.audits._audit import audit, files_to_audit
     from ocmm_core.export.audits._audit_files import document_kind
-    from ocmm_core.export.audits._audited import Audit, AuditedKind, AuditRow
+    from ocmm_core.export.audits._audited import Audit, AuditedKind, AuditedRecord, AuditRow
 else:
     __getattr__ = door(
         __name__,
         _audit="audit files_to_audit",
         _audit_files="document_kind",
-        _audited="Audit AuditRow AuditedKind",
+        _audited="Audit AuditRow AuditedKind AuditedRecord",
     )
 
-__all__ = ["Audit", "AuditRow", "AuditedKind", "audit", "document_kind", "files_to_audit"]
+__all__ = [
+    "Audit", "AuditRow", "AuditedKind", "AuditedRecord", "audit", "document_kind", "files_to_audit",
+]  # fmt: skip

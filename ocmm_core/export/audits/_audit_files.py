@@ -6,7 +6,6 @@ import tomllib
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import msgspec
 
@@ -21,19 +20,27 @@ from ocmm_core.documents import (
 )
 from ocmm_core.errors import InputError, OcmmError, StorageError
 from ocmm_core.export import ENDING, check_report_seal
-from ocmm_core.export.audits._audited import Audit, AuditedKind, AuditRow
+from ocmm_core.export.audits._audited import Audit, AuditedKind, AuditedRecord, AuditRow
 from ocmm_core.export.certificate import CERTIFICATE_ENDING, SEAL_SUFFIX, check_dcc_seal
 from ocmm_core.inspection.archive import RecallRecord
+from ocmm_core.plugins import load_all
 from ocmm_core.seals import RELEASE_ENDING, KeyFolder, SealState, SealWord, Signed, release_state
 from ocmm_core.settings import SettingsFile
 from ocmm_core.storage import JobFile
-from ocmm_core.studies import PartStudy
 
-_RECORDS: dict[str, tuple[type[Any], Signed]] = {
-    "ocmm.acceptance-record": (AcceptanceRecord, Signed.ACCEPTANCE),
-    "ocmm.part-study": (PartStudy, Signed.STUDY),
-    "ocmm.recall": (RecallRecord, Signed.RECALL),
-}
+
+def _acceptance_words(record: AcceptanceRecord) -> str:
+    return ", ".join((*record.instrument.states, record.procedure.id, record.verdict.value))
+
+
+def _recall_words(record: RecallRecord) -> str:
+    return f"recall of {len(record.jobs)} jobs"
+
+
+_RECORDS = (
+    AuditedRecord("ocmm.acceptance-record", AcceptanceRecord, Signed.ACCEPTANCE, _acceptance_words),
+    AuditedRecord("ocmm.recall", RecallRecord, Signed.RECALL, _recall_words),
+)
 
 
 class _Head(msgspec.Struct):
@@ -142,7 +149,9 @@ def _of_json(path: Path) -> Audit:
         schema = decode_json(content, _Record).content.schema
     except (ValueError, msgspec.MsgspecError, RecursionError):
         schema = ""
-    found = _RECORDS.get(schema.partition("/")[0])
+    family = schema.partition("/")[0]
+    known = (*_RECORDS, *load_all("ocmm.records", AuditedRecord))
+    found = next((one for one in known if one.family == family), None)
     if found is None:
         seal = next(_seals_naming(path), None)
         if seal is not None:
@@ -152,23 +161,13 @@ def _of_json(path: Path) -> Audit:
             f"{path}: this is no record with a signature of its own.",
             "For a calibration give the folder of its rig or probe; for a report give its seal.",
         )
-    loaded = load_signed(path, *found)
+    loaded = load_signed(path, found.kind, found.signed)
     record = loaded.record
     utc = getattr(record, "ended_utc", "") or getattr(record, "made_utc", "")
     return _judged(
-        path, AuditedKind(found[1].value), loaded.signer,
-        AuditRow(utc, record.made_by, _record_words(record)),
+        path, AuditedKind(found.signed.value), loaded.signer,
+        AuditRow(utc, record.made_by, found.words(record)),
     )  # fmt: skip
-
-
-def _record_words(record: Any) -> str:
-    if isinstance(record, AcceptanceRecord):
-        states = (*record.instrument.states, record.procedure.id, record.verdict.value)
-        return ", ".join(states)
-    if isinstance(record, PartStudy):
-        simulated = "SIMULATED, " if record.simulated else ""
-        return f"{simulated}U {record.expanded:.6f} mm of {record.characteristic}"
-    return f"recall of {len(record.jobs)} jobs"
 
 
 def _of_document(path: Path) -> Audit:

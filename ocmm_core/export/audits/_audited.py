@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from enum import StrEnum
 from pathlib import Path
+from typing import Any
 
-from ocmm_core.seals import SealState
+from ocmm_core.seals import SealState, Signed
 
 
 class AuditedKind(StrEnum):
@@ -28,6 +30,18 @@ class AuditedKind(StrEnum):
     DOCUMENT = "document"
     SETTINGS = "settings"
     OTHER = "file"
+
+
+@dataclass(frozen=True, slots=True)
+class AuditedRecord:
+    """A kind of signed JSON record; packages add theirs by entry points of `ocmm.records`."""
+
+    family: str
+    """Of its schema, without the version."""
+    kind: type[Any]
+    signed: Signed
+    words: Callable[[Any], str]
+    """Returns what such a record says, in some words."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -5,7 +5,8 @@ In: bytes of an interface. Out: matched answers, EEPROM words, and the devices o
 Start with `_datagrams` (EtherCAT bytes), `_sockets` and `_port` (raw sockets); then `_interface`
 (admissible interfaces), `_host_time` (clocks), `_master` (the only file that imports pysoem) with
 `_fuse`, `_service` (one own frame per cycle), `_tally` (answers received), `_scan`, `_mapping`,
-`_eeprom`, `_other_masters`; `_tap` and `_pcapng` (frames for Wireshark).
+`_eeprom`, `_other_masters`; `_virtual_link` (cables without hardware); `_tap` and `_pcapng` (frames
+for Wireshark).
 It must not import objects or alarms, nor decide on faults.
 """
 
@@ -50,6 +51,13 @@ if TYPE_CHECKING:
     from ocmm_core.fieldbus.wire._sockets import LinkWatch
     from ocmm_core.fieldbus.wire._tally import OWN_TOKEN
     from ocmm_core.fieldbus.wire._tap import Tap, TappedFrame
+    from ocmm_core.fieldbus.wire._virtual_link import (
+        make_link,
+        namespace_command,
+        remove_link,
+        set_link,
+        tool,
+    )
 else:
     __getattr__ = door(
         __name__,
@@ -70,6 +78,7 @@ else:
         _tally="OWN_TOKEN",
         _tap="Tap TappedFrame",
         _sockets="LinkWatch",
+        _virtual_link="make_link namespace_command remove_link set_link tool",
     )
 
 __all__ = [
@@ -77,7 +86,7 @@ __all__ = [
     "Exchange", "HostTime", "Job", "LinkWatch", "Master", "MasterWatch", "Passage", "Port",
     "RawLine", "ScannedDevice", "ServiceChannel", "Tap", "TappedFrame", "al_text",
     "check_interface", "check_mapping", "decode_frame", "decode_scan", "encode_frame",
-    "encode_scan", "frame_index",
-    "has_passed", "is_virtual_cable", "is_virtual_interface", "pcapng_end", "pcapng_frame",
-    "pcapng_head", "read_words", "scan_devices", "write_word",
+    "encode_scan", "frame_index", "has_passed", "is_virtual_cable", "is_virtual_interface",
+    "make_link", "namespace_command", "pcapng_end", "pcapng_frame", "pcapng_head", "read_words",
+    "remove_link", "scan_devices", "set_link", "tool", "write_word",
 ]  # fmt: skip

@@ -20,8 +20,16 @@ from ocmm_core.documents import may_be_there, read_bytes
 from ocmm_core.errors import InputError, OcmmError
 from ocmm_core.inspection.plan._file_beside import MOST_NAMES, FileKind
 from ocmm_core.inspection.plan._plan import CadModel, Plan
-from ocmm_core.inspection.step import STEP_ENDINGS, ModelFiles, model_files, read_part
-from ocmm_core.part_model import MODEL_ENDING, PartModel, read_model_file, write_model_file
+from ocmm_core.part_model import (
+    MODEL_ENDING,
+    STEP_ENDINGS,
+    FilesOfModel,
+    PartModel,
+    model_endings,
+    model_reader,
+    read_model_file,
+    write_model_file,
+)
 
 FOLDER = ".ocmm-parts"
 MOST_FILES = 20
@@ -106,13 +114,13 @@ def with_model(
             "The CAD model is stored beside its plan, and the plan has no file yet.",
             "Save the plan first.",
         )
-    if source.suffix.lower() not in STEP_ENDINGS:
+    if source.suffix.lower() not in model_endings():
         raise InputError(
             "plan.no_model",
             f"{source}: not a STEP file.",
-            f"Choose a CAD model ending in {', '.join(STEP_ENDINGS)}.",
+            f"Choose a CAD model ending in {', '.join(model_endings())}.",
         )
-    files = model_files(source)
+    files = model_reader(source).files(source)
     if part is not None and part.source_sha256 != files.sha256:
         raise InputError(
             "plan.other_model", f"{source}: the file was changed meanwhile.", "Import it again."
@@ -127,7 +135,7 @@ def with_model(
     return msgspec.structs.replace(plan, model=CadModel(file=name, sha256=files.sha256))
 
 
-def _kept_together(files: ModelFiles, folder: Path) -> str:
+def _kept_together(files: FilesOfModel, folder: Path) -> str:
     """Return the name of an assembly, whose files are copied to a folder of their own.
 
     They name each other: only the folder can be renamed, and is numbered if in use.
@@ -139,12 +147,12 @@ def _kept_together(files: ModelFiles, folder: Path) -> str:
             return _copied(files, inner, stem).relative_to(folder).as_posix()
         for target in inner.glob(f"*{stem}{files.top.suffix.lower()}"):
             with suppress(InputError):
-                if model_files(target).sha256 == files.sha256:
+                if model_reader(target).files(target).sha256 == files.sha256:
                     return target.relative_to(folder).as_posix()
     raise _MODEL.no_name(folder, stem)
 
 
-def _copied(files: ModelFiles, folder: Path, stem: str) -> Path:
+def _copied(files: FilesOfModel, folder: Path, stem: str) -> Path:
     try:
         return files.copied(folder, stem)
     except OSError as error:
@@ -165,7 +173,7 @@ def carry_model(plan: Plan, old: Path, new: Path) -> None:
         return
     source, target = old / plan.model.file, new / plan.model.file
     if may_be_there(source) and not target.exists():
-        files = model_files(source)
+        files = model_reader(source).files(source)
         if files.parts:
             _copied(files, target.parent, target.stem)
         else:
@@ -180,7 +188,7 @@ def part_of_plan(
 ) -> PartOfPlan:
     """Return the part named by a plan, cached or read from its model; never raises.
 
-    ``folder`` of the plan, None if unknown; ``given_up``, ``progress`` as of `read_part`.
+    ``folder`` of the plan, None if unknown; ``given_up``, ``progress`` as of `ModelReader.read`.
     """
     if plan.model is None or folder is None:
         return PartOfPlan()
@@ -192,7 +200,8 @@ def part_of_plan(
                 f"{path}: the CAD model of the plan is not there",
                 "Copy it beside the plan, or import it again.",
             )
-        if model_files(path).sha256 != plan.model.sha256:
+        reader = model_reader(path)
+        if reader.files(path).sha256 != plan.model.sha256:
             raise _not_shown(
                 "plan.model_changed",
                 f"{path}: it is not the CAD model that the plan was made from (another hash)",
@@ -200,7 +209,7 @@ def part_of_plan(
             )
         part = cached_part(folder, plan.model.sha256)
         if part is None:
-            part = read_part(path, given_up=given_up, progress=progress)
+            part = reader.read(path, given_up, progress)
             keep_part(folder, part)
     except OcmmError as error:
         return PartOfPlan(None, error)

@@ -22,8 +22,8 @@ from ocmm_core.features.shapes import MINIMUM_POINTS, NominalFeature, Shape, sha
 from ocmm_core.inspection.plan._environment import EnvironmentLimits, environment_fault
 from ocmm_core.inspection.plan._requirements import PlanSource, Requirement, requirements_fault
 from ocmm_core.inspection.plan._step_checks import file_fault, step_fault
-from ocmm_core.inspection.step import STEP_ENDINGS
 from ocmm_core.names import label_fault, name_fault, normal_text
+from ocmm_core.part_model import model_endings
 from ocmm_core.tolerances.kinds import characteristic_fault, involved_features
 from ocmm_core.tolerances.zones import Characteristic
 
@@ -161,7 +161,7 @@ def check_plan(path: Path, plan: Plan) -> None:
     if fault := requirements_fault(plan):
         raise _error(path, *fault)
     if plan.model is not None:
-        if wrong := file_fault(plan.model.file, "CAD model", STEP_ENDINGS):
+        if wrong := file_fault(plan.model.file, "CAD model", model_endings()):
             raise _error(path, "model.file", wrong)
         if not _HASH.fullmatch(plan.model.sha256):
             raise _error(path, "model.sha256", "is no SHA-256: 64 digits from 0 to f")

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.core.conftest import Ocmm
+from tests.commands import Ocmm
 
 
 @pytest.mark.slow

@@ -13,8 +13,8 @@ from ocmm_core.acquisition.recording import ReplaySource
 from ocmm_core.composition import AcceptanceBench, Conditions, StationRequest, open_test_site
 from ocmm_core.documents import resource
 from ocmm_core.errors import CalibrationError, InputError, OcmmError
+from tests.commands import Ocmm
 from tests.core.acceptance.acceptance_site import ROOM
-from tests.core.conftest import Ocmm
 from tests.core.station.test_unproven_cameras import rig_of
 from tests.host import HANG_S, private_network
 

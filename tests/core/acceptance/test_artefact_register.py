@@ -10,7 +10,7 @@ import pytest
 from ocmm_core.acceptance import ArtefactEntry, ArtefactRegister, load_artefact
 from ocmm_core.documents import resource
 from ocmm_core.errors import OcmmError
-from tests.core.conftest import Ocmm
+from tests.commands import Ocmm
 
 _NOW = datetime(2026, 11, 25, tzinfo=UTC)
 

@@ -25,7 +25,7 @@ import numpy as np
 from ocmm_core.acquisition.bus_process import BusConfig, ChildProcess
 from ocmm_core.acquisition.frames import AcquisitionState, FrameRing, read_status, to_records
 from ocmm_core.fieldbus.device import CameraIdentity
-from ocmm_core.simulation.bus import CAMERA_INTERFACE, HOST_INTERFACE, SegmentConfig
+from ocmm_sim.bus import CAMERA_INTERFACE, HOST_INTERFACE, SegmentConfig
 
 CAMERAS = (CameraIdentity("left", 1001, 1), CameraIdentity("right", 1002, 2))
 FRAMES = 6000
@@ -95,9 +95,7 @@ def main(folder: Path, writer: str) -> None:
     )  # fmt: skip
     bus = BusConfig(interface=HOST_INTERFACE, ring_path=str(ring.path), cameras=CAMERAS)
     child = ChildProcess(
-        [sys.executable, "-m", "ocmm_core.simulation.bus._virtual_bus"],
-        segment.to_json() + bus.to_json(),
-        ring,
+        [sys.executable, "-m", "ocmm_sim.bus._virtual_bus"], segment.to_json() + bus.to_json(), ring
     )
     ended = threading.Event()
     path = folder / "bus.pcap"

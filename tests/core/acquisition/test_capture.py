@@ -28,7 +28,7 @@ from ocmm_core.fieldbus.device import (
     encode_frames,
 )
 from ocmm_core.fieldbus.wire import Command, Datagram, encode_frame
-from ocmm_core.simulation.slave import TestPattern
+from ocmm_sim.slave import TestPattern
 
 START_NS, PERIOD_NS = 7_000_000_000, 125_000
 STATIONS, SERIALS = (0x1001, 0x1002), (77, 78)

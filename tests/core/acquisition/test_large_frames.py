@@ -15,8 +15,8 @@ from ocmm_core.acquisition.recording._recording import Recording
 from ocmm_core.camera import MAX_CAMERAS, MAX_LEDS, Rig, load_rig
 from ocmm_core.documents import resource
 from ocmm_core.errors import AcquisitionError
-from ocmm_core.simulation.scene import SimulatedSource, VirtualRig, load_part
 from ocmm_core.tracking import FrameStatus, TrackingPipeline, load_probe
+from ocmm_sim.scene import SimulatedSource, VirtualRig, load_part
 from tests.large_rig import write_probe, write_rig
 
 

@@ -13,10 +13,10 @@ from ocmm_core.calibration.records import (
     record_hash,
 )
 from ocmm_core.documents import resource
-from ocmm_core.simulation.calibration_scenes import RECORDS_MADE as MADE
-from ocmm_core.simulation.calibration_scenes import made_probe_record as make_probe_record
-from ocmm_core.simulation.calibration_scenes import made_tip_record as make_tip_record
 from ocmm_core.tracking import load_probe
+from ocmm_sim.calibration_scenes import RECORDS_MADE as MADE
+from ocmm_sim.calibration_scenes import made_probe_record as make_probe_record
+from ocmm_sim.calibration_scenes import made_tip_record as make_tip_record
 
 __all__ = ["MADE", "PROBE", "make_probe_record", "make_tip_check", "make_tip_record"]
 

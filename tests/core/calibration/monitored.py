@@ -12,9 +12,9 @@ import numpy as np
 from ocmm_core.calibration.monitor import ResidualAccumulator, ResidualSample
 from ocmm_core.camera import Rig, load_rig
 from ocmm_core.documents import resource
-from ocmm_core.simulation.calibration_scenes import CalibrationScenesRig, FreeMotionScene
-from ocmm_core.simulation.scene import Part, VirtualRig, WorldOptions, load_part
 from ocmm_core.tracking import ProbeBody, TrackBlock, TrackingPipeline, load_probe
+from ocmm_sim.calibration_scenes import CalibrationScenesRig, FreeMotionScene
+from ocmm_sim.scene import Part, VirtualRig, WorldOptions, load_part
 
 RATE_HZ = 400
 WAVE_LOOK_NS = 10_000_000

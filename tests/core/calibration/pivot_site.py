@@ -11,8 +11,8 @@ from ocmm_core.calibration.records import ProbeStore
 from ocmm_core.calibration.sweeping import PivotProcedure, PivotView
 from ocmm_core.camera import Rig, load_rig
 from ocmm_core.geometry import Float, Pixels, rigid_fit
-from ocmm_core.simulation.calibration_scenes import CalibrationScenesRig, SweepProbe
 from ocmm_core.tracking import ProbeBody, load_probe
+from ocmm_sim.calibration_scenes import CalibrationScenesRig, SweepProbe
 from tests.core.calibration.procedure_site import PROBE_DOCUMENT, RIG_DOCUMENT, SEED, Clock
 from tests.core.calibration.swept_probe import attitudes, spots
 

@@ -15,11 +15,11 @@ from ocmm_core.calibration.guided import Procedure, Shot
 from ocmm_core.calibration.records import CalibrationStore, LengthBar, Sphere, load_bar, load_sphere
 from ocmm_core.calibration.verification import VerificationProcedure
 from ocmm_core.camera import Rig, load_rig, on_sensor, project
-from ocmm_core.composition import VirtualSite, scenes_of_verification
 from ocmm_core.documents import resource
 from ocmm_core.geometry import Float, rotation_from_vector
-from ocmm_core.simulation.calibration_scenes import SEATS, CalibrationScenesRig, FrameMove, Scene
 from ocmm_core.tracking import ProbeBody, load_probe
+from ocmm_sim.calibration_scenes import SEATS, CalibrationScenesRig, FrameMove, Scene
+from ocmm_sim.sources import VirtualSite, scenes_of_verification
 
 SEED = 3
 BEGIN = datetime(2026, 3, 2, 8, 0, tzinfo=UTC)

@@ -17,8 +17,8 @@ from ocmm_core.camera import (
 )
 from ocmm_core.documents import resource
 from ocmm_core.geometry import Float, Pixels, Points3, rigid_fit, rotation_xyz
-from ocmm_core.simulation.scene import draw_pattern
 from ocmm_core.tracking import ProbeBody, load_probe
+from ocmm_sim.scene import draw_pattern
 
 SIGMA_PX = 0.0105
 CONE_WORLD = np.array([0.0, 0.0, -150.0])

@@ -9,8 +9,8 @@ import pytest
 from typer.core import TyperGroup
 from typer.main import get_command
 
+from ocmm_cli.calibrate import calibrate_app
 from ocmm_core.calibration.cameras import load_spots, read_reference_points
-from ocmm_core.cli.calibrate import calibrate_app
 
 _ROOT = Path(__file__).resolve().parents[3]
 _PAGE = _ROOT / "docs" / "calibration.md"

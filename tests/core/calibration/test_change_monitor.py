@@ -26,8 +26,8 @@ from ocmm_core.calibration.records import ResidualMap
 from ocmm_core.camera import N_PARAMETERS, Rig, project
 from ocmm_core.errors import CalibrationError
 from ocmm_core.geometry import Float, RigidTransform, rotation_from_vector
-from ocmm_core.simulation.scene import ScriptedBump, WorldOptions, bumped, draw_world
 from ocmm_core.tracking import PoseBatch, ProbeBody, TrackBlock, cut, solve
+from ocmm_sim.scene import ScriptedBump, WorldOptions, bumped, draw_world
 from tests.core.calibration.monitored import RATE_HZ, Monitored
 
 LOOK_NS = MonitorOptions().look_ns

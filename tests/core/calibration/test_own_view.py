@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from ocmm_cad.reach import Reach, Setting, make_obstacle
 from ocmm_core.calibration.probe_design import (
     Panel,
     ProbeDesign,
@@ -17,9 +18,9 @@ from ocmm_core.calibration.probe_design import (
 )
 from ocmm_core.camera import load_rig
 from ocmm_core.documents import resource
-from ocmm_core.inspection.reach import Placement, Reach, Setting, make_obstacle
-from ocmm_core.simulation.scene import VirtualRig, load_part
+from ocmm_core.part_model import Placement
 from ocmm_core.tracking import ProbeBody, load_probe
+from ocmm_sim.scene import VirtualRig, load_part
 
 
 def designed(name: str) -> tuple[ProbeBody, ProbeDesign]:

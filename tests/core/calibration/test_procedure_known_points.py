@@ -23,8 +23,8 @@ from ocmm_core.calibration.guided import (
 from ocmm_core.calibration.records import State, record_hash
 from ocmm_core.camera import project
 from ocmm_core.errors import CalibrationError, StorageError
-from ocmm_core.simulation.calibration_scenes import CalibrationScenesRig, TargetScene
-from ocmm_core.simulation.scene import WorldOptions
+from ocmm_sim.calibration_scenes import CalibrationScenesRig, TargetScene
+from ocmm_sim.scene import WorldOptions
 from tests.core.calibration.procedure_site import Bench, show
 from tests.other_station import forget_histories
 

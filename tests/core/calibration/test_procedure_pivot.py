@@ -13,7 +13,7 @@ from ocmm_core.calibration.guided import ProcedureDecision, sessions
 from ocmm_core.calibration.records import State
 from ocmm_core.calibration.sweeping import BATCH, SweepPhase, led_paths
 from ocmm_core.errors import CalibrationError
-from ocmm_core.simulation.calibration_scenes import SweepProbe
+from ocmm_sim.calibration_scenes import SweepProbe
 from tests.core.calibration.pivot_site import CONE, OTHER_CONE, SIGMA_PX, PivotBench, show_sweeps
 from tests.core.calibration.procedure_site import without_field
 from tests.other_station import forget_histories

@@ -15,13 +15,13 @@ from ocmm_core.calibration.sweeping._map import sphere_map, where_missing
 from ocmm_core.calibration.sweeping._watch import POSE_TURN, SweepWatch
 from ocmm_core.documents import resource
 from ocmm_core.errors import InputError
-from ocmm_core.simulation.calibration_scenes import (
+from ocmm_core.tracking import IdentifyOptions, identify, load_probe
+from ocmm_sim.calibration_scenes import (
     CalibrationScenesRig,
     FreeMotionScene,
     ScriptedJump,
     SweepProbe,
 )
-from ocmm_core.tracking import IdentifyOptions, identify, load_probe
 from tests.core.calibration.pivot_site import CONE, OTHER_CONE, SIGMA_PX, PivotBench, show_sweeps
 from tests.core.calibration.table_writers import write_sweeps
 

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from ocmm_cli.calibrate import take_relocation_shots
 from ocmm_core.calibration.cameras import KnownPoints
 from ocmm_core.calibration.guided import STILL_FRAMES, ProbeSpotAverager, coverage, to_spots
 from ocmm_core.calibration.guided._labelling import label_roughly
@@ -17,12 +18,11 @@ from ocmm_core.calibration.relocation._findings import bar_ends
 from ocmm_core.calibration.relocation._state import SeatTaken
 from ocmm_core.calibration.verification import VerificationProcedure
 from ocmm_core.camera import USUAL_SLOTS, Rig, on_sensor, project
-from ocmm_core.cli.calibrate import take_relocation_shots
-from ocmm_core.composition import VirtualSite, scenes_of_relocation
 from ocmm_core.documents import resource
 from ocmm_core.errors import CalibrationError
 from ocmm_core.geometry import Float, rotation_from_vector
-from ocmm_core.simulation.calibration_scenes import FreeMotionScene
+from ocmm_sim.calibration_scenes import FreeMotionScene
+from ocmm_sim.sources import VirtualSite, scenes_of_relocation
 from tests.core.calibration.procedure_site import (
     PROBE_DOCUMENT,
     RIG_DOCUMENT,

@@ -21,9 +21,9 @@ from ocmm_core.calibration.tip import (
     TipLimits,
     TipQualificationProcedure,
 )
-from ocmm_core.composition import scene_of_tip
 from ocmm_core.errors import CalibrationError
-from ocmm_core.simulation.calibration_scenes import CalibrationScenesRig, TipFault, TouchSeats
+from ocmm_sim.calibration_scenes import CalibrationScenesRig, TipFault, TouchSeats
+from ocmm_sim.sources import scene_of_tip
 from tests.core.calibration.made_probe_records import make_probe_record, make_tip_record
 from tests.core.calibration.procedure_site import BEGIN, SEED, Bench, show
 from tests.core.calibration.touched_tip import SIGMA_PX, TipWorld

@@ -25,7 +25,7 @@ from ocmm_core.calibration.verification._verification import judge_nest, judge_p
 from ocmm_core.camera import Rig
 from ocmm_core.errors import CalibrationError
 from ocmm_core.geometry import RigidTransform
-from ocmm_core.simulation.calibration_scenes import TouchSeats
+from ocmm_sim.calibration_scenes import TouchSeats
 from tests.core.calibration.procedure_site import Bench, show
 
 VOLUME = np.array([[-200.0, -100.0, -200.0], [200.0, 100.0, 200.0]])

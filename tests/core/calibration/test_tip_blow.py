@@ -13,9 +13,9 @@ from ocmm_core.calibration.guided import ShockDetector
 from ocmm_core.calibration.probe_design import Temperature
 from ocmm_core.calibration.records import MONITOR, ProbeStore, TipEventKind
 from ocmm_core.calibration.tip import TipCheckProcedure
-from ocmm_core.composition import scene_of_tip
 from ocmm_core.errors import CalibrationError
-from ocmm_core.simulation.calibration_scenes import CalibrationScenesRig, TipFault
+from ocmm_sim.calibration_scenes import CalibrationScenesRig, TipFault
+from ocmm_sim.sources import scene_of_tip
 from tests.core.calibration.made_probe_records import make_probe_record, make_tip_record
 from tests.core.calibration.procedure_site import BEGIN, SEED, Bench, show
 

@@ -34,7 +34,7 @@ from ocmm_core.camera import Rig, load_rig
 from ocmm_core.documents import resource
 from ocmm_core.errors import CalibrationError
 from ocmm_core.geometry import Float
-from ocmm_core.simulation.calibration_scenes import Holds, VirtualRests, places_of_bar
+from ocmm_sim.calibration_scenes import Holds, VirtualRests, places_of_bar
 from tests.core.calibration.made_records import make_record
 from tests.core.calibration.procedure_site import BEGIN, RIG_DOCUMENT, SEED, Bench
 from tests.core.calibration.verifying_at_once import FRAMES, nudge, verify_at_once

@@ -21,7 +21,7 @@ from ocmm_core.calibration.pivot._bundle import PivotState
 from ocmm_core.calibration.pivot._seat import SeatWander
 from ocmm_core.calibration.records import Finding
 from ocmm_core.errors import CalibrationError
-from ocmm_core.simulation.calibration_scenes import SeatFault, SweepProbe
+from ocmm_sim.calibration_scenes import SeatFault, SweepProbe
 from tests.core.calibration.pivot_site import CONE, PivotBench
 from tests.core.calibration.swept_probe import (
     CONE_WORLD,

@@ -28,8 +28,8 @@ from ocmm_core.calibration.tip._sphere_layout import Rings, cone_layout, round_e
 from ocmm_core.camera import Rig, load_rig, project
 from ocmm_core.documents import resource
 from ocmm_core.geometry import Float, Points3, rotation_from_vector, unit
-from ocmm_core.simulation.scene import attitude_at
 from ocmm_core.tracking import ProbeBody, load_probe, solve
+from ocmm_sim.scene import attitude_at
 from tests.core.calibration.made_probe_records import make_probe_record, make_tip_record
 from tests.core.calibration.swept_probe import disturbed
 

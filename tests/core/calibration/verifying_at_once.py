@@ -20,7 +20,7 @@ from ocmm_core.calibration.verification import (
 )
 from ocmm_core.camera import CameraModel
 from ocmm_core.geometry import Float, RigidTransform, rotation_from_vector
-from ocmm_core.simulation.calibration_scenes import SEATS, VirtualRests, places_of_bar, stand_of
+from ocmm_sim.calibration_scenes import SEATS, VirtualRests, places_of_bar, stand_of
 
 FRAMES = 100
 """Averaged per rest."""

@@ -35,8 +35,8 @@ from ocmm_core.coach._steady import WAIT_S
 from ocmm_core.documents import resource
 from ocmm_core.geometry import Float, rotation_from_vector, rotation_xyz
 from ocmm_core.measuring import point_uncertainty, systematic_covariance
-from ocmm_core.simulation.scene import WorldOptions, draw_world
 from ocmm_core.tracking import ProbeBody, load_probe, solve, tip_sensitivity
+from ocmm_sim.scene import WorldOptions, draw_world
 
 SCENES = 50
 WORLDS = 1200

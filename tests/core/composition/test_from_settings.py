@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
-from ocmm_core.cli import app
+from ocmm_cli import app
 from ocmm_core.composition import (
     Errand,
     StationRequest,

@@ -8,16 +8,17 @@ import numpy as np
 import pytest
 
 from ocmm_core.camera import load_rig
-from ocmm_core.composition import RECOMMENDED_RIG, part_as_planned, part_text, true_values
+from ocmm_core.composition import RECOMMENDED_RIG
 from ocmm_core.errors import InputError
 from ocmm_core.features.measured import ActualFeature, actual_features
 from ocmm_core.features.shapes import RADIUS, SECOND, NominalFeature, Shape
 from ocmm_core.geometry import perpendicular_pair
 from ocmm_core.inspection.plan import Plan
-from ocmm_core.inspection.reach import Placement
 from ocmm_core.measuring import MeasuredPoint
-from ocmm_core.simulation.scene import Part, RigScript, TouchedEntry, load_part, sample
+from ocmm_core.part_model import Placement
 from ocmm_core.tolerances.zones import Characteristic
+from ocmm_sim.scene import Part, RigScript, TouchedEntry, load_part, sample
+from ocmm_sim.sources import part_as_planned, part_text, true_values
 from tests.core.features.exact_touches import touches
 
 BALL = 3.0

@@ -27,11 +27,11 @@ from ocmm_core.composition import (
     choose_probe,
 )
 from ocmm_core.composition._calibration_choice import probe_without_practice
-from ocmm_core.composition.practice import PRACTICE_TIP, Practice, practice_folder
 from ocmm_core.documents import resource
 from ocmm_core.errors import InputError
 from ocmm_core.export import certificate
 from ocmm_core.export.template import plain_paper
+from ocmm_sim.practice import PRACTICE_TIP, Practice, practice_folder
 
 NOW = datetime(2026, 11, 26, 8, 0, tzinfo=UTC)
 _REAL, _VIRTUAL = "ethercat:eth0", "simulated"

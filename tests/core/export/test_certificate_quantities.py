@@ -15,7 +15,7 @@ import pytest
 from ocmm_core.errors import InputError
 from ocmm_core.export.certificate import artefact_text, quantities_read, read_dcc
 from ocmm_core.export.certificate._artefact import Expansion
-from tests.core.conftest import Ocmm
+from tests.commands import Ocmm
 from tests.host import amount
 
 SIZES = {

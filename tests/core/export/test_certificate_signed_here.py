@@ -17,8 +17,8 @@ from cryptography.hazmat.primitives.serialization import Encoding, PublicFormat
 from lxml import etree
 from typer.testing import CliRunner
 
+from ocmm_cli import app
 from ocmm_core.calibration.records import CalibrationStore
-from ocmm_core.cli import app
 from ocmm_core.errors import InputError
 from ocmm_core.export.audits import audit
 from ocmm_core.export.certificate import (

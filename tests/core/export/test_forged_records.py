@@ -20,7 +20,7 @@ from ocmm_core.inspection.plan import plan_release, release_in_job, release_plan
 from ocmm_core.seals import KeyFolder, SealWord
 from ocmm_core.settings import Scope, SettingsStore
 from ocmm_core.storage import JobFile
-from tests.core.conftest import Ocmm
+from tests.commands import Ocmm
 from tests.host import amount
 from tests.other_station import other_station
 

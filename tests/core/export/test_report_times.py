@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
-from ocmm_core.cli import app
-from ocmm_core.cli.campaign import forged
+from ocmm_bench.campaign import forged
+from ocmm_cli import app
 from ocmm_core.errors import StorageError
 from ocmm_core.export.report import head_table, last_moment, paper_facts
 from tests.core.export.sample_report import sample_report, sample_view, write_incomplete

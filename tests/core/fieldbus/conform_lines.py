@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 
 from ocmm_core.errors import BusError
 from ocmm_core.fieldbus.wire import Datagram, decode_frame, encode_frame
-from ocmm_core.simulation.bus import Chain, Unit
+from ocmm_sim.bus import Chain, Unit
 
 _WAY_NS = 30_000
 """From the computer to the camera and back."""

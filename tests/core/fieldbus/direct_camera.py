@@ -17,8 +17,8 @@ from ocmm_core.fieldbus.device import (
 )
 from ocmm_core.fieldbus.objects import Progress
 from ocmm_core.fieldbus.objects._sdo import SdoRead, SdoTransfer, SdoWrite
-from ocmm_core.simulation.slave import CameraFrames, CameraStore, SoftwareCamera, TestPattern
-from ocmm_core.simulation.slave import registers as reg
+from ocmm_sim.slave import CameraFrames, CameraStore, SoftwareCamera, TestPattern
+from ocmm_sim.slave import registers as reg
 
 SERIAL = 1001
 STEP_NS = 1_000_000

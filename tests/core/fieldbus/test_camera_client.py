@@ -27,8 +27,8 @@ from ocmm_core.fieldbus.device import (
 )
 from ocmm_core.fieldbus.device import _camera_slave as model
 from ocmm_core.fieldbus.objects import _camera_client as client
-from ocmm_core.simulation.slave import SENSOR_PX, CameraStore, SimpleSensor, TestPattern
-from ocmm_core.simulation.slave import registers as reg
+from ocmm_sim.slave import SENSOR_PX, CameraStore, SimpleSensor, TestPattern
+from ocmm_sim.slave import registers as reg
 from tests.core.fieldbus.direct_camera import SERIAL, DirectCamera
 
 DATE_S = 1_790_000_000

@@ -23,7 +23,7 @@ from ocmm_core.fieldbus.device import (
 )
 from ocmm_core.fieldbus.device import _camera_slave as model
 from ocmm_core.fieldbus.wire._mapping import check_room
-from ocmm_core.simulation.slave import OVERRUN_FLAG, SoftwareCamera, TestPattern, sii
+from ocmm_sim.slave import OVERRUN_FLAG, SoftwareCamera, TestPattern, sii
 
 
 def bits(pdos: tuple[model.Pdo, ...]) -> int:

@@ -13,7 +13,7 @@ from ocmm_core.fieldbus.device import _camera_slave as model
 from ocmm_core.fieldbus.device._camera_objects import ERROR_TEXTS
 from ocmm_core.fieldbus.device._esi import ESI_FILE, esi_document
 from ocmm_core.fieldbus.device._object_page import PAGE, object_page
-from ocmm_core.simulation.slave import sii_image
+from ocmm_sim.slave import sii_image
 
 Element = ElementTree.Element
 

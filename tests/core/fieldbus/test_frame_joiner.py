@@ -7,7 +7,7 @@ import pytest
 
 from ocmm_core.acquisition.frames import FrameJoiner
 from ocmm_core.errors import AcquisitionError
-from ocmm_core.simulation.slave import TestPattern
+from ocmm_sim.slave import TestPattern
 
 START, PERIOD = 10_000_000_000, 125_000
 

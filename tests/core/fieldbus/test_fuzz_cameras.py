@@ -17,7 +17,7 @@ from ocmm_core.fieldbus.objects import _camera_client as client
 from ocmm_core.fieldbus.objects import _camera_pictures as pictures
 from ocmm_core.fieldbus.objects._object_access import ObjectAccess, Progress
 from ocmm_core.fieldbus.wire import Command, Datagram, _scan, check_mapping, encode_frame
-from ocmm_core.simulation.slave import Segment, SoftwareCamera, TestPattern
+from ocmm_sim.slave import Segment, SoftwareCamera, TestPattern
 from tests.core.fieldbus.fuzzing import spoiled
 
 SCANS, LIES = 400, 500

@@ -55,14 +55,7 @@ from ocmm_core.fieldbus.wire import (
     frame_index,
     scan_devices,
 )
-from ocmm_core.simulation.slave import (
-    CoeServer,
-    Esc,
-    Segment,
-    SoftwareCamera,
-    TestPattern,
-    sii_image,
-)
+from ocmm_sim.slave import CoeServer, Esc, Segment, SoftwareCamera, TestPattern, sii_image
 from tests.core.fieldbus.fuzzing import outcomes, spoiled
 
 FRAMES, IMAGES, ANSWERS, REQUESTS, SERVICE, SII, BLOCKS = (

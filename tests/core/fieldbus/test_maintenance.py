@@ -18,9 +18,9 @@ from ocmm_core.fieldbus.device import (
 )
 from ocmm_core.fieldbus.objects import _maintenance, find_camera, update_firmware, write_alias
 from ocmm_core.fieldbus.wire import Command, Datagram, decode_frame, encode_frame, scan_devices
-from ocmm_core.simulation.bus import Chain, Unit
-from ocmm_core.simulation.firmware import maker_key
-from ocmm_core.simulation.slave import INIT, TestPattern
+from ocmm_sim.bus import Chain, Unit
+from ocmm_sim.firmware import maker_key
+from ocmm_sim.slave import INIT, TestPattern
 
 IDENTITIES = (CameraIdentity("left", 1001, 1), CameraIdentity("right", 1002, 2))
 

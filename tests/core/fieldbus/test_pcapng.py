@@ -134,7 +134,7 @@ _CAMERA = (
 
 @pytest.mark.timing
 def test_records_both_directions_while_a_command_uses_the_bus(tmp_path: Path) -> None:
-    ocmm = f"'{sys.executable}' -m ocmm_core.cli"
+    ocmm = f"'{sys.executable}' -m ocmm_cli"
     done = in_network(
         tmp_path,
         _CAMERA.format(tmp_path, sys.executable)
@@ -176,7 +176,7 @@ def test_refuses_a_second_program_on_the_interface(tmp_path: Path) -> None:
         "s.bind(('near0', 0x88A4))\n"
         "open(sys.argv[1], 'w').close()\ntime.sleep(3000)\n"
     )
-    scan = f"'{sys.executable}' -m ocmm_core.cli bus scan --source ethercat:near0"
+    scan = f"'{sys.executable}' -m ocmm_cli bus scan --source ethercat:near0"
     done = in_network(
         tmp_path,
         _CAMERA.format(tmp_path, sys.executable)

@@ -17,7 +17,7 @@ from ocmm_core.fieldbus.objects._sdo import (
     SdoWrite,
     mailbox_counter,
 )
-from ocmm_core.simulation.slave import CoeServer
+from ocmm_sim.slave import CoeServer
 
 INDEX = 0x8010
 ROOM = 1 << 16

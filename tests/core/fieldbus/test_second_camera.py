@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from ocmm_core.fieldbus.conform import Outcome, conform
+from ocmm_bench.conform import Outcome, conform
 from ocmm_core.fieldbus.device import PRODUCT_CODE, REVISION
 from tests.core.fieldbus.conform_lines import TimedLine
 from tests.host import HANG_S, private_network
@@ -58,7 +58,7 @@ def test_the_second_camera_passes_over_a_virtual_cable(tmp_path: Path) -> None:
         f"< '{tmp_path}/end' > '{tmp_path}/ready' &\n"
         f"exec 7> '{tmp_path}/end'\n"
         f"while ! grep -q ready '{tmp_path}/ready'; do sleep 0.05; done\n"
-        f"'{sys.executable}' -m ocmm_core.cli camera conform host0 --json '{tmp_path}/r.json' "
+        f"'{sys.executable}' -m ocmm_cli camera conform host0 --json '{tmp_path}/r.json' "
         f"--firmware '{tmp_path}/new.fw'\n"
     )
     image = signed("1.1.0", bytes(range(256)) * 20, PRODUCT_CODE, REVISION)

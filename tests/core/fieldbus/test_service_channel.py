@@ -23,8 +23,8 @@ from ocmm_core.fieldbus.objects._objects import Request
 from ocmm_core.fieldbus.report import Alarm
 from ocmm_core.fieldbus.wire import Command, Datagram, Job, ServiceChannel, frame_index
 from ocmm_core.fieldbus.wire._service import FIRST_INDEX
-from ocmm_core.simulation.slave import Segment, SoftwareCamera, TestPattern, sii_image
-from ocmm_core.simulation.slave import registers as reg
+from ocmm_sim.slave import Segment, SoftwareCamera, TestPattern, sii_image
+from ocmm_sim.slave import registers as reg
 
 NAMES = ("left", "right")
 STATIONS = (0x1001, 0x1002)

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from ocmm_core.fieldbus.device import COUNTER_MODULUS, FRAME_DTYPE, SYNC_MANAGERS
-from ocmm_core.simulation.slave import (
+from ocmm_sim.slave import (
     FIFO_FRAMES,
     DatagramCommand,
     FrameBuffer,
@@ -16,7 +16,7 @@ from ocmm_core.simulation.slave import (
     SoftwareCamera,
     TestPattern,
 )
-from ocmm_core.simulation.slave import registers as reg
+from ocmm_sim.slave import registers as reg
 
 PERIOD = 125_000
 

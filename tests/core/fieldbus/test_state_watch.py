@@ -7,8 +7,8 @@ import pytest
 from ocmm_core.fieldbus.cycle._port_errors import PORT_ERRORS_BYTES, PortTrouble, port_trouble
 from ocmm_core.fieldbus.cycle._watch import StateWatch
 from ocmm_core.fieldbus.wire import decode_frame, encode_frame
-from ocmm_core.simulation.slave import Segment, SoftwareCamera, TestPattern
-from ocmm_core.simulation.slave import registers as reg
+from ocmm_sim.slave import Segment, SoftwareCamera, TestPattern
+from ocmm_sim.slave import registers as reg
 
 _STATIONS = (0x1001, 0x1002)
 

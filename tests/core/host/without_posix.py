@@ -64,7 +64,7 @@ def _hide() -> None:
         level: int = 0,
     ) -> ModuleType:
         asking = str((globals or {}).get("__name__", ""))
-        if not asking.startswith(("ocmm_core", "ocmm_gui")):
+        if not asking.startswith("ocmm_"):
             return real(name, globals, locals, fromlist or (), level)
         if name == "msvcrt":
             return _MSVCRT

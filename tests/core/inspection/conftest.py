@@ -12,9 +12,9 @@ from ocmm_core.inspection.evaluation import SessionOptions
 from ocmm_core.inspection.plan import Plan, load_plan
 from ocmm_core.inspection.session import InspectionSession
 from ocmm_core.measuring import Touch, TouchCollector
-from ocmm_core.simulation.scene import VirtualRig, load_part
 from ocmm_core.storage import JobFile, make_head
 from ocmm_core.tracking import ProbeBody, TrackingPipeline, load_probe
+from ocmm_sim.scene import VirtualRig, load_part
 
 PLAN = resource("plans", "quick.toml")
 RIG = resource("rigs", "recommended.toml")

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner, Result
 
+from ocmm_cli import app
 from ocmm_core.alignment import SavedFrame, frame_document, load_frame, save_frame, simulated_frame
-from ocmm_core.cli import app
 from ocmm_core.errors import InputError
 from ocmm_core.geometry import RigidTransform, rotation_from_vector
 from ocmm_core.inspection.archive import reopen_job

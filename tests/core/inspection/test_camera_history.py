@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
+from ocmm_cli import app
 from ocmm_core.calibration.records import record_hash
-from ocmm_core.cli import app
 from ocmm_core.export import write_report
 from ocmm_core.export.report import report_of_job
 from ocmm_core.inspection.archive import ReopenedJob, compare_jobs, reopen_job

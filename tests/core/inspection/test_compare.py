@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from ocmm_core.cli import app
+from ocmm_cli import app
 from ocmm_core.composition import StationRequest, build_station
 from ocmm_core.documents import resource
 from ocmm_core.errors import InputError
@@ -119,7 +119,7 @@ def test_a_batch_of_simulated_jobs_says_so(batch: tuple[ReopenedJob, ...]) -> No
 def test_a_german_comparison_has_german_verdict_lines(
     batch: tuple[ReopenedJob, ...], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    place = "ocmm_core.cli.terminal._speech._translation"
+    place = "ocmm_cli.terminal._speech._translation"
     monkeypatch.setattr(place, lambda: load_translation("de"))
     said = CliRunner().invoke(app, ["compare", *(str(job.path) for job in batch)])
     for line, job in zip(said.output.splitlines()[1:], batch, strict=False):

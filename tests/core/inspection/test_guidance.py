@@ -28,8 +28,8 @@ from ocmm_core.inspection.evaluation._guidance import nearest
 from ocmm_core.inspection.plan import Plan, load_plan
 from ocmm_core.inspection.session._any_order import Contact, touched_feature
 from ocmm_core.measuring import MeasuredPoint, Refusal
-from ocmm_core.simulation.scene import TrueTouch, VirtualRig, load_part
 from ocmm_core.tracking import load_probe
+from ocmm_sim.scene import TrueTouch, VirtualRig, load_part
 
 pytestmark = pytest.mark.numerics
 

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from ocmm_core.cli.campaign import Kind, job_kinds
+from ocmm_bench.campaign import Kind, job_kinds
 from ocmm_core.documents import resource
 from ocmm_core.errors import OcmmError
 from ocmm_core.inspection.archive import parts_of_batch, reopen_job, require_new_serial

@@ -10,10 +10,10 @@ from ocmm_core.inspection.archive import reopen_job
 from ocmm_core.inspection.evaluation import FOR_COMPARISON, LIMITS_EVENT, SessionOptions
 from ocmm_core.inspection.session import InspectionSession
 from ocmm_core.measuring import PointOptions, TouchCollector
-from ocmm_core.simulation.scene import VirtualRig, load_part
 from ocmm_core.storage import JobFile
 from ocmm_core.tolerances.decisions import Verdict
 from ocmm_core.tracking import TrackingOptions, TrackingPipeline
+from ocmm_sim.scene import VirtualRig, load_part
 from tests.core.inspection.conftest import FRAME_RATE_HZ, Bench
 
 STRICT = SessionOptions(max_form=1e-4, point=PointOptions(max_uncertainty=0.14))

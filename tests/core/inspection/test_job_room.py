@@ -10,8 +10,8 @@ import msgspec
 import pytest
 from typer.testing import CliRunner
 
+from ocmm_cli import app
 from ocmm_core.acceptance import LoggedTemperature, TemperatureSource, ThermometerLog
-from ocmm_core.cli import app
 from ocmm_core.errors import InputError, OcmmError
 from ocmm_core.export.report import paper_facts, report_of_job
 from ocmm_core.export.template import Particulars, load_paper, standard_template

@@ -28,9 +28,9 @@ from ocmm_core.measuring import (
     TouchCollector,
     climate_of_text,
 )
-from ocmm_core.simulation.scene import VirtualRig, load_part
 from ocmm_core.storage import JobFile
 from ocmm_core.tracking import ProbeBody, TrackingPipeline
+from ocmm_sim.scene import VirtualRig, load_part
 from tests.core.inspection.conftest import FRAME_RATE_HZ, Bench
 
 STEEL = Expansion("steel", 11.5e-6, 1.0e-6)

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
-from ocmm_core.cli.measure import plan_app
+from ocmm_cli.measure import plan_app
 from ocmm_core.documents import resource
 from ocmm_core.errors import InputError
 from ocmm_core.inspection.plan import load_plan

@@ -11,10 +11,11 @@ import msgspec
 import numpy as np
 import pytest
 
+from ocmm_cad.drawing import with_account
+from ocmm_cad.pmi import Annotation, Dimension, Tolerance
 from ocmm_core.documents import digest
 from ocmm_core.errors import InputError
 from ocmm_core.export.report import account_file
-from ocmm_core.inspection.drawing import with_account
 from ocmm_core.inspection.plan import (
     Plan,
     add_characteristic,
@@ -27,11 +28,10 @@ from ocmm_core.inspection.plan import (
     requirement_states,
     save_plan,
 )
-from ocmm_core.inspection.pmi import Annotation, Dimension, Tolerance
 from ocmm_core.tables import TableOptions
 from ocmm_core.tolerances.decisions import RequirementCount
 from ocmm_core.tolerances.zones import Characteristic
-from tests.core.inspection.test_drawing import (
+from tests.cad.test_drawing import (
     ABC,
     BORE_1,
     BORE_2,

@@ -14,6 +14,7 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
+from ocmm_cli import app
 from ocmm_core.calibration.probe_design import (
     Expansion,
     Temperature,
@@ -30,7 +31,6 @@ from ocmm_core.calibration.records import (
     rig_from_record,
 )
 from ocmm_core.camera import load_rig
-from ocmm_core.cli import app
 from ocmm_core.documents import resource
 from ocmm_core.errors import InputError, OcmmError, StorageError
 from ocmm_core.export import ENDING, EXPORTERS, write_report

@@ -21,9 +21,9 @@ from ocmm_core.inspection.evaluation import JobHeader, SessionOptions
 from ocmm_core.inspection.plan import Plan, load_plan, save_plan
 from ocmm_core.inspection.session import HEADER_EVENT, InspectionSession, check_header, header_text
 from ocmm_core.measuring import MeasuredPoint, Refusal, RefusalCode
-from ocmm_core.simulation.scene import load_part
 from ocmm_core.storage import JobFile
 from ocmm_core.tolerances.decisions import Verdict
+from ocmm_sim.scene import load_part
 from tests.core.inspection.conftest import Bench
 from tests.host import HANG_S
 

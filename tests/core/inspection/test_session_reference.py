@@ -18,14 +18,6 @@ from ocmm_core.inspection.evaluation import SessionOptions
 from ocmm_core.inspection.plan import load_plan
 from ocmm_core.inspection.session import InspectionSession
 from ocmm_core.measuring import MeasuredPoint, Refusal, RefusalCode, Touch, TouchCollector
-from ocmm_core.simulation.scene import (
-    ScriptedNudge,
-    ScriptedOcclusion,
-    TrueTouch,
-    VirtualRig,
-    WorldOptions,
-    load_part,
-)
 from ocmm_core.storage import JobFile, JobReference, make_head
 from ocmm_core.tolerances.decisions import Verdict
 from ocmm_core.tracking import (
@@ -35,6 +27,14 @@ from ocmm_core.tracking import (
     load_probe,
     load_reference,
     relative_sensitivity,
+)
+from ocmm_sim.scene import (
+    ScriptedNudge,
+    ScriptedOcclusion,
+    TrueTouch,
+    VirtualRig,
+    WorldOptions,
+    load_part,
 )
 
 PLAN = resource("plans", "quick.toml")

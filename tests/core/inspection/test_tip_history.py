@@ -9,8 +9,8 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
+from ocmm_cli import app
 from ocmm_core.calibration.records import open_probe
-from ocmm_core.cli import app
 from ocmm_core.export.report import report_of_job
 from ocmm_core.inspection.archive import reopen_job
 from ocmm_core.inspection.evaluation import SessionOptions

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from ocmm_core.cli import app
+from ocmm_cli import app
 from ocmm_core.errors import InputError
 from ocmm_core.inspection.archive import reopen_job
 from ocmm_core.inspection.evaluation import job_uncertainty

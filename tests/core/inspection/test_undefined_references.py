@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
-from ocmm_core.cli.measure import plan_app
+from ocmm_cli.measure import plan_app
 from ocmm_core.errors import InputError
 
 SOUND = """schema = "ocmm.plan/1"

@@ -16,8 +16,8 @@ from ocmm_core.camera import Rig
 from ocmm_core.composition import DEMO_PART
 from ocmm_core.geometry import rotation_xyz
 from ocmm_core.measuring import MeasuredPoint, check_noise, touches_checked
-from ocmm_core.simulation.scene import Motion, VirtualRig, WorldOptions, load_part
 from ocmm_core.tracking import ProbeBody
+from ocmm_sim.scene import Motion, VirtualRig, WorldOptions, load_part
 
 pytestmark = pytest.mark.numerics
 

@@ -14,8 +14,8 @@ from ocmm_core.measuring import (
     point_uncertainty,
     systematic_covariance,
 )
-from ocmm_core.simulation.scene import Part, VirtualRig, WorldOptions, load_part
 from ocmm_core.tracking import ProbeBody, TipSensitivity, ordered_spots, tip_sensitivity
+from ocmm_sim.scene import Part, VirtualRig, WorldOptions, load_part
 
 WORLDS = 300
 TOUCHES = (("BED", 1), ("SPHERE", 1))

@@ -17,7 +17,7 @@ from cryptography.hazmat.primitives.asymmetric.utils import decode_dss_signature
 from cryptography.hazmat.primitives.hashes import SHA256
 from typer.testing import CliRunner
 
-from ocmm_core.cli import app
+from ocmm_cli import app
 from ocmm_core.documents import resource
 from ocmm_core.errors import StorageError
 from ocmm_core.seals import (

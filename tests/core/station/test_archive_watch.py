@@ -7,12 +7,12 @@ import time
 from dataclasses import replace
 from pathlib import Path
 
-from ocmm_core.archive.outbox import ArchivePlace, HandOverProcess, ItemState, Outbox, sweep
-from ocmm_core.archive.records import extract_job
 from ocmm_core.composition import BuiltStation, StationRequest, build_station
 from ocmm_core.documents import resource
 from ocmm_core.settings import SettingsStore
-from ocmm_core.station.archiving import ArchiveWatch, archive_place
+from ocmm_shop.archive.outbox import ArchivePlace, HandOverProcess, ItemState, Outbox, sweep
+from ocmm_shop.archive.records import extract_job
+from ocmm_shop.archiving import ArchiveWatch, archive_place
 from tests.host import HANG_S, needs_package
 
 

@@ -12,10 +12,10 @@ from ocmm_core.camera import Rig, load_rig
 from ocmm_core.documents import resource
 from ocmm_core.inspection.evaluation import LiveView, StatusWord
 from ocmm_core.measuring import PointOptions
-from ocmm_core.simulation.scene import Part, VirtualRig, load_part
 from ocmm_core.station import _live
 from ocmm_core.station._live import LiveState
 from ocmm_core.tracking import ProbeBody, TrackingPipeline, load_probe
+from ocmm_sim.scene import Part, VirtualRig, load_part
 from tests.waiting import let_pass
 
 RUNNING = AcquisitionStatus(

@@ -14,22 +14,22 @@ from ocmm_core.composition import (
     DEFAULT_SOURCE,
     DEMO_PLAN,
     RECOMMENDED_RIG,
-    SOURCES,
     STANDARD_PROBE,
     Feed,
     Origin,
     SourceSpec,
     StationRequest,
-    VirtualSite,
     make_feed,
     names_in_words,
     origin_of,
     source_help,
     source_of,
+    sources,
 )
 from ocmm_core.errors import InputError
 from ocmm_core.inspection.plan import load_plan
-from ocmm_core.simulation.calibration_scenes import FreeMotionScene
+from ocmm_sim.calibration_scenes import FreeMotionScene
+from ocmm_sim.sources import VirtualSite
 
 _RIG = load_rig(RECOMMENDED_RIG)
 _PLAN = load_plan(DEMO_PLAN)
@@ -57,7 +57,7 @@ def request(source: str) -> StationRequest:
     return StationRequest(plan=DEMO_PLAN, out=Path(), source=source)
 
 
-@pytest.mark.parametrize("spec", SOURCES, ids=lambda spec: spec.prefix)
+@pytest.mark.parametrize("spec", sources(), ids=lambda spec: spec.prefix)
 def test_an_entry_lacks_nothing(spec: SourceSpec) -> None:
     assert spec.prefix
     assert spec.prefix.endswith(":") is spec.takes_value
@@ -71,16 +71,17 @@ def test_an_entry_lacks_nothing(spec: SourceSpec) -> None:
     assert bool(spec.recorded_as) is (spec.origin is not Origin.RECORDING)
     assert (spec.segment is None) or spec.on_bus
     assert (spec.scenes is None) or spec.origin is Origin.VIRTUAL
+    assert (spec.hand is None) is (spec.scenes is None)
     assert {field.name for field in dataclasses.fields(SourceSpec)} == {
         "prefix", "forms", "takes_value", "origin", "live", "on_bus", "recorded_as", "make",
-        "segment", "scenes",
+        "segment", "scenes", "hand",
     }, "a new field of an entry needs a check here"  # fmt: skip
     assert source_of(named(spec)).spec is spec
     assert spec.prefix + source_of(named(spec)).value == named(spec)
     assert origin_of(named(spec)) is spec.origin
 
 
-@pytest.mark.parametrize("spec", SOURCES, ids=lambda spec: spec.prefix)
+@pytest.mark.parametrize("spec", sources(), ids=lambda spec: spec.prefix)
 def test_what_is_made_is_what_the_entry_says(spec: SourceSpec, tmp_path: Path) -> None:
     feed = made(spec, tmp_path)
     try:
@@ -96,7 +97,7 @@ def test_what_is_made_is_what_the_entry_says(spec: SourceSpec, tmp_path: Path) -
 
 
 @pytest.mark.parametrize(
-    "spec", [spec for spec in SOURCES if spec.segment is not None], ids=lambda spec: spec.prefix
+    "spec", [spec for spec in sources() if spec.segment is not None], ids=lambda spec: spec.prefix
 )
 def test_software_cameras_are_those_of_the_rig(spec: SourceSpec) -> None:
     assert spec.segment is not None
@@ -105,7 +106,7 @@ def test_software_cameras_are_those_of_the_rig(spec: SourceSpec) -> None:
 
 
 @pytest.mark.parametrize(
-    "spec", [spec for spec in SOURCES if spec.scenes is not None], ids=lambda spec: spec.prefix
+    "spec", [spec for spec in sources() if spec.scenes is not None], ids=lambda spec: spec.prefix
 )
 def test_scenes_come_from_the_virtual_rig(spec: SourceSpec) -> None:
     site = VirtualSite(RECOMMENDED_RIG, STANDARD_PROBE, 3, None)
@@ -120,7 +121,7 @@ def test_scenes_come_from_the_virtual_rig(spec: SourceSpec) -> None:
 
 
 def test_prefixes_are_unique() -> None:
-    prefixes = [spec.prefix for spec in SOURCES]
+    prefixes = [spec.prefix for spec in sources()]
     assert len(set(prefixes)) == len(prefixes)
 
 
@@ -133,7 +134,7 @@ def test_an_unknown_source_is_refused(name: str) -> None:
     with pytest.raises(InputError, match="not a frame source") as caught:
         source_of(name)
     assert caught.value.code == "source.unknown"
-    assert names_in_words(SOURCES) in caught.value.remedy
+    assert names_in_words(sources()) in caught.value.remedy
 
 
 def test_names_that_begin_alike_are_told_apart() -> None:

@@ -10,14 +10,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from ocmm_cli.study import run_for
+from ocmm_cli.terminal import make_console
 from ocmm_core.acquisition.frames import AcquisitionState
-from ocmm_core.cli.study import run_for
-from ocmm_core.cli.terminal import make_console
 from ocmm_core.composition import BuiltStation, StationRequest, build_station
 from ocmm_core.documents import resource
 from ocmm_core.inspection.evaluation import StatusWord
 from ocmm_core.measuring import MeasuredPoint, Refusal
-from ocmm_core.simulation.scene import ScriptedOcclusion, WorldOptions
+from ocmm_sim.scene import ScriptedOcclusion, WorldOptions
 from tests.host import BUSY, HANG_S
 from tests.waiting import wait_until
 

@@ -13,9 +13,9 @@ from ocmm_core.composition import BuiltStation, StationRequest, build_station
 from ocmm_core.documents import resource
 from ocmm_core.inspection.evaluation import SessionOptions, StatusWord
 from ocmm_core.inspection.session import InspectionSession
-from ocmm_core.simulation.scene import ScriptedBump, WorldOptions
 from ocmm_core.storage import JobFile
 from ocmm_core.tolerances.decisions import Verdict
+from ocmm_sim.scene import ScriptedBump, WorldOptions
 from tests.core.calibration.made_records import make_verification
 from tests.core.station.test_station_calibration import calibrate, fresh_record
 from tests.waiting import wait_until

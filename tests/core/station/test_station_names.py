@@ -10,14 +10,14 @@ from pathlib import Path
 import pytest
 
 from ocmm_core.acquisition.recording import ReplaySource
-from ocmm_core.archive.outbox import ItemState, Outbox, sweep
 from ocmm_core.calibration.records import CalibrationStore, store_folder
 from ocmm_core.composition import BuiltStation, StationRequest, build_station
 from ocmm_core.documents import resource
 from ocmm_core.measuring import MeasuredPoint
 from ocmm_core.named_file import rescue_folders
-from ocmm_core.station.archiving import ArchiveWatch
 from ocmm_core.storage import JobFile
+from ocmm_shop.archive.outbox import ItemState, Outbox, sweep
+from ocmm_shop.archiving import ArchiveWatch
 from tests.core.calibration.made_records import MADE, make_record, make_verification
 from tests.waiting import wait_until
 

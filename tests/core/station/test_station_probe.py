@@ -25,10 +25,10 @@ from ocmm_core.inspection.evaluation import SessionOptions, StatusWord
 from ocmm_core.inspection.plan import load_plan
 from ocmm_core.inspection.session import InspectionSession
 from ocmm_core.measuring import MeasuredPoint, Refusal
-from ocmm_core.simulation.scene import WorldOptions
 from ocmm_core.station._probe_watch import ProbeWatch
 from ocmm_core.storage import JobFile, make_head
 from ocmm_core.tolerances.decisions import Verdict
+from ocmm_sim.scene import WorldOptions
 from tests.core.calibration.fresh_tips import TIP, Tips
 from tests.core.calibration.made_probe_records import make_probe_record
 from tests.host import HANG_S

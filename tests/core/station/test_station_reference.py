@@ -14,8 +14,8 @@ from ocmm_core.errors import InputError
 from ocmm_core.inspection.archive import reopen_job
 from ocmm_core.inspection.evaluation import JobHeader, StatusWord
 from ocmm_core.measuring import Refusal, RefusalCode
-from ocmm_core.simulation.scene import ScriptedBump, ScriptedNudge, ScriptedOcclusion, WorldOptions
 from ocmm_core.storage import JobFile
+from ocmm_sim.scene import ScriptedBump, ScriptedNudge, ScriptedOcclusion, WorldOptions
 from tests.waiting import wait_until
 
 Build = Callable[..., BuiltStation]

@@ -11,7 +11,7 @@ import pytest
 from ocmm_core.composition import BuiltStation, StationRequest, build_station
 from ocmm_core.documents import resource
 from ocmm_core.measuring import MeasuredPoint, Refusal
-from ocmm_core.simulation.scene import BUTTON_DOWN_S, ScriptedNudge, WorldOptions
+from ocmm_sim.scene import BUTTON_DOWN_S, ScriptedNudge, WorldOptions
 from tests.host import HANG_S
 
 RATE_HZ = 2000

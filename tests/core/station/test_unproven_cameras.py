@@ -12,10 +12,10 @@ import numpy as np
 import pytest
 from rich.console import Console
 
+from ocmm_cli.measure import run_job
 from ocmm_core.calibration.cameras import KnownPointsProcedure
 from ocmm_core.calibration.records import CalibrationStore, judge, open_design
 from ocmm_core.camera import load_rig
-from ocmm_core.cli.measure import run_job
 from ocmm_core.composition import StationRequest, build_station
 from ocmm_core.documents import resource
 from ocmm_core.errors import InputError

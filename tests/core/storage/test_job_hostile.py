@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from ocmm_core.cli.campaign import Kind, damaged_kinds, forged, job_kinds
+from ocmm_bench.campaign import Kind, damaged_kinds, forged, job_kinds
 from ocmm_core.errors import StorageError
 from ocmm_core.storage import JobFile, read_summary
 from ocmm_core.storage._connection import connection_in_memory

@@ -13,7 +13,7 @@ from typing import Any
 
 import pytest
 
-from ocmm_core.cli.campaign import MAKERS, Make
+from ocmm_bench.campaign import MAKERS, Make
 from ocmm_core.errors import StorageError
 from ocmm_core.measuring import MeasuredPoint
 from ocmm_core.side_files import Trusted, open_guarded
@@ -21,7 +21,7 @@ from ocmm_core.storage import LEFT_OUT, JobFile, JobHead, open_in_place, read_su
 from ocmm_core.storage._guard import GuardedConnection
 
 HARMLESS = ("empty", "unreadable", "another user's")
-_PRINT = "import sys; sys.path.insert(0, ''); from ocmm_core.cli import main; main()"
+_PRINT = "import sys; sys.path.insert(0, ''); from ocmm_cli import main; main()"
 
 
 @pytest.fixture

@@ -9,8 +9,8 @@ import pytest
 from ocmm_core.camera import N_PARAMETERS, CameraModel, Rig, load_rig, project
 from ocmm_core.documents import resource
 from ocmm_core.geometry import Float, RigidTransform, unit
-from ocmm_core.simulation.scene import Part, load_part
 from ocmm_core.tracking import ProbeBody, load_probe
+from ocmm_sim.scene import Part, load_part
 
 LEDS = (
     (-50.0, 30.0, 118.0),

@@ -12,7 +12,6 @@ from ocmm_core.camera import Rig
 from ocmm_core.documents import resource
 from ocmm_core.errors import InputError
 from ocmm_core.geometry import Int
-from ocmm_core.simulation.scene import Part, ScriptedOcclusion, VirtualRig, WorldOptions
 from ocmm_core.tracking import (
     FrameStatus,
     ProbeBody,
@@ -22,6 +21,7 @@ from ocmm_core.tracking import (
     load_probe,
 )
 from ocmm_core.tracking._strobe import NOT_NAMED, StrobeCode, StrobeReader, decode, is_lit
+from ocmm_sim.scene import Part, ScriptedOcclusion, VirtualRig, WorldOptions
 
 CODE = StrobeCode(16, np.array([0, 4, 8, 12]))
 STROBE = "\n[strobe]\nperiod = 16\ndark = [0, 4, 8, 12]\n"

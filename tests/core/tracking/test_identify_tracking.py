@@ -11,9 +11,9 @@ import pytest
 from ocmm_core.acquisition.frames import FrameBlock
 from ocmm_core.camera import Rig, project
 from ocmm_core.geometry import Float
-from ocmm_core.simulation.scene import Part, ScriptedOcclusion, VirtualRig, WorldOptions
 from ocmm_core.tracking import FrameStatus, ProbeBody, TrackBlock, TrackingPipeline
 from ocmm_core.tracking.kernels import without_rivals
+from ocmm_sim.scene import Part, ScriptedOcclusion, VirtualRig, WorldOptions
 
 FRAMES = 2400
 RATE_HZ = 8000

@@ -15,7 +15,6 @@ from ocmm_core.acquisition.frames import FrameBlock
 from ocmm_core.camera import N_PARAMETERS, Rig
 from ocmm_core.documents import resource
 from ocmm_core.geometry import Float
-from ocmm_core.simulation.scene import ScriptedNudge, ScriptedOcclusion, VirtualRig, WorldOptions
 from ocmm_core.tracking import (
     ARRAYS,
     FrameStatus,
@@ -31,6 +30,7 @@ from ocmm_core.tracking import (
     simultaneous,
 )
 from ocmm_core.tracking._reference_home import HOME_NS
+from ocmm_sim.scene import ScriptedNudge, ScriptedOcclusion, VirtualRig, WorldOptions
 
 NUDGE = ScriptedNudge(4000, 0, (0.6e-3, -0.6e-3, 0.6e-3), (0.6, -0.6, 0.6))
 HOME = round(HOME_NS * 8000 / 1e9) + 1

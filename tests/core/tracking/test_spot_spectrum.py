@@ -16,9 +16,9 @@ from ocmm_core.camera import Rig
 from ocmm_core.composition import DEMO_PART
 from ocmm_core.geometry import Float, rotation_from_vector, rotation_xyz
 from ocmm_core.measuring import TouchNoise
-from ocmm_core.simulation.scene import Motion, VirtualRig, load_part
 from ocmm_core.tracking import ProbeBody, SpotSpectrum, TrackBlock, TrackingPipeline
 from ocmm_core.tracking import judge_stillness as judge
+from ocmm_sim.scene import Motion, VirtualRig, load_part
 
 pytestmark = pytest.mark.numerics
 

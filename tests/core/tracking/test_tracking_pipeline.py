@@ -10,8 +10,8 @@ import pytest
 from ocmm_core.acquisition.frames import FrameBlock
 from ocmm_core.camera import Rig
 from ocmm_core.geometry import Float, Int
-from ocmm_core.simulation.scene import Part, ScriptedOcclusion, VirtualRig, WorldOptions
 from ocmm_core.tracking import ARRAYS, FrameStatus, ProbeBody, TrackBlock, TrackingPipeline, join
+from ocmm_sim.scene import Part, ScriptedOcclusion, VirtualRig, WorldOptions
 
 WRONG_TIP_MM = 1.0
 """Noise and calibration errors of one frame move the tip by some 0.1 mm; a label by more than 1."""

@@ -21,7 +21,7 @@ from ocmm_core.fieldbus.device import (
     NEWEST_LAYOUT,
     Header,
 )
-from ocmm_core.simulation.slave import Abort, AbortError, checksum_of_configuration
+from ocmm_sim.slave import Abort, AbortError, checksum_of_configuration
 
 # ruff: noqa: SLF001 - see the module
 Plant = Callable[[Any], object]

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-from ocmm_core.simulation.slave import registers as reg
+from ocmm_sim.slave import registers as reg
 from tests.core.fieldbus.bugs.bug_tools import add, header, live
 
 # ruff: noqa: SLF001 - see bug_tools

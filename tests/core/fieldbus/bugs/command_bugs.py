@@ -7,7 +7,7 @@ import zlib
 from typing import Any
 
 from ocmm_core.fieldbus.device import Intrinsics
-from ocmm_core.simulation.slave import Abort, AbortError
+from ocmm_sim.slave import Abort, AbortError
 from tests.core.fieldbus.bugs.bug_tools import add, live
 
 # ruff: noqa: SLF001 - see bug_tools

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-from ocmm_core.simulation.slave import AbortError
-from ocmm_core.simulation.slave import registers as reg
+from ocmm_sim.slave import AbortError
+from ocmm_sim.slave import registers as reg
 from tests.core.fieldbus.bugs.bug_tools import add, header, live, replaced
 
 # ruff: noqa: SLF001 - see bug_tools

@@ -8,7 +8,7 @@ from collections.abc import Callable
 from typing import Any
 
 from ocmm_core.fieldbus.device import HEADER_STRUCT
-from ocmm_core.simulation.slave import registers as reg
+from ocmm_sim.slave import registers as reg
 from tests.core.fieldbus.bugs.bug_tools import add, crc, frames, header, live
 
 # ruff: noqa: SLF001 - see bug_tools

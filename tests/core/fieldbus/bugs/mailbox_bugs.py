@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
-from ocmm_core.simulation.slave import Abort
+from ocmm_sim.slave import Abort
 from tests.core.fieldbus.bugs.bug_tools import abort_code, add, answers, late, live
 
 # ruff: noqa: SLF001 - see bug_tools

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from ocmm_core.simulation.slave import Abort, AbortError
+from ocmm_sim.slave import Abort, AbortError
 from tests.core.fieldbus.bugs.bug_tools import abort_code, aborting, add, bug, entry, header
 
 # ruff: noqa: SLF001 - see bug_tools

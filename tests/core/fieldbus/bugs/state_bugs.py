@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from ocmm_core.simulation.slave import registers as reg
+from ocmm_sim.slave import registers as reg
 from tests.core.fieldbus.bugs.bug_tools import add, answers, bug, refusal
 
 # ruff: noqa: SLF001 - see bug_tools

@@ -1,0 +1,54 @@
+"""Conformance test of a camera against its object description.
+
+In: an exclusive line with one camera, and optionally a firmware file of its maker.
+Out: a report with a verdict per rule, measured times, and a verdict on the camera.
+
+Start with `_run` (order of the rules), `_rule`, `_findings` (results, report) and `_page` (text and
+HTML). `_bench` is the camera on its `_line`, with `_exchanges` and `_mail_line`; `_sdo_talk` can
+send malformed requests. Rules: `_rules_eeprom`, `_rules_states`, `_rules_objects`,
+`_rules_mailbox`, `_rules_frames`, `_rules_clock`, `_rules_errors`, `_rules_services`,
+`_rules_firmware`.
+`_conform_process` runs them with the rights of a bus process, `_command` is `ocmm camera conform`.
+The rules must not import bring-up, supervision or the software camera.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from ocmm_core.door import door
+
+if TYPE_CHECKING:
+    from ocmm_bench.conform._command import conform_camera
+    from ocmm_bench.conform._conform_process import (
+        ConformConfig,
+        ConformNews,
+        conform_command,
+        conform_virtual,
+    )
+    from ocmm_bench.conform._findings import (
+        ConformanceReport,
+        Outcome,
+        RuleResult,
+        TimingSheet,
+        Verdict,
+    )
+    from ocmm_bench.conform._line import ConformLine, WireLine
+    from ocmm_bench.conform._page import conformance_page, conformance_text
+    from ocmm_bench.conform._run import RULES, conform, find_place
+else:
+    __getattr__ = door(
+        __name__,
+        _command="conform_camera",
+        _conform_process="ConformConfig ConformNews conform_command conform_virtual",
+        _findings="ConformanceReport Outcome RuleResult TimingSheet Verdict",
+        _line="ConformLine WireLine",
+        _page="conformance_page conformance_text",
+        _run="RULES conform find_place",
+    )
+
+__all__ = [
+    "RULES", "ConformConfig", "ConformLine", "ConformNews", "ConformanceReport", "Outcome",
+    "RuleResult", "TimingSheet", "Verdict", "WireLine", "conform", "conform_camera",
+    "conform_command", "conform_virtual", "conformance_page", "conformance_text", "find_place",
+]  # fmt: skip

@@ -1,0 +1,108 @@
+"""``ocmm camera conform``: an entry point of the group `ocmm.commands`."""
+
+from __future__ import annotations
+
+import subprocess
+from pathlib import Path
+from typing import Annotated
+
+import msgspec
+import typer
+
+from ocmm_bench.conform._conform_process import (
+    ConformConfig,
+    ConformNews,
+    conform_command,
+    conform_virtual,
+)
+from ocmm_bench.conform._findings import Outcome
+from ocmm_bench.conform._page import conformance_page, conformance_text
+from ocmm_cli.bus import bar, bus_to_scan, interruptible, segment_for, write_bytes
+from ocmm_cli.terminal import ForceOption, RigOption, make_console
+from ocmm_core.composition import RECOMMENDED_RIG
+from ocmm_core.documents import read_bytes
+from ocmm_core.errors import BusError
+from ocmm_core.fieldbus.device import Firmware
+
+_EXIT_RED, _EXIT_INCOMPLETE = 1, 3
+
+
+def conform_camera(
+    interface: Annotated[
+        str,
+        typer.Argument(
+            metavar="IFACE",
+            help="Network interface with the camera, e.g. enp3s0; or ethercat:virtual.",
+        ),
+    ],
+    *,
+    serial: Annotated[
+        int, typer.Option("--serial", help="Its serial number, if there are several cameras.")
+    ] = 0,
+    firmware: Annotated[
+        Path | None,
+        typer.Option("--firmware", help="Signed firmware of another version, to try an update."),
+    ] = None,
+    json: Annotated[Path | None, typer.Option("--json", help="New file for the report.")] = None,
+    page: Annotated[
+        Path | None, typer.Option("--page", help="New HTML page for the report.")
+    ] = None,
+    rig: RigOption = RECOMMENDED_RIG,
+    force: ForceOption = False,
+) -> None:
+    """Test a camera against every rule of its description (docs/camera_objects.md).
+
+    Takes one to two minutes on an idle bus. Deletes the camera's black image, clears its errors
+    and, with --firmware, updates it permanently. Exit code 0: GREEN; 1: RED; 3: INCOMPLETE.
+    """
+    if firmware is not None:
+        # Reject invalid firmware before the bus is disturbed.
+        Firmware.read(read_bytes(firmware))
+    image = "" if firmware is None else str(firmware.absolute())
+    source = interface if ":" in interface else f"ethercat:{interface}"
+    command, first_lines = _command(source, rig, serial, image, force=force)
+    console = make_console()
+    report = None
+    with (
+        subprocess.Popen(  # noqa: S603 - our own interpreter and modules, no shell
+            command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE
+        ) as process,
+        interruptible(console),
+    ):
+        if process.stdin is None or process.stdout is None or process.stderr is None:
+            raise BusError("bus.conform", "The process does not start.", "Try again.")
+        process.stdin.write(first_lines)
+        process.stdin.flush()
+        with bar(console, "Testing") as told:
+            for line in process.stdout:
+                news = msgspec.json.decode(line, type=ConformNews)
+                report = news.report or report
+                if news.total:
+                    told(news.done, news.total)
+        complaint = process.stderr.read().decode("utf-8", errors="replace").strip()
+    if report is None:
+        lines = complaint.splitlines()
+        raise BusError(
+            "bus.conform",
+            lines[-1] if lines else f"The test ended without a report (code {process.returncode}).",
+            "Check cable and power of the camera, then repeat the test.",
+        )
+    console.print(conformance_text(report), highlight=False, markup=False, soft_wrap=True)
+    if json is not None:
+        write_bytes(json, report.to_json())
+    if page is not None:
+        write_bytes(page, conformance_page(report).encode())
+    codes = {Outcome.RED: _EXIT_RED, Outcome.INCOMPLETE: _EXIT_INCOMPLETE}
+    raise typer.Exit(codes.get(report.outcome, 0))
+
+
+def _command(
+    source: str, rig_path: Path, serial: int, firmware: str, *, force: bool
+) -> tuple[list[str], bytes]:
+    """Return the command that tests a camera, and its input; InputError without its own bus."""
+    named = bus_to_scan(source)
+    config = ConformConfig(interface=named.value, force=force, serial=serial, firmware=firmware)
+    segment = segment_for(named, source, rig_path)
+    if segment is None:
+        return conform_command(), config.to_json()
+    return conform_virtual(segment, config)

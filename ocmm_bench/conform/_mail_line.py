@@ -1,0 +1,134 @@
+"""Mailboxes of the camera under test: requests, objects and response times."""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Callable
+
+from ocmm_bench.conform._exchanges import MS, SDO_LIMIT_NS, SDO_TIME
+from ocmm_bench.conform._findings import NotAsDescribedError
+from ocmm_bench.conform._line import ConformLine
+from ocmm_bench.conform._sdo_talk import (
+    COE,
+    EMERGENCY,
+    REQUEST,
+    Refusal,
+    download,
+    mailbox,
+    parts,
+    upload,
+)
+from ocmm_core.fieldbus.device import MAILBOX_BYTES, MAILBOX_IN_START, MAILBOX_OUT_START
+
+_SM_STATUS_IN, _FULL = 0x080D, 0x08
+_POLL_S = 0.0005
+
+
+class MailLine:
+    """Mailboxes of one camera; ``timed`` is called with measured times and their limits."""
+
+    def __init__(
+        self,
+        line: ConformLine,
+        get: Callable[[int, int], bytes],
+        put: Callable[[int, bytes], int],
+        feed: Callable[[], None],
+        timed: Callable[[str, int, int], None],
+    ) -> None:
+        self._line = line
+        self._get, self._put, self._feed, self._timed = get, put, feed, timed
+        self.emergencies: list[tuple[int, int, bytes]] = []
+        """Code, error register and data of each emergency."""
+        self.reply_counters: list[int] = []
+        self._counter = 0
+
+    def _number(self, register: int, size: int) -> int:
+        return int.from_bytes(self._get(register, size), "little")
+
+    def post(self, content: bytes) -> bool:
+        """Write a mailbox; return whether the camera accepted it."""
+        for _ in range(5):
+            if self._put(MAILBOX_OUT_START, content.ljust(MAILBOX_BYTES, b"\x00")):
+                return True
+            self._line.sleep(_POLL_S)
+        return False
+
+    def fetch(self, limit_ns: int) -> bytes | None:
+        """Return the next mailbox of the camera, or None after the limit."""
+        deadline = self._line.now_ns() + limit_ns
+        while True:
+            self._feed()
+            if self._number(_SM_STATUS_IN, 1) & _FULL:
+                content = self._get(MAILBOX_IN_START, MAILBOX_BYTES)
+                self.reply_counters.append(content[5] >> 4 & 7)
+                return content
+            if self._line.now_ns() > deadline:
+                return None
+            self._line.sleep(_POLL_S)
+
+    def talk(self, kind: int, content: bytes, limit_ns: int = 2 * SDO_LIMIT_NS) -> bytes | None:
+        """Send a mailbox; return its answer; store emergencies."""
+        self.drain()
+        if not self.post(mailbox(kind, content, self.next_counter())):
+            raise NotAsDescribedError("The camera does not take a mailbox.")
+        while (answer := self.fetch(limit_ns)) is not None:
+            if not self._is_emergency(answer):
+                return answer
+        return None
+
+    def drain(self, wait_ns: int = 0) -> None:
+        """Fetch all waiting mailboxes of the camera."""
+        while (answer := self.fetch(wait_ns)) is not None:
+            self._is_emergency(answer)
+
+    def next_counter(self) -> int:
+        self._counter = self._counter % 7 + 1
+        return self._counter
+
+    def sdo(self, body: bytes) -> bytes:
+        """Send an SDO request; return the answering mailbox and record the time."""
+        before = self._line.now_ns()
+        answer = self.talk(COE, struct.pack("<H", REQUEST << 12) + body)
+        if answer is None:
+            raise NotAsDescribedError(
+                f"The SDO request {body[:4].hex(' ')} is not answered within "
+                f"{2 * SDO_LIMIT_NS // MS} ms."
+            )
+        self._timed(SDO_TIME, self._line.now_ns() - before, SDO_LIMIT_NS)
+        return answer
+
+    def read(self, index: int, sub: int, *, complete: bool = False) -> bytes | Refusal:
+        return upload(self.sdo, index, sub, complete=complete)
+
+    def write(
+        self, index: int, sub: int, value: bytes, *, complete: bool = False
+    ) -> Refusal | None:
+        """Write an entry; return the refusal, if any."""
+        return download(self.sdo, index, sub, value, complete=complete)
+
+    def value(self, index: int, sub: int = 0) -> bytes:
+        """Read a required entry."""
+        found = self.read(index, sub)
+        if isinstance(found, Refusal):
+            raise NotAsDescribedError(f"{index:#06x}:{sub:02X} is {found}.")
+        return found
+
+    def count(self, index: int, sub: int) -> int:
+        """Read a required number."""
+        return int.from_bytes(self.value(index, sub), "little")
+
+    def set(self, index: int, sub: int, value: bytes) -> None:
+        """Write an entry that must be accepted."""
+        refused = self.write(index, sub, value)
+        if refused is not None:
+            raise NotAsDescribedError(
+                f"Writing {value[:8].hex(' ')} to {index:#06x}:{sub:02X} is {refused}."
+            )
+
+    def _is_emergency(self, content: bytes) -> bool:
+        kind, _counter, body = parts(content)
+        if kind != COE or len(body) < 10 or body[1] >> 4 != EMERGENCY:
+            return False
+        code, register = struct.unpack_from("<HB", body, 2)
+        self.emergencies.append((code, register, body[5:10]))
+        return True

@@ -1,0 +1,20 @@
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from ocmm_bench.conform._bench import Bench
+from ocmm_bench.conform._findings import Findings
+
+
+@dataclass(frozen=True, slots=True)
+class Rule:
+    """A rule."""
+
+    code: str
+    """Identifier in reports; never reused."""
+    section: str
+    title: str
+    """Requirement, one sentence."""
+    run: Callable[[Bench, Findings], None]
+    """Tests the rule; may leave the camera in any state."""

@@ -1,0 +1,182 @@
+"""Rules of the commands: black image, snapshot, intrinsics, identify."""
+
+from __future__ import annotations
+
+import hashlib
+import struct
+import zlib
+
+from ocmm_bench.conform._bench import Bench
+from ocmm_bench.conform._exchanges import INIT, MS, PREOP
+from ocmm_bench.conform._findings import Findings, NotAsDescribedError
+from ocmm_bench.conform._rule import Rule
+from ocmm_bench.conform._rules_objects import BUSY, NO_DATA, VALUE
+from ocmm_bench.conform._sdo_talk import Refusal
+from ocmm_core.fieldbus.device import (
+    BLACK_IMAGE,
+    BLOB_BYTES,
+    CALIBRATION,
+    CHUNK_BYTES,
+    CONFIGURATION,
+    IDENTIFY,
+    INFORMATION,
+    SNAPSHOT,
+    CameraStatus,
+    Intrinsics,
+    Work,
+)
+
+SECTION = "Commands"
+_WORK_NS = 10_000 * MS
+_IN_USE, _STORED, _SAME = 1, 2, 4
+_EXPOSURES = 400
+
+
+def identify(bench: Bench, see: Findings) -> None:
+    """Blink the camera's identification LED."""
+    bench.again(PREOP)
+    see.expect(bench.mail.write(IDENTIFY, 1, b"\x05\x00") is None, "5 s are refused.")
+    left = bench.mail.count(IDENTIFY, 2)
+    see.expect(left in (4, 5), f"Of 5 s {left} are left.")
+    bench.line.sleep(1.2)
+    left = bench.mail.count(IDENTIFY, 2)
+    see.expect(left in (3, 4), f"Of 5 s {left} are left after 1.2 s.")
+    bench.mail.set(IDENTIFY, 1, bytes(2))
+    see.equal("What is left after 0", bench.mail.count(IDENTIFY, 2), 0)
+
+
+def intrinsics(bench: Bench, see: Findings) -> None:
+    """Write intrinsics that are damaged, foreign and valid; restore the previous ones."""
+    bench.again(PREOP)
+    before = bench.mail.value(CALIBRATION, 1)
+    width, height = bench.mail.count(INFORMATION, 2), bench.mail.count(INFORMATION, 3)
+    lens = (0.012, 25.0, 1.0, width / 2, height / 2, 1e-5, 0.0, 0.0, 0.0)
+    block = Intrinsics(bench.serial, 1_700_000_000, width, height, *lens).encode()
+    foreign = Intrinsics(bench.serial ^ 1, 1_700_000_000, width, height, *lens).encode()
+    damaged = bytearray(block)
+    damaged[50] ^= 0x10
+    bench.mail.set(CALIBRATION, 1, b"")
+    see.equal("0x8010:02 without a block", bench.mail.count(CALIBRATION, 2), 0)
+    _is(see, "Mode 1 without intrinsics", bench.mail.write(CONFIGURATION, 4, b"\x01"), NO_DATA)
+    for what, content in (
+        ("a damaged block", bytes(damaged)),
+        ("a block of another camera", foreign),
+        ("half a block", block[: BLOB_BYTES // 2]),
+    ):
+        _is(see, what, bench.mail.write(CALIBRATION, 1, content), VALUE)
+        see.equal(f"0x8010:02 after {what}", bench.mail.count(CALIBRATION, 2), 0)
+    see.expect(bench.mail.write(CALIBRATION, 1, block) is None, "A right block is refused.")
+    see.equal("The block", bench.mail.value(CALIBRATION, 1), block)
+    see.equal("Its length", bench.mail.count(CALIBRATION, 2), len(block))
+    see.equal("Its SHA-256", bench.mail.value(CALIBRATION, 3), hashlib.sha256(block).digest())
+    see.equal("Its CRC-32", bench.mail.count(CALIBRATION, 4), zlib.crc32(block))
+    see.expect(bench.mail.write(CONFIGURATION, 4, b"\x01") is None, "Mode 1 is refused.")
+    bench.mail.set(CONFIGURATION, 4, b"\x00")
+    see.expect(bench.mail.write(CALIBRATION, 1, before) is None, "The old block is refused.")
+    see.equal("The old block", bench.mail.value(CALIBRATION, 1), before)
+
+
+def black_image(bench: Bench, see: Findings) -> None:
+    """Measure, store, load and drop a black image; the camera ends without one."""
+    bench.again(PREOP)
+    bench.mail.set(BLACK_IMAGE, 1, b"\x04")
+    _done(bench, see, BLACK_IMAGE, 3)
+    see.equal("0x8020:05 without an image", bench.mail.count(BLACK_IMAGE, 5), 0)
+    see.equal("The SHA-256 without an image", bench.mail.value(BLACK_IMAGE, 6), b"")
+    for what, command in (("storing", 2), ("loading", 3)):
+        _is(
+            see,
+            f"{what} without an image",
+            bench.mail.write(BLACK_IMAGE, 1, bytes([command])),
+            NO_DATA,
+        )
+    bench.streaming()
+    bench.run(5)
+    bench.feeding = True
+    bench.mail.set(BLACK_IMAGE, 2, struct.pack("<H", _EXPOSURES))
+    bench.mail.set(BLACK_IMAGE, 1, b"\x01")
+    see.equal("The state after the command", bench.mail.count(BLACK_IMAGE, 3), Work.BUSY)
+    _is(see, "a command while another runs", bench.mail.write(BLACK_IMAGE, 1, b"\x01"), BUSY)
+    dark = [each for each in bench.run(20) if each.header.status & CameraStatus.DARK]
+    see.expect(bool(dark), "Status bit 3 stays clear while a black image is measured.")
+    for each in dark[2:]:
+        see.expect(each.frame(0)[:2] == bytes(2), "A spot is valid in a frame without light.")
+    _done(bench, see, BLACK_IMAGE, 3)
+    see.equal("The progress at the end", bench.mail.count(BLACK_IMAGE, 4), 100)
+    see.equal("0x8020:05 after measuring", bench.mail.count(BLACK_IMAGE, 5), _IN_USE)
+    digest = bench.mail.value(BLACK_IMAGE, 6)
+    see.equal("The length of its SHA-256", len(digest), 32)
+    for command, images in ((2, _IN_USE | _STORED | _SAME), (3, _IN_USE | _STORED | _SAME), (4, 0)):
+        bench.mail.set(BLACK_IMAGE, 1, bytes([command]))
+        _done(bench, see, BLACK_IMAGE, 3)
+        see.equal(f"0x8020:05 after command {command}", bench.mail.count(BLACK_IMAGE, 5), images)
+        if images:
+            see.equal("The SHA-256", bench.mail.value(BLACK_IMAGE, 6), digest)
+    bench.feeding = False
+    bench.go(INIT)
+
+
+def snapshot(bench: Bench, see: Findings) -> None:
+    """Capture and read an image of a region."""
+    bench.again(PREOP)
+    width, height = bench.mail.count(INFORMATION, 2), bench.mail.count(INFORMATION, 3)
+    bench.mail.set(SNAPSHOT, 5, b"\x02")
+    see.equal("The state without a picture", bench.mail.count(SNAPSHOT, 6), Work.IDLE)
+    chunk = bench.mail.read(SNAPSHOT, 0x0A)
+    _is(see, "a chunk without a picture", chunk if isinstance(chunk, Refusal) else None, NO_DATA)
+    _region(bench, width - 10, 0, 20, 20)
+    _is(see, "a region off the sensor", bench.mail.write(SNAPSHOT, 5, b"\x01"), VALUE)
+    _region(bench, 8, min(16, height - 48), 64, 48)
+    bench.mail.set(SNAPSHOT, 5, b"\x01")
+    _done(bench, see, SNAPSHOT, 6)
+    total = bench.mail.count(SNAPSHOT, 8)
+    see.equal("The bytes of the picture", total, 2 * 64 * 48)
+    see.equal("Its width", bench.mail.count(SNAPSHOT, 0x0C), 64)
+    see.equal("Its height", bench.mail.count(SNAPSHOT, 0x0D), 48)
+    content = b""
+    while len(content) < total:
+        bench.mail.set(SNAPSHOT, 9, struct.pack("<I", len(content)))
+        part = bench.mail.value(SNAPSHOT, 0x0A)
+        see.need(0 < len(part) <= CHUNK_BYTES, f"A chunk has {len(part)} bytes.")
+        content += part
+    see.equal("The bytes of all chunks", len(content), total)
+    see.equal("The CRC-32 of the picture", zlib.crc32(content), bench.mail.count(SNAPSHOT, 0x0B))
+    bench.mail.set(SNAPSHOT, 9, struct.pack("<I", total))
+    chunk = bench.mail.read(SNAPSHOT, 0x0A)
+    _is(see, "a chunk behind the end", chunk if isinstance(chunk, Refusal) else None, NO_DATA)
+    bench.mail.set(SNAPSHOT, 5, b"\x02")
+    see.equal("The state after release", bench.mail.count(SNAPSHOT, 6), Work.IDLE)
+    _region(bench, 0, 0, 0, 0)
+    bench.mail.set(SNAPSHOT, 9, bytes(4))
+    bench.go(INIT)
+
+
+def _region(bench: Bench, *numbers: int) -> None:
+    for sub, number in enumerate(numbers, start=1):
+        bench.mail.set(SNAPSHOT, sub, struct.pack("<H", number))
+
+
+def _done(bench: Bench, see: Findings, index: int, sub: int) -> None:
+    deadline = bench.line.now_ns() + _WORK_NS
+    while (state := bench.mail.count(index, sub)) == Work.BUSY:
+        if bench.line.now_ns() > deadline:
+            raise NotAsDescribedError(f"A command of {index:#06x} is still busy after 10 s.")
+        bench.line.sleep(0.01)
+    see.equal(f"The state of {index:#06x}:{sub:02X} at the end", state, Work.DONE)
+
+
+def _is(see: Findings, what: str, found: Refusal | None, code: int) -> None:
+    if found is None:
+        see.expect(False, f"{what.capitalize()} is not refused ({code:#010x}).")
+    else:
+        see.equal(f"The code of {what}", found.code, code)
+
+
+RULES = (
+    Rule("command.identify", SECTION, "The camera blinks for as long as it is told.", identify),
+    Rule("command.intrinsics", SECTION, "Intrinsics are kept; damaged or foreign ones are not.",
+         intrinsics),
+    Rule("command.black_image", SECTION, "A black image is measured, kept, loaded and dropped.",
+         black_image),
+    Rule("command.snapshot", SECTION, "A picture is taken and read in chunks.", snapshot),
+)  # fmt: skip

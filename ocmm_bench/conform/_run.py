@@ -1,0 +1,192 @@
+from __future__ import annotations
+
+import struct
+from collections.abc import Callable
+from datetime import UTC, datetime
+from importlib.metadata import PackageNotFoundError, version
+
+import msgspec
+
+from ocmm_bench.conform._bench import Bench
+from ocmm_bench.conform._exchanges import INIT, PREOP
+from ocmm_bench.conform._findings import (
+    ConformanceReport,
+    Findings,
+    NotAsDescribedError,
+    NotTestedError,
+    RuleResult,
+    TimingSheet,
+    Verdict,
+    printable,
+)
+from ocmm_bench.conform._line import ConformLine
+from ocmm_bench.conform._rule import Rule
+from ocmm_bench.conform._rules_clock import RULES as CLOCK
+from ocmm_bench.conform._rules_eeprom import RULES as EEPROM
+from ocmm_bench.conform._rules_errors import RULES as ERRORS
+from ocmm_bench.conform._rules_firmware import RULES as FIRMWARE
+from ocmm_bench.conform._rules_frames import RULES as FRAMES
+from ocmm_bench.conform._rules_mailbox import RULES as MAILBOX
+from ocmm_bench.conform._rules_objects import RULES as OBJECTS
+from ocmm_bench.conform._rules_services import RULES as SERVICES
+from ocmm_bench.conform._rules_states import RULES as STATES
+from ocmm_core.errors import BusError
+
+RULES: tuple[Rule, ...] = (
+    *EEPROM, *STATES, *OBJECTS, *MAILBOX, *FRAMES, *CLOCK, *ERRORS, *SERVICES, *FIRMWARE,
+)  # fmt: skip
+"""Test order: basics first, permanent changes last."""
+
+_TRIES = 3
+_SILENT = "bus.silent"
+
+Told = Callable[[int, int, str], None]
+"""Called with rules done, rules in total, and the title of the next."""
+
+
+def conform(
+    line: ConformLine,
+    place: int = 0,
+    *,
+    firmware: bytes = b"",
+    rules: tuple[Rule, ...] = RULES,
+    told: Told = lambda _done, _total, _title: None,
+    until_red: bool = False,
+) -> ConformanceReport:
+    """Test a camera against the rules of its object description.
+
+    Drops the camera's black image, clears its error history and, with `firmware`, leaves that
+    running; restores everything else. The camera ends in INIT.
+
+    Parameters
+    ----------
+    place
+        Position of the camera, 0 first.
+    firmware
+        Firmware file signed by the maker, of another version than the running one.
+    until_red
+        Stop at the first failed rule.
+
+    Raises
+    ------
+    BusError
+        The camera stopped answering.
+    """
+    bench = Bench(line, place, firmware)
+    times: dict[str, tuple[int, list[int]]] = {}
+    bench.findings = Findings(times)
+    started = datetime.now(UTC).isoformat(timespec="seconds")
+    eeprom = bench.eeprom()
+    vendor, product, revision, bench.serial = struct.unpack_from("<IIII", eeprom, 16)
+    results: list[RuleResult] = []
+    for number, rule in enumerate(rules):
+        told(number, len(rules), rule.title)
+        results.append(_tried(bench, rule, times))
+        if until_red and _is_red(results, times):
+            break
+    told(len(rules), len(rules), "")
+    return ConformanceReport(
+        serial=bench.serial,
+        alias=int.from_bytes(eeprom[8:10], "little"),
+        vendor=vendor,
+        product=product,
+        revision=revision,
+        firmware=_left(bench),
+        started_utc=started,
+        program=_program(),
+        results=tuple(results),
+        timings=tuple(TimingSheet.of(name, found, limit) for name, (limit, found) in times.items()),
+    )
+
+
+def _tried(bench: Bench, rule: Rule, times: dict[str, tuple[int, list[int]]]) -> RuleResult:
+    """Run one rule; retry failures during which this computer paused."""
+    for _ in range(_TRIES):
+        bench.line.paused_ns()
+        taken: dict[str, tuple[int, list[int]]] = {}
+        result = _once(bench, rule, taken)
+        late = any(limit and max(found) > limit for limit, found in taken.values())
+        paused_ns = bench.line.paused_ns()
+        if not paused_ns or not (late or result.verdict is Verdict.FAILED):
+            for name, (limit, found) in taken.items():
+                times.setdefault(name, (limit, []))[1].extend(found)
+            return result
+    why = (
+        f"This computer paused for {paused_ns / 1e6:.0f} ms in each of {_TRIES} tries. Close other "
+        "programs, then repeat the test."
+    )
+    return msgspec.structs.replace(result, verdict=Verdict.NOT_TESTED, complaints=(why,))
+
+
+def _once(bench: Bench, rule: Rule, times: dict[str, tuple[int, list[int]]]) -> RuleResult:
+    """Run one rule; failures never end the run."""
+    see = bench.findings = Findings(times)
+    verdict = Verdict.PASSED
+    bench.feeding = False
+    try:
+        rule.run(bench, see)
+    except NotTestedError as why:
+        verdict = Verdict.NOT_TESTED
+        see.complaints.append(why.complaint)
+    except NotAsDescribedError as broken:
+        see.checked += 1
+        if printable(broken.complaint) not in see.complaints:
+            see.complaints.append(printable(broken.complaint))
+    except BusError as broken:
+        if broken.code == _SILENT:
+            raise
+        see.checked += 1
+        see.complaints.append(printable(broken.what))
+    except (struct.error, IndexError) as broken:
+        see.checked += 1
+        see.complaints.append(f"An answer is too short to be read ({broken}).")
+    if see.complaints and verdict is Verdict.PASSED:
+        verdict = Verdict.FAILED
+    return RuleResult(
+        code=rule.code,
+        section=rule.section,
+        title=rule.title,
+        verdict=verdict,
+        checked=see.checked,
+        complaints=tuple(see.complaints),
+    )
+
+
+def _is_red(results: list[RuleResult], times: dict[str, tuple[int, list[int]]]) -> bool:
+    late = any(limit and max(found) > limit for limit, found in times.values())
+    return late or results[-1].verdict is Verdict.FAILED
+
+
+def _left(bench: Bench) -> str:
+    """Leave the camera in INIT; return its reported firmware version."""
+    try:
+        bench.go(PREOP)
+        found = bench.mail.value(0x100A).rstrip(b"\x00").decode("ascii", errors="replace")
+        bench.go(INIT)
+    except NotAsDescribedError:
+        return "unknown"
+    return printable(found)
+
+
+def find_place(line: ConformLine, serial: int) -> int:
+    """Return a camera's position, 0 for the only one; BusError if not unique."""
+    from ocmm_core.fieldbus.wire import scan_devices
+
+    devices = scan_devices(lambda datagram: line.exchange([datagram])[0])
+    numbers = [each.device.serial for each in devices]
+    places = [n for n, number in enumerate(numbers) if serial in (0, number)]
+    if len(places) == 1:
+        return places[0]
+    there = ", ".join(map(str, numbers)) or "none"
+    raise BusError(
+        "bus.camera_missing",
+        f"{len(places) or 'No'} devices match; serial numbers on the bus: {there}.",
+        "Connect one camera only, or name it with --serial.",
+    )
+
+
+def _program() -> str:
+    try:
+        return version("ocmm")
+    except PackageNotFoundError:
+        return "unknown"

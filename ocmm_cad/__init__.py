@@ -1,0 +1,10 @@
+"""Nominal geometry and tolerances of CAD models: needs the extra `step`.
+
+In: STEP files. Out: features with targets, the part of a plan, characteristics of its tolerances.
+
+Read `step` (features and part of a STEP file; registers the reader `ocmm.models`), `pmi` (the text
+of its tolerances), `drawing` (tolerances as characteristics of a plan, with an account) and `reach`
+(places a probe can reach). It imports `ocmm_core` only.
+"""
+
+__all__: list[str] = []

@@ -1,0 +1,44 @@
+"""Tolerances of a STEP file (AP242 semantic PMI), read from its text.
+
+In: the text of a STEP file. Out: dimensions, tolerances, datums and notes, each with the numbers of
+its faces and, if it cannot be trusted, the reason.
+
+Read `_items` (results), `_part21` (entities of the text), `_measures` (values with units),
+`_aspects` (faces of an aspect), then `_dimensions`, `_tolerances`, and `_read`, which joins them;
+`_picked` reads units and other single entities. It must not know features or plans:
+`inspection.drawing` imports the items.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from ocmm_core.door import door
+
+if TYPE_CHECKING:
+    from ocmm_cad.pmi._items import (
+        Annotation,
+        Datum,
+        DatumReference,
+        DatumTarget,
+        Dimension,
+        Pmi,
+        Tolerance,
+    )
+    from ocmm_cad.pmi._part21 import BadEntityError, Part21, Typed, plain, refs
+    from ocmm_cad.pmi._picked import picked_entities, units_fault
+    from ocmm_cad.pmi._read import FaceText, may_say_tolerances, read_pmi
+else:
+    __getattr__ = door(
+        __name__,
+        _items="Annotation Datum DatumReference DatumTarget Dimension Pmi Tolerance",
+        _part21="BadEntityError Part21 Typed plain refs",
+        _picked="picked_entities units_fault",
+        _read="FaceText may_say_tolerances read_pmi",
+    )
+
+__all__ = [
+    "Annotation", "BadEntityError", "Datum", "DatumReference", "DatumTarget", "Dimension",
+    "FaceText", "Part21", "Pmi", "Tolerance", "Typed", "may_say_tolerances", "picked_entities",
+    "plain", "read_pmi", "refs", "units_fault",
+]  # fmt: skip

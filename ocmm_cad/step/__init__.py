@@ -1,0 +1,59 @@
+"""Features of a plan from the surfaces of a STEP file; needs the extra ``step``.
+
+In: a STEP file, the ball, and optionally probe, cameras and placement. Out: features with targets
+on the trimmed faces, and omitted surfaces with the reason; the part itself, as mesh and faces.
+
+Read `_model` (query and result), `_request` (probe and cameras), `_choice` (selection), `_asking`
+and `_worker` (both sides of the reading process). In that process package `brep` turns the file
+into numbers, `_joined` groups faces into surfaces and finds room for a ball, `_placed` selects
+targets (`_place_kernel`), `_names` names them. `_faces_account` counts the result of each face.
+`_model_files` checks the files, `_plugin` is the reader for plans (`ocmm.models`). `_free_forms`
+and `_profiled` are both sides of free-form faces,
+`_chosen_reach` completes large models later, `_answer` is the message of the process. It must not
+know plans.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from ocmm_core.door import door
+
+if TYPE_CHECKING:
+    from ocmm_cad.step._asking import READER_MODULES, STEP_SETUP, STEP_SIZE_MB, has_step
+    from ocmm_cad.step._choice import FREE_FORM, Choice, Offer, chosen, offers_of
+    from ocmm_cad.step._chosen_reach import ChosenReach, ask_for_chosen
+    from ocmm_cad.step._faces_account import FacesAccount, faces_account
+    from ocmm_cad.step._model import (
+        USUAL_BALL_MM,
+        LeftOut,
+        Reached,
+        StepModel,
+        read_model,
+        read_part,
+    )
+    from ocmm_cad.step._model_files import ModelFiles, model_files
+    from ocmm_cad.step._plugin import STEP
+    from ocmm_cad.step._profiled import NOT_EXACT, FreeForm
+    from ocmm_cad.step._request import StepRequest, setting_for, setting_of, up_of, usual_request
+else:
+    __getattr__ = door(
+        __name__,
+        _asking="READER_MODULES STEP_SETUP STEP_SIZE_MB has_step",
+        _choice="FREE_FORM Choice Offer chosen offers_of",
+        _chosen_reach="ChosenReach ask_for_chosen",
+        _faces_account="FacesAccount faces_account",
+        _model="USUAL_BALL_MM LeftOut Reached StepModel read_model read_part",
+        _model_files="ModelFiles model_files",
+        _plugin="STEP",
+        _profiled="NOT_EXACT FreeForm",
+        _request="StepRequest setting_for setting_of up_of usual_request",
+    )
+
+__all__ = [
+    "FREE_FORM", "NOT_EXACT", "READER_MODULES", "STEP", "STEP_SETUP", "STEP_SIZE_MB",
+    "USUAL_BALL_MM", "Choice", "ChosenReach", "FacesAccount", "FreeForm", "LeftOut", "ModelFiles",
+    "Offer", "Reached", "StepModel", "StepRequest", "ask_for_chosen", "chosen", "faces_account",
+    "has_step", "model_files", "offers_of", "read_model", "read_part", "setting_for", "setting_of",
+    "up_of", "usual_request",
+]  # fmt: skip

@@ -1,0 +1,34 @@
+"""The command line: ``ocmm``.
+
+In: arguments. Out: files, tables on the terminal, and an exit code.
+
+Read `_app` (the commands), `_measuring` with `_window` (commands without a package),
+and `_entry` (turns every fault into a sentence and an exit code); `_kernels` lists the compiled
+functions of all packages, `_compile` compiles them. Packages: `measure` (jobs, plans,
+reports, recall), `calibrate` (cameras, probes and tips), `bus` (cameras on the wire), `study`
+(fits, speeds, simulations); `terminal` is shared. `calibrate` and `study` are independent, and so
+are `bus` and `measure`.
+Nothing imports it: the window starts from `composition`, as the commands do.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from ocmm_core.door import door
+
+if TYPE_CHECKING:
+    from ocmm_cli._app import app
+    from ocmm_cli._compile import compile_all, compile_group
+    from ocmm_cli._entry import main
+    from ocmm_cli._kernels import kernel_groups
+else:
+    __getattr__ = door(
+        __name__,
+        _app="app",
+        _compile="compile_all compile_group",
+        _entry="main",
+        _kernels="kernel_groups",
+    )
+
+__all__ = ["app", "compile_all", "compile_group", "kernel_groups", "main"]

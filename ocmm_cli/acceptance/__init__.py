@@ -1,0 +1,25 @@
+"""``ocmm acceptance``, ``ocmm artefact`` and ``ocmm msa``: tests of the instrument.
+
+In: procedures, artefacts, frames, jobs. Out: plans, sealed records, studies as tables.
+
+Read `_acceptance` (tests) with `_run` and `_report`, `_artefact` (the register)
+and `_msa` (studies from jobs).
+Computations are in `acceptance` and `studies`.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from ocmm_core.door import door
+
+if TYPE_CHECKING:
+    from ocmm_cli.acceptance._acceptance import acceptance_app
+    from ocmm_cli.acceptance._artefact import artefact_app
+    from ocmm_cli.acceptance._msa import msa_app
+else:
+    __getattr__ = door(
+        __name__, _acceptance="acceptance_app", _artefact="artefact_app", _msa="msa_app"
+    )
+
+__all__ = ["acceptance_app", "artefact_app", "msa_app"]

@@ -1,0 +1,354 @@
+"""``ocmm acceptance``: list, plan, run, recompute and status of acceptance tests."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from datetime import UTC, datetime
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Literal
+
+import typer
+
+from ocmm_cli.terminal import (
+    CalibrationsOption,
+    ForceOption,
+    ProbeOption,
+    ProbesOption,
+    RigOption,
+    SeedOption,
+    SourceOption,
+    SpeedOption,
+    TemperatureOption,
+    TemperatureUOption,
+    TipOption,
+    lead,
+    make_console,
+    say,
+    say_word,
+)
+from ocmm_core.composition import DEFAULT_SEED, DEFAULT_SOURCE, RECOMMENDED_RIG, STANDARD_PROBE
+
+if TYPE_CHECKING:
+    from ocmm_core.acceptance import AcceptanceRecord, InterimChart
+
+
+def interim(
+    *,
+    artefact: Annotated[
+        list[str] | None, typer.Option("--artefact", help="The dumbbell: id or document.")
+    ] = None,
+    procedure: Annotated[str, typer.Option("--procedure", help="Id or TOML file.")] = "INTERIM",
+    source: SourceOption = DEFAULT_SOURCE,
+    rig: RigOption = RECOMMENDED_RIG,
+    probe: ProbeOption = STANDARD_PROBE,
+    calibrations: CalibrationsOption = None,
+    probes: ProbesOption = None,
+    tip: TipOption = None,
+    temperature: TemperatureOption = None,
+    temperature_u: TemperatureUOption = "",
+    who: Annotated[str, typer.Option("--who", help="Name for the record.")] = "unnamed",
+    seed: SeedOption = DEFAULT_SEED,
+    speed: SpeedOption = 0.0,
+    folder: Annotated[
+        Path | None, typer.Option("--folder", help="Of checks; default: that of this user.")
+    ] = None,
+    force: ForceOption = False,
+) -> None:
+    """Check the system in 90 seconds: two spheres on a bar, at start of shift or after a knock.
+
+    A check that is out is repeated at once. Out again: the points since the last good check are
+    held back in every job until a verification passes. Ends with 1 then.
+    """
+    from ocmm_cli.acceptance._report import print_record
+    from ocmm_cli.acceptance._run import room_temperature, run_test
+    from ocmm_core.acceptance import InterimHistory, InterimWord, RoomAir, note_check, save_record
+    from ocmm_core.composition import open_test_site, tests_folder
+
+    console = make_console()
+    site = open_test_site(
+        procedure, artefact or [], source, rig, probe, calibrations, probes, tip, seed
+    )
+    base = tests_folder(folder, site)
+    warm = partial(room_temperature, site, temperature, temperature_u)
+    history = InterimHistory(base)
+    if history.doubt:
+        console.print(say(history.doubt), style="yellow", highlight=False)
+    for attempt in range(2):
+        record = run_test(
+            replace(site, seed=seed + attempt), base, console, temperature=warm, who=who,
+            place="", customer="", condition="as found", air=RoomAir(), retest=False,
+            new=True, speed=speed, record=None, force=force,
+        )  # fmt: skip
+        print_record(console, record)
+        save_record(base / "records", record)
+        chart = note_check(history, record, site.cameras.store, datetime.now(UTC))
+        _print(chart)
+        if chart.word is not InterimWord.REPEAT:
+            break
+    if chart.word is InterimWord.STOP:
+        if site.cameras.store is not None:
+            console.print(
+                say("Held     Points since the last good check, until a verification passes")
+            )
+        raise typer.Exit(1)
+
+
+def _print(chart: InterimChart) -> None:
+    console, last = make_console(), chart.points[-1]
+    known = "" if last.z != last.z else f", {last.z:+.1f} s from the centre"
+    console.print(
+        say(f"Check    {len(chart.points)}: {1e3 * last.check.error_mm:+.1f} µm{known}: ")
+        + say_word(last.word.value),
+        highlight=False,
+    )
+    if last.reason:
+        console.print(f"         {say(last.reason)}", highlight=False)
+
+
+acceptance_app = typer.Typer(
+    no_args_is_help=True,
+    help="Acceptance and reverification tests of the instrument, by procedure documents.\n\nEvery "
+    "point is stored at once: an interrupted test continues when the command is started again."
+    "\n\nExit codes: 0 PASS, 1 FAIL, NOT PROVEN or VOID, 2 could not run.",
+)
+
+ProcedureArgument = Annotated[
+    str, typer.Argument(help="Id of a shipped procedure, or a TOML file of your own.")
+]
+ArtefactsOption = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--artefact",
+        help="Id in the register, or a document; repeat for several. Virtual rig: shipped ones.",
+    ),
+]
+FolderOption = Annotated[
+    Path | None,
+    typer.Option("--folder", help="Of sessions and records; default: that of this user."),
+]
+
+
+@acceptance_app.command(name="list")
+def list_command() -> None:
+    """List the shipped procedures with their standards and limits."""
+    from rich.table import Table
+
+    from ocmm_core.acceptance import load_procedure, procedure_files
+
+    table = Table(
+        say_word("Id"),
+        say_word("Title"),
+        say_word("Standard"),
+        say_word("Limits"),
+        say_word("Minutes"),
+    )
+    for name, path in {**procedure_files(), **procedure_files(of_jobs=True)}.items():
+        one = load_procedure(path)[0]
+        limits = "\n".join(f"{key} {limit.describe()}" for key, limit in one.limits.items())
+        table.add_row(name, say_word(one.title), say(one.wording), limits, f"{one.minutes:g}")
+    make_console().print(table)
+
+
+@acceptance_app.command()
+def plan(
+    *,
+    procedure: ProcedureArgument,
+    artefact: ArtefactsOption = None,
+    source: SourceOption = DEFAULT_SOURCE,
+    rig: RigOption = RECOMMENDED_RIG,
+    probe: ProbeOption = STANDARD_PROBE,
+    calibrations: CalibrationsOption = None,
+    probes: ProbesOption = None,
+    tip: TipOption = None,
+    seed: SeedOption = DEFAULT_SEED,
+) -> None:
+    """Print where artefacts go and how many points are taken, in the order that the seed draws."""
+    from ocmm_core.acceptance import plan_of
+    from ocmm_core.composition import open_test_site
+
+    console = make_console()
+    site = open_test_site(
+        procedure, artefact or [], source, rig, probe, calibrations, probes, tip, seed
+    )
+    positions, notes = plan_of(site.stage)
+    console.print(f"{say_word(site.stage.procedure.title)}, {say(site.stage.procedure.wording)}")
+    for number, one in enumerate(positions, start=1):
+        ends = (one.points_world[0], one.points_world[-1])
+        begin, end = ("({:z.0f}, {:z.0f}, {:z.0f})".format(*point) for point in ends)
+        count = len(one.points_world) * one.repeats
+        console.print(
+            say(f"{number:3}  {say(one.name)}: {count} points, {begin} to {end} mm, world frame"),
+            highlight=False,
+        )
+    for note in notes:
+        console.print(f"{lead('Note     ')}{say(note)}", highlight=False)
+
+
+@acceptance_app.command()
+def run(
+    *,
+    procedure: ProcedureArgument,
+    artefact: ArtefactsOption = None,
+    source: SourceOption = DEFAULT_SOURCE,
+    rig: RigOption = RECOMMENDED_RIG,
+    probe: ProbeOption = STANDARD_PROBE,
+    calibrations: CalibrationsOption = None,
+    probes: ProbesOption = None,
+    tip: TipOption = None,
+    temperature: TemperatureOption = None,
+    temperature_u: TemperatureUOption = "",
+    who: Annotated[str, typer.Option("--who", help="Name for the record.")] = "unnamed",
+    place: Annotated[str, typer.Option("--place", help="Where the test is made.")] = "",
+    humidity: Annotated[str, typer.Option("--humidity", help="Of the air, %.")] = "",
+    pressure: Annotated[str, typer.Option("--pressure", help="Of the air, hPa.")] = "",
+    customer: Annotated[str, typer.Option("--customer", help="For whom.")] = "",
+    condition: Annotated[
+        Literal["as found", "after adjustment"],
+        typer.Option("--condition", help="State of the machine: before or after an adjustment."),
+    ] = "as found",
+    retest: Annotated[
+        bool, typer.Option("--retest/--no-retest", help="Repeat what may be repeated.")
+    ] = True,
+    new: Annotated[bool, typer.Option("--new", help="Start again.")] = False,
+    seed: SeedOption = DEFAULT_SEED,
+    speed: SpeedOption = 0.0,
+    record: Annotated[
+        Path | None, typer.Option("--record", help="Keep the frames in this file.")
+    ] = None,
+    folder: FolderOption = None,
+    force: ForceOption = False,
+) -> None:
+    """Run a test, or continue it: points are taken as soon as the ball rests where it should."""
+    from ocmm_cli.acceptance._report import print_record
+    from ocmm_cli.acceptance._run import room_temperature, run_test
+    from ocmm_core.acceptance import RoomAir, save_record
+    from ocmm_core.composition import open_test_site, tests_folder
+
+    console = make_console()
+    site = open_test_site(
+        procedure, artefact or [], source, rig, probe, calibrations, probes, tip, seed
+    )
+    base = tests_folder(folder, site)
+    warm = partial(room_temperature, site, temperature, temperature_u)
+    found = run_test(
+        site, base, console, temperature=warm, who=who, place=place, customer=customer,
+        air=RoomAir.read(humidity, pressure),
+        condition=condition, retest=retest, new=new, speed=speed, record=record, force=force,
+    )  # fmt: skip
+    print_record(console, found)
+    console.print(f"{lead('Record   ')}{save_record(base / 'records', found)}", highlight=False)
+    _exit(found)
+
+
+@acceptance_app.command()
+def recompute(
+    *,
+    file: Annotated[Path, typer.Argument(help="Record of a finished test.")],
+    rig: RigOption = RECOMMENDED_RIG,
+    probe: ProbeOption = STANDARD_PROBE,
+    spots: Annotated[
+        bool,
+        typer.Option("--spots/--points", help="Also from the spots, with the rig and the probe."),
+    ] = False,
+    calibrations: CalibrationsOption = None,
+    probes: ProbesOption = None,
+    source: SourceOption = DEFAULT_SOURCE,
+    tip: TipOption = None,
+) -> None:
+    """Compute all numbers of a record from its raw data, and compare."""
+    from ocmm_cli.acceptance._report import print_record
+    from ocmm_core.acceptance import differences, load_signed_record, recompute_tips
+    from ocmm_core.acceptance import recompute as compute
+    from ocmm_core.composition import choose_calibration, choose_probe
+
+    console, loaded = make_console(), load_signed_record(file)
+    stored, signer = loaded.record, loaded.signer
+    again = compute(stored)
+    found = differences(stored, again)
+    if spots:
+        cameras = choose_calibration(source, rig, calibrations, uncalibrated=False)
+        body = choose_probe(source, probe, probes, tip, uncalibrated=False).body
+        found += recompute_tips(stored, cameras.rig, body)
+    console.print(
+        f"{lead('Signed   ')}{signer.word.value}, {signer.signer}", highlight=False, markup=False
+    )
+    print_record(console, again)
+    for one in found:
+        console.print(f"{lead('Differs  ')}{say(one)}", style="red", highlight=False)
+    if not signer.sound:
+        console.print(
+            say(f"The record is not vouched for. {signer.fault}"), style="red", highlight=False
+        )
+    if found or not signer.sound:
+        raise typer.Exit(2)
+    console.print(say("Recomputed from raw data: matches the file."))
+    _exit(again)
+
+
+@acceptance_app.command()
+def status(*, folder: FolderOption = None) -> None:
+    """List the tests of a folder: unfinished ones, and records with their verdicts."""
+    from rich.table import Table
+
+    from ocmm_core.acceptance import AcceptanceSession, FinishedTest, load_signed_record
+    from ocmm_core.composition import default_test_folder
+    from ocmm_core.documents import find_files
+    from ocmm_core.errors import OcmmError
+
+    console, base = make_console(), folder or default_test_folder()
+    table = Table(
+        say_word("Test"),
+        say_word("Begun"),
+        say_word("Points"),
+        say_word("Verdict"),
+        say_word("File"),
+    )
+    files, left_out = find_files(base)
+    for fault in left_out:
+        console.print(
+            f"{lead('Left out ')}{say(fault.what)}", style="red", highlight=False, markup=False
+        )
+    for path in (path for path in files if path.suffix == ".chain"):
+        try:
+            view = AcceptanceSession.resume(path).view
+        except OcmmError as error:
+            console.print(
+                f"{lead('Left out ')}{say(error.what)}", style="dim", highlight=False, markup=False
+            )
+            continue
+        if not (view.finished or view.abandoned):
+            wanted = sum(len(one.points_world) * one.repeats for one in view.positions)
+            table.add_row(
+                say_word(view.title),
+                "",
+                f"{sum(view.done)}/{wanted}",
+                say_word("unfinished"),
+                path.name,
+            )
+    for path in (path for path in files if path.match("records/*.json")):
+        try:
+            loaded = load_signed_record(path)
+        except OcmmError as error:
+            console.print(
+                f"{lead('Left out ')}{say(error.what)}", style="red", highlight=False, markup=False
+            )
+            continue
+        one = loaded.record
+        states = FinishedTest(path, one, loaded.signer).states
+        table.add_row(
+            one.procedure.id, one.begun_utc[:16], str(len(one.observations)),
+            " ".join(map(say_word, (*states, one.verdict.value))),
+            path.name,
+        )  # fmt: skip
+    console.print(table)
+
+
+acceptance_app.command()(interim)
+
+
+def _exit(record: AcceptanceRecord) -> None:
+    from ocmm_core.acceptance import Verdict
+
+    if record.verdict is not Verdict.PASS:
+        raise typer.Exit(1)

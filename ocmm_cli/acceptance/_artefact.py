@@ -1,0 +1,168 @@
+"""``ocmm artefact``: the register of spheres, bars, gauge blocks and parts."""
+
+from __future__ import annotations
+
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from ocmm_cli.terminal import lead, make_console, say, say_word
+
+artefact_app = typer.Typer(
+    no_args_is_help=True,
+    help="Keep the calibrated artefacts: certificate, U, form, expansion, due date.",
+)
+
+FolderOption = Annotated[
+    Path | None, typer.Option("--folder", help="Of the register; default: that of this user.")
+]
+NameArgument = Annotated[str, typer.Argument(help="Id of the artefact.")]
+WhoOption = Annotated[str, typer.Option("--who", help="Name for the register.")]
+
+
+@artefact_app.command()
+def add(
+    *,
+    file: Annotated[
+        Path | None, typer.Argument(help="Document (ocmm.artefact/1); or give the options.")
+    ] = None,
+    name: Annotated[str, typer.Option("--id", help="What commands call it.")] = "",
+    kind: Annotated[
+        str,
+        typer.Option(
+            "--kind", help="sphere, bar, gauge block, part, plate, dumbbell, thermometer."
+        ),
+    ] = "",
+    title: Annotated[str, typer.Option("--name", help="Of the artefact.")] = "",
+    maker: Annotated[str, typer.Option("--maker")] = "",
+    serial: Annotated[str, typer.Option("--serial")] = "",
+    laboratory: Annotated[str, typer.Option("--laboratory", help="That calibrated it.")] = "",
+    certificate: Annotated[str, typer.Option("--certificate", help="Its number.")] = "",
+    certificate_file: Annotated[
+        Path | None, typer.Option("--certificate-file", help="Its file, for the hash.")
+    ] = None,
+    due: Annotated[str, typer.Option("--due", help="It holds until then, like 2027-06-30.")] = "",
+    size: Annotated[
+        list[float] | None,
+        typer.Option("--size", help="mm at 20 °C; once for each nest of a bar, from 0."),
+    ] = None,
+    u: Annotated[float, typer.Option("--U", help="U (k = 2), mm; K for a thermometer.")] = 0.0,
+    u_per_length: Annotated[
+        float, typer.Option("--U-per-length", help="Its part that grows with the length.")
+    ] = 0.0,
+    form: Annotated[float, typer.Option("--form", help="Certified form error, mm.")] = 0.0,
+    expansion: Annotated[float, typer.Option("--expansion", help="1/K.")] = 11.5e-6,
+    expansion_u: Annotated[
+        float, typer.Option("--expansion-u", help="Its standard uncertainty, 1/K.")
+    ] = 1e-6,
+    supports: Annotated[str, typer.Option("--supports", help="How it is held.")] = "",
+    replace: Annotated[
+        bool, typer.Option("--replace", help="A newer certificate of an artefact that is there.")
+    ] = False,
+    who: WhoOption = "unnamed",
+    folder: FolderOption = None,
+) -> None:
+    """Add an artefact from a document, or as it is typed."""
+    from ocmm_core.acceptance import (
+        ARTEFACT_KINDS,
+        ARTEFACT_SCHEMA,
+        ArtefactEntry,
+        ArtefactRegister,
+        load_artefact,
+    )
+    from ocmm_core.documents import digest
+    from ocmm_core.errors import InputError
+
+    if file is not None:
+        entry = load_artefact(file)
+    else:
+        if kind not in ARTEFACT_KINDS:
+            raise InputError(
+                "artefact.kind",
+                f"--kind is {kind!r}.",
+                f"Give one of: {', '.join(ARTEFACT_KINDS)}.",
+            )
+        entry = ArtefactEntry(
+            schema=ARTEFACT_SCHEMA, unit="mm", id=name, kind=kind,
+            name=title or name, maker=maker, serial=serial, laboratory=laboratory,
+            certificate=certificate,
+            certificate_sha256="" if certificate_file is None else digest(certificate_file),
+            due_utc=due, sizes=tuple(size or ()), expanded=u, expanded_per_length=u_per_length,
+            form=form, expansion=expansion, expansion_sigma=expansion_u, supports=supports,
+        )  # fmt: skip
+    ArtefactRegister(folder, restarts=replace).add(entry, who, datetime.now(UTC), replace=replace)
+    make_console().print(say(f"Added    {entry.id}: {entry.name}, serial {entry.serial}"))
+
+
+@artefact_app.command(name="list")
+def list_command(*, folder: FolderOption = None) -> None:
+    """List the artefacts with their due dates."""
+    from rich.table import Table
+
+    from ocmm_core.acceptance import ArtefactRegister
+
+    console, now = make_console(), datetime.now(UTC)
+    register = ArtefactRegister(folder)
+    entries, faults = register.entries, register.faults()
+    if not entries:
+        console.print(say("No artefacts yet. Add one: ocmm artefact add FILE"))
+        return
+    table = Table(
+        say_word("Id"), say_word("Kind"), say_word("Serial"), say_word("U (k = 2), µm"),
+        say_word("Certificate no."), say_word("Due"),
+    )  # fmt: skip
+    for one in entries.values():
+        due = datetime.fromisoformat(one.used().use.due_utc)
+        word = due.date().isoformat()
+        if due <= now:
+            word += f" {say_word('EXPIRED')}"
+        if one.id in faults:
+            word += f" {say_word('NOT SIGNED')}"
+        table.add_row(
+            one.id, one.kind, one.serial, f"{1e3 * one.expanded:.2f}", one.certificate, word
+        )
+    console.print(table)
+
+
+@artefact_app.command()
+def show(*, name: NameArgument, folder: FolderOption = None) -> None:
+    """Print everything that is known of an artefact."""
+    from ocmm_core.acceptance import ArtefactRegister
+
+    console, entry = make_console(), ArtefactRegister(folder).entry(name)
+    for field in entry.__struct_fields__:
+        console.print(f"{field:20} {getattr(entry, field)}", highlight=False, markup=False)
+
+
+@artefact_app.command()
+def read(
+    *,
+    name: Annotated[str, typer.Argument(help="Id of a thermometer; several with commas.")],
+    folder: FolderOption = None,
+) -> None:
+    """Read thermometers by their sources, and print what is doubtful.
+
+    Exit code 0: all readings may be used.
+    """
+    from ocmm_core.acceptance import thermometer_log
+
+    console = make_console(soft_wrap=True)
+    found = thermometer_log(name, datetime.now(UTC), folder).sample()
+    for one in found:
+        if one.sample is not None:
+            words = f"{one.id:12} {one.sample.celsius:.3f} °C, U {one.expanded:g} K (k = 2)"
+            console.print(f"{words}, {one.sample.utc:%Y-%m-%d %H:%M:%S%z}", highlight=False)
+    for doubt in dict.fromkeys(one.doubt for one in found if one.doubt):
+        console.print(say(doubt), highlight=False, markup=False)
+    raise typer.Exit(1 if any(one.doubt for one in found) else 0)
+
+
+@artefact_app.command()
+def remove(*, name: NameArgument, who: WhoOption = "unnamed", folder: FolderOption = None) -> None:
+    """Take an artefact out of the register; what was said of it stays in its file."""
+    from ocmm_core.acceptance import ArtefactRegister
+
+    ArtefactRegister(folder).remove(name, who, datetime.now(UTC))
+    make_console().print(f"{lead('Removed  ')}{name}", highlight=False)

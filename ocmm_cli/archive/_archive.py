@@ -1,0 +1,205 @@
+"""``ocmm archive``: status, upload, and administration of a server."""
+
+from __future__ import annotations
+
+import signal
+import threading
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from ocmm_cli.archive._app import ArchiveOption, OutboxOption, archive_app, opened, place_of
+from ocmm_cli.archive._hand_over import send_now
+from ocmm_cli.terminal import lead, make_console, say, say_word, told
+from ocmm_core.documents import find_files
+from ocmm_core.errors import OcmmError
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+    from ocmm_shop.archive.stores import Archive as OpenArchive
+
+
+@archive_app.command()
+def status(*, archive: ArchiveOption = None, outbox: OutboxOption = None) -> None:
+    """Say where the archive is, what waits for it and why; ends with 1 where something is wrong."""
+    from ocmm_shop.archive.outbox import hand_over
+
+    console = make_console()
+    place = place_of(archive, outbox)
+    reached = True
+    try:
+        with opened(place, read_only=True) as open_one:
+            _print_archive(console, open_one)
+    except OcmmError as error:
+        # The outbox is local; report it even if the archive is unreachable.
+        reached = False
+        console.print(
+            f"{lead('Archive  ')}{told(error)}", style="yellow", highlight=False, markup=False
+        )
+    state = hand_over(place.outbox)
+    console.print(f"{lead('Outbox   ')}{place.outbox}", highlight=False, markup=False)
+    console.print(
+        say(f"Waiting  {state.waiting}, set aside {len(state.aside)}"),
+        highlight=False,
+        markup=False,
+    )
+    for sentence in state.sentences:
+        console.print(say(sentence), style="yellow", highlight=False, markup=False)
+    for item in state.aside:
+        console.print(
+            f"{item.name}: {say(item.said)}", style="yellow", highlight=False, markup=False
+        )
+    if state.needs_attention or not reached:
+        raise typer.Exit(1)
+
+
+@archive_app.command()
+def send(
+    jobs: Annotated[
+        list[Path] | None,
+        typer.Argument(readable=False, help="Job files, or folders of them, to be put in first."),
+    ] = None,
+    *,
+    archive: ArchiveOption = None,
+    outbox: OutboxOption = None,
+    follow: Annotated[
+        bool, typer.Option("--follow", help="Go on until stopped, as a service does.")
+    ] = False,
+    retry: Annotated[bool, typer.Option("--retry", help="Try again what was set aside.")] = False,
+) -> None:
+    """Hand over what waits; job files that are named are put in first.
+
+    Ends with 1 where something still waits or was set aside.
+    """
+    from ocmm_core.inspection.archive import SUFFIX
+    from ocmm_core.storage import JobFile
+    from ocmm_shop.archive.outbox import Outbox, hand_over
+    from ocmm_shop.archive.outbox import follow as follow_outbox
+
+    console = make_console()
+    place = place_of(archive, outbox)
+    code = 0
+    with Outbox(place.outbox) as box:
+        if retry:
+            box.try_aside_again()
+        for named in jobs or []:
+            paths, left_out = find_files(named, SUFFIX) if named.is_dir() else ([named], [])
+            for one in left_out:
+                code = 1
+                console.print(told(one), style="yellow", highlight=False, markup=False)
+            for path in paths:
+                try:
+                    job = JobFile.read(path)
+                    box.put_content(job.content(), path)
+                    if job.left_out:
+                        console.print(
+                            f"{path.name}: {say(job.left_out)}",
+                            style="yellow", highlight=False, markup=False,
+                        )  # fmt: skip
+                except OcmmError as error:
+                    code = 1
+                    console.print(told(error), style="yellow", highlight=False, markup=False)
+        if not follow:
+            send_now(place, box)
+    if follow:
+        import random
+
+        stop = threading.Event()
+        for number in (signal.SIGTERM, signal.SIGINT):
+            signal.signal(number, lambda *_: stop.set())
+        follow_outbox(place, stop, random.Random())  # noqa: S311 - pauses only
+        return
+    state = hand_over(place.outbox)
+    console.print(
+        say(state.line) or say("Nothing waits for the archive."), highlight=False, markup=False
+    )
+    raise typer.Exit(1 if state.waiting or state.needs_attention else code)
+
+
+@archive_app.command()
+def roles() -> None:
+    """Print the SQL of the roles station, reader and quality, for the owner of the database."""
+    from ocmm_shop.archive.stores import roles_sql
+
+    typer.echo(roles_sql())
+
+
+@archive_app.command(name="set-up")
+def set_up(
+    *,
+    archive: ArchiveOption = None,
+    with_roles: Annotated[
+        bool, typer.Option("--roles/--no-roles", help="Make the three roles as well.")
+    ] = True,
+) -> None:
+    """Make the tables of a server, or bring them up to date; by the owner of the database."""
+    from ocmm_shop.archive.stores import VERSION, give_roles, open_archive
+
+    place = place_of(archive, None)
+    with open_archive(place.address, password=place.password, set_up=True) as open_one:
+        if with_roles:
+            give_roles(open_one)
+        make_console().print(
+            say(f"{open_one.place}: archive of version {VERSION}"), highlight=False, markup=False
+        )
+
+
+@archive_app.command()
+def admit(
+    login: Annotated[str, typer.Argument(help="Login of the server, e.g. station3.")],
+    station: Annotated[str, typer.Argument(help='Name of its station, e.g. "Station 3".')],
+    *,
+    archive: ArchiveOption = None,
+) -> None:
+    """Let a login send jobs as a station, and as no other; by quality or the owner."""
+    with opened(place_of(archive, None)) as open_one:
+        open_one.admit(login, station)
+    make_console().print(
+        say(f"Login {login} sends as station {station} now."), highlight=False, markup=False
+    )
+
+
+@archive_app.command(name="replace-computer")
+def replace_computer(
+    station: Annotated[str, typer.Argument(help="Name of the station.")],
+    *,
+    archive: ArchiveOption = None,
+    outbox: OutboxOption = None,
+) -> None:
+    """Let this computer be a station that another one was; by quality, on the new computer."""
+    from ocmm_shop.archive.outbox import Outbox, sender_of
+
+    place = place_of(archive, outbox)
+    with Outbox(place.outbox) as box, opened(place) as open_one:
+        open_one.replace_computer(station, sender_of(box, station))
+    make_console().print(
+        say(f"This computer is station {station} now."), highlight=False, markup=False
+    )
+
+
+@archive_app.command(name="new-outbox")
+def new_outbox(*, outbox: OutboxOption = None) -> None:
+    """Give the outbox of a copied computer an identity of its own; what waits is kept."""
+    from ocmm_shop.archive.outbox import Outbox, default_outbox
+
+    with Outbox(outbox or default_outbox()) as box:
+        box.renew()
+        make_console().print(f"{lead('Outbox   ')}{box.identity}", highlight=False)
+
+
+def _print_archive(console: Console, archive: OpenArchive) -> None:
+    console.print(f"{lead('Archive  ')}{archive.place}", highlight=False, markup=False)
+    jobs, stations = (
+        int(str(archive.ask(f"SELECT count(*) FROM {view}").rows[0][0]))  # noqa: S608 - two views
+        for view in ("archived_job", "archive_station")
+    )
+    console.print(
+        say(f"Jobs     {jobs} of {stations} station{'' if stations == 1 else 's'}"), highlight=False
+    )
+    encrypted = getattr(archive, "encrypted", None)
+    if encrypted is not None:
+        console.print(
+            f"{lead('TLS      ')}{say_word('yes' if encrypted else 'no')}", highlight=False
+        )

@@ -1,0 +1,169 @@
+"""``ocmm archive``: queries, and tables as files."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from ocmm_cli.archive._app import (
+    ArchiveOption,
+    CharacteristicOption,
+    ExportOption,
+    FirstOption,
+    LastOption,
+    MostOption,
+    PartOption,
+    StationOption,
+    archive_app,
+    day_of,
+    opened,
+    place_of,
+)
+from ocmm_cli.terminal import lead, make_console, say
+from ocmm_core.errors import InputError
+
+if TYPE_CHECKING:
+    from ocmm_shop.archive.questions import Asked
+
+
+@archive_app.command()
+def today(
+    *,
+    archive: ArchiveOption = None,
+    station: StationOption = "",
+    first: FirstOption = "",
+    last: LastOption = "",
+    most: MostOption = 500,
+    export: ExportOption = None,
+) -> None:
+    """List what was measured on a day, by the clock on the wall; default: today."""
+    from ocmm_shop.archive.questions import Asked
+
+    asked = Asked(station=station, first=day_of(first), last=day_of(last), most=most)
+    _answer("today", archive, asked, export)
+
+
+@archive_app.command()
+def trend(
+    *,
+    part: PartOption,
+    characteristic: CharacteristicOption,
+    archive: ArchiveOption = None,
+    station: StationOption = "",
+    most: MostOption = 500,
+    export: ExportOption = None,
+) -> None:
+    """Show the trend of a characteristic over stations, with run rules, Cp and Cpk."""
+    from ocmm_shop.archive.questions import Asked
+
+    asked = Asked(part=part, characteristic=characteristic, station=station, most=most)
+    _answer("trend", archive, asked, export)
+
+
+@archive_app.command()
+def used(
+    kind: Annotated[
+        str, typer.Argument(help="calibration, tip, probe, artefact, rig, plan or reference.")
+    ],
+    what: Annotated[str, typer.Argument(help="Its hash, serial number or name.")],
+    *,
+    archive: ArchiveOption = None,
+    most: MostOption = 500,
+    export: ExportOption = None,
+) -> None:
+    """List the jobs that used this calibration, tip or artefact."""
+    from ocmm_shop.archive.questions import Asked
+
+    _answer("used", archive, Asked(kind=kind, what=what, most=most), export)
+
+
+@archive_app.command()
+def cpk(
+    *,
+    part: PartOption,
+    by: Annotated[str, typer.Option("--by", help="month")] = "month",
+    characteristic: CharacteristicOption = "",
+    archive: ArchiveOption = None,
+    station: StationOption = "",
+    export: ExportOption = None,
+) -> None:
+    """Show Cp and Cpk of the characteristics of a part, month by month."""
+    from ocmm_shop.archive.questions import Asked
+
+    if by != "month":
+        raise InputError("archive.by", f"Cpk by {by!r} is not known.", "Use --by month.")
+    asked = Asked(part=part, characteristic=characteristic, station=station)
+    _answer("cpk", archive, asked, export)
+
+
+@archive_app.command()
+def passed(
+    *,
+    archive: ArchiveOption = None,
+    operator: Annotated[str, typer.Option("--operator", help="Only this one.")] = "",
+    part: PartOption = "",
+    station: StationOption = "",
+    first: FirstOption = "",
+    last: LastOption = "",
+    export: ExportOption = None,
+) -> None:
+    """Count who passed what: finished jobs by operator, part and verdict."""
+    from ocmm_shop.archive.questions import Asked
+
+    asked = Asked(
+        operator=operator, part=part, station=station, first=day_of(first), last=day_of(last)
+    )
+    _answer("passed", archive, asked, export)
+
+
+@archive_app.command()
+def rr(
+    *,
+    part: PartOption,
+    characteristic: CharacteristicOption,
+    archive: ArchiveOption = None,
+    export: ExportOption = None,
+) -> None:
+    """Study gauge R&R over stations: parts that each of them measured twice or more."""
+    from ocmm_shop.archive.questions import Asked
+
+    _answer("rr", archive, Asked(part=part, characteristic=characteristic), export)
+
+
+@archive_app.command(name="export")
+def export_command(
+    view: Annotated[str, typer.Argument(help="A view, e.g. archived_result: docs/archive.md.")],
+    file: Annotated[Path, typer.Argument(help="Ends in .csv or .parquet.")],
+    *,
+    archive: ArchiveOption = None,
+    most: Annotated[int, typer.Option("--most", help="Rows at most.")] = 10_000_000,
+) -> None:
+    """Write a whole view of the archive to a file."""
+    from ocmm_shop.archive.questions import ArchiveAnswer, export_answer
+    from ocmm_shop.archive.stores import VIEW_NAMES
+
+    if view not in VIEW_NAMES:
+        raise InputError(
+            "archive.view", f"{view!r} is no view.", f"Choose from {', '.join(VIEW_NAMES)}."
+        )
+    with opened(place_of(archive, None), read_only=True) as open_one:
+        table = open_one.ask(f"SELECT * FROM {view} LIMIT :most", {"most": most})  # noqa: S608 - one of the views above
+    export_answer(ArchiveAnswer(view, table.columns, table.rows), file)
+    rows = f"{len(table.rows)} row{'' if len(table.rows) == 1 else 's'}"
+    make_console().print(say(f"{rows}  {file}"), highlight=False, markup=False)
+
+
+def _answer(name: str, archive: str | None, asked: Asked, export: Path | None) -> None:
+    from ocmm_cli.archive._shown import print_answer
+    from ocmm_shop.archive.questions import QUESTIONS, export_answer
+
+    question = next(one for one in QUESTIONS if one.name == name)
+    with opened(place_of(archive, None), read_only=True) as open_one:
+        answer = question.ask(open_one, asked)
+    console = make_console()
+    print_answer(console, answer)
+    if export is not None:
+        export_answer(answer, export)
+        console.print(f"{lead('Table  ')}{export}", highlight=False, markup=False)

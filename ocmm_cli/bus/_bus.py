@@ -1,0 +1,323 @@
+"""``ocmm bus``: list cameras, read and write their objects, watch and record the bus."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+from contextlib import suppress
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich import box
+from rich.table import Table
+
+from ocmm_cli.bus._camera import black_app, history, intrinsics_app, snapshot
+from ocmm_cli.bus._options import BusOption, CameraArgument, write_bytes
+from ocmm_cli.terminal import (
+    BusProcessorOption,
+    ForceOption,
+    RigOption,
+    heads,
+    lead,
+    make_console,
+    say,
+    told,
+)
+from ocmm_core.composition import RECOMMENDED_RIG
+from ocmm_core.errors import BusError, InputError, StorageError
+from ocmm_core.host import HOST
+from ocmm_core.leftovers import temporary_file
+
+_PIECE = 1 << 16
+_NOTHING = 300
+"""Bytes; a smaller file has only headers, no frame."""
+
+
+def record(
+    file: Annotated[Path, typer.Argument(help="New file, .pcapng.")],
+    *,
+    source: BusOption,
+    seconds: Annotated[float, typer.Option("--seconds", help="How long.")] = 10.0,
+    megabytes: Annotated[int, typer.Option("--megabytes", help="End at this size.")] = 256,
+    force: ForceOption = False,
+) -> None:
+    """Record what passes the network interface of the cameras, for Wireshark.
+
+    The bus goes on undisturbed. 10 s at 1 kHz take about 70 MB with two cameras. Ctrl-C ends the
+    recording and keeps what is there.
+    """
+    from ocmm_cli.bus._session import recorder_of
+
+    if file.exists():
+        raise StorageError(
+            "out.file", f"{file} is there already.", "Give a new name, or delete that file."
+        )
+    command, first_lines = recorder_of(source, seconds, megabytes << 20, force=force)
+    console = make_console()
+    part, size = None, 0
+    try:
+        descriptor, part = temporary_file(file)
+        with (
+            open(descriptor, "wb") as out,  # noqa: PTH123 - made next to the file
+            subprocess.Popen(  # noqa: S603 - our own interpreter and modules, no shell
+                command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE
+            ) as process,
+        ):
+            if process.stdin is None or process.stdout is None or process.stderr is None:
+                raise BusError("bus.record", "The process does not start.", "Try again.")
+            process.stdin.write(first_lines)
+            process.stdin.flush()
+            console.print(say(f"Recording for {seconds:g} s; Ctrl-C ends it."), highlight=False)
+            while True:
+                try:
+                    piece = os.read(process.stdout.fileno(), _PIECE)
+                except KeyboardInterrupt:
+                    # It ends when its input ends, and writes the last block.
+                    with suppress(OSError):
+                        process.stdin.close()
+                    continue
+                if not piece:
+                    break
+                size += out.write(piece)
+            complaint = process.stderr.read().decode("utf-8", errors="replace").strip()
+        if process.returncode:
+            lines = complaint.splitlines()
+            raise BusError(
+                "bus.record",
+                lines[-1] if lines else f"The recorder ended (code {process.returncode}).",
+                "Check the interface, then record again.",
+            )
+        HOST.rename_new(part, file)
+    except OSError as error:
+        raise StorageError(
+            "out.file",
+            f"{file}: cannot be written ({error.strerror}).",
+            "Give a file in a folder that exists and that you may write to.",
+        ) from error
+    finally:
+        if part is not None:
+            part.unlink(missing_ok=True)
+    console.print(say(f"{file}: {size:d} bytes"), highlight=False)
+    if size < _NOTHING:
+        console.print(say("No EtherCAT frame passed: is the bus running?"), highlight=False)
+
+
+bus_app = typer.Typer(
+    no_args_is_help=True,
+    help="Inspect the cameras on the bus and their objects.\n\nAll commands except 'decode' "
+    "and 'record' take the bus into operation and release it at the end; nothing else may use it "
+    "meanwhile. --source ethercat:virtual runs them on software cameras.",
+)
+object_app = typer.Typer(no_args_is_help=True, help="Read and write the objects of a camera.")
+bus_app.add_typer(object_app, name="object")
+bus_app.add_typer(black_app, name="black")
+bus_app.add_typer(intrinsics_app, name="intrinsics")
+bus_app.command()(snapshot)
+bus_app.command()(history)
+bus_app.command()(record)
+
+_STATISTICS = (".json", ".csv")
+
+_AddressArgument = Annotated[
+    str, typer.Argument(metavar="INDEX[:SUB]", help="Object, hexadecimal, e.g. 1018:04.")
+]
+
+
+@bus_app.command("scan")
+def scan_command(
+    *, source: BusOption, rig: RigOption = RECOMMENDED_RIG, force: ForceOption = False
+) -> None:
+    """List the devices on the bus and compare them with the rig.
+
+    Configures nothing, so the serial number is the one in the EEPROM; when the bus is brought up
+    it is compared with the camera's object 0x1018. Exit code 0: they are the cameras of the rig.
+    """
+    from ocmm_cli.bus._session import scan
+    from ocmm_core.camera import load_rig
+    from ocmm_core.composition import identities
+    from ocmm_core.fieldbus.described import load_device
+    from ocmm_core.fieldbus.device import assign
+
+    console = make_console()
+    loaded = load_rig(rig)
+    expected = identities(loaded)
+    # As at bring-up: cameras of other makers are compared with their description.
+    described = load_device(loaded.device) if loaded.device else None
+    devices = scan(source, rig, force=force)
+    names = {camera.serial: camera.name for camera in expected}
+    table = Table(box=box.SIMPLE_HEAD)
+    for title in heads(
+        "Place", "Camera", "Serial", "Alias", "Vendor", "Product", "Revision", "State"
+    ):
+        table.add_column(title, no_wrap=True)
+    for position, scanned in enumerate(devices, start=1):
+        device = scanned.device
+        serial = device.serial if device.serial is not None else -1
+        table.add_row(
+            str(position), names.get(serial, say("not in the rig")), str(device.serial),
+            str(device.alias), f"{device.vendor:#010x}", f"{device.product:#010x}",
+            f"{device.revision:#010x}", scanned.state,
+        )  # fmt: skip
+    console.print(table)
+    try:
+        kind = None if described is None else (described.name, described.is_for)
+        assign([scanned.device for scanned in devices], expected, kind)
+    except BusError as error:
+        console.print(told(error), highlight=False)
+        raise typer.Exit(1) from error
+    console.print(say("These are the cameras of the rig."))
+
+
+@object_app.command()
+def read(
+    camera: CameraArgument,
+    address: _AddressArgument,
+    *,
+    source: BusOption,
+    rig: RigOption = RECOMMENDED_RIG,
+    out: Annotated[
+        Path | None, typer.Option("--out", help="Write the bytes to this file instead.")
+    ] = None,
+    force: ForceOption = False,
+) -> None:
+    """Print an entry of a camera's object dictionary: bytes, number and text."""
+    from ocmm_cli.bus._session import open_bus
+
+    index, sub = _address(address)
+    with open_bus(source, rig, camera=camera, force=force) as bus:
+        value = bus.objects(camera).read(index, sub)
+    if out is not None:
+        write_bytes(out, value)
+        return
+    console = make_console()
+    console.print(say(f"{index:04x}:{sub:02x}  {len(value)} bytes"), highlight=False)
+    console.print(value.hex(" ", 1) or say("(empty)"), highlight=False, soft_wrap=True)
+    if 1 <= len(value) <= 8:
+        console.print(f"{lead('number  ')}{int.from_bytes(value, 'little')}", highlight=False)
+    if value and value.isascii() and value.decode("ascii").isprintable():
+        console.print(f"{lead('text    ')}{value.decode('ascii')}", highlight=False, markup=False)
+
+
+@object_app.command()
+def write(
+    camera: CameraArgument,
+    address: _AddressArgument,
+    value: Annotated[str, typer.Argument(help="Hexadecimal bytes in wire order, e.g. e803.")],
+    *,
+    source: BusOption,
+    rig: RigOption = RECOMMENDED_RIG,
+    force: ForceOption = False,
+) -> None:
+    """Write an entry of a camera's object dictionary, read it back and compare."""
+    from ocmm_cli.bus._session import open_bus
+
+    index, sub = _address(address)
+    try:
+        content = bytes.fromhex(value)
+    except ValueError:
+        raise InputError(
+            "bus.value",
+            f"VALUE is '{value}', not a sequence of hexadecimal bytes.",
+            "Give two digits for each byte, the lowest byte first.",
+        ) from None
+    with open_bus(source, rig, camera=camera, force=force) as bus:
+        objects = bus.objects(camera)
+        objects.write(index, sub, content)
+        found = objects.read(index, sub)
+    if found != content:
+        raise BusError(
+            "bus.value",
+            f"Camera '{camera}' holds {found.hex(' ')} in {index:04x}:{sub:02x} after "
+            f"{content.hex(' ')} was written.",
+            "This is normal for commands; for a setting, check the value.",
+        )
+    make_console().print(say(f"{index:04x}:{sub:02x} of camera '{camera}' is {content.hex(' ')}"))
+
+
+@bus_app.command()
+def watch(
+    *,
+    source: BusOption,
+    seconds: Annotated[float, typer.Option("--seconds", help="Duration of the run.")] = 5.0,
+    every: Annotated[
+        float | None,
+        typer.Option("--every", help="Also print the report at this interval in seconds."),
+    ] = None,
+    out: Annotated[
+        Path | None, typer.Option("--out", help="Write the report at the end to this file.")
+    ] = None,
+    statistics: Annotated[
+        Path | None,
+        typer.Option("--statistics", help="Counts and histograms of the cycles, .json or .csv."),
+    ] = None,
+    bus_processor: BusProcessorOption = None,
+    rig: RigOption = RECOMMENDED_RIG,
+    force: ForceOption = False,
+) -> None:
+    """Run the bus for a while and print its report: cameras, cycles, clocks, events.
+
+    It is the text that the window writes in Maintain, made to be mailed to support. Exit code 0:
+    the bus was in operation at the end.
+    """
+    from ocmm_cli.bus._session import open_bus
+    from ocmm_cli.bus._watch import watch_bus
+    from ocmm_core.fieldbus.report import statistics_csv, statistics_json
+
+    console = make_console()
+    if statistics is not None and statistics.suffix not in _STATISTICS:
+        raise InputError(
+            "bus.statistics",
+            f"'{statistics.name}' is neither .json nor .csv.",
+            "Give a file with one of these endings.",
+        )
+    with open_bus(source, rig, force=force, wait=False, processor=bus_processor) as bus:
+        text, in_operation = watch_bus(bus, seconds, every, console)
+        report = bus.report()
+    if statistics is not None:
+        if report is None:
+            raise BusError("bus.statistics", "The bus reported nothing.", "Watch it for longer.")
+        form = statistics_csv if statistics.suffix == ".csv" else statistics_json
+        write_bytes(statistics, form(report))
+    if out is not None:
+        write_bytes(out, text.encode("utf-8"))
+    raise typer.Exit(0 if in_operation else 1)
+
+
+@bus_app.command()
+def decode(
+    file: Annotated[Path, typer.Argument(help="Recorded with: tcpdump -i IFACE -s 2048 -w FILE.")],
+    *,
+    cameras: Annotated[
+        int,
+        typer.Option("--cameras", help="Number of cameras, if their start-up is not in the file."),
+    ] = 0,
+    record: Annotated[
+        Path | None, typer.Option("--record", help="Keep the frames in this file, for replay.")
+    ] = None,
+    rig: RigOption = RECOMMENDED_RIG,
+) -> None:
+    """Account for a bus that was recorded with tcpdump or tshark, down to the frames.
+
+    A file that begins before the cameras are started explains itself. Damaged, repeated and
+    contradicting answers are counted and not used.
+    """
+    from ocmm_cli.bus._decode import decode_capture
+    from ocmm_core.camera import load_rig
+
+    decode_capture(file, cameras, record, load_rig(rig), make_console())
+
+
+def _address(text: str) -> tuple[int, int]:
+    index, _, sub = text.partition(":")
+    try:
+        address = int(index, 16), int(sub or "0", 16)
+    except ValueError:
+        address = (-1, -1)
+    if not (0 <= address[0] <= 0xFFFF and 0 <= address[1] <= 0xFF):
+        raise InputError(
+            "bus.address",
+            f"'{text}' is not the address of an object.",
+            "Give index and entry in hexadecimal, e.g. 1018:04.",
+        )
+    return address

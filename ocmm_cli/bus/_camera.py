@@ -1,0 +1,299 @@
+"""``ocmm bus snapshot | black | intrinsics | history``: data of one camera."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import fields
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+from rich import box
+from rich.console import Console
+from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeElapsedColumn
+from rich.table import Table
+
+from ocmm_cli.bus._options import BusOption, CameraArgument, write_bytes
+from ocmm_cli.terminal import ForceOption, RigOption, make_console, say, say_word
+from ocmm_core.composition import RECOMMENDED_RIG
+from ocmm_core.errors import InputError
+
+if TYPE_CHECKING:
+    from ocmm_core.fieldbus.device import Window
+    from ocmm_core.fieldbus.objects import BlackImageState
+    from ocmm_core.fieldbus.objects import Progress as Told
+
+
+black_app = typer.Typer(
+    no_args_is_help=True,
+    help="The black image of a camera: what its sensor shows without light.\n\nThe camera "
+    "subtracts it from every exposure. 'measure' makes a new one, used at once and until "
+    "power-off; 'store' keeps it permanently.",
+)
+intrinsics_app = typer.Typer(
+    no_args_is_help=True, help="The intrinsics that a camera stores: its lens and sensor."
+)
+
+_INTERRUPTED = 130
+
+
+def snapshot(
+    camera: CameraArgument,
+    file: Annotated[Path, typer.Argument(help="New picture, .png or .pgm, 16 bits.")],
+    *,
+    source: BusOption,
+    region: Annotated[
+        str | None,
+        typer.Option(
+            "--region", help="LEFT,TOP,WIDTH,HEIGHT in pixels; default: the whole sensor."
+        ),
+    ] = None,
+    rig: RigOption = RECOMMENDED_RIG,
+    force: ForceOption = False,
+) -> None:
+    """Take a raw picture with a camera.
+
+    Grey levels are those of the sensor (0 to 16383), not scaled: most programs show them dark.
+    The cameras go on measuring. Ctrl-C gives up and writes nothing.
+    """
+    from ocmm_cli.bus._session import open_bus
+    from ocmm_cli.terminal import encoder_for
+    from ocmm_core.fieldbus.objects import take_snapshot
+
+    encode = encoder_for(file)
+    window = _window(region)
+    console = make_console()
+    with open_bus(source, rig, camera=camera, force=force) as bus, interruptible(console):
+        access = bus.objects(camera)
+        console.print(say(f"Camera '{camera}' takes a picture; Ctrl-C cancels."))
+        with bar(console, say("Fetching it")) as told:
+            picture = take_snapshot(access, window, told)
+    console.print(
+        say(
+            f"{picture.shape[1]} x {picture.shape[0]} pixels, grey levels {picture.min()} to "
+            f"{picture.max()}, mean {picture.mean():.1f}"
+        ),
+        highlight=False,
+    )
+    write_bytes(file, encode(picture))
+
+
+@black_app.command()
+def measure(
+    camera: CameraArgument,
+    *,
+    source: BusOption,
+    frames: Annotated[int, typer.Option("--frames", help="Exposures to average.")] = 256,
+    store: Annotated[bool, typer.Option("--store", help="Store it permanently.")] = False,
+    rig: RigOption = RECOMMENDED_RIG,
+    force: ForceOption = False,
+) -> None:
+    """Average exposures without light; there are no spots meanwhile."""
+    from ocmm_cli.bus._session import open_bus
+    from ocmm_core.fieldbus.objects import measure_black_image, store_black_image
+
+    console = make_console()
+    with open_bus(source, rig, camera=camera, force=force) as bus, interruptible(console):
+        access = bus.objects(camera)
+        with bar(console, "Averaging") as told:
+            state = measure_black_image(access, frames, told)
+        if store:
+            state = store_black_image(access)
+    _print_black(console, state)
+
+
+def _black_command(name: str, help_: str) -> None:
+    """Add a command whose only argument is the camera."""
+
+    @black_app.command(name, help=help_)
+    def command(
+        camera: CameraArgument,
+        *,
+        source: BusOption,
+        rig: RigOption = RECOMMENDED_RIG,
+        force: ForceOption = False,
+    ) -> None:
+        from ocmm_cli.bus._session import open_bus
+        from ocmm_core.fieldbus.objects import (
+            clear_black_image,
+            load_black_image,
+            read_black_image,
+            store_black_image,
+        )
+
+        with open_bus(source, rig, camera=camera, force=force) as bus:
+            works = {
+                "store": store_black_image,
+                "load": load_black_image,
+                "clear": clear_black_image,
+                "show": read_black_image,
+            }
+            state = works[name](bus.objects(camera))
+        _print_black(make_console(), state)
+
+
+_black_command("store", "Store the active black image permanently.")
+_black_command("load", "Use the stored black image.")
+_black_command("clear", "Use no black image and delete the stored one.")
+_black_command("show", "List the black images.")
+
+
+@intrinsics_app.command("read")
+def read_command(
+    camera: CameraArgument,
+    *,
+    source: BusOption,
+    rig: RigOption = RECOMMENDED_RIG,
+    force: ForceOption = False,
+) -> None:
+    """Print the intrinsics that a camera stores, beside those of the rig document.
+
+    Exit code 0: they are the same.
+    """
+    from ocmm_cli.bus._session import camera_of, open_bus
+    from ocmm_core.fieldbus.device import Intrinsics
+    from ocmm_core.fieldbus.objects import read_intrinsics
+
+    console = make_console()
+    with open_bus(source, rig, camera=camera, force=force) as bus:
+        stored = read_intrinsics(bus.objects(camera))
+        expected = Intrinsics.of(camera_of(bus.rig, camera), 0)
+    if stored is None:
+        console.print(say(f"Camera '{camera}' stores no intrinsics."))
+        raise typer.Exit(1)
+    table = Table("", say_word("Camera"), say_word("Rig document"), box=box.SIMPLE_HEAD)
+    same = True
+    for field in fields(Intrinsics):
+        if field.name == "date_s":
+            continue
+        ours, theirs = getattr(expected, field.name), getattr(stored, field.name)
+        same = same and ours == theirs
+        table.add_row(field.name, repr(theirs), repr(ours) if ours != theirs else say("the same"))
+    console.print(table)
+    date = datetime.fromtimestamp(stored.date_s, UTC)
+    console.print(say(f"Written {date:%Y-%m-%d %H:%M:%S} UTC."), highlight=False)
+    raise typer.Exit(0 if same else 1)
+
+
+@intrinsics_app.command("write")
+def write_command(
+    camera: CameraArgument,
+    *,
+    source: BusOption,
+    note: Annotated[str, typer.Option("--note", help="Text to store with them.")] = "",
+    rig: RigOption = RECOMMENDED_RIG,
+    force: ForceOption = False,
+) -> None:
+    """Store the intrinsics of the rig document in a camera and read them back."""
+    from ocmm_cli.bus._session import camera_of, open_bus
+    from ocmm_core.fieldbus.device import Intrinsics
+    from ocmm_core.fieldbus.objects import write_intrinsics
+
+    with open_bus(source, rig, camera=camera, force=force) as bus:
+        intrinsics = Intrinsics.of(camera_of(bus.rig, camera), int(time.time()))
+        write_intrinsics(bus.objects(camera), intrinsics, note)
+    make_console().print(
+        say(f"Camera '{camera}' (serial {intrinsics.serial}) stores the intrinsics of {rig}.")
+    )
+
+
+def history(
+    camera: CameraArgument,
+    *,
+    source: BusOption,
+    clear: Annotated[bool, typer.Option("--clear", help="Then clear them in the camera.")] = False,
+    rig: RigOption = RECOMMENDED_RIG,
+    force: ForceOption = False,
+) -> None:
+    """List the errors that a camera remembers, oldest first."""
+    from ocmm_cli.bus._session import open_bus
+    from ocmm_core.fieldbus.objects import Emergency, clear_error_history, read_error_history
+
+    console = make_console()
+    with open_bus(source, rig, camera=camera, force=force) as bus:
+        access = bus.objects(camera)
+        messages = read_error_history(access)
+        if clear:
+            clear_error_history(access)
+    if not messages:
+        console.print(say(f"Camera '{camera}' has no errors in its history."))
+        return
+    table = Table(
+        say_word("Bus time s"),
+        say_word("Code"),
+        say_word("Meaning"),
+        say_word("Register"),
+        say_word("Data"),
+        box=box.SIMPLE_HEAD,
+    )
+    for message in messages:
+        emergency = Emergency(message.code, message.register, message.data)
+        table.add_row(
+            f"{message.time_ns * 1e-9:.3f}",
+            f"{message.code:#06x}",
+            say(emergency.text),
+            f"{message.register:#04x}",
+            message.data.hex(" "),
+        )
+    console.print(table)
+
+
+@contextmanager
+def bar(console: Console, text: str) -> Iterator[Told]:
+    with Progress(
+        TextColumn(text, markup=False),
+        BarColumn(),
+        TaskProgressColumn(),
+        TimeElapsedColumn(),
+        console=console,
+        transient=True,
+    ) as progress:
+        task = progress.add_task("", total=None)
+        yield lambda done, total: progress.update(task, completed=done, total=total or None)
+
+
+@contextmanager
+def interruptible(console: Console) -> Iterator[None]:
+    """Print a message on Ctrl-C."""
+    try:
+        yield
+    except KeyboardInterrupt:
+        console.print(say("Stopped; the camera was notified."))
+        raise typer.Exit(_INTERRUPTED) from None
+
+
+def _window(text: str | None) -> Window | None:
+    if text is None:
+        return None
+    try:
+        left, top, width, height = (int(part) for part in text.split(","))
+    except ValueError:
+        left = top = width = height = -1
+    if min(left, top) < 0 or min(width, height) < 1 or max(left, top, width, height) > 0xFFFF:
+        raise InputError(
+            "bus.region",
+            f"--region is '{text}', which is not a region.",
+            "Give LEFT,TOP,WIDTH,HEIGHT in whole pixels, e.g. 100,80,64,48.",
+        )
+    return left, top, width, height
+
+
+def _print_black(console: Console, state: BlackImageState) -> None:
+    from ocmm_core.fieldbus.device import BlackImage
+
+    images = {BlackImage.IN_USE: say("in use"), BlackImage.STORED: say("stored")}
+    words = [word for flag, word in images.items() if state.images & flag]
+    if BlackImage.IN_USE not in state.images:
+        console.print(say(f"No black image is in use{'; one is stored' if words else ''}."))
+        return
+    console.print(
+        say(
+            f"Black image {say(' and ').join(words)}: mean {state.mean:.1f} grey levels, "
+            f"SHA-256 {state.sha256}"
+        ),
+        highlight=False,
+        soft_wrap=True,
+    )

@@ -1,0 +1,285 @@
+"""``ocmm camera``: alias, errors, firmware, and descriptions of other cameras."""
+
+from __future__ import annotations
+
+import subprocess
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Literal
+
+import msgspec
+import typer
+from rich import box
+from rich.table import Table
+
+from ocmm_cli.bus._camera import bar, interruptible
+from ocmm_cli.bus._options import BusOption, CameraArgument, write_bytes
+from ocmm_cli.terminal import ForceOption, RigOption, make_console, say, say_word
+from ocmm_core.composition import RECOMMENDED_RIG
+from ocmm_core.errors import BusError, InputError
+
+if TYPE_CHECKING:
+    from ocmm_core.fieldbus.described import Role
+
+_Sends = Literal["pixels", "corrected mm, one step", "corrected mm, exact"]
+_Clock = Literal["distributed", "arrival"]
+
+
+def describe(
+    esi: Annotated[Path, typer.Argument(metavar="ESI.xml", help="ESI file of the maker.")],
+    *,
+    out: Annotated[Path | None, typer.Option("--out", help="New description, .toml.")] = None,
+    product: Annotated[str, typer.Option("--product", help="Product code, e.g. 0x1234.")] = "",
+    revision: Annotated[str, typer.Option("--revision", help="Revision, e.g. 0x10000.")] = "",
+    role: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--role",
+            help="ROLE=INDEX:SUB,... (x, y, intensity, valid, counter, time, button, heartbeat); "
+            "entries of spots in the order of the slots.",
+        ),
+    ] = None,
+    output: Annotated[
+        list[str] | None, typer.Option("--output", help="INDEX:SUB=VALUE sent in an output.")
+    ] = None,
+    sends: Annotated[_Sends | None, typer.Option("--sends", help="Unit of coordinates.")] = None,
+    step: Annotated[
+        float | None, typer.Option("--step", help="Px or mm of one step of a coordinate.")
+    ] = None,
+    clock: Annotated[_Clock | None, typer.Option("--clock", help="Exposure clock.")] = None,
+    doubt_ns: Annotated[
+        int | None, typer.Option("--doubt-ns", help="Uncertainty of exposure times, ns.")
+    ] = None,
+    cycle_ns: Annotated[int, typer.Option("--cycle-ns", help="Bus cycle, ns.")] = 1_000_000,
+    latency_ns: Annotated[
+        int, typer.Option("--latency-ns", help="End of exposure to new inputs, ns.")
+    ] = 0,
+) -> None:
+    """Convert the ESI file of another maker's camera to a device description.
+
+    The file contains places and types, not their meaning: roles, unit, step and clock are in the
+    manual of the camera. Without --out, the entries and the missing statements are listed.
+    """
+    from ocmm_core.fieldbus.described import (
+        Clock,
+        EsiStatements,
+        Sends,
+        choose_device,
+        describe_esi,
+        missing_statements,
+    )
+
+    device = choose_device(
+        esi,
+        _number("--product", product) if product else None,
+        _number("--revision", revision) if revision else None,
+    )
+    stated = EsiStatements(
+        roles={
+            _role(name): tuple(_key("--role", part) for part in keys.split(","))
+            for name, keys in (_halves("--role", one) for one in role or ())
+        },
+        constants={
+            _key("--output", key): _number("--output", value)
+            for key, value in (_halves("--output", one) for one in output or ())
+        },
+        sends=Sends(sends) if sends else None, step=step,
+        clock=Clock(clock) if clock else None, doubt_ns=doubt_ns, cycle_ns=cycle_ns,
+        latency_ns=latency_ns,
+    )  # fmt: skip
+    console = make_console(soft_wrap=True)
+    table = Table(
+        say_word("Object"), say_word("Entry"), say_word("Bits"), say_word("Type"), say_word("Name"),
+        title=f"{device.name}: {device.product:#010x}, {device.revision:#010x}",
+        box=box.SIMPLE_HEAD,
+    )  # fmt: skip
+    for pdo in (*device.inputs, *device.outputs):
+        for entry in pdo.entries if pdo.assigned else ():
+            key = entry.key if entry.index else say("gap")
+            table.add_row(f"{pdo.index:#06x}", key, str(entry.bits), entry.type, entry.name)
+    console.print(table)
+    for part in device.left_out:
+        console.print(say(f"Left out: {part}."), highlight=False, markup=False)
+    if out is not None:
+        write_bytes(out, describe_esi(device, stated).encode())
+        return
+    for sentence in missing_statements(device, stated):
+        console.print(say(sentence), highlight=False, markup=False)
+
+
+def _halves(option: str, text: str) -> tuple[str, str]:
+    name, equals, value = text.partition("=")
+    if not equals:
+        raise _error(option, text)
+    return name.strip().lower(), value.strip()
+
+
+def _role(name: str) -> Role:
+    from ocmm_core.fieldbus.described import Role
+
+    try:
+        return Role(name)
+    except ValueError:
+        raise _error("--role", name) from None
+
+
+def _key(option: str, text: str) -> str:
+    """Return an entry in the form of the table."""
+    index, colon, sub = text.strip().partition(":")
+    try:
+        return f"{int(index, 16):#06x}:{int(sub if colon else '0', 16):02x}"
+    except ValueError:
+        raise _error(option, text) from None
+
+
+def _number(option: str, text: str) -> int:
+    try:
+        return int(text, 0)
+    except ValueError:
+        raise _error(option, text) from None
+
+
+def _error(option: str, text: str) -> InputError:
+    return InputError(
+        "esi.option",
+        f"{option}: {text[:60]!r} cannot be read.",
+        "Write roles like x=0x6000:01,0x6000:03, outputs like 0x7000:01=5, codes like 0x1234.",
+    )
+
+
+camera_app = typer.Typer(
+    no_args_is_help=True,
+    help="Maintain one camera: alias, errors, identification, firmware.\n\n'alias' and 'firmware' "
+    "need an idle bus and leave it in INIT.",
+)
+
+
+camera_app.command()(describe)
+
+
+@camera_app.command()
+def alias(
+    camera: CameraArgument,
+    value: Annotated[int, typer.Argument(help="New station alias.")],
+    *,
+    source: BusOption,
+    rig: RigOption = RECOMMENDED_RIG,
+    force: ForceOption = False,
+) -> None:
+    """Store a station alias in the EEPROM of a camera; it is in force after power-on.
+
+    Distinct aliases and serial numbers reveal swapped cameras.
+    """
+    _maintain(source, rig, camera, alias_value=value, force=force)
+
+
+@camera_app.command()
+def firmware(
+    camera: CameraArgument,
+    file: Annotated[Path, typer.Argument(help="Firmware, signed by the maker of the camera.")],
+    *,
+    source: BusOption,
+    rig: RigOption = RECOMMENDED_RIG,
+    force: ForceOption = False,
+) -> None:
+    """Send firmware to a camera and start it.
+
+    The camera accepts only firmware signed by its maker, stores it next to the running one, and
+    returns to that if the new one does not start. An interrupted update changes nothing.
+    """
+    from ocmm_core.documents import read_bytes
+    from ocmm_core.fieldbus.device import Firmware
+
+    # Reject invalid firmware before the bus is disturbed.
+    found = Firmware.read(read_bytes(file))
+    make_console().print(
+        say(f"Firmware {found.version}, {len(found.content)} bytes"), highlight=False
+    )
+    _maintain(source, rig, camera, image=file, force=force)
+
+
+@camera_app.command()
+def clear(
+    camera: CameraArgument,
+    *,
+    source: BusOption,
+    rig: RigOption = RECOMMENDED_RIG,
+    force: ForceOption = False,
+) -> None:
+    """Clear the errors of a camera, and print their number."""
+    from ocmm_cli.bus._session import open_bus
+    from ocmm_core.fieldbus.objects import clear_error_history, read_error_history
+
+    with open_bus(source, rig, camera=camera, force=force) as bus:
+        access = bus.objects(camera)
+        count = len(read_error_history(access))
+        clear_error_history(access)
+        left = len(read_error_history(access))
+    make_console().print(
+        say(f"Camera '{camera}' forgot {count} error(s); {left} left."), highlight=False
+    )
+    raise typer.Exit(1 if left else 0)
+
+
+@camera_app.command()
+def identify(
+    camera: CameraArgument,
+    *,
+    source: BusOption,
+    seconds: Annotated[int, typer.Option("--seconds", help="Duration of blinking, s.")] = 20,
+    rig: RigOption = RECOMMENDED_RIG,
+    force: ForceOption = False,
+) -> None:
+    """Make a camera blink, to find it in the machine."""
+    from ocmm_cli.bus._session import open_bus
+    from ocmm_core.fieldbus.objects import blink
+
+    with open_bus(source, rig, camera=camera, force=force) as bus:
+        left = blink(bus.objects(camera), seconds)
+    make_console().print(say(f"Camera '{camera}' blinks for {left} s."), highlight=False)
+
+
+def _maintain(
+    source: str,
+    rig: Path,
+    camera: str,
+    *,
+    alias_value: int = 0,
+    image: Path | None = None,
+    force: bool = False,
+) -> None:
+    """Run it in the privileged process; show its progress."""
+    from ocmm_cli.bus._session import camera_of, maintenance_of
+    from ocmm_core.acquisition.bus_process import MaintenanceNews
+    from ocmm_core.camera import load_rig
+
+    serial = camera_of(load_rig(rig), camera).serial
+    firmware_path = "" if image is None else str(image.absolute())
+    command, first_lines = maintenance_of(
+        source, rig, serial, alias_value, firmware_path, force=force
+    )
+    console = make_console()
+    words = ""
+    with (
+        subprocess.Popen(  # noqa: S603 - our own interpreter and modules, no shell
+            command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE
+        ) as process,
+        interruptible(console),
+    ):
+        if process.stdin is None or process.stdout is None or process.stderr is None:
+            raise BusError("bus.maintenance", "The process does not start.", "Try again.")
+        process.stdin.write(first_lines)
+        process.stdin.flush()
+        with bar(console, say("Sending")) as told:
+            for line in process.stdout:
+                news = msgspec.json.decode(line, type=MaintenanceNews)
+                words = news.words or words
+                told(news.done, news.total)
+        complaint = process.stderr.read().decode("utf-8", errors="replace").strip()
+    if process.returncode or not words:
+        lines = complaint.splitlines()
+        raise BusError(
+            "bus.maintenance",
+            lines[-1] if lines else f"Nothing was changed (code {process.returncode}).",
+            "Then repeat the command.",
+        )
+    console.print(say(words), highlight=False)

@@ -1,0 +1,238 @@
+"""The bus for a command: brought to operation, used, and released."""
+
+from __future__ import annotations
+
+import subprocess
+import time
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from ocmm_cli.terminal import make_console, say
+from ocmm_core.acquisition.bus_process import (
+    ChildProcess,
+    MaintenanceConfig,
+    RecordConfig,
+    RemoteObjects,
+    ScanConfig,
+    maintenance_command,
+    record_command,
+    scan_command,
+)
+from ocmm_core.acquisition.frames import AcquisitionState, read_status
+from ocmm_core.camera import CameraModel, Rig, load_rig
+from ocmm_core.composition import (
+    DEMO_PLAN,
+    Feed,
+    NamedSource,
+    SourceSpec,
+    StationRequest,
+    make_feed,
+    names_in_words,
+    source_of,
+    sources,
+)
+from ocmm_core.errors import BusError, InputError
+from ocmm_core.fieldbus.report import BusPhase, BusReport, decode_report
+from ocmm_core.fieldbus.wire import ScannedDevice, decode_scan
+from ocmm_core.inspection.plan import load_plan
+
+if TYPE_CHECKING:
+    from ocmm_sim.bus import SegmentConfig
+
+_START_S = 60.0
+"""Generous: the bus process gives up earlier if starting is of no use."""
+_SCAN_S = 30.0
+_POLL_S = 0.01
+_NO_BUS = "which is not a camera bus"
+
+
+@dataclass(frozen=True, slots=True)
+class BusSession:
+    rig: Rig
+    feed: Feed
+    process: ChildProcess
+
+    def objects(self, camera: str) -> RemoteObjects:
+        """Return the objects of a camera; InputError if the rig has none of that name."""
+        return RemoteObjects(self.process, camera_of(self.rig, camera).name)
+
+    def report(self) -> BusReport | None:
+        return decode_report(self.feed.ring.report())
+
+
+def camera_of(rig: Rig, name: str) -> CameraModel:
+    """Return a camera of the rig; InputError if it has none of that name."""
+    for camera in rig.cameras:
+        if camera.name == name:
+            return camera
+    raise InputError(
+        "bus.no_camera",
+        f"The rig '{rig.name}' has no camera '{name}'.",
+        f"Give one of: {', '.join(camera.name for camera in rig.cameras)}.",
+    )
+
+
+@contextmanager
+def open_bus(
+    source: str,
+    rig_path: Path,
+    *,
+    camera: str = "",
+    force: bool = False,
+    wait: bool = True,
+    processor: int | None = None,
+) -> Iterator[BusSession]:
+    """Keep the bus of a source in operation for the duration of the context.
+
+    ``camera`` is checked before anything is started; without ``wait`` the context begins when the
+    bus process is started. InputError if the source is no EtherCAT bus, or the rig has no such
+    camera; BusError if it cannot be brought to operation.
+    """
+    if not source_of(source).spec.on_bus:
+        raise _wrong_source(source, _NO_BUS, [spec for spec in sources() if spec.on_bus])
+    rig = load_rig(rig_path)
+    if camera:
+        camera_of(rig, camera)
+    request = StationRequest(
+        plan=DEMO_PLAN,
+        out=Path(),
+        rig=rig_path,
+        source=source,
+        force=force,
+        bus_processor=processor,
+    )
+    feed = make_feed(request, load_plan(DEMO_PLAN), rig)
+    try:
+        process = feed.acquisition
+        if not isinstance(process, ChildProcess):
+            raise TypeError(f"the process of {source} does not accept requests")
+        process.start()
+        session = BusSession(rig, feed, process)
+        if wait:
+            with make_console().status(say("Bringing the cameras to operation")):
+                _await_operation(session)
+        yield session
+    finally:
+        feed.end()
+
+
+def scan(source: str, rig_path: Path, *, force: bool = False) -> tuple[ScannedDevice, ...]:
+    """Return the devices on a bus without configuring it; errors as `open_bus`."""
+    named = bus_to_scan(source)
+    segment = segment_for(named, source, rig_path)
+    if segment is None:
+        config = ScanConfig(interface=named.value, force=force)
+        return decode_scan(_ask(scan_command(), config.to_json()))
+    from ocmm_sim.bus import scan_virtual
+
+    return decode_scan(_ask(*scan_virtual(segment)))
+
+
+def maintenance_of(
+    source: str, rig_path: Path, serial: int, alias: int, firmware: str, *, force: bool = False
+) -> tuple[list[str], bytes]:
+    """Return the command that changes a camera, and its input; errors as `scan`."""
+    named = bus_to_scan(source)
+    config = MaintenanceConfig(
+        interface=named.value, force=force, serial=serial, alias=alias, firmware=firmware
+    )
+    segment = segment_for(named, source, rig_path)
+    if segment is None:
+        return maintenance_command(), config.to_json()
+    from ocmm_sim.bus import maintain_virtual
+
+    return maintain_virtual(segment, config)
+
+
+def recorder_of(
+    source: str, seconds: float, size_bytes: int, *, force: bool = False
+) -> tuple[list[str], bytes]:
+    """Return the command that records a bus, and its input; InputError without an interface."""
+    named = source_of(source)
+    if not named.spec.on_bus or not named.value or named.spec.segment is not None:
+        what = "whose bus is private" if named.spec.on_bus else _NO_BUS
+        raise _wrong_source(
+            source, what, [s for s in sources() if _may_scan(s) and s.segment is None]
+        )
+    config = RecordConfig(
+        interface=named.value.partition("+")[0], force=force, seconds=seconds,
+        size_bytes=size_bytes,
+    )  # fmt: skip
+    return record_command(), config.to_json()
+
+
+def _ask(command: list[str], first_lines: bytes) -> bytes:
+    """Return the output of a program whose input stays open until it ends."""
+    with subprocess.Popen(  # noqa: S603 - our own interpreter and modules, no shell
+        command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE
+    ) as process:
+        if process.stdin is None or process.stderr is None or process.stdout is None:
+            raise BusError("bus.scan", "The bus cannot be scanned.", "Try again.")
+        process.stdin.write(first_lines)
+        process.stdin.flush()
+        try:
+            process.wait(_SCAN_S)
+        except subprocess.TimeoutExpired:
+            process.kill()
+        answer, complaint = process.stdout.read(), process.stderr.read()
+    if process.returncode:
+        lines = complaint.decode("utf-8", errors="replace").strip().splitlines()
+        raise BusError(
+            "bus.scan",
+            lines[-1] if lines else f"The bus cannot be scanned (code {process.returncode}).",
+            "Then try again.",
+        )
+    return answer
+
+
+def _await_operation(session: BusSession) -> None:
+    deadline = time.monotonic() + _START_S
+    while True:
+        status = read_status(session.feed.ring)
+        if status.state is AcquisitionState.STOPPED:
+            raise status.error("bus.start", "Correct that and repeat the command.")
+        report = session.report()
+        running = status.state is AcquisitionState.RUNNING
+        if running and (report is None or report.phase is BusPhase.OPERATION):
+            return
+        if time.monotonic() > deadline:
+            state = report.phase.value if report is not None else "starting"
+            why = f" ({report.message})" if report is not None and report.message else ""
+            raise BusError(
+                "bus.start",
+                f"The bus is not in operation after {_START_S:.0f} s; it is {state}{why}.",
+                "Check power and cables of the cameras, then repeat the command.",
+            )
+        time.sleep(_POLL_S)
+
+
+def bus_to_scan(source: str) -> NamedSource:
+    """Return a source whose bus a scan may use: services keep theirs private; else InputError."""
+    named = source_of(source)
+    if not _may_scan(named.spec):
+        what = "whose bus is private" if named.spec.on_bus else _NO_BUS
+        raise _wrong_source(source, what, [spec for spec in sources() if _may_scan(spec)])
+    return named
+
+
+def segment_for(named: NamedSource, source: str, rig_path: Path) -> SegmentConfig | None:
+    """Return the software cameras of a virtual wire; None for real cameras."""
+    if named.spec.segment is None:
+        return None
+    request = StationRequest(plan=DEMO_PLAN, out=Path(), rig=rig_path, source=source)
+    found: SegmentConfig = named.spec.segment(request, load_plan(DEMO_PLAN), load_rig(rig_path))
+    return found
+
+
+def _may_scan(spec: SourceSpec) -> bool:
+    """Return whether a scan may use the wire: services keep theirs private."""
+    return spec.on_bus and (spec.segment is not None or spec.takes_value)
+
+
+def _wrong_source(source: str, what: str, possible: Sequence[SourceSpec]) -> InputError:
+    return InputError(
+        "bus.source", f"--source is {source!r}, {what}.", f"Give {names_in_words(possible)}."
+    )

@@ -1,0 +1,236 @@
+"""``ocmm calibrate``: cameras from known points, relocation, verification, their history."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from ocmm_cli.calibrate._options import (
+    WAVE_S,
+    DecisionOption,
+    FolderOption,
+    MoveOption,
+    NewOption,
+    OverruleOption,
+    RecordOption,
+    SpotColumnsOption,
+    SpotDecimalOption,
+    SpotSkipOption,
+    WhoOption,
+)
+from ocmm_cli.calibrate._relocate import relocate
+from ocmm_cli.calibrate._verify import verify
+from ocmm_cli.terminal import (
+    ColumnsOption,
+    DecimalOption,
+    ForceOption,
+    ProbeOption,
+    ProbesOption,
+    RigOption,
+    SeedOption,
+    SkipOption,
+    SourceOption,
+    SpeedOption,
+    TableUnitOption,
+    TemperatureOption,
+    TemperatureUOption,
+    TipOption,
+    make_console,
+    print_table_account,
+)
+from ocmm_core.composition import DEFAULT_SEED, DEFAULT_SOURCE, RECOMMENDED_RIG, STANDARD_PROBE
+from ocmm_core.errors import CalibrationError
+from ocmm_core.tables import TableOptions
+
+if TYPE_CHECKING:
+    from ocmm_core.calibration.cameras import KnownPoints, KnownPointsProcedure
+
+
+calibrate_app = typer.Typer(
+    no_args_is_help=True,
+    help="Calibrate the cameras, recalibrate them in place, and verify the calibration.\n\nA "
+    "new calibration is active as soon as it is accepted, and SUSPECT until 'verify' has "
+    "passed. Every observation is stored at once: an interrupted command resumes where it "
+    "stopped when started again.\n\nExit codes: 0 accepted (and passed), 1 old one kept, "
+    "waiting, or failed, 2 could not run.",
+)
+
+
+@calibrate_app.command()
+def cameras(
+    *,
+    points: Annotated[Path, typer.Option("--points", help="List of reference positions (CSV).")],
+    spots: Annotated[
+        Path | None, typer.Option("--spots", help="Recorded averaged spots (CSV) of the points.")
+    ] = None,
+    spot_columns: SpotColumnsOption = "",
+    spot_decimal: SpotDecimalOption = "",
+    spot_skip: SpotSkipOption = "",
+    evaluation: Annotated[
+        int | None,
+        typer.Option("--evaluation", help="Points kept for evaluation; default: a quarter."),
+    ] = None,
+    unit: TableUnitOption = "",
+    columns: ColumnsOption = "",
+    decimal: DecimalOption = "",
+    skip: SkipOption = "",
+    source: SourceOption = DEFAULT_SOURCE,
+    rig: RigOption = RECOMMENDED_RIG,
+    calibrations: FolderOption = None,
+    who: WhoOption = "unnamed",
+    temperature: TemperatureOption = None,
+    temperature_u: TemperatureUOption = "",
+    decision: DecisionOption = None,
+    overrule: OverruleOption = "",
+    new: NewOption = False,
+    seed: SeedOption = DEFAULT_SEED,
+    move: MoveOption = None,
+    speed: SpeedOption = 0.0,
+    record: RecordOption = None,
+    force: ForceOption = False,
+) -> None:
+    """Calibrate all cameras from known points: a target is brought to every position of a list.
+
+    Live, a point is taken as soon as the target rests at a new place, in the order of the list.
+    """
+    from ocmm_cli.calibrate._report import print_calibration
+    from ocmm_cli.calibrate._run import continued, open_site
+    from ocmm_cli.calibrate._steps import (
+        collect_from,
+        compute,
+        finish,
+        is_lacking,
+        now,
+        require_end,
+        store_in_cameras,
+    )
+    from ocmm_core.acceptance import read_temperature
+    from ocmm_core.calibration.cameras import (
+        KnownPointsProcedure,
+        load_spots,
+        read_reference_points,
+    )
+    from ocmm_core.calibration.guided import ProcedureKind
+    from ocmm_sim.sources import VirtualSite, scenes_of_known_points
+
+    console, site = make_console(), open_site(rig, calibrations)
+    read = read_reference_points(points, TableOptions(unit, columns, decimal, skip))
+    print_table_account(read.account)
+    listed = read.points
+    warm = read_temperature(temperature, temperature_u, now())
+    procedure = continued(
+        site,
+        ProcedureKind.KNOWN_POINTS,
+        lambda path: KnownPointsProcedure.resume(path, site.design, site.store),
+        console,
+        warm,
+        new=new,
+    )
+    if procedure is None:
+        procedure = KnownPointsProcedure.begin(
+            site.sessions, site.design, site.store, listed, now(),
+            who=who, temperature=warm, evaluation=evaluation,
+        )  # fmt: skip
+    _require_same_list(procedure, listed)
+    if spots is not None:
+        options = TableOptions("", spot_columns, spot_decimal, spot_skip)
+        table = load_spots(spots, listed, options)
+        if table.account is not None:
+            print_table_account(table.account)
+        procedure.take_table(table, now())
+        require_end(procedure)
+    elif is_lacking(procedure):
+        virtual = VirtualSite(rig, STANDARD_PROBE, seed, move)
+        scenes = scenes_of_known_points(virtual, procedure.view, procedure.points)
+        collect_from(procedure, site, rig, source, virtual, scenes, speed, record, force, console)
+    compute(procedure, overrule)
+    outcome = procedure.view.outcome
+    if outcome is not None:
+        print_calibration(console, outcome)
+    finish(procedure, site, decision, "calibrated from known points", console)
+    store_in_cameras(site, source, rig, force, console)
+
+
+calibrate_app.command()(relocate)
+calibrate_app.command()(verify)
+
+
+@calibrate_app.command()
+def sensors(
+    *,
+    seconds: Annotated[
+        float, typer.Option("--seconds", help="Duration of waving the probe.")
+    ] = WAVE_S,
+    source: SourceOption = DEFAULT_SOURCE,
+    rig: RigOption = RECOMMENDED_RIG,
+    probe: ProbeOption = STANDARD_PROBE,
+    probes: ProbesOption = None,
+    tip: TipOption = None,
+    calibrations: FolderOption = None,
+    seed: SeedOption = DEFAULT_SEED,
+    move: MoveOption = None,
+    speed: SpeedOption = 0.0,
+    force: ForceOption = False,
+) -> None:
+    """Learn the pattern of the sensors, so that a pushed camera is noticed sooner.
+
+    Wave the probe through the whole volume right after a verification has passed. Without this,
+    only larger pushes are noticed within seconds.
+    """
+    from ocmm_cli.calibrate._run import open_site, real_feed, virtual_feed
+    from ocmm_cli.calibrate._sensors import learn, require_usable, wave
+    from ocmm_cli.calibrate._steps import body_in_use_of, now
+    from ocmm_core.composition import Origin, origin_of
+    from ocmm_sim.calibration_scenes import WAY_S, FreeMotionScene
+    from ocmm_sim.sources import VirtualSite
+
+    console, site = make_console(), open_site(rig, calibrations)
+    body = body_in_use_of(source, probe, probes, tip)
+    calibration = require_usable(site, now())
+    if origin_of(source) is Origin.VIRTUAL:
+        scenes = (FreeMotionScene(ways=round(seconds / WAY_S), seed=seed),)
+        feed = virtual_feed(VirtualSite(rig, probe, seed, move).script(scenes), source, speed)
+    else:
+        feed = real_feed(rig, site.design, source, force=force)
+    learn(site, body, wave(site, body, feed, seconds, console), calibration, console)
+
+
+@calibrate_app.command()
+def status(*, rig: RigOption = RECOMMENDED_RIG, calibrations: FolderOption = None) -> None:
+    """Say which calibration of a rig is in force, whether it is whole, and whether it may be used.
+
+    All files that it rests on are read again. Exit code 1 where points may not be taken.
+    """
+    from ocmm_cli.calibrate._report import print_status
+    from ocmm_cli.calibrate._steps import now
+    from ocmm_core.calibration.records import default_folder
+
+    usable = print_status(make_console(), rig, calibrations or default_folder(), now())
+    raise typer.Exit(0 if usable else 1)
+
+
+@calibrate_app.command()
+def history(*, rig: RigOption = RECOMMENDED_RIG, calibrations: FolderOption = None) -> None:
+    """List what happened to the calibrations of a rig."""
+    from ocmm_cli.calibrate._report import print_history
+    from ocmm_cli.calibrate._run import open_site
+
+    print_history(make_console(), open_site(rig, calibrations).store)
+
+
+def _require_same_list(procedure: KnownPointsProcedure, listed: KnownPoints) -> None:
+    """Raise if a resumed session was started with another list."""
+    import numpy as np
+
+    begun = procedure.points
+    same = begun.names == listed.names and np.array_equal(
+        begun.positions_world, listed.positions_world
+    )
+    if not same:
+        raise CalibrationError(
+            "calibrate.points",
+            f"Session {procedure.base.session} was started with another list of points.",
+            "Give that list, or start a new session with --new.",
+        )

@@ -1,0 +1,309 @@
+"""``ocmm calibrate probe``: the geometry of a probe and its tip, from two sweeps in a cone."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Sequence
+from dataclasses import dataclass
+from enum import StrEnum
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+from msgspec.structs import replace
+from rich.console import Console
+
+from ocmm_cli.calibrate._options import (
+    AnyCamerasOption,
+    DecisionOption,
+    FolderOption,
+    NewOption,
+    OverruleOption,
+    ProbeRecordsOption,
+    RecordOption,
+    SpotColumnsOption,
+    SpotDecimalOption,
+    SpotSkipOption,
+    WhoOption,
+)
+from ocmm_cli.terminal import (
+    ForceOption,
+    ProbeOption,
+    RigOption,
+    SeedOption,
+    SourceOption,
+    SpeedOption,
+    TemperatureOption,
+    TemperatureUOption,
+    lead,
+    make_console,
+    print_table_account,
+)
+from ocmm_core.calibration.sweeping import CHANGE_LIMIT_MM, POSES_WANTED, VALID_DAYS
+from ocmm_core.composition import DEFAULT_SEED, DEFAULT_SOURCE, RECOMMENDED_RIG, STANDARD_PROBE
+from ocmm_core.documents import resource
+from ocmm_core.errors import CalibrationError
+from ocmm_core.tables import TableOptions
+
+if TYPE_CHECKING:
+    from ocmm_cli.calibrate._probe_site import TerminalProbeSite
+    from ocmm_core.calibration.pivot import PivotSweep
+    from ocmm_core.calibration.sweeping import PivotProcedure
+    from ocmm_sim.calibration_scenes import SweepProbe
+
+
+_FIRST_CONE, _SECOND_CONE = (0.0, 0.0, -150.0), (70.0, 10.0, -130.0)
+_OTHER_PROBE = resource("probes", "thesis.toml")
+_SECONDS, _SECONDS_PER_POSE = 10.0, 0.0375
+"""A swept probe gives about forty poses per second, and needs time to reach all sides."""
+
+_REST_S = 3.0
+_RANGES = (30.0, 30.0, 13.0)
+
+
+class SceneChoice(StrEnum):
+    GOOD = "good"
+    SLACK = "slack"
+    PUSHED = "pushed"
+    SAME_PLACE = "same-place"
+    NARROW = "narrow"
+    HIDDEN_LED = "hidden-led"
+    OTHER_TIP = "other-tip"
+    OTHER_PROBE = "other-probe"
+
+
+@dataclass(frozen=True, slots=True)
+class _Run:
+    source: str
+    scene: SceneChoice
+    seed: int
+    speed: float
+    record: Path | None
+    force: bool
+
+
+def probe_command(
+    *,
+    tip: Annotated[str, typer.Option("--tip", help="Name of the mounted tip.")],
+    tip_unknown: Annotated[
+        bool,
+        typer.Option(
+            "--tip-unknown", help="The document does not define this tip: another stylus."
+        ),
+    ] = False,
+    sweeps: Annotated[
+        Path | None,
+        typer.Option("--sweeps", help="Recorded spots of both sweeps (CSV) instead of a source."),
+    ] = None,
+    spot_columns: SpotColumnsOption = "",
+    spot_decimal: SpotDecimalOption = "",
+    spot_skip: SpotSkipOption = "",
+    poses: Annotated[
+        int, typer.Option("--poses", help="Least number of poses per sweep.")
+    ] = POSES_WANTED,
+    slack: Annotated[
+        float, typer.Option("--slack", help="Play of the ball in the cone (sigma), mm.")
+    ] = 0.0,
+    limit: Annotated[
+        float, typer.Option("--limit", help="Tip change above which a reason is required, mm.")
+    ] = CHANGE_LIMIT_MM,
+    because: Annotated[
+        str, typer.Option("--because", help="Why the tip changed by more than the limit.")
+    ] = "",
+    valid_days: Annotated[int, typer.Option("--valid-days", help="Validity period.")] = VALID_DAYS,
+    again: Annotated[
+        bool,
+        typer.Option(
+            "--again/--no-again",
+            help="Skip the return to the first cone: for recordings without it (--source replay:).",
+        ),
+    ] = True,
+    scene: Annotated[
+        SceneChoice, typer.Option("--scene", help="Scene on the virtual rig.")
+    ] = SceneChoice.GOOD,
+    source: SourceOption = DEFAULT_SOURCE,
+    rig: RigOption = RECOMMENDED_RIG,
+    probe: ProbeOption = STANDARD_PROBE,
+    calibrations: FolderOption = None,
+    probes: ProbeRecordsOption = None,
+    who: WhoOption = "unnamed",
+    temperature: TemperatureOption = None,
+    temperature_u: TemperatureUOption = "",
+    decision: DecisionOption = None,
+    overrule: OverruleOption = "",
+    new: NewOption = False,
+    anew: Annotated[bool, typer.Option("--anew", help="Discard the current sweep.")] = False,
+    seed: SeedOption = DEFAULT_SEED,
+    speed: SpeedOption = 0.0,
+    record: RecordOption = None,
+    uncalibrated: AnyCamerasOption = False,
+    force: ForceOption = False,
+) -> None:
+    """Calibrate a probe: its ball rests in a cone and it is swept about it, in two places.
+
+    A sweep begins when the ball rests in the cone, and ends when enough was seen. Then lift the
+    ball out, leave the cone, and sweep in another one: the second sweep must show the same tip. At
+    the end the ball rests in the first cone once more: what moved meanwhile shows.
+    """
+    from ocmm_cli.calibrate._probe_report import print_probe, print_tip_status
+    from ocmm_cli.calibrate._probe_site import about_tip, open_probe_site
+    from ocmm_cli.calibrate._run import continued, decide
+    from ocmm_cli.calibrate._steps import is_lacking, now
+    from ocmm_core.acceptance import read_temperature
+    from ocmm_core.calibration.guided import ProcedureDecision, ProcedureKind
+    from ocmm_core.calibration.pivot import load_sweeps
+    from ocmm_core.calibration.sweeping import PivotProcedure
+
+    console = make_console()
+    place = open_probe_site(
+        rig, probe, source, calibrations, probes, console, uncalibrated=uncalibrated
+    )
+    site, body, store = place.site, place.body, place.store
+    warm = read_temperature(temperature, temperature_u, now())
+    procedure = continued(
+        site,
+        ProcedureKind.PIVOT,
+        lambda path: about_tip(PivotProcedure.resume(path, site.rig, body, store), tip),
+        console,
+        warm,
+        new=new,
+    )
+    if procedure is None:
+        procedure = PivotProcedure.begin(
+            site.sessions, site.rig, body, store, tip, now(),
+            who=who, temperature=warm, tip_unknown=tip_unknown, slack_mm=slack,
+            change_limit_mm=limit, poses_wanted=poses, valid_days=valid_days,
+            again=_has_again(source, sweeps, again=again),
+        )  # fmt: skip
+    if anew and procedure.base.decision is ProcedureDecision.OPEN:
+        procedure.sweep_anew(now())
+    if overrule and procedure.base.decision is ProcedureDecision.OPEN:
+        procedure.force(now(), overrule)
+    if sweeps is not None:
+        options = TableOptions("", spot_columns, spot_decimal, spot_skip)
+        table = load_sweeps(sweeps, site.rig, body.n_leds, options)
+        print_table_account(table.account)
+        _take_recorded(procedure, table.sweeps)
+    elif is_lacking(procedure):
+        run = _Run(source, scene, seed, speed, record, force)
+        _collect(procedure, place, rig, probe, run, console)
+    procedure.compute()
+    outcome = procedure.view.outcome
+    if outcome is not None:
+        print_probe(console, outcome)
+    made = decide(procedure, decision, because, console)
+    if made is ProcedureDecision.ACCEPTED:
+        console.print(
+            f"{lead('Record   ')}{store.folder}: {store.active_hash(tip)}", highlight=False
+        )
+    print_tip_status(console, store, tip, now())
+    if made is not ProcedureDecision.ACCEPTED:
+        raise typer.Exit(1)
+
+
+def virtual_sweeps(scene: SceneChoice, step: str, seed: int, poses: int) -> tuple[SweepProbe, ...]:
+    """Return the sweeps that a session in ``step`` still lacks, for the virtual hand."""
+    from ocmm_core.calibration.sweeping import AGAIN, SECOND
+    from ocmm_sim.calibration_scenes import ScriptedJump, SweepProbe
+
+    seconds = _SECONDS + _SECONDS_PER_POSE * poses
+    first = SweepProbe(cone=_FIRST_CONE, seconds=seconds, seed=seed, reach_deg=_RANGES)
+    if scene is SceneChoice.SLACK:
+        first = replace(first, slack_mm=0.003)
+    elif scene is SceneChoice.PUSHED:
+        first = replace(first, jumps=(ScriptedJump(at_s=5.0, shift_mm=(0.1, 0.05, 0.0)),))
+    elif scene is SceneChoice.NARROW:
+        first = replace(first, reach_deg=(6.0, 6.0, 3.0))
+    elif scene is SceneChoice.HIDDEN_LED:
+        first = replace(first, hidden=(1,))
+    elif scene is SceneChoice.OTHER_TIP:
+        first = replace(first, tip_shift_mm=(0.8, -0.3, 2.0))
+    second = replace(first, seed=seed + 1)
+    if scene is not SceneChoice.SAME_PLACE:
+        second = replace(second, cone=_SECOND_CONE)
+    # Held still and upright, as at the start.
+    end = first.jumps[-1].shift_mm if first.jumps else (0.0, 0.0, 0.0)
+    cone = (_FIRST_CONE[0] + end[0], _FIRST_CONE[1] + end[1], _FIRST_CONE[2] + end[2])
+    again = replace(first, cone=cone, seconds=_REST_S, reach_deg=(0.0, 0.0, 0.0), jumps=())
+    if step == AGAIN:
+        return (again,)
+    return (second, again) if step == SECOND else (first, second, again)
+
+
+def _has_again(source: str, sweeps: Path | None, *, again: bool) -> bool:
+    """Return whether the first cone is visited again; only recordings may lack it."""
+    from ocmm_core.composition import Origin, origin_of
+
+    if sweeps is not None:
+        return False
+    if not again and origin_of(source) is not Origin.RECORDING:
+        raise CalibrationError(
+            "calibrate.again",
+            (
+                "--no-again is only for recordings without the return visit, and the source "
+                "is not a recording."
+            ),
+            "Omit it, and put the ball back into the first cone at the end.",
+        )
+    return again
+
+
+def _take_recorded(procedure: PivotProcedure, sweeps: Sequence[PivotSweep]) -> None:
+    """Take recorded sweeps that the session does not have yet."""
+    from ocmm_cli.calibrate._run import pass_open_gates
+    from ocmm_cli.calibrate._steps import now
+    from ocmm_core.calibration.sweeping import SWEEPS
+
+    pass_open_gates(procedure)
+    for name, sweep in zip(SWEEPS, sweeps, strict=True):
+        view = procedure.view
+        if view.base.step.name != name:
+            continue
+        taken = view.sweep.poses if view.sweep is not None else 0
+        left = sweep.uv[taken:]
+        if len(left):
+            procedure.take_sweep(left, float(sweep.sigma_px[0]), now())
+        if not procedure.base.step.gate.open:
+            procedure.end_sweep(now())
+        pass_open_gates(procedure)
+
+
+def _collect(
+    procedure: PivotProcedure,
+    place: TerminalProbeSite,
+    rig: Path,
+    probe: Path,
+    options: _Run,
+    console: Console,
+) -> None:
+    from ocmm_cli.calibrate._probe_site import collect_from
+    from ocmm_cli.calibrate._run import real_feed, virtual_feed
+    from ocmm_cli.calibrate._steps import is_lacking, now
+    from ocmm_core.calibration.sweeping import SECOND
+    from ocmm_core.composition import Origin, origin_of
+    from ocmm_sim.sources import VirtualSite
+
+    source, frames = options.source, None
+    if origin_of(source) is Origin.VIRTUAL:
+        if options.scene is SceneChoice.OTHER_PROBE:
+            probe = _OTHER_PROBE
+        step, wanted = procedure.base.step.name, procedure.view.first.poses_wanted
+        script = VirtualSite(rig, probe, options.seed, None).script(
+            virtual_sweeps(options.scene, step, options.seed, wanted)
+        )
+        frames = script.build().n_frames
+        feed = virtual_feed(script, source, options.speed)
+    else:
+        feed = real_feed(rig, place.site.design, source, force=options.force)
+    try:
+        collect_from(procedure, place, feed, frames, options.record, console)
+    except CalibrationError:
+        # If a person overruled the guards, the last sweep may end with the poses it has.
+        sweep = procedure.view.sweep
+        if sweep is None or procedure.base.step.name != SECOND or not sweep.may_end:
+            raise
+        procedure.end_sweep(now())
+        if is_lacking(procedure):
+            # The recording covers the sweeps; the final visit comes after it.
+            options = dataclasses.replace(options, record=None)
+            _collect(procedure, place, rig, probe, options, console)

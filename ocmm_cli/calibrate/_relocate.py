@@ -1,0 +1,219 @@
+"""``ocmm calibrate relocate``: recalibrate cameras that were moved, with the probe and a bar."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from enum import StrEnum
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from ocmm_cli.calibrate._options import (
+    VIRTUAL_BAR,
+    BarOption,
+    DecisionOption,
+    FolderOption,
+    MoveOption,
+    NewOption,
+    OverruleOption,
+    RecordOption,
+    ShotsOption,
+    SpotColumnsOption,
+    SpotDecimalOption,
+    SpotSkipOption,
+    WhoOption,
+)
+from ocmm_cli.terminal import (
+    ColumnsOption,
+    DecimalOption,
+    ForceOption,
+    ProbeOption,
+    ProbesOption,
+    RigOption,
+    SeedOption,
+    SkipOption,
+    SourceOption,
+    SpeedOption,
+    TableUnitOption,
+    TemperatureOption,
+    TemperatureUOption,
+    TipOption,
+    make_console,
+    print_table_account,
+)
+from ocmm_core.calibration.relocation import BARS_WANTED, LENGTH_LIMIT_MM, POSES_WANTED
+from ocmm_core.composition import DEFAULT_SEED, DEFAULT_SOURCE, RECOMMENDED_RIG, STANDARD_PROBE
+from ocmm_core.errors import CalibrationError
+from ocmm_core.tables import TableOptions
+
+if TYPE_CHECKING:
+    from ocmm_core.calibration.guided import Shot
+
+
+class LensChoice(StrEnum):
+    """Treatment of the lenses in a relocation."""
+
+    FIXED = "fixed"
+    PRIOR = "prior"
+    FREE = "free"
+
+
+class GeometryChoice(StrEnum):
+    """Source of the LED positions."""
+
+    KNOWN = "known"
+    UNCERTAIN = "uncertain"
+    UNKNOWN = "unknown"
+
+
+class WorldChoice(StrEnum):
+    """Definition of the world frame."""
+
+    CAMERAS = "cameras"
+    POINTS = "points"
+    SET = "set"
+
+
+def relocate(
+    *,
+    bar: BarOption = VIRTUAL_BAR,
+    shots: ShotsOption = None,
+    spot_columns: SpotColumnsOption = "",
+    spot_decimal: SpotDecimalOption = "",
+    spot_skip: SpotSkipOption = "",
+    world: Annotated[
+        WorldChoice,
+        typer.Option(
+            "--world",
+            help=(
+                "World frame: kept by the cameras, by known control points, or defined by three."
+            ),
+        ),
+    ] = WorldChoice.CAMERAS,
+    control: Annotated[
+        Path | None, typer.Option("--control", help="List of known control points (CSV).")
+    ] = None,
+    unit: TableUnitOption = "",
+    columns: ColumnsOption = "",
+    decimal: DecimalOption = "",
+    skip: SkipOption = "",
+    lens: Annotated[
+        LensChoice, typer.Option("--lens", help="Lenses: kept, refined from known values, or free.")
+    ] = LensChoice.PRIOR,
+    geometry: Annotated[
+        GeometryChoice, typer.Option("--geometry", help="Source of the LED positions.")
+    ] = GeometryChoice.UNCERTAIN,
+    poses: Annotated[int, typer.Option("--poses", help="At least.")] = POSES_WANTED,
+    placements: Annotated[
+        int, typer.Option("--placements", help="Least number of bar placements.")
+    ] = BARS_WANTED,
+    limit: Annotated[
+        float, typer.Option("--limit", help="Target: standard uncertainty (U / 2) of a length, mm.")
+    ] = LENGTH_LIMIT_MM,
+    seats: Annotated[
+        bool,
+        typer.Option(
+            "--seats/--no-seats", help="Skip seats: for recordings without them (--source replay:)."
+        ),
+    ] = True,
+    source: SourceOption = DEFAULT_SOURCE,
+    rig: RigOption = RECOMMENDED_RIG,
+    probe: ProbeOption = STANDARD_PROBE,
+    probes: ProbesOption = None,
+    tip: TipOption = None,
+    calibrations: FolderOption = None,
+    who: WhoOption = "unnamed",
+    temperature: TemperatureOption = None,
+    temperature_u: TemperatureUOption = "",
+    decision: DecisionOption = None,
+    overrule: OverruleOption = "",
+    new: NewOption = False,
+    seed: SeedOption = DEFAULT_SEED,
+    move: MoveOption = None,
+    speed: SpeedOption = 0.0,
+    record: RecordOption = None,
+    force: ForceOption = False,
+) -> None:
+    """Calibrate cameras that were moved, without a CMM: wave the probe, show the bar.
+
+    Two cones that are fixed to the table are visited first and last: what moved meanwhile shows.
+    """
+    from ocmm_cli.calibrate._report import print_calibration
+    from ocmm_cli.calibrate._run import continued, open_site, take_relocation_shots
+    from ocmm_cli.calibrate._steps import (
+        body_in_use_of,
+        collect_from,
+        compute,
+        finish,
+        is_lacking,
+        now,
+        require_end,
+        store_in_cameras,
+    )
+    from ocmm_core.acceptance import read_temperature
+    from ocmm_core.calibration.cameras import read_reference_points
+    from ocmm_core.calibration.guided import ProcedureKind, load_shots
+    from ocmm_core.calibration.records import load_bar
+    from ocmm_core.calibration.relocation import RelocationProcedure
+    from ocmm_sim.sources import VirtualSite, scenes_of_relocation
+
+    console, site = make_console(), open_site(rig, calibrations)
+    body, artefact = body_in_use_of(source, probe, probes, tip), load_bar(bar)
+    known = None
+    if control is not None:
+        read = read_reference_points(control, TableOptions(unit, columns, decimal, skip))
+        print_table_account(read.account)
+        known = read.points
+    warm = read_temperature(temperature, temperature_u, now())
+    procedure = continued(
+        site,
+        ProcedureKind.RELOCATION,
+        lambda path: RelocationProcedure.resume(path, site.rig, body, site.store),
+        console,
+        warm,
+        new=new,
+    )
+    recorded: tuple[Shot, ...] = ()
+    if shots is not None:
+        options = TableOptions("", spot_columns, spot_decimal, spot_skip)
+        table = load_shots(shots, site.rig, body.n_leds, options)
+        print_table_account(table.account)
+        recorded = table.shots
+    if procedure is None:
+        procedure = RelocationProcedure.begin(
+            site.sessions, site.rig, body, site.store, artefact, now(),
+            who=who, temperature=warm, world=world.value, control=known, lens=lens.value,
+            geometry=geometry.value, poses_wanted=poses, bars_wanted=placements,
+            length_limit_mm=limit, seats=_has_seats(source, recorded, seats=seats),
+        )  # fmt: skip
+    if shots is not None:
+        take_relocation_shots(procedure, recorded)
+        require_end(procedure)
+    elif is_lacking(procedure):
+        virtual = VirtualSite(rig, probe, seed, move)
+        scenes = scenes_of_relocation(
+            virtual, site.design, procedure.view, procedure.bar, procedure.control
+        )
+        collect_from(procedure, site, rig, source, virtual, scenes, speed, record, force, console)
+    compute(procedure, overrule)
+    outcome = procedure.view.outcome
+    if outcome is not None:
+        print_calibration(console, outcome)
+    finish(procedure, site, decision, "relocated", console)
+    store_in_cameras(site, source, rig, force, console)
+
+
+def _has_seats(source: str, recorded: Sequence[Shot], *, seats: bool) -> bool:
+    """Return whether two seats are visited first and last; only recordings may lack them."""
+    from ocmm_core.composition import Origin, origin_of
+
+    if recorded:
+        return any(shot.kind == "repeat" for shot in recorded)
+    if not seats and origin_of(source) is not Origin.RECORDING:
+        raise CalibrationError(
+            "calibrate.seats",
+            "--no-seats is only for recordings without seats, and the source is not a recording.",
+            "Omit it, and visit two cones fixed to the table first and last.",
+        )
+    return seats

@@ -1,0 +1,343 @@
+"""Guided procedures on the terminal: frames, observations, steps."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import TypeVar
+
+from rich.console import Console
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
+
+from ocmm_cli.terminal import lead, say, say_later
+from ocmm_core.acquisition.frames import AcquisitionState, StopReason, read_status
+from ocmm_core.acquisition.recording import FrameRecorder
+from ocmm_core.calibration.guided import (
+    Procedure,
+    ProcedureDecision,
+    ProcedureKind,
+    ProcedureView,
+    Shot,
+    is_ended,
+    sessions,
+)
+from ocmm_core.calibration.probe_design import Temperature
+from ocmm_core.calibration.records import (
+    CalibrationStore,
+    default_folder,
+    open_calibration,
+    store_folder,
+)
+from ocmm_core.calibration.relocation import BAR, RelocationProcedure
+from ocmm_core.calibration.verification import VerificationProcedure
+from ocmm_core.camera import Rig, load_rig
+from ocmm_core.composition import (
+    DEMO_PLAN,
+    Feed,
+    StationRequest,
+    make_feed,
+    names_in_words,
+    source_of,
+    sources,
+)
+from ocmm_core.errors import AcquisitionError, CalibrationError, InputError, StorageError
+from ocmm_core.fieldbus.report import decode_report
+from ocmm_core.inspection.plan import load_plan
+from ocmm_sim.calibration_scenes import CalibratingScript
+
+_BATCH = 80
+_IDLE_S = 0.002
+_WARMTH_S = 2.0
+SESSIONS = "sessions"
+
+P = TypeVar("P", bound=Procedure)
+
+
+@dataclass(frozen=True, slots=True)
+class Site:
+    """Rig with the place of its calibrations."""
+
+    design: Rig
+    rig: Rig
+    """With the calibration in force; the design without one."""
+    document: Path
+    calibrations: Path
+    """Folder of calibrations, one subfolder per rig."""
+    store: CalibrationStore
+    sessions: Path
+
+
+def open_site(rig: Path, calibrations: Path | None) -> Site:
+    """Return the rig and its calibrations; InputError if the document is wrong."""
+    design = load_rig(rig)
+    root = calibrations or default_folder()
+    folder = store_folder(root, design.name)
+    store = CalibrationStore(folder)
+    in_use = open_calibration(rig, root)
+    return Site(design, in_use.rig, rig, root, store, folder / SESSIONS)
+
+
+def continued(
+    site: Site,
+    kind: ProcedureKind,
+    resume: Callable[[Path], P],
+    console: Console,
+    warm: Temperature | None = None,
+    *,
+    new: bool,
+) -> P | None:
+    """Return the newest resumable session of a kind, unless ``new``; ``warm``: a new reading."""
+    for path in () if new else sessions(site.sessions, kind):
+        try:
+            procedure = resume(path)
+        except (CalibrationError, InputError, StorageError) as error:
+            # Started with another calibration, probe or version, or at an implausible temperature:
+            # its observations are useless.
+            if not is_ended(path):
+                console.print(
+                    f"{lead('Left out ')}{say(error.what)}",
+                    style="dim",
+                    highlight=False,
+                    markup=False,
+                )
+            continue
+        if is_open(procedure.base):
+            step = procedure.base.step
+            console.print(
+                f"{lead('Continue ')}{path}: {say(step.title)}, {step.done}/{step.wanted}",
+                highlight=False,
+            )
+            if procedure.base.torn:
+                console.print(say(procedure.base.torn), highlight=False)
+            if warm is not None:
+                procedure.note_temperature(datetime.now(UTC), warm)
+            return procedure
+    return None
+
+
+def virtual_feed(script: CalibratingScript, source: str, speed: float) -> Feed:
+    """Return the virtual rig, here or on a virtual wire; InputError if a source plays no scenes."""
+    scenes = source_of(source).spec.scenes
+    if scenes is None:
+        possible = [spec for spec in sources() if spec.scenes is not None]
+        raise InputError(
+            "calibrate.source",
+            f"--source is {source!r}, which has no calibration scenes.",
+            f"Give {names_in_words(possible)}.",
+        )
+    return scenes(script, speed)
+
+
+def real_feed(rig: Path, design: Rig, source: str, *, force: bool) -> Feed:
+    """Return the cameras on a network interface, or a recording."""
+    request = StationRequest(plan=DEMO_PLAN, out=Path(), rig=rig, source=source, force=force)
+    return make_feed(request, load_plan(DEMO_PLAN), design)
+
+
+def make_recorder(feed: Feed, path: Path | None, design: Rig) -> FrameRecorder | None:
+    """Return a recorder of frames, None without a path; on OcmmError the source is closed."""
+    if path is None:
+        return None
+    try:
+        return FrameRecorder(path, feed.description, design)
+    except BaseException:
+        feed.ring.close()
+        raise
+
+
+def collect(
+    procedure: Procedure,
+    feed: Feed,
+    frames: int | None,
+    console: Console,
+    recorder: FrameRecorder | None = None,
+) -> None:
+    """Record available observations, and enter the next step as soon as its gate opens.
+
+    ``frames``: length of the script, None without end; ``recorder`` also receives all frames and is
+    closed; its failure is printed, and the calibration continues. CalibrationError if the source
+    ended before the last step; the session keeps the observations so far.
+    """
+    console.print(f"{lead('Source   ')}{feed.description.name}")
+    columns = (
+        TextColumn("{task.description}", markup=False),
+        BarColumn(),
+        MofNCompleteColumn(),
+        TimeElapsedColumn(),
+    )
+    last = len(procedure.base.steps) - 1
+    seen = 0
+    warmth_at = 0.0
+    try:
+        with Progress(*columns, console=console, transient=True) as progress:
+            task = progress.add_task("", total=None)
+            feed.acquisition.start()
+            while pass_open_gates(procedure) < last:
+                stopped = read_status(feed.ring).state is AcquisitionState.STOPPED
+                block = feed.ring.read(_BATCH)
+                if time.monotonic() >= warmth_at:
+                    warmth_at = time.monotonic() + _WARMTH_S
+                    _record_temperature(procedure, feed)
+                if block is not None:
+                    if recorder is not None:
+                        try:
+                            recorder.append(block)
+                        except AcquisitionError as error:
+                            recorder = None
+                            console.print(
+                                f"{say(error.what)} {say('Calibration continues.')} "
+                                f"{say(error.remedy)}"
+                            )
+                    procedure.watch(block)
+                    seen += len(block)
+                    if procedure.base.live.ready:
+                        procedure.take(_now())
+                        retake_misplaced(procedure, console)
+                    view = procedure.base
+                    step, hint = view.step, view.live.hint
+                    said = f"{say(step.title)}: {say(hint)}" if hint else say(step.title)
+                    progress.update(
+                        task, description=said, completed=step.done, total=step.wanted or None
+                    )
+                elif stopped or (frames is not None and seen >= frames):
+                    break
+                else:
+                    time.sleep(_IDLE_S)
+    finally:
+        status = feed.end()
+        if recorder is not None:
+            recorder.close()
+    if procedure.base.current < last:
+        view = procedure.base
+        hint = view.live.hint
+        why = view.step.gate.reason
+        if hint:
+            # English, as all errors; translated as a whole when shown.
+            why = say_later(f"{view.step.gate.reason} At its end: {hint}")
+        if status.internal:
+            raise status.error(
+                "calibrate.source", "All observations are stored: start the command again."
+            )
+        if status.stop_reason is StopReason.FAILED and status.message:
+            why = status.message
+        raise CalibrationError(
+            "calibrate.incomplete",
+            f"{view.step.title}: the source ended. {why}",
+            "Start the command again: it continues this session.",
+        )
+
+
+def retake_misplaced(procedure: Procedure, console: Console) -> None:
+    """Reopen lines of a verification whose bar was misplaced; print which."""
+    if not isinstance(procedure, VerificationProcedure):
+        return
+    for number, line in enumerate(procedure.view.lines):
+        if line.hint:
+            console.print(f"{lead('Again    ')}{line.name}: {say(line.hint)}", highlight=False)
+            procedure.repeat_line(number, _now())
+
+
+def _record_temperature(procedure: Procedure, feed: Feed) -> None:
+    report = decode_report(feed.ring.report())
+    if report is not None:
+        procedure.record_temperature(_now(), [camera.temperature_c for camera in report.cameras])
+
+
+def pass_open_gates(procedure: Procedure) -> int:
+    """Enter every step whose gate is open, and return the index of the current one."""
+    view = procedure.base
+    while view.current < len(view.steps) - 1 and view.step.gate.open:
+        if isinstance(procedure, RelocationProcedure) and view.step.name == BAR:
+            procedure.predict()
+            if not procedure.base.step.gate.open:
+                break
+        procedure.advance(_now())
+        view = procedure.base
+    return view.current
+
+
+def decide(
+    procedure: Procedure, accept: bool | None, reason: str, console: Console
+) -> ProcedureDecision:
+    """Accept the result, keep the old one, or leave the session open for a later decision."""
+    if accept is None and console.is_terminal:
+        accept = is_yes(console.input(say("Accept it? [y/n] ")))
+    if accept is None:
+        console.print(
+            say(f"Session  {procedure.base.session}: waiting for --accept or --keep."),
+            highlight=False,
+        )
+    elif accept:
+        procedure.accept(_now(), reason)
+    else:
+        procedure.keep(_now(), reason)
+    return procedure.base.decision
+
+
+def is_yes(answer: str) -> bool:
+    """Return whether an answer is yes, or "ja" in German."""
+    return answer.strip().lower().startswith(("y", "j"))
+
+
+def is_open(view: ProcedureView) -> bool:
+    """Return whether a session can be resumed: not ended, or accepted but not stored."""
+    return view.decision is ProcedureDecision.OPEN or (
+        view.decision is ProcedureDecision.ACCEPTED and not view.stored
+    )
+
+
+def _now() -> datetime:
+    return datetime.now(UTC)
+
+
+def take_relocation_shots(procedure: RelocationProcedure, shots: Sequence[Shot]) -> None:
+    """Add recorded shots missing in a session; CalibrationError for kinds it does not have."""
+    view = procedure.view
+    ends = len([shot for shot in shots if shot.kind == "seat" and not shot.place])
+    left = {
+        "pose": view.poses,
+        "bar": view.bar_placements,
+        "end": min(2 * view.bar_placements, ends),
+        "repeat": view.visits,
+    }
+    for shot in shots:
+        kind = "end" if shot.kind == "seat" and not shot.place else shot.kind
+        if left.get(kind, 0) > 0:
+            left[kind] -= 1
+        elif kind == "pose":
+            procedure.take_pose(shot.uv, shot.sigma_px, _now())
+        elif kind == "bar":
+            procedure.take_bar(shot.uv, shot.sigma_px, _now())
+        elif kind == "repeat":
+            procedure.take_visit(shot.uv, shot.sigma_px, _now())
+        elif kind == "end":
+            procedure.take_seat("", shot.uv, shot.sigma_px, _now())
+        elif kind == "seat":
+            if shot.place not in view.world_points:
+                procedure.take_seat(shot.place, shot.uv, shot.sigma_px, _now())
+        else:
+            raise _strange(shot, "relocation")
+
+
+def take_verification_shots(procedure: VerificationProcedure, shots: Sequence[Shot]) -> None:
+    """Add shots that a session lacks, entering their steps; CalibrationError if out of sequence."""
+    view = procedure.view
+    left = sum(step.done for step in view.base.steps)
+    wanted = {"seats": "seat", "lines": "nest", "spheres": "sphere", "again": "seat"}
+    pass_open_gates(procedure)
+    for shot in shots[left:]:
+        if shot.kind != wanted.get(procedure.base.step.name):
+            raise _strange(shot, f"step '{procedure.base.step.title}'")
+        procedure.take_shot(shot.uv, shot.sigma_px, _now())
+        pass_open_gates(procedure)
+
+
+def _strange(shot: Shot, where: str) -> CalibrationError:
+    return CalibrationError(
+        "calibrate.shots",
+        f"The recorded shots contain one of kind '{shot.kind}', which does not belong in {where}.",
+        "Give the shots of this procedure, in order.",
+    )

@@ -1,0 +1,84 @@
+"""``ocmm calibrate write-cameras``: store the calibration in force in the cameras."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+from rich.console import Console
+
+from ocmm_cli.bus import BusOption
+from ocmm_cli.terminal import CalibrationsOption, ForceOption, RigOption, make_console, say, told
+from ocmm_core.composition import RECOMMENDED_RIG
+from ocmm_core.errors import OcmmError
+
+if TYPE_CHECKING:
+    from ocmm_core.calibration.records import CameraRecord
+
+
+def write_cameras(
+    *,
+    source: BusOption,
+    check: Annotated[
+        bool, typer.Option("--check", help="Compare only, write nothing; exit code 0: identical.")
+    ] = False,
+    rig: RigOption = RECOMMENDED_RIG,
+    calibrations: CalibrationsOption = None,
+    force: ForceOption = False,
+) -> None:
+    """Store the intrinsics of the calibration in force in all cameras, and read them back.
+
+    They are compared at every start; cameras that store others are not measured with.
+    """
+    from ocmm_cli.bus import open_bus
+    from ocmm_core.calibration.records import (
+        compare_with_cameras,
+        default_folder,
+        open_calibration,
+        require_record,
+        write_to_cameras,
+    )
+
+    record = require_record(open_calibration(rig, calibrations or default_folder()))
+    console = make_console()
+    with open_bus(source, rig, force=force) as bus:
+        if not check:
+            write_to_cameras(record, bus.objects)
+        blocker = compare_with_cameras(record, bus.objects)
+    if blocker is not None:
+        console.print(told(blocker), highlight=False)
+        raise typer.Exit(1)
+    _print_stored(record, console)
+
+
+def write_accepted(
+    record: CameraRecord, source: str, rig: Path, console: Console, *, force: bool
+) -> None:
+    """Store the intrinsics of a just accepted calibration; print failures.
+
+    It is in force in any case; the cameras are unusable until they store it.
+    """
+    from ocmm_cli.bus import open_bus
+    from ocmm_core.calibration.records import write_to_cameras
+
+    try:
+        with open_bus(source, rig, force=force) as bus:
+            write_to_cameras(record, bus.objects)
+    except OcmmError as error:
+        console.print(
+            f"{say('The cameras could not store its intrinsics:')} {told(error)} "
+            + say(f"Then: ocmm calibrate write-cameras --source {source}"),
+            style="yellow",
+            highlight=False,
+            markup=False,
+        )
+    else:
+        _print_stored(record, console)
+
+
+def _print_stored(record: CameraRecord, console: Console) -> None:
+    from ocmm_core.calibration.records import record_hash
+
+    names = ", ".join(f"'{entry.name}' ({entry.serial})" for entry in record.cameras)
+    console.print(say(f"{names} now store calibration {record_hash(record)}."), highlight=False)

@@ -1,0 +1,61 @@
+"""Jobs on the command line: measured, aligned, compared, reported, recalled.
+
+In: a plan and a source, or job files. Out: job files, reports, tables, an exit code.
+
+Read `_headless` (a whole job without a window), `_measure_parts` (a batch), `_plan` (check, new)
+with `_plan_import` and `_offers`, `_align`, `_report`, `_compare`, `_recall`, `_environment`
+(ambient conditions), `_certificate` (certificates of the machine), and `_recording` (raw frames).
+It computes nothing: jobs are run by `station` and opened by `inspection.archive`.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from ocmm_core.door import door
+
+if TYPE_CHECKING:
+    from ocmm_cli.measure._align import align_command, align_plan_command
+    from ocmm_cli.measure._archive_recall import recall_archived
+    from ocmm_cli.measure._certificate import certificate_app
+    from ocmm_cli.measure._compare import compare_command
+    from ocmm_cli.measure._environment import environment_command
+    from ocmm_cli.measure._headless import (
+        exit_code,
+        missing_sentences,
+        print_explanations,
+        print_states,
+        print_table,
+        print_verdict,
+        run_job,
+    )
+    from ocmm_cli.measure._measure_parts import await_part
+    from ocmm_cli.measure._plan import plan_app
+    from ocmm_cli.measure._recall import recall_command
+    from ocmm_cli.measure._recording import record_source
+    from ocmm_cli.measure._report import report_command
+else:
+    __getattr__ = door(
+        __name__,
+        _archive_recall="recall_archived",
+        _align="align_command align_plan_command",
+        _certificate="certificate_app",
+        _compare="compare_command",
+        _environment="environment_command",
+        _headless=(
+            "exit_code missing_sentences print_explanations print_states print_table "
+            "print_verdict run_job"
+        ),
+        _measure_parts="await_part",
+        _plan="plan_app",
+        _recall="recall_command",
+        _recording="record_source",
+        _report="report_command",
+    )
+
+__all__ = [
+    "align_command", "align_plan_command", "await_part", "certificate_app", "compare_command",
+    "environment_command", "exit_code", "missing_sentences", "plan_app", "print_explanations",
+    "print_states", "print_table", "print_verdict", "recall_archived", "recall_command",
+    "record_source", "report_command", "run_job",
+]  # fmt: skip

@@ -1,0 +1,146 @@
+"""``ocmm align``: the alignment of a job from its own file."""
+
+from __future__ import annotations
+
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import msgspec
+import typer
+
+from ocmm_cli.terminal import lead, make_console, say
+from ocmm_core.errors import InputError
+
+if TYPE_CHECKING:
+    from ocmm_core.alignment import AlignmentReport
+    from ocmm_core.geometry import Float
+    from ocmm_core.inspection.archive import ReopenedJob
+
+
+def align_command(
+    *,
+    job: Annotated[Path, typer.Argument(help="Job file (.ocmm), finished or in progress.")],
+    save: Annotated[
+        Path | None,
+        typer.Option("--save", help="Save the frame as a document, e.g. the machine frame."),
+    ] = None,
+    name: Annotated[
+        str, typer.Option("--name", help="Name of the saved frame. Default: its file name.")
+    ] = "",
+    control: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--control",
+            help="Feature to save as a control point, for relocating the frame after the part "
+            "was moved; can be repeated.",
+        ),
+    ] = None,
+) -> None:
+    """Show the alignment of a job: residuals, uncertainty, open degrees of freedom.
+
+    Read-only. With --save the frame is written as a document that other plans take over.
+    """
+    from ocmm_cli.measure._headless import print_states
+    from ocmm_core.alignment import report_lines
+    from ocmm_core.inspection.archive import reopen_job
+    from ocmm_core.inspection.evaluation import alignment_of_points
+
+    console = make_console(soft_wrap=True)
+    opened = reopen_job(job)
+    for doubt in opened.doubts:
+        console.print(f"{job.name}: {say(doubt)}", style="yellow", highlight=False, markup=False)
+    print_states(console, opened.view)
+    report = alignment_of_points(
+        opened.plan, opened.points, opened.sensitivities, opened.rig, opened.body, opened.options
+    )
+    for line in report_lines(report):
+        console.print(line, highlight=False, markup=False)
+    if save is not None:
+        _save(save, name or save.stem, opened, report, control or [])
+        console.print(f"{lead('Frame  ')}{save}", highlight=False, markup=False)
+    if not report.can_be_accepted:
+        raise typer.Exit(2)
+
+
+def align_plan_command(
+    *,
+    plan: Annotated[Path, typer.Argument(help="Plan document.")],
+    frame: Annotated[Path, typer.Option("--frame", help="Document of a saved frame.")],
+    out: Annotated[Path, typer.Option("--out", help="File of the new plan.")],
+    relocate: Annotated[
+        float | None,
+        typer.Option(
+            "--relocate",
+            help="Relocate the frame at its control points, within this limit, mm. Default: use "
+            "it as saved.",
+        ),
+    ] = None,
+) -> None:
+    """Write a plan that is aligned to a saved frame.
+
+    The new plan holds what it needs of the frame, together with its hash. With a frame of a
+    simulated job it proves nothing about real parts.
+    """
+    from ocmm_core.alignment import load_frame, relocation, saved_frame
+    from ocmm_core.inspection.evaluation import NO_REAL_PART, SIMULATED
+    from ocmm_core.inspection.plan import load_plan, save_plan
+
+    document = load_frame(frame)
+    console = make_console(soft_wrap=True)
+    if document.simulated:
+        said = say(f"{SIMULATED}: frame {document.name} comes from a virtual rig. {NO_REAL_PART}")
+        console.print(said, style="bold yellow", highlight=False, markup=False)
+    rule = saved_frame(document) if relocate is None else relocation(document, relocate)
+    save_plan(msgspec.structs.replace(load_plan(plan), alignment=rule), out)
+    console.print(f"{lead('Plan  ')}{out}", highlight=False, markup=False)
+
+
+def _save(
+    path: Path, name: str, job: ReopenedJob, report: AlignmentReport, control: list[str]
+) -> None:
+    from ocmm_core.alignment import frame_document, save_frame
+    from ocmm_core.inspection.evaluation import frame_covariance
+
+    if report.T_nominal_from_world is None or report.free:
+        raise InputError(
+            "frame.open",
+            (
+                f"{job.path}: the alignment does not fully constrain the part, so there is "
+                "no frame to save."
+            ),
+            "Measure what is missing, or align to features that constrain it.",
+        )
+    centres = _centres(job)
+    for feature in control:
+        if feature not in centres:
+            raise InputError(
+                "frame.no_centre",
+                f"{job.path}: {feature} is not a measured feature with a centre.",
+                f"Choose from {', '.join(centres) or 'none'}.",
+            )
+    document = frame_document(
+        name=name,
+        made=datetime.now(UTC).isoformat(timespec="seconds"),
+        source=f"{job.plan.part} {job.view.header.serial}, {job.path.name}".strip(),
+        T_frame_from_world=report.T_nominal_from_world,
+        control_world={feature: centres[feature] for feature in control},
+        simulated=job.view.simulated,
+        covariance=frame_covariance(
+            job.plan, job.points, job.sensitivities, job.rig, job.body, job.options
+        ),
+    )
+    save_frame(path, document)
+
+
+def _centres(job: ReopenedJob) -> dict[str, Float]:
+    from ocmm_core.features.measured import CENTRED, ActualFeature
+    from ocmm_core.inspection.evaluation import checked_features
+    from ocmm_core.measuring import reported_points
+
+    points = reported_points(job.points, job.options.climate.part)
+    return {
+        name: feature.fit.point
+        for name, feature in checked_features(job.plan, points, job.options).items()
+        if isinstance(feature, ActualFeature) and feature.fit.shape in CENTRED
+    }

@@ -1,0 +1,194 @@
+"""``ocmm certificate``: certificates of the machine, and external ones."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Literal
+
+import msgspec
+import typer
+
+from ocmm_cli.measure._pages import print_pages
+from ocmm_cli.terminal import lead, make_console, say, say_word
+from ocmm_core.host import HOST
+
+certificate_app = typer.Typer(
+    name="certificate",
+    no_args_is_help=True,
+    help="Papers about cameras and tips (PDF and DCC), and certificates of artefacts.",
+)
+
+
+@certificate_app.command()
+def make(
+    folder: Annotated[
+        Path,
+        typer.Argument(
+            help="Folder of the records of one rig or of one probe, or an acceptance record."
+        ),
+    ],
+    *,
+    calibration: Annotated[
+        bool,
+        typer.Option(
+            "--calibration/--verification",
+            help="Of cameras: their calibration with all parameters, or its last verification.",
+        ),
+    ] = False,
+    as_found: Annotated[
+        Path | None,
+        typer.Option(
+            "--as-found",
+            help="Acceptance record of the state before the adjustment; default: the one that "
+            "belongs to it in the same folder.",
+        ),
+    ] = None,
+    tip: Annotated[str, typer.Option("--tip", help="Tip of the probe.")] = "",
+    out: Annotated[Path, typer.Option("--out", help="Folder of the files.")] = Path(),
+    template: Annotated[
+        Path | None,
+        typer.Option("--template", help="Template of the report: letterhead, machine, place."),
+    ] = None,
+    customer: Annotated[
+        str, typer.Option("--customer", help="Default: the laboratory itself.")
+    ] = "",
+    place: Annotated[str, typer.Option("--place", help="Where it was tested.")] = "",
+    humidity: Annotated[
+        str, typer.Option("--humidity", help="Of the air, %, where no record has it.")
+    ] = "",
+    pressure: Annotated[
+        str, typer.Option("--pressure", help="Of the air, hPa, where no record has it.")
+    ] = "",
+    pages: Annotated[bool, typer.Option("--pages/--no-pages", help="Also write a PDF.")] = True,
+) -> None:
+    """Write the paper of cameras, of a qualified tip, or of an acceptance test.
+
+    A digital calibration certificate (DCC 3.2.1), signed by this station (XAdES), and pages with a
+    graph. As found and after adjustment are both in it, or it says that one was not determined. It
+    calls itself a calibration
+    certificate only where a procedure names an accreditation.
+    """
+    from ocmm_core.export.certificate import certificate_of_folder, write_certificate
+    from ocmm_core.export.template import Particulars, load_paper, template_in_use
+
+    given = Particulars(customer=customer, place=place, humidity=humidity, pressure=pressure)
+    sheet = load_paper(template or template_in_use(), given)
+    # Before pages are drawn elsewhere, so that its error explains faulty records.
+    paper = certificate_of_folder(folder, sheet, tip, calibration=calibration, as_found=as_found)
+    console = make_console(soft_wrap=True)
+    if not pages:
+        path = write_certificate(paper, out)
+        console.print(f"{lead('Certificate  ')}{path}", highlight=False, markup=False)
+        return
+    options = [str(folder), "--out", str(out), "--given", msgspec.json.encode(given).decode()]
+    options += ["--tip", tip] if tip else []
+    options += ["--calibration"] if calibration else []
+    options += ["--as-found", str(as_found)] if as_found is not None else []
+    options += ["--template", str(template)] if template is not None else []
+    for line in print_pages(
+        "ocmm_gui.reports._certificate", [options], "certificate.pdf",
+        "The certificate was not written", "With --no-pages the DCC is written without a PDF.",
+    ):  # fmt: skip
+        console.print(f"{lead('Certificate  ')}{line}", highlight=False, markup=False)
+
+
+@certificate_app.command()
+def check(
+    file: Annotated[Path, typer.Argument(help="Digital calibration certificate (XML).")],
+) -> None:
+    """Say who signed a digital certificate, and what it states; exit code 1 without a sound one."""
+    from ocmm_core.export.certificate import check_dcc_seal
+    from ocmm_core.seals import KeyFolder
+
+    found = check_dcc_seal(file, KeyFolder())
+    console = make_console(soft_wrap=True)
+    dcc = found.dcc
+    if dcc.title:
+        console.print(dcc.title, highlight=False, markup=False)
+    console.print(
+        f"{dcc.number}: {dcc.laboratory}, {dcc.begin} – {dcc.end}. {say(found.words)}",
+        highlight=False, markup=False,
+    )  # fmt: skip
+    for one in dcc.quantities:
+        unc = "" if one.expanded is None else f", U = {one.expanded:.6g} (k = {one.k:g})"
+        word = f", {one.conformity}" if one.conformity else ""
+        console.print(
+            f"  {one.name}: {one.value:.9g} {one.unit}{unc}{word}", highlight=False, markup=False
+        )
+    for name in dcc.left_out:
+        console.print(f"{say_word('Left out')}: {name}", highlight=False, markup=False)
+    if not found.sound:
+        raise typer.Exit(1)
+
+
+@certificate_app.command()
+def artefact(
+    file: Annotated[Path, typer.Argument(help="Digital calibration certificate (XML).")],
+    kind: Annotated[Literal["bar", "sphere"], typer.Argument(help="What it is about.")],
+    out: Annotated[Path, typer.Argument(help="Artefact document (TOML) to write.")],
+    *,
+    due: Annotated[str, typer.Option("--due", help="Holds until, YYYY-MM-DD: your own rule.")],
+    quantity: Annotated[
+        str, typer.Option("--quantity", help="Part of the name, where there are several lengths.")
+    ] = "",
+    expansion: Annotated[
+        float | None, typer.Option("--expansion", help="1/K, where the certificate has none.")
+    ] = None,
+    expansion_sigma: Annotated[
+        float | None, typer.Option("--expansion-sigma", help="Its standard uncertainty, 1/K.")
+    ] = None,
+) -> None:
+    """Write the document of a bar or a sphere from its certificate.
+
+    Prints each quantity of the certificate: read or left out.
+    """
+    from ocmm_core.calibration.records import load_bar, load_sphere
+    from ocmm_core.documents import read_bytes, write_new
+    from ocmm_core.export.certificate import (
+        Expansion,
+        artefact_text,
+        quantities_read,
+        read_dcc,
+        trusted_signers,
+    )
+    from ocmm_core.seals import KeyFolder
+
+    grows = (
+        None
+        if expansion is None or expansion_sigma is None
+        else Expansion(expansion, expansion_sigma)
+    )
+    dcc = read_dcc(read_bytes(file), trusted_signers(KeyFolder()))
+    text = artefact_text(dcc, kind, due, quantity=quantity, expansion=grows)
+    state = write_new(out, text.encode("utf-8"))
+    # The product's own reader must accept the file, or it is removed.
+    try:
+        _ = load_bar(out) if kind == "bar" else load_sphere(out)
+    except Exception:
+        HOST.remove_same(out, state.st_dev, state.st_ino)
+        raise
+    console = make_console(soft_wrap=True)
+    console.print(f"{lead('Artefact  ')}{out}", highlight=False, markup=False)
+    console.print(say(dcc.signature.words), highlight=False, markup=False)
+    read = quantities_read(dcc, kind, quantity=quantity)
+    for one in dcc.quantities:
+        is_read = any(one is other for other in read)
+        sentence = (
+            say(f"Read: {one.name}, {one.value!r} {one.unit}.") if is_read
+            else say(f"Left out: {one.name}, {one.value!r} {one.unit}.")
+        )  # fmt: skip
+        console.print(sentence, highlight=False, markup=False)
+
+
+@certificate_app.command()
+def trust(
+    file: Annotated[Path, typer.Argument(help="X.509 certificate of the laboratory (PEM).")],
+) -> None:
+    """Trust the XML signatures of a calibration laboratory from now on."""
+    from ocmm_core.export.certificate import trust_laboratory
+    from ocmm_core.seals import KeyFolder
+
+    found = trust_laboratory(file, KeyFolder().folder)
+    make_console(soft_wrap=True).print(
+        say(f"Trusted: {found.subject.rfc4514_string()}"), highlight=False, markup=False
+    )

@@ -1,0 +1,144 @@
+"""``ocmm compare``: compare several jobs of one plan."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+from rich import box
+from rich.console import Console
+from rich.table import Table
+
+from ocmm_cli.measure._pages import print_pages
+from ocmm_cli.terminal import computing, heads, lead, make_console, progress_line, say, say_word
+from ocmm_core.cluster import Site
+
+if TYPE_CHECKING:
+    from ocmm_core.inspection.archive import Trend
+
+
+@computing
+def compare_command(
+    *,
+    jobs: Annotated[
+        list[Path],
+        typer.Argument(
+            readable=False, help="Job files of one plan, in any order.", metavar="JOB..."
+        ),
+    ],
+    probes: Annotated[
+        Path | None,
+        typer.Option("--probes", help="Probe record folder. Default: that of this user."),
+    ] = None,
+    calibrations: Annotated[
+        Path | None,
+        typer.Option("--calibrations", help="Calibration folder. Default: that of this user."),
+    ] = None,
+    feature: Annotated[
+        str, typer.Option("--feature", help="Only what is about this feature.")
+    ] = "",
+    table: Annotated[
+        Path | None,
+        typer.Option("--table", help="CSV file with every value, its signals and all indices."),
+    ] = None,
+    pages: Annotated[
+        Path | None,
+        typer.Option("--pages", help="PDF file: table, charts and signals, on your template."),
+    ] = None,
+    site: Site,
+) -> None:
+    """Compare the jobs of a batch: trend, control chart and Cp / Cpk of every characteristic.
+
+    Run rules: Western Electric 1 (beyond a limit), 2 (two of three beyond two sigma), 3 (four of
+    five beyond one sigma), 4 (eight on one side), and Nelson 3 (six rising or falling).
+
+    Every job is opened read-only and recomputed from its points. Values in doubt are named and
+    not counted; so are those of simulated jobs beside real ones. Jobs that cannot be read or are of
+    another plan than the latest one are named and left out. Ends with 1 where one cannot be read.
+    """
+    from ocmm_core.documents import write_atomic
+    from ocmm_core.export import batch_table
+    from ocmm_core.inspection.archive import compare_files
+    from ocmm_core.inspection.evaluation import SIMULATED_LINE
+
+    console = make_console()
+    with progress_line() as tell:
+        found = compare_files(jobs, tell, probes, calibrations, site=site).about(feature)
+    if found.simulated:
+        console.print(say(SIMULATED_LINE), style="bold yellow", highlight=False)
+    for name, words in zip(found.jobs, found.words, strict=True):
+        said = "; ".join(map(say, words))
+        console.print(f"{name}: {said}", highlight=False, markup=False)
+    for sentence in found.left_out:
+        console.print(
+            f"{say_word('left out')}: {say(sentence)}",
+            style="yellow",
+            highlight=False,
+            markup=False,
+        )
+    _print_table(console, found.trends, len(found.jobs))
+    for trend in found.trends:
+        for line in _lines(trend):
+            console.print(f"{trend.name}: {say(line)}", highlight=False)
+    console.print(
+        say(
+            "Lengths in mm. Chart limits: 2.66 mean moving ranges; Cp and Cpk use the same scatter."
+        ),
+        style="dim",
+    )
+    if table is not None:
+        write_atomic(table, batch_table(found))
+        console.print(f"{lead('Table  ')}{table}", highlight=False, markup=False)
+    if pages is not None:
+        options = ["--out", str(pages), "--feature", feature]
+        options += ["--probes", str(probes)] if probes is not None else []
+        options += ["--calibrations", str(calibrations)] if calibrations is not None else []
+        for line in print_pages(
+            "ocmm_gui.reports._batch",
+            [[*map(str, jobs), *options]],
+            "compare.pdf",
+            "The pages were not written",
+            "The jobs are not affected.",
+        ):
+            console.print(f"{lead('Pages  ')}{line}", highlight=False, markup=False)
+    if found.unread:
+        raise typer.Exit(1)
+
+
+def _print_table(console: Console, trends: tuple[Trend, ...], count: int) -> None:
+    title = say(f"{count:d} job{'' if count == 1 else 's'}")
+    table = Table(title=title, title_justify="left", box=box.SIMPLE_HEAD)
+    table.add_column(say_word("Characteristic"), no_wrap=True)
+    for name in heads("Parts", "Mean", "Least", "Greatest", "Cp", "Cpk", "95 %"):
+        table.add_column(name, justify="right", no_wrap=True)
+    for trend in trends:
+        values, able = trend.values, trend.capability
+        numbers = ["–"] * 3
+        if len(values):
+            numbers = [f"{x:z.4f}" for x in (values.mean(), values.min(), values.max())]
+        table.add_row(
+            trend.name,
+            f"{len(values)}/{count}",
+            *numbers,
+            f"{able.cp:.2f}" if able is not None and able.cp is not None else "–",
+            f"{able.cpk:.2f}" if able is not None else "–",
+            f"{able.cpk_low:.2f} – {able.cpk_high:.2f}" if able is not None else "–",
+        )
+    console.print(table)
+
+
+def _lines(trend: Trend) -> list[str]:
+    lines = [f"excluded: {why}" for why in trend.left_out]
+    if trend.why_not:
+        lines.append(trend.why_not)
+    if trend.capability is not None:
+        lines.append(trend.capability.words)
+    if trend.caution:
+        lines.append(trend.caution)
+    if trend.chart is not None:
+        counted = [part for part in trend.parts if part.value is not None]
+        lines += [
+            say(f"{counted[i].job} is {why.value} ({why.rule}).") for i, why in trend.chart.signals
+        ]
+    return lines

@@ -1,0 +1,380 @@
+"""A whole job without a window: run it, show its progress, print its table."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+from rich import box
+from rich.console import Console
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
+from rich.table import Table
+from rich.text import Text
+
+from ocmm_cli.measure._pages import print_pages
+from ocmm_cli.terminal import lead, say, say_word, shown, told, wide_enough
+from ocmm_core.acquisition.frames import AcquisitionState, AcquisitionStatus, StopReason
+from ocmm_core.calibration.records import CalibrationStatus, ProbeView
+from ocmm_core.composition import BuiltStation
+from ocmm_core.errors import CalibrationError, MeasuringError, OcmmError
+from ocmm_core.export import DEFAULT_FORMAT, PDF, chosen_formats
+from ocmm_core.fieldbus.report import pace_words
+from ocmm_core.inspection.causes import Explanation
+from ocmm_core.inspection.evaluation import INCOMPLETE, JobHeader, JobView, state_lines
+from ocmm_core.measuring import Refusal
+from ocmm_core.named_file import FileIdentity
+from ocmm_core.tolerances.decisions import U_LABEL, U_WORDS, CharacteristicResult, PartWord, Verdict
+from ocmm_core.tolerances.kinds import spec_of
+
+_POLL_S = 0.05
+_LEAST_NAME = 14
+"""Minimum width of the wrapped column of names."""
+_STYLE = {
+    Verdict.CONFORM: "green",
+    Verdict.NOT_CONFORM: "bold red",
+    Verdict.NOT_PROVEN: "yellow",
+    Verdict.NOT_MEASURED: "yellow",
+    Verdict.PROVISIONAL: "yellow",
+}
+
+
+def run_job(
+    built: BuiltStation,
+    out: Path,
+    console: Console,
+    *,
+    incomplete: bool = False,
+    formats: Sequence[str] = (),
+) -> JobView:
+    """Measure until the job is complete or the source has ended, and write the report.
+
+    ``built`` is closed; ``out``: folder of the report, also of an ``incomplete`` job; ``formats``:
+    see `export.chosen_formats`, empty for the default. StorageError if the job is not on the disk
+    under its name: its report is removed; MeasuringError if the source ended or failed before the
+    job was complete, InternalError if the station has failed: points stay in the job file;
+    CalibrationError if the calibration does not allow points.
+    """
+    station, reported = built.station, False
+    files: tuple[FileIdentity, ...] = ()
+    chosen = chosen_formats(formats or [DEFAULT_FORMAT])
+    console.print(f"{lead('Source  ')}{built.description.name}")
+    console.print(say(f"Plan    {station.job.plan.name}, part {station.job.plan.part}"))
+    console.print(f"{lead('Job     ')}{built.job_path}")
+    console.print(f"{lead('Header  ')}{_header(station.job.view().header)}", highlight=False)
+    for fault in built.passed_over:
+        # It may be a part of the batch; this cannot be determined.
+        console.print(f"{lead('Passed over  ')}{say(fault.what)}", style="yellow", highlight=False)
+    calibration = station.instruments.calibration()
+    console.print(f"{lead('Calibration  ')}{say(calibration.label)}", highlight=False)
+    console.print(f"{lead('Temperature  ')}{say(station.job.view().temperature)}", highlight=False)
+    if station.instruments.reference is not None:
+        console.print(
+            f"{lead('Reference  ')}{say(station.instruments.reference.label)}", highlight=False
+        )
+    for warning in calibration.warnings:
+        console.print(say(warning), style="yellow", highlight=False)
+    try:
+        station.events.point_refused.connect(lambda refusal: _print_refusal(console, refusal))
+        station.faults.failed.connect(lambda error: _print_error(console, error))
+        station.start()
+        if station.stream is not None:
+            host, port = station.stream.address
+            console.print(f"{lead('Stream  ')}{host}:{port}", highlight=False)
+        _print_probe(console, station.instruments.probe())
+        _wait(built, console)
+        failure = station.faults.why_failed()
+        if failure is not None:
+            raise failure
+        view = station.job.view()
+        status = station.looks.acquisition()
+        if view.part_verdict.complete or incomplete:
+            reported = True
+            tables = [name for name in chosen if name != PDF.name]
+            if tables:
+                paths = station.reports.export(out, tables, incomplete=incomplete)
+                files = tuple(map(FileIdentity.of_written, paths))
+            for file in files:
+                console.print(f"{lead('Report  ')}{file.path}")
+        if not view.complete:
+            raise _incomplete(view, status, built.job_path)
+    finally:
+        station.close()
+        print_counters(console, station.looks.acquisition())
+        lost = station.job.lost
+        if lost is not None:
+            # No report may refer to a job that cannot be found.
+            for file in files:
+                file.remove()
+            raise lost
+        if reported and PDF.name in chosen:
+            _print_pages(built.job_path, out, console, incomplete=incomplete)
+    return view
+
+
+def _print_pages(job: Path, out: Path, console: Console, *, incomplete: bool) -> None:
+    """Write the PDF from the closed file of the job."""
+    options = [str(job), "--out", str(out), *(["--incomplete"] if incomplete else [])]
+    for line in print_pages(
+        "ocmm_gui.reports",
+        [options],
+        "export.pdf",
+        "The PDF report was not written",
+        "The job and the other formats are not affected.",
+    ):
+        console.print(f"{lead('Report  ')}{line}", highlight=False, markup=False)
+
+
+def print_table(console: Console, view: JobView, truth: Mapping[str, float] | None = None) -> None:
+    _print_results(console, view, truth)
+    for result in view.characteristics:
+        if result.note:
+            console.print(f"{result.name}: {say(result.note)}", style="dim", highlight=False)
+    if view.unproven:
+        console.print(say(view.unproven), style="bold red", highlight=False)
+    console.print(
+        f"{say('Lengths in mm, angles in degrees.')} {say(U_WORDS)}.", style="dim", highlight=False
+    )
+    if truth is not None:
+        held, known = _held(view, truth)
+        console.print(
+            say(
+                f"Measured ± U holds the true value of {held} of {known} characteristics; 95 % are "
+                "expected. (Form excluded: noise can only enlarge it.)"
+            ),
+            highlight=False,
+        )
+
+
+def _print_results(console: Console, view: JobView, truth: Mapping[str, float] | None) -> None:
+    """Print values and verdicts, never shortened: the columns that fit, else blocks of lines."""
+    names = ["Nominal", "Measured", "Deviation", "Lower", "Upper", U_LABEL, "True", "Error"]
+    names = names if truth is not None else names[:-2]
+    results = view.characteristics
+    rows = [
+        dict(zip(names, _cells(one, (truth or {}).get(one.name)), strict=False)) for one in results
+    ]
+    verdicts = [Text(say_word(one.verdict.value), _STYLE[one.verdict]) for one in results]
+    widths = {name: max(map(len, (say_word(name), *(row[name] for row in rows)))) for name in names}
+    last = max((len(say_word("Verdict")), *map(len, verdicts)))
+    longest = max((len(one.name) for one in results), default=0)
+
+    def needed(wanted: Sequence[str], first: int) -> int:
+        """Return the width of a table with three blanks between its columns."""
+        return first + last + sum(widths[name] + 3 for name in wanted) + 7
+
+    console = wide_enough(console, needed(names, longest))
+    few = [name for name in names if name in ("Measured", "Deviation", U_LABEL, "Error")]
+    least = min(longest, _LEAST_NAME)
+    choices = (names, few, ["Measured", U_LABEL])
+    wanted = next((one for one in choices if needed(one, least) <= console.width), None)
+    if wanted is None:
+        for one, cells, verdict in zip(results, rows, verdicts, strict=True):
+            lines = (f"  {say_word(name)} {cells[name]}" for name in names)
+            console.print(Text("\n").join([Text(shown(one.name)), *map(Text, lines)]))
+            console.print(Text("  ") + verdict)
+        return
+    table = Table(title=f"{view.part}: {view.job}", title_justify="left", box=box.SIMPLE_HEAD)
+    table.add_column(say_word("Characteristic"), overflow="fold")
+    for name in wanted:
+        table.add_column(say_word(name), justify="right", no_wrap=True, min_width=widths[name])
+    table.add_column(say_word("Verdict"), no_wrap=True, min_width=last)
+    for one, cells, verdict in zip(results, rows, verdicts, strict=True):
+        table.add_row(one.name, *(cells[name] for name in wanted), verdict)
+    console.print(table)
+
+
+def print_verdict(console: Console, view: JobView) -> None:
+    """Print the states, the reasons, and in the last line, for scripts, the part verdict."""
+    print_states(console, view)
+    for reason in view.part_verdict.reasons:
+        console.print(say(reason), style="bold yellow", highlight=False, markup=False)
+    verdict = view.part_verdict.shown_as
+    style = "" if verdict is None else _STYLE[verdict]
+    # English in every language: scripts read it.
+    console.print(view.part_verdict.headline, style=style, highlight=False, markup=False)
+
+
+def print_states(console: Console, view: JobView) -> None:
+    """Print a line for every limitation of a job: SIMULATED, INCOMPLETE."""
+    for line in state_lines(view):
+        console.print(say(line), style="bold yellow", highlight=False, markup=False)
+
+
+def print_explanations(console: Console, explained: Sequence[Explanation]) -> None:
+    """Print a line for every result that is not good: by how much, and the remedy."""
+    for item in explained:
+        console.print(
+            f"{item.characteristic}: {say(item.why)} {say(item.suggestion)}",
+            highlight=False,
+            markup=False,
+        )
+
+
+def print_counters(console: Console, status: AcquisitionStatus) -> None:
+    console.print(
+        say(
+            f"Cycles  {status.elapsed}: {status.good} good, {status.late} late, {status.lost} "
+            f"lost, "
+            f"{status.bad} bad"
+        ),
+        highlight=False,
+    )
+    console.print(
+        say(
+            f"Frames  {status.frames} delivered, {status.frames_lost} lost, {status.overrun} "
+            f"overrun"
+        ),
+        highlight=False,
+    )
+    if status.mean_pace is not None:
+        words = pace_words(status.mean_pace) or say("The virtual bus kept pace with real time.")
+        console.print(say(f"Pace    {status.mean_pace:.2f}: {say(words)}"), highlight=False)
+
+
+def exit_code(view: JobView) -> int:
+    """Return 0 if the part conforms or has no tolerance, 2 if incomplete, else 1."""
+    if not view.part_verdict.complete:
+        return 2
+    return int(view.part_verdict.word not in (PartWord.CONFORMS, PartWord.NO_TOLERANCE))
+
+
+def missing_sentences(view: JobView, job_path: Path, *, written: bool) -> str:
+    """Return the missing features of an ended job, and the remedy."""
+    missing = ", ".join(view.part_verdict.missing)
+    said = f"{say_word(INCOMPLETE)}: {missing} {say('not measured.')}"
+    if written:
+        return said
+    return f"{said} " + say(f"No report written; ocmm report {job_path} --incomplete writes one.")
+
+
+def _header(header: JobHeader) -> str:
+    """Return operator, serial number, and order and batch if given, on one line."""
+    beside = {"order": header.order, "batch": header.batch}
+    named = {"operator": header.operator, "serial": header.serial}
+    named |= {word: name for word, name in beside.items() if name}
+    return ", ".join(f"{say_word(word)} {name}" for word, name in named.items())
+
+
+def _wait(built: BuiltStation, console: Console) -> None:
+    station = built.station
+    total = sum(feature.points for feature in station.job.plan.features)
+    columns = (
+        TextColumn("{task.description}", markup=False),
+        BarColumn(),
+        MofNCompleteColumn(),
+        TextColumn(say("points"), markup=False),
+        TimeElapsedColumn(),
+    )
+    with Progress(*columns, console=console, transient=True) as progress:
+        task = progress.add_task(say("Starting"), total=total)
+        while not station.wait_finished(_POLL_S):
+            missing = station.job.missing()
+            left = sum(count for _, count in missing)
+            doing = f"{lead('Probing ')}{missing[0][0]}" if missing else say("Finishing")
+            slow = say(station.looks.acquisition().pace_words)
+            progress.update(
+                task, completed=total - left, description=f"{slow} {doing}" if slow else doing
+            )
+            if not missing or _script_is_over(built):
+                return
+            if station.faults.measuring is not None:
+                return
+            _require_calibration(built)
+
+
+def _print_probe(console: Console, probe: ProbeView) -> None:
+    # A tip requested by name is mounted when the station starts.
+    console.print(f"{lead('Probe  ')}{say(probe.label)}", highlight=False)
+    for warning in probe.warnings:
+        console.print(say(warning), style="yellow", highlight=False)
+
+
+def _require_calibration(built: BuiltStation) -> None:
+    """Raise CalibrationError if no further point is possible."""
+    for view in (built.station.instruments.calibration(), built.station.instruments.probe()):
+        if view.blocking_reason is None or view.word in (
+            CalibrationStatus.VALID,
+            CalibrationStatus.DUE,
+            CalibrationStatus.DESIGN,
+        ):
+            # Blockers of a valid calibration are temporary: warm-up, cameras not read yet.
+            continue
+        if built.station.faults.measuring is not None:
+            # It also makes them unusable, and is the true cause.
+            return
+        # A source that cannot be started is reported first.
+        if built.station.looks.acquisition().state is AcquisitionState.RUNNING:
+            raise CalibrationError(
+                "calibration.not_usable",
+                f"{view.word.value}: {view.blocking_reason.what}",
+                f"{view.blocking_reason.remedy} With --uncalibrated, points are taken but prove "
+                "nothing.",
+            )
+
+
+def _script_is_over(built: BuiltStation) -> bool:
+    if not built.live or built.virtual is None:
+        return False
+    # A refused last touch extends the script once its frames are measured, a second later at most.
+    second = round(1e9 / built.virtual.frame_period_ns)
+    return built.station.looks.live().frame_counter >= built.virtual.n_frames + second
+
+
+def _incomplete(view: JobView, status: AcquisitionStatus, job_path: Path) -> OcmmError:
+    lacking = ", ".join(
+        f"{feature.name} ({len(feature.points)}/{feature.needed})"
+        for feature in view.features
+        if len(feature.points) < feature.needed
+    )
+    if status.stop_reason is StopReason.FAILED and status.message:
+        return status.error("measure.source", f"Missing: {lacking}.")
+    return MeasuringError(
+        "measure.incomplete",
+        f"The source ended before the job was complete. Missing: {lacking}.",
+        f"Measure what is missing. Points so far are in {job_path}; ocmm report {job_path} "
+        "--incomplete reports them.",
+    )
+
+
+def _print_error(console: Console, error: OcmmError) -> None:
+    # Immediately, although the error is repeated at the end: closing takes time.
+    console.print(Text.assemble((shown(say(error.what)), "red"), " ", shown(say(error.remedy))))
+
+
+def _print_refusal(console: Console, refusal: Refusal) -> None:
+    stamp = time.strftime("%H:%M:%S")
+    console.print(f"{stamp} {say('Point refused:')} {told(refusal)}", highlight=False)
+
+
+def _held(view: JobView, truth: Mapping[str, float]) -> tuple[int, int]:
+    """Return for how many characteristics the truth lies within U, and of how many."""
+    inside = [
+        abs(result.measured - truth[result.name]) <= result.uncertainty
+        for result in view.characteristics
+        if result.measured is not None
+        and result.uncertainty is not None
+        and not spec_of(result.kind).form_alone
+        and result.name in truth
+    ]
+    return sum(inside), len(inside)
+
+
+def _cells(result: CharacteristicResult, true: float | None) -> list[str]:
+    """Return the texts of all number columns; a dash without a number."""
+    measured, deviation, uncertainty = result.measured, result.deviation, result.uncertainty
+    error = None if measured is None or true is None else measured - true
+    return [
+        _number(result.nominal),
+        _number(measured),
+        _number(deviation, "+"),
+        _number(result.lower, "+"),
+        _number(result.upper, "+"),
+        _number(uncertainty),
+        _number(true),
+        _number(error, "+"),
+    ]
+
+
+def _number(value: float | None, sign: str = "-") -> str:
+    return "-" if value is None else f"{value:{sign}z.4f}"

@@ -1,0 +1,154 @@
+"""Features offered by a model, on the terminal and as JSON, and options to choose them."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import msgspec
+import typer
+
+from ocmm_cli.terminal import say, say_word
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from rich.console import Console
+
+    from ocmm_cad.step import FacesAccount, Offer, StepModel, StepRequest
+
+BallOption = Annotated[
+    float | None,
+    typer.Option(help="Diameter of the ball, mm; of a model only. Without: the probe's."),
+]
+ProbeOption = Annotated[
+    Path | None, typer.Option("--probe", help="Probe that touches a model; without: the standard.")
+]
+RigOption = Annotated[
+    Path | None, typer.Option("--rig", help="Cameras that look on; without: the recommended rig.")
+]
+UpOption = Annotated[
+    str, typer.Option("--up", help="Axis of the model that points up: +x, -x, +y, -y, +z or -z.")
+]
+TurnOption = Annotated[
+    float, typer.Option("--turn", help="The part is turned about the vertical, degrees.")
+]
+ReachOption = Annotated[
+    bool, typer.Option(help="Leave out what stylus and body of the probe cannot reach.")
+]
+SightOption = Annotated[
+    bool, typer.Option(help="Leave out where the cameras see fewer than four LEDs.")
+]
+OnlyOption = Annotated[
+    list[str] | None,
+    typer.Option("--only", help="Of a model: this name (* and ? stand for others) or face number."),
+]
+WithoutOption = Annotated[
+    list[str] | None, typer.Option("--without", help="Of a model: not this name or face number.")
+]
+KindOption = Annotated[
+    list[str] | None,
+    typer.Option("--kind", help="Of a model: Plane, Cylinder, Cone, 'free form' and so on."),
+]
+LeastOption = Annotated[
+    float, typer.Option("--least", help="Smallest diameter, or longer side of a plane, mm.")
+]
+MostOption = Annotated[
+    float, typer.Option("--most", help="Largest diameter, or longer side of a plane, mm.")
+]
+ProfileOption = Annotated[
+    float | None,
+    typer.Option(
+        "--profile", help="Of a model: its free-form faces too, each with a profile of "
+        "a surface against the model; width of the zone, mm."
+    ),
+]  # fmt: skip
+ListOption = Annotated[
+    bool, typer.Option("--list", help="Of a model: print what it offers, and write no plan.")
+]
+
+
+def request_by(
+    probe: Path | None,
+    rig: Path | None,
+    ball: float | None,
+    stands: tuple[str, float],
+    *,
+    reach: bool,
+    sight: bool,
+) -> StepRequest:
+    """Return the request for targets; `stands`: upward axis of the part, rotation in degrees."""
+    from ocmm_cad.step import up_of, usual_request
+
+    up, turn = stands
+    request = msgspec.structs.replace(
+        usual_request(probe, rig, ball_mm=ball), up=up_of(up), turn_deg=turn
+    )
+    if not reach:
+        return msgspec.structs.replace(request, probe="", rig="")
+    return request if sight else msgspec.structs.replace(request, rig="")
+
+
+def print_offers(offers: Sequence[Offer], model: StepModel, console: Console) -> None:
+    """Print a line for each surface of a model, with reasons against it."""
+    from rich.table import Table
+    from rich.text import Text
+
+    from ocmm_cad.step import faces_account
+
+    table = Table(
+        say_word("name"),
+        say_word("faces"),
+        say_word("size, mm"),
+        say_word("targets"),
+        say_word("against it"),
+        box=None,
+        pad_edge=False,
+    )
+    for offer in offers:
+        faces = ",".join(map(str, offer.faces))
+        count = str(len(offer.feature.targets) or "")
+        table.add_row(offer.feature.name, faces, f"{offer.size_mm:.3f}", count, Text(offer.against))
+    console.print(table, highlight=False)
+    usual = [offer for offer in offers if not offer.against and offer.free_form is None]
+    print_faces(faces_account(model, usual), console)
+    if model.free_forms:
+        console.print(free_form_words(model), highlight=False)
+    if model.remark:
+        console.print(say(model.remark), style="yellow", highlight=False)
+
+
+def print_faces(account: FacesAccount, console: Console) -> None:
+    """Print how many faces of a model became features, and why the others did not."""
+    console.print(say(account.sentence()), highlight=False)
+    for why, count in account.left_out:
+        console.print(f"{count:5}  {say(why)}", highlight=False)
+    if words := account.recognised_sentence():
+        console.print(say(words), highlight=False)
+
+
+def free_form_words(model: StepModel) -> str:
+    """Return the number of free forms of a model, and the option that imports them."""
+    count = len(model.free_forms)
+    faces = say("1 free-form face") if count == 1 else say(f"{count:d} free-form faces")
+    return say(f"{faces} can be measured as profiles: give --profile with the width of the zone.")
+
+
+def offers_json(offers: Sequence[Offer], model: StepModel) -> str:
+    content = {
+        "offers": [
+            {
+                "name": offer.feature.name,
+                "shape": offer.kind,
+                "faces": offer.faces,
+                "size_mm": offer.size_mm,
+                "side": offer.feature.side,
+                "targets": len(offer.feature.targets),
+                "against": offer.against,
+            }
+            for offer in offers
+        ],
+        "others": model.others,
+        "not_measured": model.not_measured,
+    }
+    return msgspec.json.format(msgspec.json.encode(content), indent=2).decode()

@@ -1,0 +1,212 @@
+"""``ocmm recall``: verdicts of older jobs after their calibration was found wrong."""
+
+from __future__ import annotations
+
+import os
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+from rich import box
+from rich.console import Console
+from rich.table import Table
+
+from ocmm_cli.measure._pages import print_pages
+from ocmm_cli.terminal import computing, heads, language, lead, make_console, progress_line, say
+from ocmm_core.cluster import Site
+from ocmm_core.documents import write_atomic
+from ocmm_core.errors import InputError, StorageError
+from ocmm_core.leftovers import scratch_folder
+from ocmm_core.wording import Speech
+
+if TYPE_CHECKING:
+    from ocmm_core.inspection.archive import RecallRecord
+
+
+_JOBS = Path("ocmm-out")
+_STYLES = {"HOLDS": "green", "CHANGES": "bold red", "UNKNOWN": "yellow"}
+"""By the name of the outcome."""
+
+
+@computing
+def recall_command(
+    *,
+    jobs: Annotated[
+        list[Path] | None,
+        typer.Argument(
+            help="Job folders (searched with subfolders) or job files. Default: ocmm-out.",
+            metavar="[FOLDER]...",
+        ),
+    ] = None,
+    calibrations: Annotated[
+        Path | None,
+        typer.Option("--calibrations", help="Calibration folder. Default: that of this user."),
+    ] = None,
+    probes: Annotated[
+        Path | None,
+        typer.Option("--probes", help="Probe record folder. Default: that of this user."),
+    ] = None,
+    who: Annotated[
+        str,
+        typer.Option(
+            "--by",
+            help="Your name: releases the points whose verdicts hold. Without it, nothing is "
+            "stored.",
+        ),
+    ] = "",
+    artefact: Annotated[
+        str | None,
+        typer.Option(
+            "--artefact",
+            help="Serial number of an artefact found wrong: everything based on it is "
+            "invalidated first. Needs --since and --by.",
+        ),
+    ] = None,
+    since: Annotated[
+        datetime | None,
+        typer.Option(
+            "--since",
+            help="Date since when the artefact was wrong.",
+            formats=["%Y-%m-%d", "%Y-%m-%dT%H:%M"],
+        ),
+    ] = None,
+    json_file: Annotated[
+        Path | None, typer.Option("--json", help="Write the recall to this file, sealed.")
+    ] = None,
+    pdf_file: Annotated[
+        Path | None, typer.Option("--pdf", help="Write the recall report to this file.")
+    ] = None,
+    site: Site,
+) -> None:
+    """Recalculate the jobs that are in doubt because their calibration failed later.
+
+    Every job is recomputed from its raw spots with the calibration in force now; what the spots
+    exclude decides which of both counts. Verdicts CHANGE, HOLD, or CANNOT BE KNOWN. Job files are
+    not written to. Ends with 0 where all verdicts hold, else with 1.
+    """
+    from ocmm_core.calibration.records import default_folder
+    from ocmm_core.inspection.archive import Outcome
+    from ocmm_core.inspection.recall import KeptPlaces, decide, recall
+
+    console = make_console()
+    folder = calibrations if calibrations is not None else default_folder()
+    if artefact is not None or since is not None:
+        _let_fall(console, folder, artefact, since, who)
+    places = KeptPlaces(tuple(jobs or [_JOBS]), folder, probes)
+    with progress_line() as tell:
+        record = recall(places, datetime.now(UTC), tell, site=site)
+    if who and record.jobs:
+        record = decide(record, places, who, datetime.now(UTC))
+    show_recall(console, record)
+    write_recall(console, record, json_file, pdf_file)
+    if record.count(Outcome.CHANGES) + record.count(Outcome.UNKNOWN) or record.unread:
+        raise typer.Exit(1)
+
+
+def _let_fall(
+    console: Console, folder: Path, artefact: str | None, since: datetime | None, who: str
+) -> None:
+    from ocmm_core.inspection.recall import artefact_wrong
+
+    if artefact is None or since is None or not who:
+        raise InputError(
+            "recall.artefact",
+            (
+                "Reporting a wrong artefact needs its serial number, the date since when, "
+                "and your name."
+            ),
+            "Give --artefact, --since and --by.",
+        )
+    fallen = artefact_wrong(folder, artefact, since.astimezone(UTC), who, datetime.now(UTC))
+    for one in fallen:
+        console.print(
+            say(
+                f"Invalid {one.kind} of rig {one.rig}, {one.made_utc[:16]} UTC, calibration "
+                f"{one.calibration[:12]}"
+            ),
+            highlight=False,
+            markup=False,
+        )
+    if not fallen:
+        console.print(say(f"Everything based on artefact {artefact} was already invalidated."))
+
+
+def write_recall(
+    console: Console, record: RecallRecord, json_file: Path | None, pdf_file: Path | None
+) -> None:
+    """Write the sealed recall and its pages if requested."""
+    from ocmm_core.calibration.records import seal_signed
+    from ocmm_core.seals import Signed
+
+    if json_file is not None:
+        _write(json_file, seal_signed(record, Signed.RECALL))
+        console.print(f"{lead('Recall  ')}{json_file}", highlight=False, markup=False)
+    if pdf_file is not None:
+        _print_pages(record, pdf_file)
+        console.print(f"{lead('Recall  ')}{pdf_file}", highlight=False, markup=False)
+
+
+def show_recall(console: Console, record: RecallRecord) -> None:
+    from ocmm_core.inspection.recall import (
+        COLUMNS,
+        decided,
+        headline,
+        job_line,
+        not_judged,
+        rests_on,
+        row,
+        totals,
+        worst_first,
+    )
+
+    speech = Speech(language(os.environ))
+    console.print(headline(record, speech), style="bold", highlight=False)
+    for sentence in not_judged(record):
+        console.print(say(sentence), style="yellow", highlight=False, markup=False)
+    if not record.jobs:
+        return
+    for sentence in (*totals(record), decided(record)):
+        console.print(say(sentence), highlight=False, markup=False)
+    if not record.made_by:
+        console.print(say("--by NAME releases the points whose verdicts hold."), highlight=False)
+    table = Table(box=box.SIMPLE_HEAD)
+    for name in heads(*COLUMNS):
+        table.add_column(name, overflow="fold")
+    for job in worst_first(record.jobs):
+        name = job.label
+        for one in job.characteristics:
+            table.add_row(name, *row(one, speech), style=_STYLES[one.outcome.name])
+            name = ""
+    console.print(table)
+    for job in worst_first(record.jobs):
+        console.print(
+            f"{job_line(job, speech)} {say(rests_on(job))}", highlight=False, markup=False
+        )
+
+
+def _print_pages(record: RecallRecord, path: Path) -> None:
+    from ocmm_core.calibration.records import seal
+
+    with scratch_folder("recall") as folder:
+        sealed = folder / "recall.json"
+        sealed.write_bytes(seal(record))
+        print_pages(
+            "ocmm_gui.reports._recall",
+            [[str(sealed), str(path), "--language", language(os.environ)]],
+            "recall.pdf",
+            "The recall report was not written",
+            "The decision is stored; write the pages again.",
+        )
+
+
+def _write(path: Path, content: bytes) -> None:
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        write_atomic(path, content)
+    except OSError as error:
+        raise StorageError(
+            "recall.unwritable",
+            f"{path}: the recall cannot be written ({error.strerror}).",
+            "Give another file; the decision is stored.",
+        ) from error

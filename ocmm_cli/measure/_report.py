@@ -1,0 +1,281 @@
+"""``ocmm report``: reports of jobs from their own files."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import msgspec
+import typer
+from rich.console import Console
+
+from ocmm_cli.measure._pages import print_pages
+from ocmm_cli.terminal import (
+    HumidityOption,
+    PressureOption,
+    RoomOption,
+    lead,
+    make_console,
+    progress_line,
+    say,
+)
+from ocmm_core.errors import OcmmError
+from ocmm_core.processes import processes_for, side_by_side
+
+if TYPE_CHECKING:
+    from ocmm_core.export.report import ReportData
+
+
+# Those of the registry, which is not loaded for help; a test compares them.
+FORMAT_WORDS = "polyworks, qif, dfq, xlsx, json, fai, pdf or all"
+PROFILED_WORDS = "polyworks, dfq, xlsx"
+
+
+def report_command(
+    *,
+    jobs: Annotated[
+        list[Path],
+        typer.Argument(readable=False, help="Job files (.ocmm), also from other computers."),
+    ],
+    formats: Annotated[
+        list[str] | None, typer.Option("--format", help=f"One of {FORMAT_WORDS}; can be repeated.")
+    ] = None,
+    profile: Annotated[
+        Path | None,
+        typer.Option(
+            "--profile",
+            help="Profile document of the text files: delimiter, decimal sign, unit, columns. "
+            f"Used by {PROFILED_WORDS}. Default: PolyWorks.",
+        ),
+    ] = None,
+    out: Annotated[
+        Path | None, typer.Option("--out", help="Report folder. Default: that of the first job.")
+    ] = None,
+    preview_only: Annotated[
+        bool,
+        typer.Option("--preview", help="Print the contents of the files without writing them."),
+    ] = False,
+    probes: Annotated[
+        Path | None,
+        typer.Option(
+            "--probes",
+            help="Probe record folder, searched for later findings on the tip. Default: that of "
+            "this user.",
+        ),
+    ] = None,
+    calibrations: Annotated[
+        Path | None,
+        typer.Option(
+            "--calibrations",
+            help="Calibration folder, searched for later findings on the cameras. Default: that "
+            "of this user.",
+        ),
+    ] = None,
+    incomplete: Annotated[
+        bool, typer.Option("--incomplete", help="Report an incomplete job too.")
+    ] = False,
+    template: Annotated[
+        Path | None,
+        typer.Option(
+            "--template",
+            help="Template of the report: letterhead, machine, sections, signatures. Default: "
+            "that of this station, else plain. Copy resources/reports/standard.toml.",
+        ),
+    ] = None,
+    remember: Annotated[
+        bool,
+        typer.Option(
+            "--remember",
+            help="Use --template for every report from now on, also of ocmm measure and of the "
+            "window; keep what is given here with the jobs.",
+        ),
+    ] = False,
+    number: Annotated[
+        str, typer.Option("--number", help="Report number. Default: made from the job.")
+    ] = "",
+    customer: Annotated[str, typer.Option("--customer", help="For whom.")] = "",
+    customer_address: Annotated[
+        str, typer.Option("--customer-address", help="Where the customer is.")
+    ] = "",
+    order: Annotated[str, typer.Option("--order", help="Default: that of the job.")] = "",
+    drawing: Annotated[str, typer.Option("--drawing", help="Drawing of the part.")] = "",
+    revision: Annotated[str, typer.Option("--revision", help="Of the drawing.")] = "",
+    machine: Annotated[
+        str, typer.Option("--machine", help="Machine that made the part, for statistics.")
+    ] = "",
+    place: Annotated[
+        str, typer.Option("--place", help="Where it was measured. Default: of the template.")
+    ] = "",
+    received: Annotated[
+        str, typer.Option("--received", help="When the item came, in which condition.")
+    ] = "",
+    room: RoomOption = "",
+    humidity: HumidityOption = "",
+    pressure: PressureOption = "",
+    deviation: Annotated[
+        list[str] | None,
+        typer.Option("--deviation", help="Deviation from the plan; can be repeated."),
+    ] = None,
+    remark: Annotated[
+        list[str] | None, typer.Option("--remark", help="Statement; can be repeated.")
+    ] = None,
+) -> None:
+    """Report jobs from their own files, read-only.
+
+    Everything is recomputed from the raw observations in the job file, and what comes out
+    otherwise than it is stored is told. Each report is read back and compared before it replaces an
+    older one. Several jobs of one plan become several values in a Q-DAS file. A job that cannot be
+    read is named and left out; the command ends with 2 then. What the job does not know (customer,
+    drawing ...) is given here or was kept with it; what nobody gives is "not stated" on the paper.
+    """
+    from ocmm_core.export import (
+        DEFAULT_FORMAT,
+        EXPORTERS,
+        PDF,
+        chosen_formats,
+        preview,
+        preview_text,
+        require_complete,
+        write_report,
+    )
+    from ocmm_core.export.report import load_profile
+    from ocmm_core.export.template import (
+        Particulars,
+        keep_given,
+        keep_template,
+        load_paper,
+        paper_of,
+        surroundings,
+        template_in_use,
+    )
+
+    given = Particulars(
+        number=number, customer=customer, customer_address=customer_address, order=order,
+        drawing=drawing, revision=revision, machine=machine, place=place, received=received,
+        room=room, humidity=humidity, pressure=pressure,
+        deviations=tuple(deviation or ()), remarks=tuple(remark or ()),
+    )  # fmt: skip
+    surroundings(given)
+    # Reject an unusable template before the jobs are computed.
+    load_paper(template or template_in_use())
+    console = make_console(soft_wrap=True)
+    chosen = chosen_formats(formats or [DEFAULT_FORMAT])
+    layout = None if profile is None else load_profile(profile)
+    read, faults = _read_all(jobs, probes, calibrations, console)
+    if not read:
+        raise faults[0]
+    if remember:
+        if template is not None:
+            console.print(
+                f"{lead('Template  ')}{keep_template(template)}", highlight=False, markup=False
+            )
+        if given != Particulars():
+            for one in read:
+                whole = paper_of(one.path, given, template).given
+                kept = keep_given(one.path, whole)
+                console.print(f"{lead('Kept  ')}{kept}", highlight=False, markup=False)
+    data = [replace(one.data, paper=paper_of(one.path, given, template)) for one in read]
+    written = [name for name in chosen if name in EXPORTERS]
+    if preview_only:
+        for name in written:
+            typer.echo(f"== {EXPORTERS[name].title}")
+            typer.echo(preview_text(preview(data, name, layout)))
+        if PDF.name in chosen:
+            typer.echo(say("The window shows the pages of the PDF report (Results, Report)."))
+        return
+    folder = out if out is not None else jobs[0].parent
+    if not incomplete:
+        # Before the first file, for all formats.
+        require_complete(data)
+    if written:
+        for path in write_report(data, written, folder, layout, incomplete=incomplete):
+            console.print(f"{lead('Report  ')}{path}", highlight=False, markup=False)
+    if PDF.name in chosen:
+        paths = [one.path for one in read]
+        options = ["--given", msgspec.json.encode(given).decode()]
+        if template is not None:
+            options += ["--template", str(template)]
+        if incomplete:
+            options += ["--incomplete"]
+        for line in _print_pages(paths, folder, probes, calibrations, options):
+            console.print(f"{lead('Report  ')}{line}", highlight=False, markup=False)
+    if faults:
+        raise faults[0]
+
+
+def _print_pages(
+    jobs: Sequence[Path],
+    folder: Path,
+    probes: Path | None,
+    calibrations: Path | None,
+    others: Sequence[str],
+) -> list[str]:
+    """Write the PDF reports, many in parallel; return their paths in order."""
+    options = ["--out", str(folder), *others]
+    if probes is not None:
+        options += ["--probes", str(probes)]
+    if calibrations is not None:
+        options += ["--calibrations", str(calibrations)]
+    each = -(-len(jobs) // processes_for(len(jobs)))
+    parts = [jobs[first : first + each] for first in range(0, len(jobs), each)]
+    return print_pages(
+        "ocmm_gui.reports",
+        [[*map(str, part), *options] for part in parts],
+        "export.pdf",
+        "The PDF report was not written",
+        "The other formats are not affected.",
+    )
+
+
+@dataclass(frozen=True, slots=True)
+class _Read:
+    """A job to be reported, with its warnings."""
+
+    path: Path
+    data: ReportData
+    doubts: tuple[str, ...]
+    words: tuple[str, ...]
+    """States of the job and the verdict on the part."""
+
+
+def _read_all(
+    jobs: Sequence[Path], probes: Path | None, calibrations: Path | None, console: Console
+) -> tuple[list[_Read], list[OcmmError]]:
+    """Open all jobs, many in parallel; print warnings of each, in order."""
+    with progress_line() as tell:
+        found = list(
+            side_by_side(
+                partial(_read, probes=probes, calibrations=calibrations),
+                jobs,
+                processes_for(len(jobs)),
+                lambda path: f"The reading of {path.name}",
+                lambda done: tell(say(f"Read {done} of {len(jobs)} jobs"), done / len(jobs)),
+            )
+        )
+    read: list[_Read] = []
+    faults: list[OcmmError] = []
+    for one in found:
+        if isinstance(one, OcmmError):
+            faults.append(one)
+            console.print(say(one.what), style="yellow", highlight=False, markup=False)
+            continue
+        read.append(one)
+        for doubt in one.doubts:
+            line = f"{one.path.name}: {say(doubt)}"
+            console.print(line, style="yellow", highlight=False, markup=False)
+        words = "; ".join(map(say, one.words))
+        console.print(f"{one.path.stem}: {words}", highlight=False, markup=False)
+    return read, faults
+
+
+def _read(path: Path, probes: Path | None, calibrations: Path | None) -> _Read:
+    from ocmm_core.export.report import report_of_job
+    from ocmm_core.inspection.archive import reopen_job
+    from ocmm_core.inspection.evaluation import job_states, part_line
+
+    job = reopen_job(path, probes, calibrations=calibrations)
+    words = (*job_states(job.view), part_line(job.view))
+    return _Read(path, report_of_job(job), (*job.doubts, *job.remarks), words)

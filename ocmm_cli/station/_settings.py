@@ -1,0 +1,137 @@
+"""``ocmm settings``: the settings of the window, for scripts."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any
+
+import msgspec
+import typer
+
+from ocmm_cli.terminal import make_console, print_notes, say
+from ocmm_core.errors import InputError
+from ocmm_core.settings import (
+    SETTINGS,
+    LoadedSettings,
+    Note,
+    Origin,
+    Scope,
+    SettingsStore,
+    spec_of,
+    text_of,
+    value_of_text,
+)
+
+settings_app = typer.Typer(
+    name="settings",
+    no_args_is_help=True,
+    help="Settings of the window: of this station and of this user. Commands that measure on the "
+    "terminal do not read them.",
+)
+_STATION = Annotated[
+    bool, typer.Option("--station", help="For everybody at this computer; default: as it belongs.")
+]
+
+
+@settings_app.command()
+def show(
+    key: Annotated[str, typer.Argument(help="One setting; default: all.")] = "",
+    *,
+    json: Annotated[bool, typer.Option("--json", help="As JSON.")] = False,
+) -> None:
+    """Show all settings, where each comes from, and what differs from the default."""
+    store = SettingsStore.of_this_user()
+    loaded = store.load()
+    specs = SETTINGS if not key else (spec_of(key),)
+    if json:
+        content: dict[str, Any] = {
+            "schema": "ocmm.settings-shown/1",
+            "station": str(store.station.path),
+            "user": str(store.user.path),
+            "settings": [
+                {
+                    "key": spec.key,
+                    "value": text_of(loaded.values[spec.key]),
+                    "default": text_of(spec.default),
+                    "differs": loaded.differs(spec.key),
+                    "origin": loaded.origins[spec.key].value,
+                }
+                for spec in specs
+            ],
+            "notes": [{"what": note.what, "remedy": note.remedy} for note in loaded.notes],
+        }
+        typer.echo(msgspec.json.format(msgspec.json.encode(content), indent=2).decode())
+        return
+    console = make_console(soft_wrap=True)
+    for spec in specs:
+        origin = loaded.origins[spec.key]
+        mark = "*" if loaded.differs(spec.key) else " "
+        told = "" if origin is Origin.DEFAULT else f"  ({origin.value})"
+        value = text_of(loaded.values[spec.key]) or "-"
+        console.print(f"{mark} {spec.key:34} {value}{told}", highlight=False, markup=False)
+    console.print(
+        say(f"* differs from the default. Station: {store.station.path}  User: {store.user.path}"),
+        highlight=False, markup=False,
+    )  # fmt: skip
+    print_notes(loaded.notes)
+
+
+@settings_app.command(name="set")
+def set_command(
+    key: Annotated[str, typer.Argument(help="Setting, e.g. instrument.rig.")],
+    value: Annotated[str, typer.Argument(help="As in the window; empty: the default.")],
+    *,
+    station: _STATION = False,
+) -> None:
+    """Change one setting; a window that is open takes it at its next start."""
+    spec = spec_of(key)
+    given = value_of_text(spec, value)
+    store = SettingsStore.of_this_user()
+    print_notes(store.change({key: given}, Scope.STATION if station else None))
+    if spec.section == "report":
+        from ocmm_core.export.template import use_head
+
+        use_head(store.load().settings, store.user.path.parent)
+    make_console(soft_wrap=True).print(
+        f"{key} = {text_of(given) or '-'}", highlight=False, markup=False
+    )
+
+
+@settings_app.command()
+def confirm(
+    who: Annotated[str, typer.Option("--by", help="Name of the person who answers for them.")],
+    *,
+    station: _STATION = False,
+) -> None:
+    """Sign the settings that change verdicts, after they were edited outside the program."""
+    if not who.strip():
+        raise InputError("settings.name", "No name given.", "Give it with --by.")
+    store = SettingsStore.of_this_user()
+    file = store.station if station else store.user
+    file.confirm(who.strip())
+    make_console(soft_wrap=True).print(
+        say(f"{file.path}: confirmed by {who.strip()}."), highlight=False, markup=False
+    )
+
+
+@settings_app.command()
+def check() -> None:
+    """Check the documents and the files that they name; exit code 2 where something is wrong."""
+    loaded = SettingsStore.of_this_user().load()
+    print_notes(loaded.notes)
+    wrong = _look(loaded)
+    if loaded.notes or wrong:
+        raise typer.Exit(2)
+    make_console().print(say("All settings can be used."), highlight=False)
+
+
+def _look(loaded: LoadedSettings) -> bool:
+    found = False
+    for spec in SETTINGS:
+        if loaded.origins[spec.key] is Origin.DEFAULT or spec.key == "window.keys":
+            continue
+        try:
+            value_of_text(spec, text_of(loaded.values[spec.key]))
+        except InputError as error:
+            found = True
+            print_notes((Note(error.what, error.remedy),))
+    return found

@@ -1,0 +1,147 @@
+"""``ocmm station doctor``: check whether this computer is fit to measure."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from ocmm_cli.terminal import make_console, progress_line, say
+from ocmm_core.errors import InputError, StorageError
+from ocmm_core.host import require_linux
+
+if TYPE_CHECKING:
+    from ocmm_core.doctor import Computer, SystemChange
+
+station_app = typer.Typer(no_args_is_help=True, help="The computer that the station runs on.")
+
+_ONE_IS_RED = 1
+
+
+@station_app.command()
+def doctor(
+    *,
+    interface: Annotated[
+        str,
+        typer.Option(
+            "--interface",
+            help="Network adapter of the cameras. Default: that of the service "
+            "(/etc/ocmm/bus.env).",
+        ),
+    ] = "",
+    jobs: Annotated[
+        Path | None, typer.Option("--jobs", help="Folder of the jobs. Default: the present one.")
+    ] = None,
+    seconds: Annotated[
+        float,
+        typer.Option(
+            "--seconds",
+            help="How long wake-up jitter is measured, and a bus on a virtual cable (10 s at "
+            "most); 0 leaves both out.",
+        ),
+    ] = 60.0,
+    as_json: Annotated[
+        bool, typer.Option("--json", help="Print JSON instead (docs/doctor.schema.json).")
+    ] = False,
+    fix: Annotated[
+        bool,
+        typer.Option(
+            "--fix",
+            help="Put right what can be without any risk; shows it and asks before. Needs root.",
+        ),
+    ] = False,
+    yes: Annotated[bool, typer.Option("--yes", help="With --fix: do not ask.")] = False,
+    take_back: Annotated[
+        bool, typer.Option("--undo", help="Take back all that --fix changed. Needs root.")
+    ] = False,
+) -> None:
+    """Check this computer as a technician would, and say what to do: a line for each check.
+
+    GREEN: as it should be. AMBER: the station measures, but cycles can come late, or something
+    ends soon. RED: the station cannot measure, or what it measures is not kept, proven or
+    protected. NOT CHECKED: the computer did not tell; the line says why.
+
+    Measures for a minute how late the computer wakes up: leave it alone, or let run on it what
+    runs while it measures parts.
+
+    Exit code 0 where no line is RED, 1 where one is, 2 where the command could not do what was
+    asked.
+    """
+    import msgspec
+
+    from ocmm_cli.station._page import print_hint, print_report
+    from ocmm_core.composition import measured_checks
+    from ocmm_core.doctor import Light, examine, this_computer
+
+    require_linux("The doctor of a station")
+    if take_back and fix:
+        raise InputError("doctor.both", "--fix and --undo contradict each other.", "Give one.")
+    computer = this_computer(interface=interface, jobs=jobs)
+    if take_back:
+        _take_back(computer)
+        return
+    if fix:
+        _fix(computer, examine(computer)[1], yes=yes)
+    with progress_line() as progress:
+        report, changes = examine(computer, measured_checks(seconds), progress)
+    if as_json:
+        typer.echo(msgspec.json.format(msgspec.json.encode(report), indent=1).decode())
+    else:
+        console = make_console()
+        print_report(report, console)
+        print_hint(computer, () if fix else changes, console)
+    raise typer.Exit(_ONE_IS_RED if report.light is Light.RED else 0)
+
+
+def _fix(computer: Computer, changes: tuple[SystemChange, ...], *, yes: bool) -> None:
+    """Show the changes, confirm, apply, and print failures."""
+    from ocmm_cli.station._page import print_changes, print_mended
+    from ocmm_core.doctor import may_mend, mend
+
+    # Separate from output that programs read.
+    console = make_console(stderr=True)
+    if not changes:
+        console.print(say("Nothing can be put right without a technician."))
+        return
+    if not may_mend(computer):
+        raise StorageError(
+            "doctor.no_rights",
+            "This user may not change the computer; nothing was changed.",
+            f"Type: sudo {Path(sys.argv[0]).absolute()} station doctor --fix",
+        )
+    console.print(say("This would be changed:"))
+    print_changes(changes, console)
+    if not yes:
+        if not sys.stdin.isatty():
+            raise InputError(
+                "doctor.nobody_to_ask",
+                "Nobody can be asked here; nothing was changed.",
+                "Add --yes, or run it in a terminal.",
+            )
+        if not typer.confirm(say("Change it?"), err=True):
+            console.print(say("Nothing was changed."))
+            return
+    print_mended(mend(computer, changes), say("changed"), console)
+    console.print(
+        say(
+            "Values of kernel and adapter hold until the next start. "
+            "To take all of it back: ocmm station doctor --undo\n"
+        )
+    )
+
+
+def _take_back(computer: Computer) -> None:
+    from ocmm_cli.station._page import print_mended
+    from ocmm_core.doctor import undo
+
+    done = undo(computer)
+    console = make_console()
+    print_mended(done, say("taken back"), console)
+    if any(one.failed for one in done):
+        raise StorageError(
+            "doctor.undo_refused",
+            "Not all could be taken back.",
+            "Restart the computer, then type it once more.",
+        )

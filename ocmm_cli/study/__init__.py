@@ -1,0 +1,53 @@
+"""Fits, uncertainties, speeds and simulations on the command line.
+
+In: files of points, job files, reference pairs, a probe's design. Out: tables, JSON, SVG plots.
+
+Read `_fit` with `_fit_rows` and `_fit_json`, `_verify_fits`, `_uncertainty`, `_probe` (a probe
+before it is built), `_study` (simulations of a procedure), `_coverage` (of whole measurements),
+`_bench` and `_endurance` (speed and memory of the hot path). It must not know `cli.calibrate`.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from ocmm_core.door import door
+
+if TYPE_CHECKING:
+    from ocmm_cli.study._bench import BenchRow, measure_speed, run_bench
+    from ocmm_cli.study._coverage import (
+        CoverageOutcome,
+        CoverageSetup,
+        coverage_table,
+        more_characteristics,
+        run_coverage,
+        touch_all,
+    )
+    from ocmm_cli.study._endurance import print_run, run_for
+    from ocmm_cli.study._fit import fit_command
+    from ocmm_cli.study._probe import probe_app
+    from ocmm_cli.study._study import probe_calibration, study_app
+    from ocmm_cli.study._uncertainty import uncertainty_command
+    from ocmm_cli.study._verify_fits import verify_fits_command
+else:
+    __getattr__ = door(
+        __name__,
+        _bench="BenchRow measure_speed run_bench",
+        _coverage=(
+            "CoverageOutcome CoverageSetup coverage_table more_characteristics run_coverage "
+            "touch_all"
+        ),
+        _endurance="print_run run_for",
+        _fit="fit_command",
+        _probe="probe_app",
+        _study="probe_calibration study_app",
+        _uncertainty="uncertainty_command",
+        _verify_fits="verify_fits_command",
+    )
+
+__all__ = [
+    "BenchRow", "CoverageOutcome", "CoverageSetup", "coverage_table", "fit_command",
+    "measure_speed", "more_characteristics", "print_run", "probe_app", "probe_calibration",
+    "run_bench", "run_coverage", "run_for", "study_app", "touch_all", "uncertainty_command",
+    "verify_fits_command",
+]  # fmt: skip

@@ -1,0 +1,282 @@
+"""``ocmm fit``: fit one element to the points of a file."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from enum import StrEnum
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+from rich import box
+from rich.console import Console
+from rich.table import Table
+from rich.text import Text
+
+from ocmm_cli.terminal import (
+    ColumnsOption,
+    DecimalOption,
+    SkipOption,
+    TableUnitOption,
+    make_console,
+    print_table_account,
+    say,
+    say_later,
+    say_word,
+)
+from ocmm_core.errors import FitError, InputError
+from ocmm_core.features.shapes import Shape
+
+if TYPE_CHECKING:
+    from ocmm_cli.study._fit_rows import FitRow
+    from ocmm_core.features.shapes import Fit
+    from ocmm_core.geometry import Float
+    from ocmm_core.tolerances.uncertainty import FitUncertainty
+
+
+LISTED = 20
+"""Outliers that are printed one by one."""
+
+
+def _word_of(shape: Shape) -> str:
+    return shape.name.lower().replace("_", "-")
+
+
+SHAPES = {_word_of(shape): shape for shape in Shape}
+
+
+def _shape_of(word: str) -> Shape:
+    if word not in SHAPES:
+        words = ", ".join(repr(known) for known in SHAPES)
+        raise typer.BadParameter(say(f"{word!r} is not one of {words}."))
+    return SHAPES[word]
+
+
+class CriterionWord(StrEnum):
+    LEAST_SQUARES = "least-squares"
+    MINIMUM_ZONE = "minimum-zone"
+    INSCRIBED = "inscribed"
+    CIRCUMSCRIBED = "circumscribed"
+
+
+def fit_command(
+    file: Annotated[
+        Path,
+        typer.Argument(
+            help="Text file, one row x y z per point, or PLY, OBJ, OFF, STL or PCD.", metavar="FILE"
+        ),
+    ],
+    shape: Annotated[
+        Shape,
+        typer.Option(
+            "--shape",
+            help="Shape to fit.",
+            parser=_shape_of,
+            metavar=f"<{'|'.join(SHAPES)}>",
+            autocompletion=lambda: list(SHAPES),
+        ),
+    ],
+    criterion: Annotated[
+        CriterionWord, typer.Option("--criterion", help="Association criterion.")
+    ] = CriterionWord.LEAST_SQUARES,
+    free: Annotated[
+        bool, typer.Option("--free", help="Circle: fit in space as one problem, not plane first.")
+    ] = False,
+    json: Annotated[
+        bool, typer.Option("--json", help="Print one JSON object instead of the table.")
+    ] = False,
+    unit: TableUnitOption = "",
+    columns: ColumnsOption = "",
+    decimal: DecimalOption = "",
+    skip: SkipOption = "",
+) -> None:
+    """Fit one element to points and print it with its form, uncertainty and outliers.
+
+    The points are used as they are: no ball radius is subtracted. The account of the file (columns,
+    unit, decimal sign, lines left out) is printed to the standard error output.
+
+    The uncertainty follows from the scatter of the residuals, as if it were random and equal
+    everywhere; it excludes the measuring system. U covers the true value in 95 of 100 cases for any
+    number of points; numbers that the points determine too weakly are shown without U.
+    """
+    from ocmm_cli.study._fit_json import fit_json
+    from ocmm_core.features.measured import commanding_rows, fit_shape
+    from ocmm_core.features.shapes import MINIMUM_POINTS, Criterion, read_points_file
+    from ocmm_core.tables import TableOptions
+    from ocmm_core.tolerances.uncertainty import fit_uncertainty
+
+    if free and not shape.spec.may_be_free:
+        raise InputError(
+            "fit.free", f"--free applies to circles, not to a {_word_of(shape)}.", "Omit it."
+        )
+    if free and criterion in (CriterionWord.INSCRIBED, CriterionWord.CIRCUMSCRIBED):
+        raise InputError(
+            "fit.free", "--free goes with least-squares and minimum-zone only.", "Omit one."
+        )
+    held = read_points_file(file, TableOptions(unit, columns, decimal, skip))
+    points = held.points
+    try:
+        fit = fit_shape(shape, points, criterion=Criterion[criterion.name], free=free)
+    except FitError as error:
+        odd = commanding_rows(shape, points, free=free)
+        why = "" if odd is None else f" {odd.words}"
+        raise FitError(error.code, f"{file}: {error.what}{why}", error.remedy) from error
+    odd = commanding_rows(shape, points, free=free)
+    found = fit_uncertainty(fit, points)
+    if json:
+        typer.echo(fit_json(file, held.account, fit, points, criterion.value, found, odd))
+        return
+    print_table_account(held.account)
+    console = make_console()
+    if held.unit != "mm":
+        console.print(
+            say(
+                f"Unit {held.unit}: all numbers are in mm, {held.factor:g} times those of the file."
+            ),
+            style="yellow",
+            highlight=False,
+        )
+    _print_fit(console, fit, found, len(points), criterion, free=free)
+    if odd:
+        console.print(
+            say(f"{odd.words} Check it, remove its row and fit again."),
+            style="yellow",
+            highlight=False,
+        )
+    if fit.criterion is Criterion.LEAST_SQUARES:
+        _print_outliers(console, fit, points)
+    _print_rival(console, fit)
+    if fit.rival is None and shape.spec.often_ambiguous and len(points) <= MINIMUM_POINTS[shape]:
+        console.print(
+            say(
+                f"{len(points)} points are the minimum for a {shape.value}: other elements "
+                "may pass through them too. Take more points."
+            ),
+            style="yellow",
+            highlight=False,
+        )
+
+
+def _print_fit(
+    console: Console,
+    fit: Fit,
+    found: FitUncertainty | None,
+    n: int,
+    criterion: CriterionWord,
+    *,
+    free: bool,
+) -> None:
+    from ocmm_cli.study._fit_rows import rows_of
+    from ocmm_core.tolerances.decisions import U_LABEL
+
+    how = f"{say_word(criterion.value)} ({say_word(fit.criterion.value)})"
+    if free:
+        how += f", {say('one problem in space')}"
+    table = Table(
+        title=say(f"{fit.shape.value} through {n:d} points:") + f" {how}",
+        title_justify="left",
+        box=box.SIMPLE_HEAD,
+    )
+    table.add_column("")
+    table.add_column(say_word("Value"), justify="right", no_wrap=True)
+    table.add_column(U_LABEL, justify="right", no_wrap=True)
+    rows = rows_of(fit, found)
+    for row in rows:
+        digits = 12 if row.unit == "" else 9
+        text = "  ".join(f"{value:.{digits}f}" for value in row.values)
+        own = row.expanded
+        table.add_row(row.words, text, "–" if own is None else f"{own:.2g} {row.stated_unit}")
+    console.print(table)
+    if fit.contacts:
+        held = ", ".join(str(row + 1) for row in fit.contacts)
+        console.print(say(f"Contact points {held} (rows of the file, from 1)."))
+    _print_uncertainty(console, rows)
+
+
+def _print_uncertainty(console: Console, rows: Sequence[FitRow]) -> None:
+    """Print the meaning of U, and why a number has none."""
+    stated = [row for row in rows if row.stated is not None]
+    if not stated:
+        console.print(
+            say(
+                "No uncertainty: it needs least squares with more points than the element requires."
+            ),
+            style="dim",
+        )
+        return
+    known = [row.stated for row in stated if row.stated is not None and row.stated.k is not None]
+    if known:
+        degrees = _range([one.degrees for one in known], 1)
+        factors = _range([one.k for one in known if one.k is not None], 2)
+        console.print(
+            say(
+                f"U from the scatter of the points: {degrees} degrees of freedom, k = {factors}. "
+                f"It "
+                "excludes the measuring system."
+            ),
+            style="dim",
+            highlight=False,
+        )
+    weak = [row.words for row in stated if row.stated is not None and not row.stated.valid]
+    if weak:
+        console.print(
+            say(
+                f"No U for {', '.join(weak)}: the points determine the element too weakly. "
+                "Take more points, spread over more of it."
+            ),
+            style="yellow",
+            highlight=False,
+        )
+
+
+def _range(values: Sequence[float], digits: int) -> str:
+    """Return the one value, or the least and the greatest."""
+    low, high = (f"{round(value, digits):g}" for value in (min(values), max(values)))
+    return low if low == high else f"{low} to {high}"
+
+
+def _print_outliers(console: Console, fit: Fit, points: Float) -> None:
+    from ocmm_core.features.measured import outliers
+
+    found = outliers(fit, points)
+    for row in found[:LISTED]:
+        console.print(
+            say(
+                f"Outlier: point {row + 1} is {fit.residuals[row]:+.6f} mm off; still used in "
+                f"the fit."
+            ),
+            style="yellow",
+            highlight=False,
+        )
+    if len(found) > LISTED:
+        console.print(
+            say(f"{len(found) - LISTED:d} more outlier{'' if len(found) - LISTED == 1 else 's'}."),
+            style="yellow",
+            highlight=False,
+        )
+    if not found:
+        console.print(say("No outliers."), style="dim")
+
+
+def _print_rival(console: Console, fit: Fit) -> None:
+    from ocmm_core.features.search import sizes_in_words
+
+    if fit.rival is None:
+        return
+    console.print(
+        Text.assemble(
+            ("AMBIGUOUS:", "bold red"),
+            say(
+                " the points fit two elements, and their noise cannot tell which. Use neither; "
+                "take "
+                "more points, spread over more of the feature."
+            ),
+        )
+    )
+    for word, one in ((say_later("The one above:"), fit), (say_later("The other one:"), fit.rival)):
+        centre = ", ".join(f"{value:.6f}" for value in one.point)
+        console.print(
+            f"{say(word)} {sizes_in_words(one)}, "
+            + say(f"at {centre}; rms of the residuals {one.rms:.9f} mm."),
+            highlight=False,
+        )

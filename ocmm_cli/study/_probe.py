@@ -1,0 +1,203 @@
+"""``ocmm probe``: performance of a probe before it is built."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+from rich import box
+from rich.console import Console
+from rich.table import Table
+from rich.text import Text
+
+from ocmm_cli.terminal import ProbeOption, RigOption, make_console, say, say_word
+from ocmm_core.composition import RECOMMENDED_RIG, STANDARD_PROBE
+from ocmm_core.documents import write_atomic
+from ocmm_core.errors import InputError
+
+if TYPE_CHECKING:
+    from ocmm_core.measuring import BudgetTerm, ProbeReport
+
+
+probe_app = typer.Typer(
+    no_args_is_help=True, help="Examine a probe: the uncertainty of its tip and what causes it."
+)
+
+
+@probe_app.callback()
+def _probe() -> None:
+    pass
+
+
+@probe_app.command()
+def design(
+    *,
+    probe: ProbeOption = STANDARD_PROBE,
+    rig: RigOption = RECOMMENDED_RIG,
+    probe_design: Annotated[
+        Path | None,
+        typer.Option(
+            "--design",
+            help="Design document: materials and sections. Default: the one in the resources "
+            "folder with the probe's name, if any.",
+        ),
+    ] = None,
+    tilt: Annotated[
+        tuple[float, float, float],
+        typer.Option("--tilt", help="Tilts about X, Y and Z: uniform between - and + these, °."),
+    ] = (45.0, 45.0, 10.0),
+    spot_sigma: Annotated[
+        float, typer.Option("--spot-sigma", help="Noise of an averaged spot, px.")
+    ] = 0.0105,
+    poses: Annotated[int, typer.Option("--poses", help="Number of poses.")] = 4000,
+    all_seen: Annotated[
+        bool, typer.Option("--all-seen", help="Treat LEDs facing away from a camera as visible.")
+    ] = False,
+    seed: Annotated[int, typer.Option("--seed", help="Seed of the poses.")] = 1,
+    out: Annotated[Path, typer.Option("--out", help="Folder for the figures.")] = Path("ocmm-out"),
+) -> None:
+    """Say how certain the tip of a probe is with a rig, and whether its LEDs can be confused.
+
+    Prints the uncertainty of the tip as a number, the LEDs' nearest wrong order, growth by warmth
+    and bending where the design is known, and what each source adds to one point. Writes maps over
+    tilt and volume and the bending line as SVG.
+    """
+    from ocmm_core.calibration.probe_design import Postures, load_design, shipped_design
+    from ocmm_core.camera import load_rig
+    from ocmm_core.measuring import Examination, examine
+    from ocmm_core.tracking import load_probe
+
+    if min(tilt) < 0.0 or max(tilt) > 180.0:
+        raise InputError(
+            "design.tilt",
+            f"The tilts {tilt} are not valid.",
+            "Give three angles from 0 to 180 degrees.",
+        )
+    cameras, body = load_rig(rig), load_probe(probe)
+    path = probe_design if probe_design is not None else shipped_design(body)
+    built = None if path is None else load_design(path, body)
+    asked = Examination(
+        Postures(tilt, cameras.volume_world),
+        sigma_px=spot_sigma,
+        poses=poses,
+        everything_seen=all_seen,
+        seed=seed,
+    )
+    console = make_console()
+    with console.status(say("Computing")) as status:
+        report = examine(cameras, body, built, asked, lambda what, _: status.update(Text(what)))
+    written = write_figures(report, out)
+    print_report(console, report)
+    console.print(
+        f"{say_word('Written')}: {', '.join(str(item) for item in written)}", highlight=False
+    )
+
+
+def print_report(console: Console, report: ProbeReport) -> None:
+    import numpy as np
+
+    from ocmm_core.measuring import label_verdict, label_words, mechanics_words
+
+    asked, number = report.examination, report.number
+    low, high = asked.postures.volume_world
+    console.print(
+        say(f"Probe '{report.probe}' with {report.n_leds} LEDs, seen by rig '{report.rig}'."),
+        highlight=False,
+    )
+    console.print(
+        say(
+            f"Held at tilts up to ±{' / ±'.join(f'{t:g}' for t in asked.postures.tilt_deg)}° about "
+            f"X / Y / Z, in {' x '.join(f'{size:.0f}' for size in high - low)} mm; spots of "
+            f"{asked.sigma_px:g} px."
+        ),
+        highlight=False,
+    )
+    console.print()
+    if not np.isfinite(number.space_um):
+        console.print(
+            say("No pose gives a tip: the cameras do not see enough LEDs."), style="bold red"
+        )
+    else:
+        x, y, z = number.axes_um
+        console.print(
+            Text.assemble(
+                (say(f"Uncertainty of the tip from spot noise: {number.space_um:.1f} µm"), "bold"),
+                say(f" (standard, in space; X {x:.1f}, Y {y:.1f}, Z {z:.1f})."),
+            )
+        )
+        console.print(
+            say(
+                f"Below {number.p95_um:.1f} µm in 95 of 100 poses. {100.0 * number.share:.1f} % of "
+                "all poses give a tip."
+            ),
+            highlight=False,
+        )
+    console.print()
+    for item in report.labels:
+        console.print(say(label_words(item)), highlight=False)
+    console.print(say(label_verdict(report.labels, coded=report.coded)), highlight=False)
+    console.print()
+    if report.mechanics is None:
+        console.print(
+            say("Growth and bending: not known. Give a design document with --design."),
+            highlight=False,
+        )
+    else:
+        for line in mechanics_words(report.mechanics):
+            console.print(say(line), highlight=False)
+    console.print()
+    console.print(_budget_table(report.budget))
+    if report.budget:
+        console.print(
+            say(
+                "Standard uncertainties in space, RMS over the poses. Camera and probe errors are "
+                "common to many points: they cancel in short distances."
+            ),
+            style="dim",
+            highlight=False,
+        )
+
+
+def write_figures(report: ProbeReport, out: Path) -> list[Path]:
+    """Write maps and bending line and return their names; InputError if that fails."""
+    from ocmm_cli.terminal import bending, tip_map
+    from ocmm_core.measuring import map_range
+
+    limits = map_range(report.maps)
+    subtitle = (
+        f"Probe '{report.probe}', rig '{report.rig}', spots of {report.examination.sigma_px:g} px; "
+        f"standard, in space; mean {report.number.space_um:.1f} µm"
+    )
+    names = ("probe_tilt.svg", "probe_volume_top.svg", "probe_volume_front.svg")
+    files = {
+        name: tip_map(found, limits, subtitle)
+        for name, found in zip(names, report.maps, strict=True)
+    }
+    if report.mechanics is not None:
+        files["probe_bending.svg"] = bending(
+            report.mechanics, f"Bending of the probe '{report.probe}'"
+        )
+    try:
+        out.mkdir(parents=True, exist_ok=True)
+        for name, text in files.items():
+            write_atomic(out / name, text.encode("utf-8"))
+    except OSError as error:
+        raise InputError(
+            "design.unwritable",
+            f"{out}: the figures cannot be written ({error.strerror}).",
+            "Give a writable folder with --out.",
+        ) from error
+    return [out / name for name in files]
+
+
+def _budget_table(budget: tuple[BudgetTerm, ...]) -> Table:
+    table = Table(
+        title=say_word("Uncertainty of one point"), title_justify="left", box=box.SIMPLE_HEAD
+    )
+    table.add_column(say_word("Source"), no_wrap=True)
+    table.add_column(say_word("µm"), justify="right", no_wrap=True)
+    table.add_column(say_word("Based on"))
+    for term in budget:
+        table.add_row(say(term.name), f"{term.sigma_um:.2f}", say(term.rests_on))
+    return table

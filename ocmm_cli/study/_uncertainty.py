@@ -1,0 +1,187 @@
+"""``ocmm uncertainty``: uncertainty budget of a job, and Monte Carlo for comparison."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+from rich import box
+from rich.console import Console
+from rich.progress import Progress
+from rich.table import Table
+
+from ocmm_cli.terminal import computing, heads, make_console, say, say_word
+from ocmm_core.cluster import Site
+from ocmm_core.errors import InputError
+
+if TYPE_CHECKING:
+    from ocmm_core.inspection.evaluation import JobUncertainty
+    from ocmm_core.tolerances.decisions import CharacteristicResult
+    from ocmm_core.tolerances.monte_carlo import MonteCarloOptions, MonteCarloReport, Task
+    from ocmm_core.tolerances.uncertainty import Budget
+
+
+_BAR = 20
+
+
+@computing
+def uncertainty_command(
+    *,
+    job: Annotated[Path, typer.Argument(help="Job file.", metavar="JOB")],
+    only: Annotated[
+        str, typer.Option("--only", help="Name of one characteristic; default: all.")
+    ] = "",
+    monte_carlo: Annotated[
+        bool, typer.Option("--monte-carlo", help="Also run Monte Carlo and compare.")
+    ] = False,
+    trials: Annotated[int, typer.Option("--trials", help="Maximum number of trials.")] = 1_000_000,
+    digits: Annotated[int, typer.Option("--digits", help="Significant digits required for u.")] = 2,
+    seed: Annotated[int, typer.Option("--seed", help="Of the simulation.")] = 1,
+    site: Site,
+) -> None:
+    """Show the uncertainty budget of every result of a job.
+
+    The job is opened read-only and recomputed from its points. Ctrl+C cancels a simulation.
+    """
+    from ocmm_cli.measure import print_states
+    from ocmm_core.inspection.archive import reopen_job
+    from ocmm_core.inspection.evaluation import job_uncertainty
+    from ocmm_core.tolerances.monte_carlo import MonteCarloOptions
+
+    console = make_console()
+    opened = reopen_job(job)
+    print_states(console, opened.view)
+    found = job_uncertainty(
+        opened.plan, opened.points, opened.sensitivities, opened.rig, opened.body, opened.options
+    )
+    names = [item.name for item in opened.plan.characteristics]
+    if only and only not in names:
+        raise InputError(
+            "uncertainty.name",
+            f"{job} has no characteristic named {only!r}.",
+            f"Give one of: {', '.join(names)}.",
+        )
+    asked = [only] if only else names
+    results = {item.name: item for item in opened.view.characteristics}
+    for name in asked:
+        _print_budget(console, name, found, results.get(name))
+    if monte_carlo:
+        options = MonteCarloOptions(max_trials=trials, digits=digits, seed=seed)
+        for task in found.tasks:
+            wanted = _only(task, asked)
+            if wanted.characteristics:
+                _print_simulation(console, _simulated(console, wanted, options, site))
+
+
+def _print_budget(
+    console: Console, name: str, found: JobUncertainty, result: CharacteristicResult | None
+) -> None:
+    from ocmm_core.tolerances.decisions import U_LABEL, rule_words
+
+    budget = found.budgets.get(name)
+    if budget is None:
+        console.print(
+            f"{name}: {say('no budget.')} {say(found.missing.get(name, ''))}", highlight=False
+        )
+        return
+    console.print(_table(budget))
+    degrees = ""
+    if budget.degrees <= 1e6:
+        degrees = ", " + say(f"{budget.degrees:.0f} degrees of freedom")
+    wider = (
+        " " + say("(more than 2 u: noise biases such a value upward)")
+        if budget.expanded > 2.0001 * budget.standard
+        else ""
+    )
+    console.print(
+        f"u = {budget.standard:.5f} {budget.unit}{degrees}; "
+        f"{U_LABEL} = {budget.expanded:.5f} {budget.unit}{wider}",
+        highlight=False,
+    )
+    if result is not None and result.rule:
+        said = f"{say_word(result.verdict.value)} ({say(rule_words(result.rule))})"
+        if result.tur is not None:
+            said += f"; TUR {result.tur:.1f}"
+        if result.leaning:
+            said += "; " + f"{say_word('leaning')} {say_word(result.leaning)}"
+        console.print(f"{said}. {say(result.caution)}".strip(), highlight=False)
+
+
+def _table(budget: Budget) -> Table:
+    table = Table(
+        title=f"{budget.characteristic} = {budget.value:.5f} {budget.unit}",
+        title_justify="left",
+        box=box.SIMPLE_HEAD,
+    )
+    table.add_column(say_word("Source"), no_wrap=True)
+    table.add_column(f"u, {budget.unit}", justify="right", no_wrap=True)
+    table.add_column(say_word("Share"), justify="right", no_wrap=True)
+    table.add_column("", no_wrap=True)
+    table.add_column(say_word("Type"), no_wrap=True)
+    table.add_column(say_word("From"))
+    for row in budget.rows:
+        table.add_row(
+            say(row.name),
+            f"{row.standard:.5f}",
+            f"{100.0 * row.share:.1f} %",
+            "█" * round(_BAR * row.share),
+            f"{row.kind}, {say_word(row.distribution)}",
+            say(row.origin),
+        )
+    return table
+
+
+def _only(task: Task, names: list[str]) -> Task:
+    kept = tuple(item for item in task.characteristics if item.name in names)
+    return task.only(kept)
+
+
+def _simulated(
+    console: Console, task: Task, options: MonteCarloOptions, site: Site
+) -> MonteCarloReport:
+    from ocmm_core.tolerances.monte_carlo import simulate, simulate_elsewhere
+
+    with Progress(console=console, transient=True) as progress:
+        bar = progress.add_task(say("Monte Carlo"), total=1.0)
+
+        def tell(what: str, share: float) -> None:
+            progress.update(bar, completed=share)
+
+        if site.scheduler or site.workers is not None:
+            return simulate(task, options, tell, site=site)
+        return simulate_elsewhere(task, options, tell)
+
+
+def _print_simulation(console: Console, report: MonteCarloReport) -> None:
+    table = Table(
+        title=say_word("Monte Carlo (JCGM 101)"), title_justify="left", box=box.SIMPLE_HEAD
+    )
+    table.add_column(say_word("Characteristic"), no_wrap=True)
+    for name in heads(
+        "Trials", "Mean", "u", "Interval", "Shortest", "d low", "d high", "Tolerance"
+    ):
+        table.add_column(name, justify="right", no_wrap=True)
+    table.add_column(say_word("Linear propagation"))
+    for item in report.values:
+        verdict = say("valid") if item.validated else say("differs")
+        table.add_row(
+            item.name,
+            f"{item.trials}",
+            f"{item.mean:.5f}",
+            f"{item.sigma:.5f}",
+            f"{item.symmetric[0]:.5f} – {item.symmetric[1]:.5f}",
+            f"{item.shortest[0]:.5f} – {item.shortest[1]:.5f}",
+            f"{item.off_low:.5f}",
+            f"{item.off_high:.5f}",
+            f"{item.tolerance:.5f}",
+            verdict if item.settled else say(f"{verdict}, more trials needed"),
+        )
+    console.print(table)
+    console.print(
+        say(
+            f"Intervals hold 95.45 %; {report.seconds:.1f} s; seed {report.seed}; "
+            f"{report.failed} trials without a fit."
+        ),
+        style="dim",
+    )

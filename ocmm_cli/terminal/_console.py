@@ -1,0 +1,69 @@
+"""Console of the command line: printed text is never read as markup or control codes."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, Any
+
+from rich.console import Console
+from rich.text import Text
+
+from ocmm_cli.terminal import say, told
+from ocmm_cli.terminal._shown import shown
+
+if TYPE_CHECKING:
+    from ocmm_core.settings import Note
+
+_WIDE = 118
+
+
+class PlainConsole(Console):
+    """A console that prints texts literally: most contain foreign names and paths.
+
+    Brackets are no markup, control characters show their code; style by ``style=`` or `Text`.
+    """
+
+    def __init__(self, **options: Any) -> None:
+        super().__init__(markup=False, emoji=False, **options)
+
+    def render_str(self, text: str, **options: Any) -> Text:
+        """Return a literal text; every printed string passes here."""
+        options["markup"] = options["emoji"] = False
+        return super().render_str(shown(text), **options)
+
+
+def make_console(*, soft_wrap: bool = False, stderr: bool = False) -> Console:
+    """Return the console; pipes and files fit the whole table; ``soft_wrap`` keeps long lines."""
+    console = PlainConsole(soft_wrap=soft_wrap, stderr=stderr)
+    if soft_wrap or console.is_terminal:
+        return console
+    return PlainConsole(width=_WIDE, stderr=stderr)
+
+
+def print_notes(notes: Iterable[Note], *, stderr: bool = False) -> None:
+    """Print what was ignored or is suspect, and what to do, a line each."""
+    console = make_console(soft_wrap=True, stderr=stderr)
+    for note in notes:
+        console.print(told(note), style="yellow", highlight=False, markup=False)
+
+
+def wide_enough(console: Console, width: int) -> Console:
+    """Return a console at least ``width`` wide if ``console`` writes to a pipe or file."""
+    if console.is_terminal or console.width < _WIDE:
+        return console
+    return PlainConsole(file=console.file, width=max(console.width, width))
+
+
+@contextmanager
+def progress_line() -> Iterator[Callable[[str, float], None]]:
+    """Yield a progress function, shown in a transient line of the terminal.
+
+    It takes the current step and the share done. Without a terminal nothing is printed.
+    """
+    console = PlainConsole(stderr=True)
+    if not console.is_terminal:
+        yield lambda what, share: None
+        return
+    with console.status(say("Starting")) as status:
+        yield lambda what, share: status.update(Text(shown(f"{what} ({share:.0%})")))

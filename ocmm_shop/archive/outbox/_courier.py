@@ -1,0 +1,217 @@
+"""Delivery of an outbox, with growing pauses, until acknowledged.
+
+Safe against kills: marked as delivered after the archive has it, which stores each job once.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import getpass
+import logging
+import random
+import socket
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from datetime import UTC, datetime
+
+from ocmm_core.errors import OcmmError
+from ocmm_core.failure import contained
+from ocmm_core.seals import KeyFolder, Signature, Signed, sign
+from ocmm_shop.archive.outbox._learn import exchange_heads, learn_marks
+from ocmm_shop.archive.outbox._outbox import Outbox
+from ocmm_shop.archive.outbox._outbox_rows import Item, ItemState
+from ocmm_shop.archive.records import (
+    Delivery,
+    Extract,
+    Sender,
+    delivery_claim,
+    extract_job,
+    shown_text,
+    station_claim,
+)
+from ocmm_shop.archive.stores import Archive, Remedy, SqlArchive, remedy_of
+
+FIRST_PAUSE_S, LONGEST_PAUSE_S = 1.0, 300.0
+_EXCHANGE_S = 600.0
+_log = logging.getLogger(__name__)
+
+
+def lost_deliveries(outbox: Outbox, archive: Archive, after: int = 0) -> list[Item]:
+    """Return the acknowledged jobs numbered above ``after`` that the archive lacks."""
+    sent = outbox.sent_after(after)
+    there = archive.arrived(outbox.identity, [item.sequence for item in sent]) if sent else ()
+    return [item for item in sent if item.sequence not in there]
+
+
+@dataclass(frozen=True, slots=True)
+class Handed:
+    """Result of a round."""
+
+    sent: int = 0
+    aside: int = 0
+    again: int = 0
+    """`sent`, `aside`, `again`: jobs delivered; refused; requeued as lost by the archive."""
+    error: OcmmError | None = None
+    """Why the round ended early; None if nothing waits."""
+
+
+def sender_of(outbox: Outbox, station: str) -> Sender:
+    """Return the sender; an empty ``station`` is the name of this computer."""
+    host = _shown(socket.gethostname()) or "unknown"
+    try:
+        user = _shown(getpass.getuser())
+    except (KeyError, OSError):
+        user = ""
+    name = station or host
+    proof = _signature(Signed.STATION, station_claim(name))
+    return Sender(
+        outbox=outbox.identity, station=name, machine=outbox.machine, host=host, user=user,
+        key=proof.key, proof=proof.value,
+    )  # fmt: skip
+
+
+def _signature(what: Signed, content: bytes) -> Signature:
+    """Return the signature of this station; empty if its key cannot be used: delivery continues."""
+    with contextlib.suppress(OcmmError):
+        return sign(KeyFolder().station_key(), what, content)
+    return Signature("", "")
+
+
+class Courier:
+    """Deliver jobs of an outbox; one thread and process. `connect`: again after failures."""
+
+    def __init__(
+        self,
+        outbox: Outbox,
+        connect: Callable[[], SqlArchive],
+        station: str = "",
+        extract: Extract = extract_job,
+    ) -> None:
+        self._outbox, self._connect, self._extract = outbox, connect, extract
+        self._station = station
+        self._archive: SqlArchive | None = None
+        self._exchange_at = 0.0
+        self._again = 0
+
+    def close(self) -> None:
+        """Close the connection; may be called twice."""
+        if self._archive is not None:
+            self._archive.close()
+            self._archive = None
+
+    def send_waiting(self, stop: Callable[[], bool] = lambda: False) -> Handed:
+        """Deliver all that waits, returning faults; StorageError only for the outbox itself."""
+        sent = aside = 0
+        self._again = 0
+        try:
+            archive = self._open()
+            while not stop():
+                items = self._outbox.waiting()
+                if not items:
+                    break
+                for item in items:
+                    if stop():
+                        break
+                    if self._hand_over(archive, item):
+                        sent += 1
+                    else:
+                        aside += 1
+            learn_marks(archive)
+            self._exchange_heads(archive, now=sent > 0)
+        except Exception as caught:
+            # Regardless of the archive's errors, the process survives and retries.
+            error = contained(caught, "The hand-over to the archive")
+            if error.code.startswith("outbox."):
+                raise
+            self.close()
+            self._outbox.note_contact(error)
+            return Handed(sent, aside, self._again, error)
+        return Handed(sent, aside, self._again)
+
+    def _exchange_heads(self, archive: SqlArchive, *, now: bool) -> None:
+        if not now and time.monotonic() < self._exchange_at:
+            return
+        self._exchange_at = time.monotonic() + _EXCHANGE_S
+        try:
+            exchange_heads(archive, sender_of(self._outbox, self._station).station)
+        except OcmmError as error:
+            # The owner of the archive has not run set-up again; delivery continues.
+            _log.warning("The ends of histories are not in the archive: %s", error)
+            self.close()
+
+    def _open(self) -> SqlArchive:
+        if self._archive is None:
+            self._archive = self._connect()
+            self._send_again_what_was_lost(self._archive)
+        else:
+            # Check existence and version, even if nothing waits.
+            self._archive.last_sequence(self._outbox.identity)
+        self._outbox.note_contact(None)
+        return self._archive
+
+    def _send_again_what_was_lost(self, archive: SqlArchive) -> None:
+        """Requeue acknowledged jobs that the archive lacks, after a restore from backup."""
+        last = archive.last_sequence(self._outbox.identity)
+        for item in lost_deliveries(self._outbox, archive, last):
+            self._outbox.settle(item, ItemState.WAITING)
+            self._again += 1
+
+    def _hand_over(self, archive: SqlArchive, item: Item) -> bool:
+        """Deliver one job; return whether the archive has it; raises what stops the round."""
+        try:
+            made = self._made(archive, item)
+            receipt = archive.put(made)
+        except OcmmError as error:
+            if remedy_of(error) is Remedy.RETRY:
+                raise
+            self._outbox.settle(item, ItemState.ASIDE, str(error))
+            return False
+        self._outbox.settle(item, ItemState.SENT)
+        self._outbox.note_contact(None, receipt.clock_off_s)
+        return True
+
+    def _made(self, archive: SqlArchive, item: Item) -> Delivery:
+        sender = sender_of(self._outbox, self._station)
+        content = self._outbox.content(item)
+        try:
+            made = self._extract(content, item.name, sender.station, None)
+            # Versions from other stations do not affect this file: readers judge both.
+            known = archive.heads(made.record.job.job_uuid, sender.station)
+            if known:
+                made = self._extract(content, item.name, sender.station, known)
+        except OcmmError:
+            raise
+        except Exception as error:
+            # A job that crashes the reader must not block the others.
+            raise contained(error, f"The reading of {item.name}") from error
+        claim = delivery_claim(sender.outbox, item.sequence, made.record.job.sha256)
+        return Delivery(
+            sender=sender,
+            signature=_signature(Signed.DELIVERY, claim).value,
+            sequence=item.sequence,
+            sent_utc=datetime.now(UTC).isoformat(timespec="milliseconds"),
+            record=made.record,
+            content=made.content,
+        )
+
+
+class BackOff:
+    """Randomised exponential pauses between retries."""
+
+    def __init__(self, rng: random.Random) -> None:
+        self._rng = rng
+        self._failures = 0
+
+    def good(self) -> None:
+        self._failures = 0
+
+    def next_s(self) -> float:
+        """Return the pause after another failure, s."""
+        longest = min(FIRST_PAUSE_S * 2.0**self._failures, LONGEST_PAUSE_S)
+        self._failures = min(self._failures + 1, 30)
+        return longest * self._rng.uniform(0.5, 1.0)
+
+
+def _shown(text: str) -> str:
+    return shown_text(text, "")[:100]

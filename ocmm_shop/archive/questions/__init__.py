@@ -1,0 +1,41 @@
+"""Queries of an archive, one call each for window, terminal and scripts.
+
+In: an archive, and parameters. Out: a table, charts, and remarks.
+
+Read `_registry` (all queries), `_asked` (parameters), `_judge` (signers), `_lists` and
+`_statistics` (the answers), `_answers` (answers and their files).
+It must not know how jobs come, nor how an answer is shown. The views define what counts.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from ocmm_core.door import door
+
+if TYPE_CHECKING:
+    from ocmm_shop.archive.questions._answers import (
+        ArchiveAnswer,
+        csv_of,
+        export_answer,
+        parquet_of,
+        shown_cell,
+    )
+    from ocmm_shop.archive.questions._asked import Asked, parts
+    from ocmm_shop.archive.questions._lists import passed, today, used
+    from ocmm_shop.archive.questions._registry import QUESTIONS, Question
+    from ocmm_shop.archive.questions._statistics import cpk_by_month, rr, trend
+else:
+    __getattr__ = door(
+        __name__,
+        _answers="ArchiveAnswer csv_of export_answer parquet_of shown_cell",
+        _asked="Asked parts",
+        _lists="passed today used",
+        _registry="QUESTIONS Question",
+        _statistics="cpk_by_month rr trend",
+    )
+
+__all__ = [
+    "QUESTIONS", "ArchiveAnswer", "Asked", "Question", "cpk_by_month", "csv_of", "export_answer",
+    "parquet_of", "parts", "passed", "rr", "shown_cell", "today", "trend", "used",
+]  # fmt: skip

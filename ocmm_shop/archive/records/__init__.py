@@ -1,0 +1,58 @@
+"""Rows of a job in the archive, derived from its file alone.
+
+In: a job file. Out: consistent rows, or the reason why nothing of it counts.
+
+Read `_rows` (contents, and their display), `_checks` (conditions for storing) and `_extract` (rows
+from a file).
+It must not know how rows are stored.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from ocmm_core.door import door
+
+if TYPE_CHECKING:
+    from ocmm_shop.archive.records._checks import check_delivery, check_mark, utc_text
+    from ocmm_shop.archive.records._extract import (
+        Extract,
+        ExtractedJob,
+        extract_job,
+        signature_of,
+        snapshot,
+    )
+    from ocmm_shop.archive.records._rows import (
+        FORGED,
+        LONGEST_SENTENCE,
+        NOT_SIGNED,
+        SIGNED,
+        USES,
+        Delivery,
+        JobRecord,
+        JobRow,
+        MarkRow,
+        ResultRow,
+        Sender,
+        UseRow,
+        delivery_claim,
+        shown_text,
+        station_claim,
+    )
+else:
+    __getattr__ = door(
+        __name__,
+        _checks="check_delivery check_mark utc_text",
+        _extract="Extract ExtractedJob extract_job signature_of snapshot",
+        _rows=(
+            "Delivery FORGED JobRecord JobRow LONGEST_SENTENCE MarkRow NOT_SIGNED ResultRow "
+            "SIGNED Sender USES UseRow delivery_claim shown_text station_claim"
+        ),
+    )
+
+__all__ = [
+    "FORGED", "LONGEST_SENTENCE", "NOT_SIGNED", "SIGNED", "USES", "Delivery", "Extract",
+    "ExtractedJob", "JobRecord", "JobRow", "MarkRow", "ResultRow", "Sender", "UseRow",
+    "check_delivery", "check_mark", "delivery_claim", "extract_job", "shown_text", "signature_of",
+    "snapshot", "station_claim", "utc_text",
+]  # fmt: skip

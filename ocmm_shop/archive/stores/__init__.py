@@ -1,0 +1,59 @@
+"""Two equivalent stores: a file of SQLite, and a PostgreSQL server.
+
+In: rows and files. Out: the same, once each, and answers to read-only SQL.
+
+Read `_interface` (used by the rest), `_keys` (of stations), `_reader` and `_store` with
+`_statements` (common code), `_sqlite`, `_postgresql` (bounded waits for a silent server), `_open`
+and `_address` (place and password), `_schema`, `_views` and `_roles` (its SQL), `_faults` (errors
+as sentences).
+It must not know how jobs come, nor which queries exist.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from ocmm_core.door import door
+
+if TYPE_CHECKING:
+    from ocmm_shop.archive.stores._address import check_address, is_server, parse_server
+    from ocmm_shop.archive.stores._faults import Remedy, not_understood, remedy_of
+    from ocmm_shop.archive.stores._interface import (
+        CLOCK_TELL_S,
+        HEADS,
+        Answer,
+        Archive,
+        Cell,
+        Finding,
+        Receipt,
+        Row,
+        Table,
+    )
+    from ocmm_shop.archive.stores._keys import stations_by_key, verifies
+    from ocmm_shop.archive.stores._open import default_archive, open_archive
+    from ocmm_shop.archive.stores._reader import time_of
+    from ocmm_shop.archive.stores._roles import ROLES, give_roles, role_statements, roles_sql
+    from ocmm_shop.archive.stores._schema import VERSION
+    from ocmm_shop.archive.stores._store import SqlArchive
+    from ocmm_shop.archive.stores._views import VIEW_NAMES
+else:
+    __getattr__ = door(
+        __name__,
+        _address="check_address is_server parse_server",
+        _faults="Remedy not_understood remedy_of",
+        _interface="CLOCK_TELL_S HEADS Answer Archive Cell Finding Receipt Row Table",
+        _keys="stations_by_key verifies",
+        _open="default_archive open_archive",
+        _reader="time_of",
+        _roles="ROLES give_roles role_statements roles_sql",
+        _schema="VERSION",
+        _store="SqlArchive",
+        _views="VIEW_NAMES",
+    )
+
+__all__ = [
+    "CLOCK_TELL_S", "HEADS", "ROLES", "VERSION", "VIEW_NAMES", "Answer", "Archive", "Cell",
+    "Finding", "Receipt", "Remedy", "Row", "SqlArchive", "Table", "check_address",
+    "default_archive", "give_roles", "is_server", "not_understood", "open_archive", "parse_server",
+    "remedy_of", "role_statements", "roles_sql", "stations_by_key", "time_of", "verifies",
+]  # fmt: skip

@@ -1,0 +1,116 @@
+"""Interface of an archive for the program: rows are only ever added.
+
+A resumed job is a new version, a finding a mark: stations need no right to change.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from datetime import datetime
+from enum import Enum
+from types import UnionType
+from typing import Protocol
+
+from ocmm_shop.archive.records import Delivery, JobRecord, MarkRow, Sender
+
+Cell = str | float | int | bytes | None
+Row = tuple[Cell, ...]
+Kind = type | UnionType
+
+HEADS = "heads"
+"""Kind of the findings with the signed ends of histories (`seals.signed_heads`)."""
+CLOCK_TELL_S = 300.0
+"""Larger clock differences are reported: a day's list would have jobs of another day."""
+
+
+class Answer(Enum):
+    """Result of a delivery."""
+
+    STORED = "stored"
+    KNOWN = "known"
+    """Already present: only the number of the delivery was added."""
+
+
+@dataclass(frozen=True, slots=True)
+class Receipt:
+    answer: Answer
+    job: int
+    clock_off_s: float
+    """Lead of the sender's clock over the archive's."""
+
+
+@dataclass(frozen=True, slots=True)
+class Table:
+    """Names of the columns, and rows."""
+
+    columns: tuple[str, ...]
+    rows: tuple[Row, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Finding:
+    """A document about archived jobs, such as that of a recall."""
+
+    id: int
+    kind: str
+    subject: str
+    document: str
+    who: str
+    utc: str
+    received_utc: str
+    """`utc`, `received_utc`: By the clocks of the author and of the archive."""
+
+
+class Archive(Protocol):
+    """Archive; one thread at a time; StorageError: unreachable; InputError: refused input."""
+
+    place: str
+
+    def put(self, delivery: Delivery) -> Receipt:
+        """Store a job, once for any number of deliveries."""
+
+    def put_all(self, deliveries: Sequence[Delivery]) -> list[Receipt]:
+        """Store many, all or none."""
+
+    def heads(self, job_uuid: str, station: str) -> dict[int, str]:
+        """Return the head of each sound version of a job sent by a station, by its steps."""
+
+    def last_sequence(self, outbox: str) -> int:
+        """Return the highest number of an outbox that arrived from this login; 0 for none."""
+
+    def arrived(self, outbox: str, sequences: Sequence[int]) -> set[int]:
+        """Return which of these numbers of an outbox arrived from this login."""
+
+    def content(self, sha256: str) -> bytes:
+        """Return a stored job file; StorageError if missing."""
+
+    def record(self, job: int) -> JobRecord:
+        """Return the rows of a job by its number."""
+
+    def ask(self, sql: str, values: Mapping[str, Cell] | None = None, *kinds: Kind) -> Table:
+        """Return the answer to read-only SQL, values ``:name``; cells are checked against kinds."""
+
+    def now(self) -> datetime:
+        """Return the time by the clock of the archive."""
+
+    def add_finding(
+        self, kind: str, subject: str, document: str, who: str, utc: str,
+        marks: Sequence[MarkRow] = (),
+    ) -> int:  # fmt: skip
+        """Store a document with its marks in one transaction; return its number."""
+
+    def findings(self, after: int = 0) -> list[Finding]:
+        """Return documents with a higher number, oldest first."""
+
+    def marks(self, after: int = 0) -> list[tuple[int, MarkRow]]:
+        """Return marks with a higher number, oldest first, each with its number."""
+
+    def admit(self, login: str, station: str) -> None:
+        """Authorise a login of the server to send as a station."""
+
+    def replace_computer(self, station: str, sender: Sender) -> None:
+        """Replace the computer of a station."""
+
+    def close(self) -> None:
+        """Close; may be called twice."""

@@ -1,0 +1,207 @@
+"""Read methods common to both stores."""
+
+from __future__ import annotations
+
+import hashlib
+import math
+from abc import ABC, abstractmethod
+from collections.abc import Mapping, Sequence
+from contextlib import AbstractContextManager
+from datetime import UTC, datetime
+from types import TracebackType
+from typing import Self
+
+import msgspec
+
+from ocmm_core.errors import StorageError
+from ocmm_shop.archive.records import JobRecord, MarkRow, shown_text
+from ocmm_shop.archive.stores._faults import damaged_file, not_understood
+from ocmm_shop.archive.stores._interface import Cell, Finding, Kind, Row, Table
+from ocmm_shop.archive.stores._statements import JOB_FIELDS, OF_JOB, RESULT_FIELDS, USE_FIELDS
+
+
+class SqlReader(ABC):
+    """Read an archive in SQL."""
+
+    place: str
+    """Display name without password."""
+    _who: str
+    """SQL of the login, as in column ``role``."""
+
+    @abstractmethod
+    def _run(self, sql: str, values: Mapping[str, Cell] | None = None) -> Table:
+        """Execute a statement with values as ``:name``; raises the store's errors."""
+
+    @abstractmethod
+    def _reading(self) -> AbstractContextManager[None]:
+        """Open a read-only transaction."""
+
+    @abstractmethod
+    def close(self) -> None:
+        """Close; may be called twice."""
+
+    @abstractmethod
+    def _now(self) -> datetime:
+        """Return the time by the clock of the store."""
+
+    def now(self) -> datetime:
+        """Return the time by the clock of the archive: see `Archive`."""
+        with self._reading():
+            return self._now()
+
+    def heads(self, job_uuid: str, station: str) -> dict[int, str]:
+        """Return the head of each version of a job: see `Archive`."""
+        table = self.ask(
+            "SELECT steps, head FROM job WHERE job_uuid = :job_uuid AND station = :station"
+            " AND sound = 1 ORDER BY id DESC",
+            {"job_uuid": job_uuid, "station": station}, int, str,
+        )  # fmt: skip
+        return {whole_of(steps): str(head) for steps, head in table.rows}
+
+    def last_sequence(self, outbox: str) -> int:
+        """Return the highest number of an outbox that arrived: see `Archive`."""
+        with self._reading():
+            (last,) = self._one(
+                "SELECT coalesce(max(sequence), 0) FROM delivery WHERE outbox = :outbox"  # noqa: S608
+                f" AND role = {self._who}",
+                {"outbox": outbox}, int,
+            )  # fmt: skip
+        return whole_of(last)
+
+    def arrived(self, outbox: str, sequences: Sequence[int]) -> set[int]:
+        """Return which numbers of an outbox arrived: see `Archive`."""
+        if not sequences:
+            return set()
+        table = self.ask(
+            f"SELECT sequence FROM delivery WHERE outbox = :outbox AND role = {self._who}"  # noqa: S608
+            " AND sequence BETWEEN :least AND :most",
+            {"outbox": outbox, "least": min(sequences), "most": max(sequences)}, int,
+        )  # fmt: skip
+        return {whole_of(row[0]) for row in table.rows} & set(sequences)
+
+    def content(self, sha256: str) -> bytes:
+        rows = self.ask("SELECT content FROM file WHERE sha256 = :sha256", {"sha256": sha256}).rows
+        if not rows:
+            raise StorageError(
+                "archive.no_file",
+                f"{self.place}: there is no job file {sha256[:12]}.",
+                "Check its SHA-256; ocmm archive verify names what is missing.",
+            )
+        content = rows[0][0]
+        if not isinstance(content, bytes) or hashlib.sha256(content).hexdigest() != sha256:
+            raise damaged_file(sha256)
+        return content
+
+    def record(self, job: int) -> JobRecord:
+        """Return the rows of a job by its number: see `Archive`."""
+        found = self.ask(OF_JOB, {"id": job}).rows
+        if not found:
+            raise StorageError(
+                "archive.no_job", f"{self.place}: there is no job {job}.", "Ask for another one."
+            )
+        results = self.ask(
+            f"SELECT {', '.join(RESULT_FIELDS)} FROM result WHERE job = :id ORDER BY position",  # noqa: S608 - names of our own class
+            {"id": job},
+        ).rows
+        uses = self.ask(
+            "SELECT kind, identity, name FROM used WHERE job = :id ORDER BY kind, identity",
+            {"id": job},
+        ).rows
+        try:
+            fields = dict(zip(JOB_FIELDS, found[0], strict=True))
+            fields |= {name: bool(fields[name]) for name in ("complete", "simulated")}
+            return msgspec.convert(
+                {
+                    "job": fields,
+                    "results": [dict(zip(RESULT_FIELDS, row, strict=True)) for row in results],
+                    "uses": [dict(zip(USE_FIELDS, row, strict=True)) for row in uses],
+                },
+                JobRecord,
+            )
+        except (msgspec.ValidationError, ValueError) as error:
+            raise not_understood(self.place, str(error)) from error
+
+    def ask(self, sql: str, values: Mapping[str, Cell] | None = None, *kinds: Kind) -> Table:
+        with self._reading():
+            table = self._ask(sql, values)
+        for row in table.rows:
+            for cell in row:
+                if type(cell) is float and not math.isfinite(cell):
+                    raise not_understood(self.place, f"{cell} is no number")
+        return self._of(table, kinds) if kinds else table
+
+    def _ask(self, sql: str, values: Mapping[str, Cell] | None) -> Table:
+        return self._run(sql, values)
+
+    def _of(self, table: Table, kinds: Sequence[Kind]) -> Table:
+        for row in table.rows:
+            if len(row) != len(kinds) or not all(map(isinstance, row, kinds)):
+                shown = ", ".join(type(cell).__name__ for cell in row[:20])
+                raise not_understood(self.place, f"a row of {shown or 'nothing'}")
+        return table
+
+    def _one(self, sql: str, values: Mapping[str, Cell], *kinds: Kind) -> Row:
+        rows = self._of(self._run(sql, values), kinds).rows
+        if len(rows) != 1:
+            raise not_understood(self.place, f"{len(rows)} rows where there is one")
+        return rows[0]
+
+    def findings(self, after: int = 0) -> list[Finding]:
+        """Return documents with a higher number: see `Archive`."""
+        table = self.ask(
+            "SELECT id, kind, subject, document, who, utc, received_utc FROM finding"
+            " WHERE id > :after ORDER BY id",
+            {"after": after}, int, *(str,) * 6,
+        )  # fmt: skip
+        return [Finding(whole_of(row[0]), *(str(cell) for cell in row[1:])) for row in table.rows]
+
+    def marks(self, after: int = 0) -> list[tuple[int, MarkRow]]:
+        """Return marks with a higher number: see `Archive`."""
+        table = self.ask(
+            "SELECT id, job_uuid, kind, holds, why, who, utc, finding FROM mark WHERE id > :after"
+            " ORDER BY id",
+            {"after": after}, int, str, str, int, str, str, str, int,
+        )  # fmt: skip
+        return [
+            (
+                whole_of(number),
+                MarkRow(
+                    job_uuid=str(job), kind=str(kind), holds=bool(holds), why=_line(why),
+                    who=_line(who), utc=_line(utc), finding=whole_of(finding),
+                ),
+            )
+            for number, job, kind, holds, why, who, utc, finding in table.rows
+        ]  # fmt: skip
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self.close()
+
+
+def whole_of(cell: Cell) -> int:
+    """Return a count; StorageError if malformed."""
+    if not isinstance(cell, int):
+        raise StorageError(
+            "archive.foreign", "A number in the archive is none.", "Restore it from a backup."
+        )
+    return cell
+
+
+def _line(cell: Cell) -> str:
+    """Return untrusted text for display; a mark holds in any case."""
+    return shown_text(str(cell), " ")
+
+
+def time_of(place: str, cell: Cell) -> datetime:
+    """Return a time with its zone; StorageError if malformed."""
+    try:
+        return datetime.fromisoformat(str(cell)).astimezone(UTC)
+    except (ValueError, OverflowError) as error:
+        raise not_understood(place, str(error)) from error

@@ -1,0 +1,107 @@
+"""Thread that queues a job of a station in the outbox when finished or paused.
+
+It waits for a pause, so that bursts become one version, and reads as others do.
+"""
+
+from __future__ import annotations
+
+import logging
+import threading
+from pathlib import Path
+
+from ocmm_core.errors import OcmmError
+from ocmm_core.station import MeasuringStation
+from ocmm_shop.archive.outbox import JobNote, Outbox, has_points
+
+_log = logging.getLogger(__name__)
+
+QUIET_S = 0.5
+PART = "The hand-over to the archive"
+
+
+class ArchiveWatch:
+    """Queue each job of a station; made before the station starts, closed after it."""
+
+    def __init__(self, station: MeasuringStation, folder: Path) -> None:
+        self._station, self._folder = station, folder
+        self._wake, self._end = threading.Event(), threading.Event()
+        self._job = station.job.path
+        self._note: JobNote | None = None
+        station.events.changed.connect(self._on_changed)
+        self._thread = threading.Thread(target=self._run, name="archive")
+        self._thread.start()
+
+    def close(self) -> None:
+        """Queue the rest; call it after the station has closed its job. May be called twice."""
+        if self._end.is_set():
+            return
+        self._end.set()
+        self._wake.set()
+        self._thread.join()
+        self._station.events.changed.disconnect(self._on_changed)
+        self._leave(self._job)
+
+    def _on_changed(self) -> None:
+        self._wake.set()
+
+    def _run(self) -> None:
+        self._begin(self._job)
+        while not self._end.is_set():
+            self._wake.wait()
+            self._wake.clear()
+            # Further changes will make another version.
+            while not self._end.is_set() and self._wake.wait(QUIET_S):
+                self._wake.clear()
+            if self._end.is_set():
+                return
+            try:
+                self._look()
+            except Exception as error:
+                if self._end.is_set():
+                    return
+                self._station.faults.note(error, PART)
+
+    def _look(self) -> None:
+        path = self._station.job.path
+        if path != self._job:
+            # The former job is closed and final.
+            before, self._job = self._job, path
+            self._leave(before)
+            self._begin(path)
+        if self._station.faults.measuring is not None:
+            return
+        view = self._station.job.view()
+        if view.complete or view.paused:
+            self._try(path)
+
+    def _begin(self, path: Path) -> None:
+        """Note a running job, so that it is found if this program is killed."""
+        try:
+            self._note = JobNote(self._folder, path)
+        except OcmmError as error:
+            # Reported once the job is queued: that will probably fail for the same reason.
+            _log.warning("%s was not noted: %s", path, error)
+
+    def _leave(self, path: Path) -> None:
+        """Queue a job finally; on failure its note stays for the next sweep."""
+        note, self._note = self._note, None
+        # The name of a lost job may mean another file, now and at the next sweep.
+        job = self._station.job
+        lost = path == job.path and job.lost is not None
+        put = lost or self._try(path)
+        if note is not None and put:
+            note.done()
+        elif note is not None:
+            note.let_go()
+
+    def _try(self, path: Path) -> bool:
+        """Queue a job if it has a point; errors are reported separately from measuring."""
+        try:
+            if path.exists() and has_points(path):
+                with Outbox(self._folder) as outbox:
+                    outbox.put(path)
+        except OcmmError as error:
+            self._station.faults.note(error, PART)
+            _log.warning("%s was not put into the outbox: %s", path, error)
+            return False
+        return True

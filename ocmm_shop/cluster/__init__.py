@@ -1,0 +1,22 @@
+"""Parallel tasks on the workers of a Dask scheduler, or on local ones.
+
+In: tasks of `ocmm_core.cluster`. Out: their answers, from workers of the same build and arithmetic.
+
+Read `_over_dask` (a scheduler and its workers), `_open_tasks` (open tasks; replaces lost workers),
+`_contents` (bytes sent to workers), `_worker` (runs on a worker), `no_page` (a preload: no HTTP
+server), `_sentences`. It must not know what is computed.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from ocmm_core.door import door
+
+if TYPE_CHECKING:
+    from ocmm_shop.cluster._over_dask import DASK
+    from ocmm_shop.cluster._worker import versions
+else:
+    __getattr__ = door(__name__, _over_dask="DASK", _worker="versions")
+
+__all__ = ["DASK", "versions"]

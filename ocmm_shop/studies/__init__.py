@@ -1,0 +1,118 @@
+"""Measurement system analysis: gauge R&R, type 1, linearity, suitability, and a test of stated U.
+
+In: values of parts, operators and trials, or the jobs that hold them. Out: contribution of the
+gauge.
+
+Read `_gauge_rr` (analysis of variance) and `_single` (studies of one reference), `_plan` (random,
+blind order) and `_from_jobs` (one study per characteristic of a plan), `_linearity` (bias over the
+range) and `_part_study` (U from a calibrated part, for similar parts only).
+It must not know how a value was measured.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from ocmm_core.door import door
+
+if TYPE_CHECKING:
+    from ocmm_shop.studies._from_jobs import (
+        CharacteristicStudy,
+        StudyReport,
+        open_runs,
+        study_jobs,
+        study_of,
+    )
+    from ocmm_shop.studies._gauge_rr import AIAG_LEVEL, GaugeStudy, SourceRow, gauge_study
+    from ocmm_shop.studies._linearity import LinearityReport, linearity_of
+    from ocmm_shop.studies._part_study import (
+        AUDITED,
+        PartStudy,
+        load_part_study,
+        load_task,
+        make_part_study,
+        part_procedure,
+        save_part_study,
+        uncertainty_for,
+    )
+    from ocmm_shop.studies._plan import (
+        STUDY_SCHEMA,
+        StudyPlan,
+        StudyRun,
+        load_study,
+        plan_study,
+        plan_text,
+        require_balanced,
+        store_plan,
+    )
+    from ocmm_shop.studies._single import (
+        LinearityStudy,
+        StatedScatter,
+        Suitability,
+        Type1Study,
+        compare_stated,
+        linearity_study,
+        process_uncertainty,
+        suitability,
+        system_uncertainty,
+        type1_study,
+    )
+else:
+    __getattr__ = door(
+        __name__,
+        _from_jobs="CharacteristicStudy StudyReport open_runs study_jobs study_of",
+        _gauge_rr="AIAG_LEVEL GaugeStudy SourceRow gauge_study",
+        _linearity="LinearityReport linearity_of",
+        _part_study=(
+            "AUDITED PartStudy load_part_study load_task make_part_study part_procedure "
+            "save_part_study uncertainty_for"
+        ),
+        _plan=(
+            "STUDY_SCHEMA StudyPlan StudyRun load_study plan_study plan_text require_balanced "
+            "store_plan"
+        ),
+        _single=(
+            "LinearityStudy StatedScatter Suitability Type1Study compare_stated linearity_study "
+            "process_uncertainty suitability system_uncertainty type1_study"
+        ),
+    )
+
+__all__ = [
+    "AIAG_LEVEL",
+    "AUDITED",
+    "STUDY_SCHEMA",
+    "CharacteristicStudy",
+    "GaugeStudy",
+    "LinearityReport",
+    "LinearityStudy",
+    "PartStudy",
+    "SourceRow",
+    "StatedScatter",
+    "StudyPlan",
+    "StudyReport",
+    "StudyRun",
+    "Suitability",
+    "Type1Study",
+    "compare_stated",
+    "gauge_study",
+    "linearity_of",
+    "linearity_study",
+    "load_part_study",
+    "load_study",
+    "load_task",
+    "make_part_study",
+    "open_runs",
+    "part_procedure",
+    "plan_study",
+    "plan_text",
+    "process_uncertainty",
+    "require_balanced",
+    "save_part_study",
+    "store_plan",
+    "study_jobs",
+    "study_of",
+    "suitability",
+    "system_uncertainty",
+    "type1_study",
+    "uncertainty_for",
+]  # fmt: skip

@@ -1,0 +1,72 @@
+"""Software cameras on a wire: processes, links, and fault injection.
+
+In: a rig of software cameras, names of interfaces, faults to inject.
+Out: a wire for a master, without hardware; logs of the proxy.
+
+Start with `_virtual_bus` (whole wire without root), `_wire` and
+`_camera_process` (cameras on an interface), `_chain` (cable order), `_named_rig` (for other
+programs). Faults: `_faults` (kinds), `_fault_commands`, `_proxy` and `_line_rules` (faulty cable),
+`_fault_rig`.
+It must not import tracking, jobs or screens.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from ocmm_core.door import door
+
+if TYPE_CHECKING:
+    from ocmm_sim.bus import _named_rig as named_rig
+    from ocmm_sim.bus._camera_process import READY, SegmentConfig
+    from ocmm_sim.bus._chain import Chain, Unit
+    from ocmm_sim.bus._fault_commands import FaultCommands
+    from ocmm_sim.bus._fault_rig import CAMERAS, FAR, HOST, NEAR, FaultRig
+    from ocmm_sim.bus._faults import (
+        COPIED,
+        CORRUPT_WITH_SUM,
+        EXCHANGED,
+        SHARED,
+        CameraDeed,
+        DeedAnswer,
+        FaultKind,
+        Faults,
+    )
+    from ocmm_sim.bus._line_rules import FrameKind, LineLog, LineOrder, LineRule, Trick, Way
+    from ocmm_sim.bus._named_rig import RigStatus, rig_down, rig_status, rig_up
+    from ocmm_sim.bus._proxy import LineTricks, ProxyConfig, kind_of
+    from ocmm_sim.bus._virtual_bus import (
+        CAMERA_INTERFACE,
+        HOST_INTERFACE,
+        VirtualBus,
+        errand_virtual,
+        maintain_virtual,
+        scan_virtual,
+    )
+    from ocmm_sim.bus._wire import Wire
+else:
+    __getattr__ = door(
+        __name__,
+        _camera_process="READY SegmentConfig",
+        _chain="Chain Unit",
+        _fault_commands="FaultCommands",
+        _fault_rig="CAMERAS FAR FaultRig HOST NEAR",
+        _faults="COPIED CORRUPT_WITH_SUM CameraDeed EXCHANGED SHARED FaultKind DeedAnswer Faults",
+        _line_rules="FrameKind LineLog LineOrder LineRule Trick Way",
+        _named_rig="RigStatus named_rig rig_down rig_status rig_up",
+        _proxy="LineTricks ProxyConfig kind_of",
+        _virtual_bus=(
+            "CAMERA_INTERFACE HOST_INTERFACE VirtualBus errand_virtual maintain_virtual "
+            "scan_virtual"
+        ),
+        _wire="Wire",
+    )
+
+__all__ = [
+    "CAMERAS", "CAMERA_INTERFACE", "COPIED", "CORRUPT_WITH_SUM", "EXCHANGED", "FAR", "HOST",
+    "HOST_INTERFACE", "NEAR", "READY", "SHARED", "CameraDeed", "Chain", "DeedAnswer",
+    "FaultCommands", "FaultKind", "FaultRig", "Faults", "FrameKind", "LineLog", "LineOrder",
+    "LineRule", "LineTricks", "ProxyConfig", "RigStatus", "SegmentConfig", "Trick", "Unit",
+    "VirtualBus", "Way", "Wire", "errand_virtual", "kind_of", "maintain_virtual", "named_rig",
+    "rig_down", "rig_status", "rig_up", "scan_virtual",
+]  # fmt: skip

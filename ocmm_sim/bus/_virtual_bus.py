@@ -1,0 +1,176 @@
+"""The whole wire without hardware and without root.
+
+A private user and network namespace holds a virtual cable with software cameras on one end and the
+bus process on the other. It is isolated from this computer's network and ends with the process that
+started it: the kernel removes namespace and cable with the last process inside.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import math
+import select
+import socket
+import subprocess
+import sys
+import time
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import msgspec
+
+from ocmm_core.acquisition.bus_process import (
+    CAMERA_PRIORITY,
+    BusConfig,
+    ChildProcess,
+    MaintenanceConfig,
+    ScanConfig,
+    bus_command,
+    maintenance_command,
+    read_first_line,
+    scan_command,
+    take_priority,
+)
+from ocmm_core.acquisition.frames import FrameRing
+from ocmm_core.errors import OcmmError
+from ocmm_core.fieldbus.wire import make_link, namespace_command, tool
+from ocmm_sim.bus._camera_process import SegmentConfig, make_wire
+from ocmm_sim.bus._wire import Wire
+
+if TYPE_CHECKING:
+    from ocmm_sim.scene import Missing
+
+HOST_INTERFACE = "ocmm-host"
+CAMERA_INTERFACE = "ocmm-cameras"
+_MODULE = "ocmm_sim.bus._virtual_bus"
+_ERRAND, _ORDERS = "errand", "orders"
+_STOP_S = 2.0
+_FAREWELL_S = 10.0
+"""Time for a stopping bus process to release its cameras."""
+
+
+class VirtualBus(ChildProcess):
+    """Software cameras and bus process in a private namespace, as an `Acquisition`.
+
+    Interfaces of the configurations are filled in; ``ring`` is the one named in ``bus``.
+    """
+
+    def __init__(self, bus: BusConfig, segment: SegmentConfig, ring: FrameRing) -> None:
+        cameras = msgspec.structs.replace(
+            segment, interface=CAMERA_INTERFACE, ring_path=str(ring.path)
+        )
+        self._orders: socket.socket | None = None
+        master = msgspec.structs.replace(bus, interface=HOST_INTERFACE, stretched=True)
+        super().__init__(
+            [sys.executable, "-m", _MODULE], cameras.to_json() + master.to_json(), ring
+        )
+
+    def start(self) -> None:
+        """Start both ends; BusError if namespaces are forbidden or a tool is missing."""
+        tool("ip")
+        self._orders, theirs = socket.socketpair(socket.AF_UNIX, socket.SOCK_DGRAM)
+        self._orders.setblocking(False)
+        with theirs:
+            self._inherited = (theirs.fileno(),)
+            self._command = [*namespace_command(), *self._command, _ORDERS, str(theirs.fileno())]
+            super().start()
+
+    def touch_again(self, missing: Missing, after_frame: int) -> None:
+        """Let the scripted operator make touches after a frame not exposed yet."""
+        if self._orders is not None:
+            # Cameras that have ended are reported by the bus.
+            with contextlib.suppress(OSError):
+                self._orders.send(msgspec.json.encode((missing, after_frame)))
+
+    def join(self, timeout_s: float) -> bool:
+        if self._orders is not None:
+            self._orders.close()
+        return super().join(timeout_s)
+
+
+def errand_virtual(segment: SegmentConfig, module: str, line: bytes) -> tuple[list[str], bytes]:
+    """Return the command of an errand (`run_errand`) on the virtual wire, and its input.
+
+    `module` is its program, `line` its configuration for `HOST_INTERFACE`.
+    """
+    cameras = msgspec.structs.replace(segment, interface=CAMERA_INTERFACE)
+    command = [*namespace_command(), sys.executable, "-m", _MODULE, _ERRAND, module]
+    return command, cameras.to_json() + line
+
+
+def scan_virtual(segment: SegmentConfig) -> tuple[list[str], bytes]:
+    """Return the command that scans virtual software cameras, and its input."""
+    config = ScanConfig(interface=HOST_INTERFACE)
+    return errand_virtual(segment, scan_command()[-1], config.to_json())
+
+
+def maintain_virtual(segment: SegmentConfig, config: MaintenanceConfig) -> tuple[list[str], bytes]:
+    """Return the command that changes a virtual software camera, and its input."""
+    told = msgspec.structs.replace(config, interface=HOST_INTERFACE)
+    return errand_virtual(segment, maintenance_command()[-1], told.to_json())
+
+
+def main() -> None:
+    """Inside the namespace: create the cable, start the bus command, run the cameras."""
+    try:
+        command = bus_command()
+        if sys.argv[1:2] == [_ERRAND]:
+            command = [*command[:-1], sys.argv[2]]
+        sys.exit(_run(read_first_line(sys.stdin.fileno()), command))
+    except OcmmError as error:
+        sys.stderr.write(f"{error}\n")
+        sys.exit(2)
+
+
+def _run(content: bytes, command: Sequence[str]) -> int:
+    config = msgspec.json.decode(content, type=SegmentConfig)
+    make_link(HOST_INTERFACE, config.interface)
+    wire = make_wire(config)
+    orders = socket.socket(fileno=int(sys.argv[2])) if sys.argv[1:2] == [_ORDERS] else None
+    # Standard input, from its second line on, and the other streams belong to the bus process.
+    bus = subprocess.Popen(command)  # noqa: S603 - our own interpreter and modules, no shell
+    # After starting the bus process, which sets its own priority.
+    take_priority(CAMERA_PRIORITY)
+    parent = select.poll()
+    parent.register(sys.stdin.fileno(), 0)
+    deadline = math.inf
+
+    def ended() -> bool:
+        # End of its input, detected without reading, stops the bus process. The cameras keep
+        # answering until it has released them.
+        nonlocal deadline
+        if deadline == math.inf and parent.poll(0):
+            deadline = time.monotonic() + _FAREWELL_S
+        if orders is not None:
+            _obey(orders, wire)
+        return bus.poll() is not None or time.monotonic() > deadline
+
+    try:
+        wire.run(ended)
+    finally:
+        wire.close()
+        try:
+            code = bus.wait(_STOP_S)
+        except subprocess.TimeoutExpired:
+            bus.kill()
+            code = bus.wait()
+    return code
+
+
+def _obey(orders: socket.socket, wire: Wire) -> None:
+    """Give the operator in view of the cameras the touches of `VirtualBus.touch_again`."""
+    try:
+        content = orders.recv(1 << 16, socket.MSG_DONTWAIT)
+    except OSError:
+        return
+    from ocmm_sim.scene import Missing, PixelFrames, VirtualRig
+
+    missing, after_frame = msgspec.json.decode(content, type=tuple[Missing, int])
+    provider = wire.chain.units[0].provider
+    rig = provider.rig if isinstance(provider, PixelFrames) else provider
+    if isinstance(rig, VirtualRig):
+        rig.complete(missing, after_frame)
+
+
+if __name__ == "__main__":
+    main()

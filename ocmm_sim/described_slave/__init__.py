@@ -1,0 +1,21 @@
+"""Software camera built from a description `ocmm.device/1` only.
+
+In: the description, the sensor view, and its correction lens. Out: an EtherCAT slave whose bytes
+follow the description.
+
+See `_described_camera` (EEPROM, object dictionary, camera).
+It must not import the host's decoder.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from ocmm_core.door import door
+
+if TYPE_CHECKING:
+    from ocmm_sim.described_slave._described_camera import DescribedCamera
+else:
+    __getattr__ = door(__name__, _described_camera="DescribedCamera")
+
+__all__ = ["DescribedCamera"]

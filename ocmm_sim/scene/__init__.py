@@ -1,0 +1,87 @@
+"""Virtual scene: cameras, operator and part with known truth, down to the pixels.
+
+In: documents of a rig, a probe and a part, a seed. Out: frames as a source, optionally from
+rendered pixels, and the true poses of camera, probe and ball.
+
+Start with `_world` (truth) and `_rig` (virtual rig); then `_operator` with `_attitude`, `_hand` and
+`_touches`, `_surfaces` and `_artefacts`, `_source`. Pixels: `_sensor`, `_exposure`,
+`_spot_pattern`, `_pixel_frames`. `_kernels` holds the compiled loops; `_probe_study` is the
+simulation of the thesis. Truth and documents are separate: the product receives the documents only.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from ocmm_core.door import door
+
+if TYPE_CHECKING:
+    from ocmm_sim.scene import _exposure as exposure
+    from ocmm_sim.scene import _kernels as kernels
+    from ocmm_sim.scene import _surfaces as surfaces
+    from ocmm_sim.scene._artefacts import (
+        Part,
+        PartDocument,
+        PartPose,
+        TouchedEntry,
+        TrueFeature,
+        load_part,
+    )
+    from ocmm_sim.scene._attitude import attitude_at, rotation_vector
+    from ocmm_sim.scene._hand import steady_hand
+    from ocmm_sim.scene._kernels import BUTTON_DOWN_S
+    from ocmm_sim.scene._operator import REST_S, Missing, Motion
+    from ocmm_sim.scene._pixel_frames import PixelFrames, PixelScript
+    from ocmm_sim.scene._probe_study import ProbeStudy, StudyResult, draw_targets, run_study
+    from ocmm_sim.scene._rig import CameraFrames, VirtualRig
+    from ocmm_sim.scene._script import RigScript, decode_script
+    from ocmm_sim.scene._sensor import Sensor, SensorOptions, normal_table
+    from ocmm_sim.scene._source import MOST_ROUNDS, LedHand, SimulatedSource
+    from ocmm_sim.scene._spot_pattern import SpotPattern, draw_pattern
+    from ocmm_sim.scene._touches import sample
+    from ocmm_sim.scene._truth import TrueTouch
+    from ocmm_sim.scene._world import (
+        ScriptedBump,
+        ScriptedNudge,
+        ScriptedOcclusion,
+        World,
+        WorldOptions,
+        bumped,
+        draw_world,
+        nudged,
+        white_noise,
+    )
+else:
+    __getattr__ = door(
+        __name__,
+        _artefacts="Part PartDocument PartPose TouchedEntry TrueFeature load_part",
+        _attitude="attitude_at rotation_vector",
+        _exposure="exposure",
+        _hand="steady_hand",
+        _kernels="BUTTON_DOWN_S kernels",
+        _operator="Missing Motion REST_S",
+        _pixel_frames="PixelFrames PixelScript",
+        _probe_study="ProbeStudy StudyResult draw_targets run_study",
+        _rig="CameraFrames VirtualRig",
+        _script="RigScript decode_script",
+        _sensor="Sensor SensorOptions normal_table",
+        _source="LedHand MOST_ROUNDS SimulatedSource",
+        _spot_pattern="SpotPattern draw_pattern",
+        _surfaces="surfaces",
+        _touches="sample",
+        _truth="TrueTouch",
+        _world=(
+            "ScriptedBump ScriptedNudge ScriptedOcclusion World WorldOptions bumped draw_world "
+            "nudged white_noise"
+        ),
+    )
+
+__all__ = [
+    "BUTTON_DOWN_S", "MOST_ROUNDS", "REST_S", "CameraFrames", "LedHand", "Missing", "Motion",
+    "Part", "PartDocument", "PartPose", "PixelFrames", "PixelScript", "ProbeStudy", "RigScript",
+    "ScriptedBump", "ScriptedNudge", "ScriptedOcclusion", "Sensor", "SensorOptions",
+    "SimulatedSource", "SpotPattern", "StudyResult", "TouchedEntry", "TrueFeature", "TrueTouch",
+    "VirtualRig", "World", "WorldOptions", "attitude_at", "bumped", "decode_script", "draw_pattern",
+    "draw_targets", "draw_world", "exposure", "kernels", "load_part", "normal_table", "nudged",
+    "rotation_vector", "run_study", "sample", "steady_hand", "surfaces", "white_noise",
+]  # fmt: skip

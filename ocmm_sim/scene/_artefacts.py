@@ -1,0 +1,312 @@
+"""Test parts with known truth, and their documents.
+
+A part document defines the part's pose in the world and its true surfaces in the part frame.
+Measuring code never reads it, only the plan.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import msgspec
+import numpy as np
+
+from ocmm_core.camera import Vector3
+from ocmm_core.documents import Document, digest, load_document
+from ocmm_core.errors import InputError
+from ocmm_core.geometry import Float, RigidTransform, rotation_from_vector, unit
+from ocmm_sim.scene._surfaces import (
+    HOLES,
+    Artefact,
+    BoreEntry,
+    ConeEntry,
+    CylinderEntry,
+    EllipseEntry,
+    LineEntry,
+    PlaneEntry,
+    PointEntry,
+    SlotEntry,
+    SphereEntry,
+    TorusEntry,
+    TouchedEntry,
+    free_width,
+)
+
+__all__ = [
+    "HOLES",
+    "Artefact",
+    "BoreEntry",
+    "ConeEntry",
+    "CylinderEntry",
+    "EllipseEntry",
+    "LineEntry",
+    "Part",
+    "PartDocument",
+    "PartPose",
+    "PlaneEntry",
+    "PointEntry",
+    "SlotEntry",
+    "SphereEntry",
+    "TorusEntry",
+    "TouchedEntry",
+    "TrueFeature",
+    "free_width",
+    "load_part",
+]
+
+SCHEMA = "ocmm.part/1"
+
+
+class PartPose(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """Pose of the part: motion from the part frame to the world, mm and rad."""
+
+    translation: Vector3
+    rotation_vector: Vector3
+
+    def motion(self) -> RigidTransform:
+        return RigidTransform(
+            rotation_from_vector(np.array(self.rotation_vector)), np.array(self.translation)
+        )
+
+
+class PartDocument(Document, frozen=True, kw_only=True):
+    """Document of a part; lengths in mm, part frame.
+
+    ``reference`` is the pose of an attached reference body: part from reference frame.
+    """
+
+    name: str
+    pose: PartPose
+    features: list[Artefact]
+    reference: PartPose | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class TrueFeature:
+    """True geometry of a surface."""
+
+    name: str
+    kind: str
+    """``"plane"``, ``"sphere"``, ``"bore"``, ``"cylinder"``, ``"cone"``, ``"line"``, ``"point"``,
+    ``"slot"``, ``"ellipse"``, ``"torus"`` or ``"touched"``; a bore is a circle in plans."""
+    point: Float
+    """(3,), mm: centre (sphere, torus, mouth of a hole, foot of cylinder and cone) or a point on
+    it."""
+    direction: Float
+    """(3,), unit: normal, axis or direction of the line."""
+    diameter: float
+    """mm; zero if inapplicable; of the foot of a cone, of the centre line of a torus."""
+    along: Float
+    """(3,), unit: length direction of slot and ellipse, otherwise zero."""
+    length: float = 0.0
+    width: float = 0.0
+    """`length`, `width`: mm, overall, of slot and ellipse; width of a torus: tube diameter."""
+    half_angle: float = 0.0
+    """rad: of a cone, whose radius falls along its direction."""
+
+
+@dataclass(frozen=True, slots=True)
+class Part:
+    """A part with known truth."""
+
+    name: str
+    T_world_from_part: RigidTransform
+    artefacts: tuple[Artefact, ...]
+    identity: str
+    T_part_from_reference: RigidTransform | None = None
+    """Pose of a reference body; None without a place for one."""
+
+    def artefact(self, name: str) -> Artefact:
+        """Return the surface with this name; raise InputError if absent."""
+        for entry in self.artefacts:
+            if entry.name == name:
+                return entry
+        names = ", ".join(entry.name for entry in self.artefacts)
+        raise InputError(
+            "part.feature",
+            f"The part '{self.name}' has no feature '{name}'.",
+            f"Use a plan for this part; its features are {names}.",
+        )
+
+    def features_part(self) -> dict[str, TrueFeature]:
+        """Return the true features by name, part frame."""
+        return {entry.name: _true_feature(entry) for entry in self.artefacts}
+
+    def features_world(self) -> dict[str, TrueFeature]:
+        """Return the true features by name, world frame."""
+        pose = self.T_world_from_part
+        return {
+            name: replace(
+                feature,
+                point=pose.apply(feature.point),
+                direction=pose.rotation @ feature.direction,
+                along=pose.rotation @ feature.along,
+            )
+            for name, feature in self.features_part().items()
+        }
+
+
+def load_part(path: Path | str) -> Part:
+    """Return the part of a document; raise InputError if it is invalid."""
+    document = load_document(path, PartDocument, SCHEMA)
+    _check(Path(path), document)
+    return Part(
+        name=document.name,
+        T_world_from_part=document.pose.motion(),
+        artefacts=tuple(document.features),
+        identity=digest(path),
+        T_part_from_reference=document.reference.motion() if document.reference else None,
+    )
+
+
+def _true_feature(entry: Artefact) -> TrueFeature:
+    feature = TrueFeature(
+        name=entry.name,
+        kind=str(entry.__struct_config__.tag),
+        point=np.array(entry.point),
+        direction=unit(np.array(entry.direction)),
+        diameter=entry.diameter if isinstance(entry, _ROUND) else 0.0,
+        along=np.zeros(3),
+    )
+    if isinstance(entry, SlotEntry | EllipseEntry):
+        along = unit(np.array(entry.along))
+        return replace(feature, along=along, length=entry.length, width=entry.width)
+    if isinstance(entry, TorusEntry):
+        return replace(feature, width=entry.tube_diameter)
+    if isinstance(entry, TouchedEntry):
+        # Here the radius of a cone falls along its direction.
+        sense = -1.0 if entry.apex_deg else 1.0
+        return replace(
+            feature,
+            direction=sense * feature.direction,
+            diameter=entry.true_diameter,
+            width=entry.true_width,
+            half_angle=float(np.radians(0.5 * entry.apex_deg)),
+        )
+    if isinstance(entry, ConeEntry):
+        taper = np.arctan2(entry.diameter - entry.top_diameter, 2.0 * entry.height)
+        return replace(feature, half_angle=float(taper))
+    return feature
+
+
+_ROUND = (SphereEntry, BoreEntry, CylinderEntry, ConeEntry, TorusEntry)
+
+
+_LENGTHS = (
+    "diameter",
+    "top_diameter",
+    "tube_diameter",
+    "depth",
+    "height",
+    "length",
+    "width",
+    "free",
+)
+
+
+def _check(path: Path, document: PartDocument) -> None:
+    if not document.features:
+        raise _error(path, "features", "is empty", "Give the part at least one feature.")
+    names: set[str] = set()
+    for index, entry in enumerate(document.features):
+        at = f"features[{index}]"
+        if entry.name in names:
+            raise _error(
+                path, f"{at}.name", f"repeats the name '{entry.name}'", "Name each feature once."
+            )
+        names.add(entry.name)
+        for field in _LENGTHS:
+            value = getattr(entry, field, 1.0)
+            if value <= 0.0:
+                raise _error(
+                    path, f"{at}.{field}", f"is {value}", "Give a length greater than zero."
+                )
+        for field in ("direction", "along", "normal"):
+            value = getattr(entry, field, (0.0, 0.0, 1.0))
+            if np.linalg.norm(value) < 1e-9:
+                raise _error(path, f"{at}.{field}", "is a zero vector", "Give a direction.")
+        if isinstance(entry, PlaneEntry):
+            _check_plane(path, at, entry)
+        if isinstance(entry, TouchedEntry):
+            _check_places(path, at, entry)
+        if isinstance(entry, SlotEntry | EllipseEntry | TorusEntry):
+            _check_sizes(path, at, entry)
+        if isinstance(entry, LineEntry) and _skewness(entry.direction, entry.normal) > 1e-9:
+            raise _error(
+                path,
+                f"{at}.normal",
+                "is not perpendicular to 'direction'",
+                "Give the normal of the face that the line lies in.",
+            )
+        if isinstance(entry, ConeEntry) and entry.top_diameter >= entry.diameter:
+            raise _error(
+                path,
+                f"{at}.top_diameter",
+                "is not smaller than 'diameter'",
+                "Give the cone with its wide end at 'point'.",
+            )
+
+
+def _check_sizes(path: Path, at: str, entry: SlotEntry | EllipseEntry | TorusEntry) -> None:
+    if isinstance(entry, TorusEntry):
+        if entry.tube_diameter >= entry.diameter:
+            raise _error(
+                path,
+                f"{at}.tube_diameter",
+                "is not smaller than 'diameter'",
+                "Give the diameter of the centre line, and that of the tube around it.",
+            )
+        return
+    if entry.width >= entry.length:
+        raise _error(
+            path, f"{at}.width", "is not smaller than 'length'", "Give the longer one as length."
+        )
+    if _skewness(entry.direction, entry.along) > 1e-9:
+        raise _error(
+            path,
+            f"{at}.along",
+            "is not perpendicular to 'direction'",
+            "Give the direction of the length, square to the axis.",
+        )
+
+
+def _check_places(path: Path, at: str, entry: TouchedEntry) -> None:
+    if not entry.places or len(entry.places) != len(entry.normals):
+        raise _error(
+            path,
+            f"{at}.places",
+            f"has {len(entry.places)} places, and 'normals' has {len(entry.normals)}",
+            "Give each place its normal, and one at least.",
+        )
+    if min(np.linalg.norm(entry.normals, axis=1)) < 1e-9:
+        raise _error(path, f"{at}.normals", "holds a zero vector", "Give a direction.")
+
+
+def _check_plane(path: Path, at: str, entry: PlaneEntry) -> None:
+    if _skewness(entry.direction, entry.along) > 1e-9:
+        raise _error(
+            path,
+            f"{at}.along",
+            "is not perpendicular to 'direction'",
+            "Give an axis that lies in the plane.",
+        )
+    if not entry.areas:
+        raise _error(path, f"{at}.areas", "is empty", "Give a rectangle that is free to touch.")
+    for number, (u0, v0, u1, v1) in enumerate(entry.areas):
+        if u1 <= u0 or v1 <= v0:
+            raise _error(
+                path,
+                f"{at}.areas[{number}]",
+                f"is {[u0, v0, u1, v1]}, which encloses no area",
+                "Give the lower corner first, then the upper one.",
+            )
+
+
+def _skewness(first: Vector3, second: Vector3) -> float:
+    """Return the cosine of the angle between two directions."""
+    return abs(float(unit(np.array(first)) @ unit(np.array(second))))
+
+
+def _error(path: Path, field: str, fault: str, remedy: str) -> InputError:
+    return InputError("part.field", f"{path}: field '{field}' {fault}.", remedy)

@@ -1,0 +1,364 @@
+"""Operator of the virtual rig: an open-loop script of touches on the true part.
+
+Each touch is a travel, an approach along the surface normal, a dwell in contact with hand tremor, a
+button press, and a retract. All motions have minimum jerk (Flash and Hogan 1985), so that dwells
+are distinguishable. The motion is a pure function of time.
+"""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ocmm_core.errors import InputError
+from ocmm_core.geometry import Float
+from ocmm_sim.scene import _kernels as kernels
+from ocmm_sim.scene._artefacts import Part
+from ocmm_sim.scene._attitude import attitude_at
+from ocmm_sim.scene._surfaces import (
+    HOLES,
+    Artefact,
+    ConeEntry,
+    CylinderEntry,
+    SphereEntry,
+    TorusEntry,
+    TouchedEntry,
+    free_width,
+)
+from ocmm_sim.scene._touches import Contacts, farthest, sample
+
+Touches = Sequence[tuple[str, int]]
+"""Feature names and number of touches of each, in order."""
+
+REST_S = 0.5
+DWELL_S = 0.45
+_APPROACH_S, _RETRACT_S = 0.25, 0.18
+_APPROACH_MM = 8.0
+_BORE_APPROACH = 0.8
+"""Fraction of the way from axis to wall used as approach in a bore."""
+_SPEED_MM_S = 220.0
+_TRAVEL_MIN_S, _TRAVEL_MAX_S = 0.35, 1.6
+_CLEARANCE_MM = 12.0
+_HOME_ABOVE_MM = 40.0
+_TREMOR_RAD, _TREMOR_MM = 2e-3, 0.10
+_TREMOR_WAVES = 4
+_STREAM = 16
+
+
+@dataclass(frozen=True, slots=True)
+class Missing:
+    """Missing points at the end of the script, as an operator reads them on screen."""
+
+    touches: Touches
+    """Features and number of missing points of each."""
+    taken: Mapping[str, Sequence[Sequence[float]]]
+    """Ball centres (n, 3), mm, world, of the recorded points by feature; none if absent."""
+
+
+@dataclass(frozen=True, slots=True)
+class Motion:
+    """The probe at some times."""
+
+    rotation_world_from_probe: Float
+    """(n, 3, 3)."""
+    tip_world: Float
+    """(n, 3), mm: ball centre."""
+    button: NDArray[np.bool_]
+    in_contact: NDArray[np.bool_]
+    """`button`, `in_contact`: (n,) bool."""
+
+    def origin_world(self, tip_probe: Float) -> Float:
+        """Return the origin of the probe frame (n, 3), mm, for a ball at `tip_probe` (3,)."""
+        origin: Float = self.tip_world - self.rotation_world_from_probe @ tip_probe
+        return origin
+
+
+@dataclass(frozen=True, slots=True)
+class ScriptedTouch:
+    """True course of one touch."""
+
+    feature: str
+    contact_s: float
+    settled_s: float
+    retract_s: float
+    """`contact_s`, `settled_s`, `retract_s`: first contact, start and end of the ball's rest."""
+    surface_world: Float
+    """(3,), mm: the point that is touched."""
+    normal_world: Float
+    """(3,), unit: from the material towards the ball."""
+    tip_world: Float
+    """(3,), mm: ball centre at rest."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Timeline:
+    """State that `Operator.extend` replaces atomically."""
+
+    segments: Float
+    touches: tuple[ScriptedTouch, ...]
+    rounds: int
+
+    @property
+    def end_s(self) -> float:
+        return float(self.segments[-1, kernels.T1])
+
+
+class Operator:
+    """The script; thread-safe between reading and extending; ``tip_radius``, mm, is true."""
+
+    def __init__(self, part: Part, tip_radius: float, touches: Touches, seed: int) -> None:
+        self._part = part
+        self._tip_radius = tip_radius
+        self._seed = seed
+        self._tremor = _draw_tremor(np.random.default_rng([seed, _STREAM]))
+        self._lock = threading.Lock()
+        pose = part.T_world_from_part
+        tops = [_top(entry) for entry in part.artefacts]
+        highest = max(float(pose.apply(top)[:, 2].max()) for top in tops)
+        self._safe_z = highest + _CLEARANCE_MM + tip_radius
+        middle = pose.apply(np.array([entry.point for entry in part.artefacts])).mean(axis=0)
+        self._home = np.array([middle[0], middle[1], self._safe_z + _HOME_ABOVE_MM])
+        self._places: dict[str, Contacts] = {}
+        rest = _segment(0.0, REST_S, kernels.REST, self._home, self._home)
+        self._timeline = self._extended(_Timeline(rest[None], (), 0), touches, 0.0)
+
+    @property
+    def duration_s(self) -> float:
+        """Return the end of the script, s."""
+        return self._timeline.end_s
+
+    @property
+    def touches(self) -> tuple[ScriptedTouch, ...]:
+        return self._timeline.touches
+
+    def extend(self, touches: Touches, not_before_s: float) -> None:
+        """Append touches at new points after the script's end, or `not_before_s` if later."""
+        with self._lock:
+            self._timeline = self._extended(self._timeline, touches, not_before_s)
+
+    def complete(self, missing: Missing, not_before_s: float) -> None:
+        """Append the touches that gave no point, at their original places.
+
+        Other places may not determine the feature, for example all on one side of a slot.
+        """
+        with self._lock:
+            self._timeline = self._extended(
+                self._timeline, missing.touches, not_before_s, missing.taken
+            )
+
+    def interrupt(self, at_s: float) -> None:
+        """End the script at a time, dropping unfinished touches."""
+        with self._lock:
+            old = self._timeline
+            begun = old.segments[:, kernels.T0] < at_s
+            begun[0] = True
+            over = tuple(touch for touch in old.touches if touch.retract_s <= at_s)
+            self._timeline = _Timeline(old.segments[begun], over, old.rounds)
+
+    def resume(self, tip_world: Float, attitude: Float, at_s: float) -> None:
+        """Bring the probe home from its place: up first, so that it clears the part.
+
+        From ``tip_world`` (3,), mm, and ``attitude`` (3,), rad; ``at_s``: after the script.
+        """
+        with self._lock:
+            old = self._timeline
+            writer = _Writer(tip_world, at_s, attitude)
+            above = np.array([tip_world[0], tip_world[1], max(self._safe_z, tip_world[2])])
+            writer.travel(above, attitude, np.nan, 0.0)
+            writer.travel(self._home, np.zeros(3), np.nan, 0.0)
+            writer.rest(REST_S)
+            self._timeline = _Timeline(
+                np.concatenate([old.segments, np.array(writer.segments)]), old.touches, old.rounds
+            )
+
+    def motion(self, times_s: Float) -> Motion:
+        """Return the probe at times (n,), s, ascending; a pure function of time."""
+        n = len(times_s)
+        rotation, tip = np.empty((n, 3, 3)), np.empty((n, 3))
+        button, contact = np.empty(n, dtype=np.bool_), np.empty(n, dtype=np.bool_)
+        kernels.move(times_s, self._timeline.segments, self._tremor, rotation, tip, button, contact)
+        return Motion(rotation, tip, button, contact)
+
+    def _extended(
+        self,
+        old: _Timeline,
+        touches: Touches,
+        not_before_s: float,
+        taken: Mapping[str, Sequence[Sequence[float]]] | None = None,
+    ) -> _Timeline:
+        writer = _Writer(self._home, max(old.end_s, not_before_s))
+        for index, (name, count) in enumerate(touches):
+            if count < 1:
+                raise InputError(
+                    "simulation.touches",
+                    f"Feature '{name}' is set to be touched {count} times.",
+                    "Give at least one touch for each feature, or omit the feature.",
+                )
+            rng = np.random.default_rng([self._seed, _STREAM, old.rounds, index])
+            artefact = self._part.artefact(name)
+            if taken is not None:
+                there = np.array(taken.get(name, ())).reshape(-1, 3)
+                contacts = self._open(artefact, count, there, rng)
+            elif old.rounds:
+                contacts = sample(artefact, max(count, 12), rng)
+                contacts = contacts.take(sorted(rng.permutation(max(count, 12))[:count]))
+            else:
+                contacts = sample(artefact, count, rng)
+            self._places.setdefault(name, contacts)
+            self._write_feature(writer, artefact, contacts, rng)
+        writer.travel(self._home, np.zeros(3), self._safe_z, 0.0)
+        writer.rest(REST_S)
+        return _Timeline(
+            np.concatenate([old.segments, np.array(writer.segments)]),
+            old.touches + tuple(writer.touches),
+            old.rounds + 1,
+        )
+
+    def _open(
+        self, artefact: Artefact, count: int, taken: Float, rng: np.random.Generator
+    ) -> Contacts:
+        """Return the first `count` touch points of a surface without a point in (n, 3)."""
+        places = self._places.get(artefact.name)
+        if places is None or len(places.points) < count:
+            places = sample(artefact, count + len(taken), rng)
+        inverse = self._part.T_world_from_part.inverse()
+        return farthest(places, self._tip_radius, inverse.apply(taken), count)
+
+    def _write_feature(
+        self, writer: _Writer, artefact: Artefact, contacts: Contacts, rng: np.random.Generator
+    ) -> None:
+        pose = self._part.T_world_from_part
+        surface = pose.apply(contacts.points)
+        normals = contacts.normals @ pose.rotation.T
+        bore = isinstance(artefact, HOLES)
+        approach = _APPROACH_MM
+        if isinstance(artefact, HOLES):
+            width = free_width(artefact)
+            if width <= 2.0 * self._tip_radius:
+                raise InputError(
+                    "simulation.bore",
+                    f"The bore '{artefact.name}' of {width:g} mm is too narrow for a ball of "
+                    f"{2.0 * self._tip_radius:g} mm.",
+                    "Give a probe with a smaller ball.",
+                )
+            approach = min(approach, _BORE_APPROACH * (0.5 * width - self._tip_radius))
+        if isinstance(artefact, TouchedEntry):
+            approach = min(approach, _BORE_APPROACH * (0.5 * artefact.free - self._tip_radius))
+        lean = rng.uniform(-0.12, 0.12, 2) * (0.5 if bore else 1.0)
+        yaw = rng.uniform(-0.12, 0.12)
+        own_z = float(pose.apply(_top(artefact))[0, 2]) + _CLEARANCE_MM + self._tip_radius
+        place: int | None = None
+        for number in range(len(surface)):
+            tip = surface[number] + self._tip_radius * normals[number]
+            before = tip + approach * normals[number]
+            jitter = rng.uniform(-0.05, 0.05, 3)
+            attitude = attitude_at(normals[number], lean + jitter[:2], yaw + jitter[2], bore=bore)
+            top = self._safe_z
+            if place == contacts.place[number]:
+                top = np.nan
+            elif place is not None and isinstance(
+                artefact, SphereEntry | CylinderEntry | ConeEntry | TorusEntry
+            ):
+                top = own_z
+            place = int(contacts.place[number])
+            writer.travel(before, attitude, top, 1.0)
+            writer.touch(artefact.name, surface[number], normals[number], tip)
+            writer.retract(before)
+
+
+class _Writer:
+    def __init__(self, place: Float, start_s: float, attitude: Float | None = None) -> None:
+        self.segments: list[Float] = []
+        self.touches: list[ScriptedTouch] = []
+        self._time = start_s
+        self._place = place
+        self._attitude = np.zeros(3) if attitude is None else attitude
+        self._sway = 0.0
+
+    def rest(self, duration_s: float) -> None:
+        self._append(duration_s, kernels.REST, self._place, self._attitude, self._sway)
+
+    def travel(self, place: Float, attitude: Float, top_z: float, sway: float) -> None:
+        way = float(np.linalg.norm(place - self._place))
+        if np.isfinite(top_z):
+            way += abs(top_z - self._place[2]) + abs(top_z - place[2])
+        duration = float(np.clip(0.2 + way / _SPEED_MM_S, _TRAVEL_MIN_S, _TRAVEL_MAX_S))
+        self._append(duration, kernels.MOVE, place, attitude, sway, top_z)
+
+    def touch(self, feature: str, surface: Float, normal: Float, tip: Float) -> None:
+        self._append(_APPROACH_S, kernels.MOVE, tip, self._attitude, 0.0)
+        contact = self._time
+        self._append(DWELL_S, kernels.TOUCH, tip, self._attitude, 0.0, normal=normal)
+        self.touches.append(
+            ScriptedTouch(
+                feature, contact, contact + kernels.SETTLE_S, self._time, surface, normal, tip
+            )
+        )
+
+    def retract(self, place: Float) -> None:
+        self._append(_RETRACT_S, kernels.MOVE, place, self._attitude, 1.0)
+
+    def _append(
+        self,
+        duration_s: float,
+        kind: int,
+        place: Float,
+        attitude: Float,
+        sway: float,
+        top_z: float = np.nan,
+        normal: Float | None = None,
+    ) -> None:
+        segment = _segment(self._time, duration_s, kind, self._place, place)
+        segment[kernels.TOP] = top_z
+        segment[kernels.SWAY0], segment[kernels.SWAY1] = self._sway, sway
+        segment[kernels.W0 : kernels.W0 + 3] = self._attitude
+        segment[kernels.W1 : kernels.W1 + 3] = attitude
+        if normal is not None:
+            segment[kernels.NORMAL : kernels.NORMAL + 3] = normal
+        self.segments.append(segment)
+        self._time += duration_s
+        self._place, self._attitude, self._sway = place, attitude, sway
+
+
+def _segment(start_s: float, duration_s: float, kind: int, begin: Float, end: Float) -> Float:
+    segment = np.zeros(kernels.N_COLUMNS)
+    segment[kernels.T0], segment[kernels.T1] = start_s, start_s + duration_s
+    segment[kernels.KIND] = kind
+    segment[kernels.TOP] = np.nan
+    segment[kernels.P0 : kernels.P0 + 3] = begin
+    segment[kernels.P1 : kernels.P1 + 3] = end
+    return segment
+
+
+def _draw_tremor(rng: np.random.Generator) -> Float:
+    """Return waves (2, 3, K, 3) of attitude and place: amplitude, frequency, phase."""
+    shape = (2, 3, _TREMOR_WAVES)
+    tremor = np.empty((*shape, 3))
+    scale = np.sqrt(2.0 / _TREMOR_WAVES) * np.array([_TREMOR_RAD, _TREMOR_MM])
+    tremor[..., 0] = scale[:, None, None]
+    tremor[..., 1] = 2.0 * np.pi * np.exp(rng.uniform(np.log(0.6), np.log(5.0), shape))
+    tremor[..., 2] = rng.uniform(0.0, 2.0 * np.pi, shape)
+    return tremor
+
+
+def _top(artefact: Artefact) -> Float:
+    """Return the points (n, 3) of a surface that may be its highest, mm, part frame.
+
+    The axial top point, or all touch points of a surface that lists its own.
+    """
+    if isinstance(artefact, TouchedEntry):
+        return np.array(artefact.places)
+    axis = np.array(artefact.direction) / np.linalg.norm(artefact.direction)
+    height = 0.0
+    if isinstance(artefact, SphereEntry):
+        height = 0.5 * artefact.diameter
+    elif isinstance(artefact, CylinderEntry | ConeEntry):
+        height = artefact.height
+    elif isinstance(artefact, TorusEntry):
+        height = 0.5 * artefact.tube_diameter
+    top: Float = (np.array(artefact.point) + height * axis)[None]
+    return top

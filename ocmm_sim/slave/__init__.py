@@ -1,0 +1,79 @@
+"""Software camera: a slave controller with objects, memory, errors and frames.
+
+In: EtherCAT frames of any master, and images or spots of a frame provider.
+Out: answers as of a real camera, including registers, mailboxes and process data.
+
+Start with `_software_camera` (the whole); then `_esc` with `_registers` and `_slave_clock`
+(controller), `_segment` (cameras on one wire), `_coe` with `_sdo_values` and `_sdo_abort`
+(objects), `_electronics`, `_diagnosis`, `_store`, `_sii`; `_frame_buffer` and `_pattern` (frames),
+`_sensor` and `_black_image` (images).
+It must not import optics or the scene: a provider supplies the frames.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from ocmm_core.door import door
+
+if TYPE_CHECKING:
+    from ocmm_sim.slave import _registers as registers
+    from ocmm_sim.slave import _sii as sii
+    from ocmm_sim.slave._coe import CoeServer
+    from ocmm_sim.slave._esc import Esc
+    from ocmm_sim.slave._frame_buffer import CHUNK_FRAMES, FIFO_FRAMES, OVERRUN_FLAG, FrameBuffer
+    from ocmm_sim.slave._pattern import (
+        CLOCK_MODULUS_US,
+        CameraFrames,
+        ClockPattern,
+        Frames,
+        TestPattern,
+        read_clock,
+    )
+    from ocmm_sim.slave._registers import (
+        AL_STATUS,
+        AL_SYNC,
+        INIT,
+        OP,
+        PREOP,
+        SAFEOP,
+        STATION_ADDRESS,
+        STATION_ALIAS,
+        SYSTEM_TIME,
+        TIME_DIFFERENCE,
+    )
+    from ocmm_sim.slave._sdo_abort import Abort, AbortError
+    from ocmm_sim.slave._segment import ETHERTYPE, DatagramCommand, Segment
+    from ocmm_sim.slave._sensor import SENSOR_PX, SimpleSensor
+    from ocmm_sim.slave._sii import checksum_of_configuration, sii_image
+    from ocmm_sim.slave._slave_clock import SlaveClock, difference_register, time_difference
+    from ocmm_sim.slave._software_camera import SoftwareCamera
+    from ocmm_sim.slave._store import CameraStore
+else:
+    __getattr__ = door(
+        __name__,
+        _coe="CoeServer",
+        _esc="Esc",
+        _frame_buffer="CHUNK_FRAMES FIFO_FRAMES FrameBuffer OVERRUN_FLAG",
+        _pattern="CLOCK_MODULUS_US CameraFrames ClockPattern Frames TestPattern read_clock",
+        _registers=(
+            "AL_STATUS AL_SYNC INIT OP PREOP SAFEOP STATION_ADDRESS STATION_ALIAS SYSTEM_TIME "
+            "TIME_DIFFERENCE registers"
+        ),
+        _sdo_abort="Abort AbortError",
+        _segment="DatagramCommand ETHERTYPE Segment",
+        _sensor="SENSOR_PX SimpleSensor",
+        _sii="checksum_of_configuration sii sii_image",
+        _slave_clock="SlaveClock difference_register time_difference",
+        _software_camera="SoftwareCamera",
+        _store="CameraStore",
+    )
+
+__all__ = [
+    "AL_STATUS", "AL_SYNC", "CHUNK_FRAMES", "CLOCK_MODULUS_US", "ETHERTYPE", "FIFO_FRAMES", "INIT",
+    "OP", "OVERRUN_FLAG", "PREOP", "SAFEOP", "SENSOR_PX", "STATION_ADDRESS", "STATION_ALIAS",
+    "SYSTEM_TIME", "TIME_DIFFERENCE", "Abort", "AbortError", "CameraFrames", "CameraStore",
+    "ClockPattern", "CoeServer", "DatagramCommand", "Esc", "FrameBuffer", "Frames", "Segment",
+    "SimpleSensor", "SlaveClock", "SoftwareCamera", "TestPattern", "checksum_of_configuration",
+    "difference_register", "read_clock", "registers", "sii", "sii_image", "time_difference",
+]  # fmt: skip

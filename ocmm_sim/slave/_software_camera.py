@@ -1,0 +1,335 @@
+"""Software camera: a slave controller with frames, objects and errors."""
+
+from __future__ import annotations
+
+import struct
+import zlib
+from collections.abc import Callable
+
+from ocmm_core.errors import InputError
+from ocmm_core.fieldbus.device import (
+    CONFIGURATION,
+    COUNTER_MODULUS,
+    COUNTERS,
+    DATA_CRC,
+    DATA_CRC_AT,
+    HEADER_STRUCT,
+    INFORMATION,
+    INPUT_DTYPE,
+    INPUT_START,
+    INPUT_SYNC,
+    MAILBOX_BYTES,
+    N_SLOTS,
+    NEWEST_LAYOUT,
+    OUTPUT_PDO,
+    OUTPUT_START,
+    OUTPUT_STRUCT,
+    OUTPUT_SYNC,
+    SM_ASSIGNMENT,
+    SM_INPUTS,
+    SYNC_CYCLE,
+    SYNC_ERROR,
+    SYNC_EXCEEDED,
+    SYNC_MISSED,
+    SYNC_MODE,
+    TIMESTAMP,
+    VERSIONS,
+    WINDOWS,
+    CameraConfig,
+    CameraMode,
+    CameraStatus,
+    Control,
+    ErrorCode,
+    ErrorRegister,
+    Header,
+    InputLayout,
+    Window,
+    object_dictionary,
+)
+from ocmm_sim.firmware import FirmwareBanks, FoeServer
+from ocmm_sim.slave._coe import CoeServer
+from ocmm_sim.slave._diagnosis import Diagnosis
+from ocmm_sim.slave._electronics import Electronics
+from ocmm_sim.slave._esc import Esc
+from ocmm_sim.slave._frame_buffer import CHUNK_FRAMES as CHUNK_FRAMES
+from ocmm_sim.slave._frame_buffer import FrameBuffer
+from ocmm_sim.slave._pattern import CameraFrames
+from ocmm_sim.slave._registers import (
+    AL_STATUS_CODE,
+    BOOT,
+    INIT,
+    OP,
+    PREOP,
+    SAFEOP,
+    SYNC0_CYCLE,
+    WATCHDOG_COUNT,
+    WATCHDOG_STATUS,
+)
+from ocmm_sim.slave._sdo_values import Address
+from ocmm_sim.slave._sensor import SENSOR_PX
+from ocmm_sim.slave._sii import sii_image
+from ocmm_sim.slave._store import CameraStore
+
+_AL_INCONSISTENT = 0x0026
+_SYNC_CODES = (0x001A, 0x002C, *range(0x0030, 0x0038))
+"""AL status codes of falls caused by the sync signal."""
+_LOST_LINKS = slice(0x0310, 0x0314)
+_SYNC0_MODE = 2
+_FOE, _MAILBOX_HEAD = 4, 6
+_SOFTWARE_VERSION = 0x100A
+# Plain integers: enumeration flags cost more than the rest of a frame.
+_OPERATIONAL, _SYNCHRONISED = int(CameraStatus.OPERATIONAL), int(CameraStatus.SYNCHRONISED)
+_OVERRUN, _DARK = int(CameraStatus.OVERRUN), int(CameraStatus.DARK)
+_DIAGNOSIS, _STREAM = int(CameraStatus.DIAGNOSIS), int(Control.STREAM)
+
+
+class SoftwareCamera:
+    """One camera on the wire.
+
+    Pass the same ``store`` and ``banks``, its non-volatile memory and firmware, after a restart;
+    ``layout``: input layout, which defines the revision; ``sensor``: reported serial number and
+    size, px; 0: the camera's own number. Faults: ``frozen``, the application hangs while its
+    controller answers; ``mailbox_hangs``, mailboxes are accepted and never answered.
+    """
+
+    def __init__(
+        self,
+        index: int,
+        serial: int,
+        alias: int,
+        provider: CameraFrames,
+        boot_counter: int = 1,
+        store: CameraStore | None = None,
+        layout: InputLayout = NEWEST_LAYOUT,
+        sensor: tuple[int, int, int] = (0, SENSOR_PX, SENSOR_PX),
+        banks: FirmwareBanks | None = None,
+    ) -> None:
+        self._layout = layout
+        self._crc_begin = layout.crc_begin(serial)
+        self.esc = Esc(sii_image(serial, alias, layout), 7_000_000_000 * (index + 1), self)
+        self.buffer = FrameBuffer(provider, index)
+        self.frozen = self.mailbox_hangs = False
+        self._inputs = memoryview(self.esc.memory)[INPUT_START : INPUT_START + INPUT_DTYPE.itemsize]
+        self._boot_counter = boot_counter
+        self._cycle = 0
+        self._state = INIT
+        self._crc = CameraConfig().crc()
+        self._period_override = 0
+        self._outputs_ns = 0
+        self._missed = 0
+        self._banks = banks or FirmwareBanks()
+        self.foe = FoeServer(self._banks, MAILBOX_BYTES, lambda: self.esc.state == BOOT)
+        self.esc.can_boot = True
+        self._diagnosis = Diagnosis(lambda: self.esc.system_time_ns, self._send_emergency)
+        self.electronics = Electronics(
+            index, serial, provider, store or CameraStore(), self._diagnosis, self._darken, sensor
+        )
+        self.coe = CoeServer(
+            object_dictionary(serial, layout),
+            MAILBOX_BYTES,
+            {**self.electronics.live(), **self._live()},
+            self.electronics.written(),
+            lambda: self.esc.state <= PREOP,
+        )
+        self._tell_version()
+        if sensor[0]:
+            self.coe.set_value(INFORMATION, 1, struct.pack("<I", sensor[0]))
+
+    @property
+    def period_override(self) -> int:
+        """Return the faulty exposure period, ns, that is in effect; 0: none."""
+        return self._period_override
+
+    @period_override.setter
+    def period_override(self, period_ns: int) -> None:
+        self._period_override = period_ns
+        if self.buffer.running:
+            self.buffer.resume(*self._schedule(), self.esc.system_time_ns)
+
+    def answer(self, mailbox: bytes) -> bytes | None:
+        if self.mailbox_hangs:
+            return None
+        if len(mailbox) >= _MAILBOX_HEAD and mailbox[5] & 0x0F == _FOE:
+            (length,) = struct.unpack_from("<H", mailbox)
+            return self.foe.answer(mailbox[_MAILBOX_HEAD : _MAILBOX_HEAD + length])
+        # BOOT supports file access only.
+        return None if self._state == BOOT else self.coe.answer(mailbox)
+
+    def emergency(
+        self, code: int, register: int = ErrorRegister.GENERIC, data: bytes = b""
+    ) -> None:
+        """Send an emergency message and record it; code 0 ends an error."""
+        self._diagnosis.report(code, register, data)
+
+    def state_changed(self, state: int) -> None:
+        """Start or stop the exposures with the state."""
+        before, self._state = self._state, state
+        if state == INIT:
+            self.coe.reset()
+            self.foe.reset()
+            if before == BOOT:
+                self._start_firmware()
+        if state == PREOP:
+            self._banks.confirm()
+        if before == OP and state == SAFEOP and not self.esc.memory[WATCHDOG_STATUS] & 1:
+            communication = ErrorRegister.GENERIC | ErrorRegister.COMMUNICATION
+            self.emergency(ErrorCode.WATCHDOG, communication)
+        if state == OP:
+            self._outputs_ns = 0
+            if self._diagnosis.register & ErrorRegister.COMMUNICATION:
+                self.emergency(ErrorCode.RESET, 0)
+        if state < SAFEOP:
+            self.buffer.stop()
+        elif not self.buffer.running:
+            self._start_exposures(state)
+
+    def outputs_written(self) -> None:
+        """Process the master's acknowledgement."""
+        control, _pattern, counter, _heartbeat = OUTPUT_STRUCT.unpack_from(
+            self.esc.memory, OUTPUT_START
+        )
+        now, cycle = self.esc.now_ns, self._bus_cycle_ns()
+        if cycle and self._outputs_ns and self._state == OP:
+            self._missed += max(0, round((now - self._outputs_ns) / cycle) - 1)
+        self._outputs_ns = now
+        if control & _STREAM and self.buffer.running and not self.frozen:
+            self.buffer.acknowledge(counter)
+
+    def refresh_inputs(self) -> None:
+        """Write header and frames to the input memory."""
+        if self.frozen:
+            return
+        buffer, esc = self.buffer, self.esc
+        memory = esc.memory
+        first = count = 0
+        if buffer.running:
+            first, count = buffer.take(esc.system_time_ns)
+        status = (
+            (_OPERATIONAL if esc.state == OP else 0)
+            | (_SYNCHRONISED if esc.is_synchronised else 0)
+            | (_OVERRUN if buffer.follows_loss(first) else 0)
+            | (_DARK if buffer.is_dark(first, count) else 0)
+            | (_DIAGNOSIS if self._diagnosis.pending else 0)
+        )
+        self._cycle = (self._cycle + 1) % self._layout.cycle_counters
+        memory[INPUT_START : INPUT_START + HEADER_STRUCT.size] = self._layout.encode(
+            Header(
+                first % COUNTER_MODULUS, buffer.start_ns + first * buffer.period_ns,
+                buffer.period_ns, count, self._cycle, status, self._crc, self._boot_counter,
+            )
+        )  # fmt: skip
+        buffer.copy(first, count, memory, INPUT_START + HEADER_STRUCT.size)
+        crc = zlib.crc32(self._inputs, self._crc_begin)
+        DATA_CRC.pack_into(memory, INPUT_START + DATA_CRC_AT, crc)
+
+    def generate(self, now_ns: int) -> bool:
+        self.esc.now_ns = now_ns
+        self.buffer.blind = self.electronics.sensor_fails
+        return self.buffer.generate(self.esc.system_time_ns) or self.electronics.work(now_ns)
+
+    def keep_up(self, now_ns: int) -> None:
+        """Make all frames exposed by now."""
+        self.esc.now_ns = now_ns
+        while self.buffer.is_behind(self.esc.system_time_ns):
+            self.generate(now_ns)
+
+    def remap(self, position: int, mapping_index: int) -> None:
+        """Fault: assign another PDO at a position of the input assignment."""
+        value = struct.pack("<H", mapping_index)
+        self.coe.set_value(SM_ASSIGNMENT + SM_INPUTS, position, value)
+
+    def _start_firmware(self) -> None:
+        """Restart with the selected firmware bank, as a camera leaving BOOT."""
+        self._banks.start()
+        self._tell_version()
+
+    def _tell_version(self) -> None:
+        version = self._banks.version.encode("ascii")
+        self.coe.set_value(_SOFTWARE_VERSION, 0, version)
+        self.coe.set_value(VERSIONS, 1, version)
+
+    def _start_exposures(self, state: int) -> None:
+        """Apply the configuration and start; refuse contradictions."""
+        lens = self.electronics.lens
+        try:
+            config = self._config()
+            self.electronics.configure(config)
+        except InputError:
+            self.esc.fall_back(PREOP, _AL_INCONSISTENT)
+            return
+        width, height = self.electronics.sensor_px
+        off = any(
+            left + across > width or top + down > height
+            for left, top, across, down in config.windows
+        )
+        if off or (config.mode is CameraMode.CORRECTED and lens is None):
+            self.esc.fall_back(PREOP, _AL_INCONSISTENT)
+            return
+        self._crc = config.crc()
+        self.buffer.lens = lens if config.mode is CameraMode.CORRECTED else None
+        if self.esc.sync0 is not None or state == OP:
+            self.buffer.start(*self._schedule())
+
+    def _schedule(self) -> tuple[int, int]:
+        """Return time of exposure 0 and period, ns of system time."""
+        sync0 = self.esc.sync0
+        start, period = sync0 or (self.esc.system_time_ns, self._config().frame_period_ns)
+        return start, self._period_override or period
+
+    def _send_emergency(self, code: int, register: int, data: bytes) -> None:
+        if self.esc.state >= PREOP and not self.mailbox_hangs:
+            self.esc.post(self.coe.emergency(code, register, data))
+
+    def _darken(self, frames: int) -> int:
+        return self.buffer.darken(self.esc.system_time_ns, frames)
+
+    def _bus_cycle_ns(self) -> int:
+        sync0, sync1 = struct.unpack_from("<II", self.esc.memory, SYNC0_CYCLE)
+        return int(sync0 + sync1) if self.esc.is_synchronised else 0
+
+    def _sync_failed(self) -> bool:
+        (code,) = struct.unpack_from("<H", self.esc.memory, AL_STATUS_CODE)
+        return code in _SYNC_CODES
+
+    def _live(self) -> dict[Address, Callable[[], bytes]]:
+        memory = self.esc.memory
+        entries: dict[Address, Callable[[], bytes]] = {
+            (TIMESTAMP, 0): lambda: struct.pack("<Q", self.esc.system_time_ns & (1 << 64) - 1),
+            (COUNTERS, 1): lambda: struct.pack("<I", self.buffer.lost & 0xFFFFFFFF),
+            (COUNTERS, 2): lambda: struct.pack("<I", memory[WATCHDOG_COUNT]),
+            (COUNTERS, 3): lambda: struct.pack("<I", self.buffer.overruns),
+            (COUNTERS, 4): lambda: struct.pack("<I", self.coe.bad_mailboxes),
+            (COUNTERS, 5): lambda: struct.pack("<I", sum(memory[_LOST_LINKS])),
+            (COUNTERS, 6): lambda: struct.pack("<I", self._diagnosis.count),
+        }
+        for index in (OUTPUT_SYNC, INPUT_SYNC):
+            entries[index, SYNC_MODE] = lambda: struct.pack(
+                "<H", _SYNC0_MODE if self.esc.sync0 is not None else 0
+            )
+            entries[index, SYNC_CYCLE] = lambda: struct.pack("<I", self._bus_cycle_ns())
+            entries[index, SYNC_MISSED] = lambda: struct.pack("<H", min(self._missed, 0xFFFF))
+            entries[index, SYNC_EXCEEDED] = lambda: struct.pack("<H", min(self.buffer.late, 0xFFFF))
+            entries[index, SYNC_ERROR] = lambda: bytes([self._sync_failed()])
+        for start, pdos in ((INPUT_START, self._layout.input_pdos), (OUTPUT_START, (OUTPUT_PDO,))):
+            at = start
+            for pdo in pdos:
+                for entry in pdo.entries:
+                    place = slice(at, at + entry.bits // 8)
+                    entries[entry.index, entry.sub] = lambda place=place: bytes(memory[place])  # type: ignore[misc]  # mypy cannot infer a lambda with bound defaults
+                    at = place.stop
+        return entries
+
+    def _config(self) -> CameraConfig:
+        period, exposure, threshold, mode, strobe = (
+            int.from_bytes(self.coe.value(CONFIGURATION, sub), "little") for sub in range(1, 6)
+        )
+        numbers = [
+            int.from_bytes(self.coe.value(WINDOWS, sub), "little")
+            for sub in range(1, 4 * N_SLOTS + 1)
+        ]
+        windows: list[Window] = list(
+            zip(numbers[::4], numbers[1::4], numbers[2::4], numbers[3::4], strict=True)
+        )
+        while windows and not any(windows[-1]):
+            windows.pop()
+        return CameraConfig(period, exposure, threshold, CameraMode(mode), strobe, tuple(windows))

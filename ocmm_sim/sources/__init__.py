@@ -1,0 +1,51 @@
+"""The virtual rig as frame sources, with scenes, hands and true values.
+
+In: a station request, or a guided procedure. Out: feeds of frames, scripts of scenes, true values.
+
+Start with `_specs` (entry points of `ocmm.sources`) and `_feed_makers`; `_operator` touches again
+what a station refused, `_model_part` makes a part of a plan with a CAD model, `_calibrate_scenes`
+and `_acceptance_scenes` complete guided procedures, `_truth` has the true values of a plan.
+It must not import screens or commands.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from ocmm_core.door import door
+
+if TYPE_CHECKING:
+    from ocmm_sim.sources._acceptance_scenes import acceptance_feed, scenes_of_acceptance
+    from ocmm_sim.sources._calibrate_scenes import (
+        VirtualSite,
+        relocation_by_step,
+        scene_of_tip,
+        scenes_of_known_points,
+        scenes_of_relocation,
+        scenes_of_verification,
+        verification_by_step,
+    )
+    from ocmm_sim.sources._feed_makers import script_of, segment_of
+    from ocmm_sim.sources._model_part import part_as_planned, part_text
+    from ocmm_sim.sources._specs import PIXELS, SIMULATED, WIRE
+    from ocmm_sim.sources._truth import true_values
+else:
+    __getattr__ = door(
+        __name__,
+        _acceptance_scenes="acceptance_feed scenes_of_acceptance",
+        _calibrate_scenes=(
+            "VirtualSite relocation_by_step scene_of_tip scenes_of_known_points "
+            "scenes_of_relocation scenes_of_verification verification_by_step"
+        ),
+        _feed_makers="script_of segment_of",
+        _model_part="part_as_planned part_text",
+        _specs="PIXELS SIMULATED WIRE",
+        _truth="true_values",
+    )
+
+__all__ = [
+    "PIXELS", "SIMULATED", "WIRE", "VirtualSite", "acceptance_feed", "part_as_planned", "part_text",
+    "relocation_by_step", "scene_of_tip", "scenes_of_acceptance", "scenes_of_known_points",
+    "scenes_of_relocation", "scenes_of_verification", "script_of", "segment_of", "true_values",
+    "verification_by_step",
+]  # fmt: skip

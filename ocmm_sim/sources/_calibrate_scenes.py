@@ -1,0 +1,239 @@
+"""Scenes of the virtual rig for the remaining steps of calibration procedures."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from ocmm_core.calibration.cameras import KnownPoints
+from ocmm_core.calibration.guided import KnownPointsView, RelocationView, VerificationView
+from ocmm_core.calibration.records import LengthBar, Sphere
+from ocmm_core.calibration.tip import POLE, QUALIFICATION_RINGS, TouchView, frame_about
+from ocmm_core.camera import CameraModel, Rig, Vector3, project
+from ocmm_core.geometry import Float, Points3, RigidTransform, rigid_fit
+from ocmm_core.tracking import triangulate
+from ocmm_sim.calibration_scenes import (
+    SEATS,
+    CalibratingScript,
+    FrameMove,
+    FreeMotionScene,
+    Scene,
+    ShowBar,
+    TargetScene,
+    TipFault,
+    TouchSeats,
+    TouchSphere,
+    TouchWithTip,
+    stand_of,
+)
+
+_LIST_ERROR, _BAR_ERROR, _PLACES = range(40, 43)
+_SECONDS_OF_WAVING = 60
+_SET_POINTS = ((-150.0, -50.0, -120.0), (150.0, -50.0, -120.0), (-150.0, 50.0, -120.0))
+
+
+_SPHERE, _CONE = np.array([-40.0, 0.0, -110.0]), np.array([60.0, 20.0, -120.0])
+"""mm from the middle of the volume; the handle above must also be inside."""
+
+_ALSO_DEG = (0.0, 180.0, 24.0, 204.0, -24.0, 156.0, 6.0, 186.0, -18.0, 162.0)
+"""Azimuths from the right along the equator, most useful extra point first."""
+
+
+@dataclass(frozen=True, slots=True)
+class VirtualSite:
+    """Virtual rig of a procedure."""
+
+    rig: Path
+    probe: Path
+    seed: int
+    move: int | None
+    """Seed of the displacement of the camera frame since calibration; None: not displaced."""
+
+    def script(self, scenes: tuple[Scene, ...]) -> CalibratingScript:
+        """Return the script of the rig with scenes."""
+        return CalibratingScript(
+            calibrating=scenes,
+            rig=str(self.rig.absolute()),
+            probe=str(self.probe.absolute()),
+            seed=self.seed,
+            moved=None if self.move is None else FrameMove(seed=self.move),
+        )
+
+
+def scenes_of_known_points(
+    site: VirtualSite, view: KnownPointsView, points: KnownPoints
+) -> tuple[Scene, ...]:
+    """Return the positions not yet recorded, with errors of the list's own sigma."""
+    error = np.random.default_rng([site.seed, _LIST_ERROR]).standard_normal((len(points.names), 3))
+    true = points.positions_world + points.sigma * error
+    left = [i for i, point in enumerate(view.points) if point.views is None]
+    return (TargetScene(positions=_vectors(true[left])),) if left else ()
+
+
+def scenes_of_relocation(
+    site: VirtualSite, rig: Rig, view: RelocationView, bar: LengthBar, control: KnownPoints | None
+) -> tuple[Scene, ...]:
+    """Return the remaining seats, sweeps, bar placements and control points."""
+    return tuple(relocation_by_step(site, rig, view, bar, control).values())
+
+
+def relocation_by_step(
+    site: VirtualSite, rig: Rig, view: RelocationView, bar: LengthBar, control: KnownPoints | None
+) -> dict[str, Scene]:
+    """Return the scenes of `scenes_of_relocation` by step, in order."""
+    scenes: dict[str, Scene] = {}
+    # A resumed session sees other poses than those it already has.
+    rng = np.random.default_rng([site.seed, _PLACES, view.poses])
+    missing = {step.name for step in view.base.steps if not step.gate.open}
+    low, high = rig.volume_world
+    seats = low + SEATS * (high - low)
+    if "seats" in missing:
+        left = seats[len(view.seats_world) :]
+        scenes["seats"] = TouchSeats(tips=_vectors(left), seed=site.seed + 30)
+    if "wave" in missing:
+        seed = site.seed + 1000 * view.poses
+        scenes["wave"] = FreeMotionScene(ways=_SECONDS_OF_WAVING, seed=seed)
+    count = view.bars_wanted - view.bar_placements
+    if count > 0:
+        places = bar.leds or (bar.nests[0], bar.nests[-1])
+        length = (places[1] - places[0]) * _true_scale(site, bar)
+        ends = _placements(rig.volume_world, length, count, rng)
+        if bar.leds:
+            scenes["bar"] = ShowBar(ends=tuple((_vector(a), _vector(b)) for a, b in ends))
+        else:
+            scenes["bar"] = TouchSeats(tips=_vectors(ends.reshape(-1, 3)), seed=site.seed)
+    names = [name for name in view.world_wanted if name not in view.world_points]
+    if names:
+        known = dict(zip(view.world_wanted, map(np.array, _SET_POINTS), strict=False))
+        if control is not None:
+            known = dict(zip(control.names, control.positions_world, strict=True))
+        tips = np.array([known[name] for name in names])
+        scenes["world"] = TouchSeats(tips=_vectors(tips), seed=site.seed + 1)
+    if "again" in missing:
+        left = seats[view.next_seat or 0 :] if view.base.step.name == "again" else seats
+        scenes["again"] = TouchSeats(tips=_vectors(left), seed=site.seed + 31)
+    return scenes
+
+
+def scenes_of_verification(
+    site: VirtualSite, rig: Rig, view: VerificationView, bar: LengthBar, spheres: Sequence[Sphere]
+) -> tuple[Scene, ...]:
+    """Return remaining seats, nests and touches; the world may differ from `rig`."""
+    return sum(verification_by_step(site, rig, view, bar, spheres).values(), ())
+
+
+def verification_by_step(
+    site: VirtualSite, rig: Rig, view: VerificationView, bar: LengthBar, spheres: Sequence[Sphere]
+) -> dict[str, tuple[Scene, ...]]:
+    """Return the scenes of `scenes_of_verification` by step, in order."""
+    true = site.script(()).build().world.cameras
+    T_true_from_rig = _motion(rig, true)
+    scale, tips = _true_scale(site, bar), []
+    for line in view.lines:
+        begin, end = T_true_from_rig.apply(line.ends_world)
+        along = (end - begin) / np.linalg.norm(end - begin)
+        tips += [begin + along * scale * (nest - bar.nests[0]) for nest in bar.nests[line.taken :]]
+    scenes: dict[str, tuple[Scene, ...]] = {}
+    low, high = rig.volume_world
+    seats = T_true_from_rig.apply(low + SEATS * (high - low))
+    if len(view.seats_world) < len(seats):
+        left = seats[len(view.seats_world) :]
+        scenes["seats"] = (TouchSeats(tips=_vectors(left), seed=site.seed + 30),)
+    if tips:
+        scenes["lines"] = (TouchSeats(tips=_vectors(np.array(tips)), seed=site.seed + 2),)
+    touched: list[Scene] = []
+    for number, (sphere, taken) in enumerate(zip(spheres, view.spheres, strict=True)):
+        normals = _normals()[taken:]
+        if len(normals):
+            touched.append(
+                TouchSphere(
+                    centre=_vector(
+                        T_true_from_rig.apply(stand_of(rig, view.places[number], number))
+                    ),
+                    diameter=sphere.diameter,
+                    normals=_vectors(normals),
+                    seed=site.seed + 3 + number,
+                )
+            )
+    if touched:
+        scenes["spheres"] = tuple(touched)
+    if not view.base.steps[-2].gate.open:
+        again = seats[view.next_seat or 0 :] if view.base.step.name == "again" else seats
+        scenes["again"] = (TouchSeats(tips=_vectors(again), seed=site.seed + 31),)
+    return scenes
+
+
+def _true_scale(site: VirtualSite, bar: LengthBar) -> float:
+    """Return the ratio of the true to the certified bar length."""
+    length = bar.nests[-1] - bar.nests[0]
+    sigma = 0.5 * (bar.artefact.expanded / length + bar.artefact.expanded_per_length)
+    return 1.0 + sigma * float(np.random.default_rng([site.seed, _BAR_ERROR]).standard_normal())
+
+
+def _placements(volume_world: Float, length: float, count: int, rng: np.random.Generator) -> Float:
+    """Return random bar ends (count, 2, 3), mm, within a volume."""
+    low, high = volume_world
+    found: list[Float] = []
+    while len(found) < count:
+        direction = rng.standard_normal(3)
+        arm = 0.5 * length * direction / np.linalg.norm(direction)
+        room = high - low - 2.0 * np.abs(arm)
+        if (room >= 0.0).all():
+            centre = low + np.abs(arm) + rng.random(3) * room
+            found.append(np.stack([centre - arm, centre + arm]))
+    return np.array(found)
+
+
+def _motion(rig: Rig, true: tuple[CameraModel, ...]) -> RigidTransform:
+    """Return the motion from the world of a calibration to that of the true cameras."""
+    low, high = rig.volume_world
+    corners = np.array([[(low, high)[bit][axis] for axis, bit in enumerate(bits)]
+                        for bits in np.ndindex(2, 2, 2)])  # fmt: skip
+    spots = np.stack([project(camera, corners) for camera in rig.cameras])
+    located = triangulate(replace(rig, cameras=true), spots)
+    return RigidTransform(*rigid_fit(corners, located))
+
+
+def _normals() -> Points3:
+    normals = []
+    for polar, count, turn in QUALIFICATION_RINGS:
+        around = np.radians(turn + 360.0 * np.arange(count) / count)
+        sine, cosine = np.sin(np.radians(polar)), np.cos(np.radians(polar))
+        for angle in around:
+            normals.append([sine * np.cos(angle), sine * np.sin(angle), cosine])
+    return np.array(normals)
+
+
+def scene_of_tip(
+    view: TouchView, sphere: Sphere, rig: Rig, seed: int, fault: TipFault
+) -> TouchWithTip:
+    """Return the remaining touches plus spares on the equator."""
+    frame = frame_about(POLE, rig)
+    angles = np.radians(np.array(_ALSO_DEG))[:, None]
+    also = np.cos(angles) * frame.right + np.sin(angles) * frame.back
+    begun = len(view.sphere.tips_world) + len(view.cone.tips_world)
+    places = [place.direction_world for place in view.sphere.places if place.point is None]
+    handles = [one.handle_world for one in view.cone.attitudes if one.point is None]
+    middle = rig.volume_world.mean(axis=0)
+    return TouchWithTip(
+        centre=_vector(middle + _SPHERE),
+        diameter=sphere.diameter,
+        normals=tuple(_vector(one) for one in (*places, *also)),
+        cone=_vector(middle + _CONE),
+        handles=tuple(_vector(one) for one in handles),
+        # Resumed sessions get other touches.
+        seed=seed + 100 * begun + len(view.sphere.places),
+        fault=fault,
+    )
+
+
+def _vector(values: Float) -> Vector3:
+    x, y, z = (float(value) for value in values)
+    return x, y, z
+
+
+def _vectors(values: Float) -> tuple[Vector3, ...]:
+    return tuple(_vector(value) for value in values)

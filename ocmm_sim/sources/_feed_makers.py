@@ -1,0 +1,172 @@
+"""Makers of the virtual sources, listed in `_specs`."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import msgspec
+
+from ocmm_core.acquisition.frames import AcquisitionWorker, FrameRing
+from ocmm_core.camera import USUAL_SLOTS, Rig, load_rig
+from ocmm_core.composition import (
+    DEMO_PART,
+    VIRTUAL_WIRE,
+    Feed,
+    StationRequest,
+    bus_config,
+    bus_description,
+    described_cameras,
+    identities,
+    rate_of,
+)
+from ocmm_core.errors import InputError
+from ocmm_core.inspection.plan import Plan
+from ocmm_sim.bus import SegmentConfig, VirtualBus
+from ocmm_sim.calibration_scenes import CalibratingScript, CalibratingSource
+from ocmm_sim.scene import (
+    PixelScript,
+    RigScript,
+    SensorOptions,
+    SimulatedSource,
+    VirtualRig,
+    WorldOptions,
+)
+from ocmm_sim.sources._model_part import kept_part
+from ocmm_sim.sources._operator import VirtualOperator
+
+_AHEAD_S = 0.2
+"""Lead of a source that waits: queries for missing points then include the last touch."""
+
+_SCENE_FRAMES = 320
+"""Maximum lead of calibration scenes over their reader."""
+
+_PIXEL_RATE_HZ = 1000
+"""Two cores compute this rate in real time with reserve."""
+
+
+def script_of(request: StationRequest, plan: Plan) -> RigScript:
+    """Return the script of the requested virtual rig."""
+    return RigScript(
+        rig=str(request.rig.absolute()),
+        probe=str(request.probe.absolute()),
+        part=str(_part_file(request, plan).absolute()),
+        touches=tuple((feature.name, feature.points) for feature in plan.features),
+        seed=request.seed,
+        options=request.world if isinstance(request.world, WorldOptions) else WorldOptions(),
+        frame_rate_hz=request.frame_rate_hz,
+        reference=str(request.reference.absolute()) if request.reference is not None else "",
+    )
+
+
+def _part_file(request: StationRequest, plan: Plan) -> Path:
+    """Return the virtual part: the requested document, or one made from the plan."""
+    if request.part != DEMO_PART or plan.model is None:
+        return request.part
+    return kept_part(plan, request.plan, load_rig(request.rig))
+
+
+def virtual_rig_feed(request: StationRequest, plan: Plan, _rig: Rig, _value: str) -> Feed:
+    """Return the virtual rig in this process; it waits for its reader."""
+    virtual = script_of(request, plan).build()
+    source = SimulatedSource(
+        virtual, request.speed, hover=request.stay, rest_speed=request.rest_speed
+    )
+    description = source.description
+    per_read = max(1, round(description.cycle_period_ns / description.frame_period_ns))
+    ahead = round(_AHEAD_S * 1e9 / description.frame_period_ns)
+    capacity = max(ahead, 2 * per_read)
+    ring = FrameRing.create(len(description.camera_serials), capacity, description.n_slots)
+    return Feed(
+        AcquisitionWorker(source, ring), ring, description,
+        live=False, virtual=virtual, operator=VirtualOperator(virtual, ring, source),
+    )  # fmt: skip
+
+
+def segment_of(request: StationRequest, plan: Plan, rig: Rig) -> SegmentConfig:
+    """Return software cameras playing the request's script; interface not set."""
+    return _segment(script_of(_at_device_rate(request, rig), plan).to_json(), rig, request.control)
+
+
+def pixel_segment_of(request: StationRequest, plan: Plan, rig: Rig) -> SegmentConfig:
+    """Return the same cameras with rendered images and spot detection."""
+    script = script_of(_at_pixel_rate(request), plan)
+    words = PixelScript(pixels=SensorOptions(), script=script).to_json()
+    return _segment(words, rig, request.control)
+
+
+def wire_feed(request: StationRequest, plan: Plan, rig: Rig, _value: str) -> Feed:
+    """Return the virtual rig over a virtual wire."""
+    virtual = script_of(_at_device_rate(request, rig), plan).build()
+    segment = segment_of(request, plan, rig)
+    feed = _on_wire(rig, request.seed, virtual.frame_period_ns, segment, request.bus_processor)
+    return _played(feed, virtual)
+
+
+def pixel_feed(request: StationRequest, plan: Plan, rig: Rig, _value: str) -> Feed:
+    """Return the virtual rig over a virtual wire, with rendered images."""
+    virtual = script_of(_at_pixel_rate(request), plan).build()
+    segment = pixel_segment_of(request, plan, rig)
+    feed = _on_wire(rig, request.seed, virtual.frame_period_ns, segment, request.bus_processor)
+    return _played(feed, virtual)
+
+
+def _played(feed: Feed, virtual: VirtualRig) -> Feed:
+    """Return a feed over the wire with its script and the operator at its far end."""
+    bus = feed.acquisition if isinstance(feed.acquisition, VirtualBus) else None
+    return replace(feed, virtual=virtual, operator=VirtualOperator(virtual, feed.ring, bus=bus))
+
+
+def scenes_feed(script: CalibratingScript, speed: float) -> Feed:
+    """Return the virtual rig with the scenes of a calibration, in this process."""
+    source = CalibratingSource(script.build(), speed)
+    cameras = len(source.description.camera_serials)
+    ring = FrameRing.create(cameras, _SCENE_FRAMES, source.description.n_slots)
+    return Feed(AcquisitionWorker(source, ring), ring, source.description, live=False)
+
+
+def scenes_wire_feed(script: CalibratingScript, _speed: float) -> Feed:
+    """Return the virtual rig with the scenes of a calibration, over a virtual wire."""
+    virtual = script.build()
+    if virtual.world.n_slots > USUAL_SLOTS:
+        raise InputError(
+            "camera.windows",
+            f"The scenes show {virtual.world.n_slots} LEDs, but a camera on the wire sends the "
+            f"spots of {USUAL_SLOTS} windows.",
+            f"Use the source 'simulated', or a body with {USUAL_SLOTS} LEDs at most.",
+        )
+    segment = _segment(script.to_json(), virtual.rig)
+    return _on_wire(virtual.rig, virtual.seed, virtual.frame_period_ns, segment)
+
+
+def _at_device_rate(request: StationRequest, rig: Rig) -> StationRequest:
+    """Return the request with the frame rate of the camera description."""
+    return replace(request, frame_rate_hz=round(rate_of(rig))) if rig.device else request
+
+
+def _segment(words: str, rig: Rig, control: str = "") -> SegmentConfig:
+    device, lenses = described_cameras(rig)
+    return SegmentConfig(
+        device=device,
+        lenses=lenses,
+        interface="",
+        cameras=identities(rig),
+        provider=msgspec.Raw(words.encode("utf-8")),
+        control=control,
+    )
+
+
+def _at_pixel_rate(request: StationRequest) -> StationRequest:
+    """Return the request with the frame rate of rendered cameras."""
+    return request if request.frame_rate_hz else replace(request, frame_rate_hz=_PIXEL_RATE_HZ)
+
+
+def _on_wire(
+    rig: Rig, seed: int, frame_period_ns: int, segment: SegmentConfig, processor: int | None = None
+) -> Feed:
+    ring = FrameRing.create(len(rig.cameras))
+    bus = bus_config(rig, ring, "", frame_period_ns, force=False)
+    bus = msgspec.structs.replace(bus, processor=processor)
+    name = f"{VIRTUAL_WIRE} ({rig.name}, seed {seed})"
+    description = replace(bus_description(name, rig, bus, simulated=True), stretched=True)
+    return Feed(VirtualBus(bus, segment, ring), ring, description, live=True)

@@ -1,0 +1,58 @@
+"""The virtual rig as frame sources: entry points of the group `ocmm.sources`."""
+
+from __future__ import annotations
+
+from ocmm_core.composition import IN_PROCESS, VIRTUAL_WIRE, Origin, SourceSpec, late
+
+_MAKERS = "ocmm_sim.sources._feed_makers"
+
+SIMULATED = SourceSpec(
+    prefix="simulated",
+    forms=(("simulated", "the virtual rig in this process"),),
+    takes_value=False,
+    origin=Origin.VIRTUAL,
+    live=False,
+    on_bus=False,
+    recorded_as=IN_PROCESS,
+    make=late(_MAKERS, "virtual_rig_feed"),
+    scenes=late(_MAKERS, "scenes_feed"),
+    hand=late("ocmm_sim.sources._acceptance_scenes", "acceptance_hand"),
+)
+
+WIRE = SourceSpec(
+    prefix="ethercat:virtual",
+    forms=(
+        (
+            "ethercat:virtual",
+            "the virtual rig over the whole wire: software cameras, a pair of virtual "
+            "interfaces and the bus process, in a private network namespace, without root",
+        ),
+    ),
+    takes_value=False,
+    origin=Origin.VIRTUAL,
+    live=True,
+    on_bus=True,
+    recorded_as=VIRTUAL_WIRE,
+    make=late(_MAKERS, "wire_feed"),
+    segment=late(_MAKERS, "segment_of"),
+    scenes=late(_MAKERS, "scenes_wire_feed"),
+    hand=late("ocmm_sim.sources._acceptance_scenes", "acceptance_hand"),
+)
+
+PIXELS = SourceSpec(
+    prefix="ethercat:pixels",
+    forms=(
+        (
+            "ethercat:pixels",
+            "the same, with cameras that render images pixel by pixel and find the spots in "
+            "them; 1 kHz",
+        ),
+    ),
+    takes_value=False,
+    origin=Origin.VIRTUAL,
+    live=True,
+    on_bus=True,
+    recorded_as=VIRTUAL_WIRE,
+    make=late(_MAKERS, "pixel_feed"),
+    segment=late(_MAKERS, "pixel_segment_of"),
+)

@@ -1,0 +1,132 @@
+"""The archive anchors the ends of histories; other computers and set-back memories learn them."""
+
+from __future__ import annotations
+
+import shutil
+from datetime import timedelta
+from pathlib import Path
+
+import msgspec
+import pytest
+
+from ocmm_core.calibration.records import CalibrationStore, State
+from ocmm_core.documents import resource
+from ocmm_core.errors import StorageError
+from ocmm_core.seals import KeyFolder, learn_heads, memory_folder, recall, remember, signed_heads
+from ocmm_core.storage import JobFile, JobHead, make_head
+from ocmm_shop.archive.outbox import exchange_heads
+from ocmm_shop.archive.stores import HEADS, open_archive
+from tests.core.calibration.made_records import MADE, make_record, make_verification
+from tests.other_station import other_station
+
+NOW = MADE + timedelta(days=2)
+
+
+def calibrated(folder: Path) -> Path:
+    """Return an older copy of a history that went on."""
+    store = CalibrationStore(folder / "recommended")
+    store.accept(make_record(), "technician", "new", MADE)
+    store.verify(make_verification(make_record()), MADE)
+    older = shutil.copytree(store.folder, folder / "older")
+    store.suspect("technician", "A camera was hit.", None, MADE + timedelta(hours=1))
+    return Path(older)
+
+
+def test_a_second_computer_knows_the_ends_by_the_archive(tmp_path: Path) -> None:
+    with other_station(tmp_path / "first"):
+        older = calibrated(tmp_path)
+        public = KeyFolder().station_key().public
+        archive = open_archive(str(tmp_path / "archive.sqlite"), set_up=True)
+        for _ in range(3):
+            exchange_heads(archive, "Station 1")
+        # Nothing new, nothing more is stored.
+        assert [one.kind for one in archive.findings()] == [HEADS]
+    with other_station(tmp_path / "second"):
+        exchange_heads(archive, "Station 2")
+        KeyFolder().trust(public, "Station 1", "Ada", "compared", NOW)
+        assert CalibrationStore(older).status(NOW).state is State.VALID
+        exchange_heads(archive, "Station 2")
+        said = CalibrationStore(older).status(NOW)
+        assert said.state is State.SUSPECT
+        assert "archive.sqlite" in said.reason
+    archive.close()
+
+
+def test_a_second_computer_knows_the_ends_of_jobs_by_the_archive(tmp_path: Path) -> None:
+    head = made_head()
+    path, older = tmp_path / "a.ocmm", tmp_path / "older.ocmm"
+    with other_station(tmp_path / "first"):
+        with JobFile.create(path, head) as job:
+            job.append_event("note", "one")
+        shutil.copy(path, older)
+        with JobFile.open(path) as job:
+            job.append_event("note", "two")
+        public = KeyFolder().station_key().public
+        archive = open_archive(str(tmp_path / "archive.sqlite"), set_up=True)
+        for _ in range(3):
+            exchange_heads(archive, "Station 1")
+        assert len(archive.findings()) == 1
+    with other_station(tmp_path / "second"):
+        KeyFolder().trust(public, "Station 1", "Ada", "compared", NOW)
+        assert doubts(older) == ""
+        exchange_heads(archive, "Station 2")
+        assert "missing at the end" in doubts(older)
+        assert doubts(path) == ""
+        # What another station says of a job that was written here does not count.
+        with JobFile.create(tmp_path / "b.ocmm", made_head()) as own:
+            own.append_event("note", "one")
+        seen = recall(f"job {own.head.job_uuid}")
+        assert seen is not None
+    with other_station(tmp_path / "first"):
+        remember(msgspec.structs.replace(seen, count=seen.count + 5, link="f" * 64))
+        exchange_heads(archive, "Station 1")
+    with other_station(tmp_path / "second"):
+        exchange_heads(archive, "Station 2")
+        assert recall(seen.name) == seen
+    archive.close()
+
+
+def doubts(path: Path) -> str:
+    """Return what speaks against the signature of a job on this computer."""
+    with JobFile.read(path) as job:
+        return " ".join(job.seal().doubts)
+
+
+def made_head() -> JobHead:
+    """Return the head of a new job."""
+    plan, rig = resource("plans", "quick.toml"), resource("rigs", "recommended.toml")
+    probe = resource("probes", "standard.toml")
+    return make_head(plan=plan, rig=rig, probe=probe, operator="me", part="P", serial="1")
+
+
+def test_a_memory_that_was_set_back_learns_its_own_ends(tmp_path: Path) -> None:
+    with other_station(tmp_path / "home"):
+        kept = tmp_path / "kept"
+        store = CalibrationStore(tmp_path / "recommended")
+        store.accept(make_record(), "technician", "new", MADE)
+        store.verify(make_verification(make_record()), MADE)
+        shutil.copytree(memory_folder(), kept)
+        older = Path(shutil.copytree(store.folder, tmp_path / "older"))
+        store.suspect("technician", "A camera was hit.", None, MADE + timedelta(hours=1))
+        text = signed_heads(KeyFolder())
+        assert signed_heads(KeyFolder(), [text]) == ""
+        shutil.rmtree(memory_folder())
+        shutil.copytree(kept, memory_folder())
+        assert CalibrationStore(older).status(NOW).state is State.VALID
+        assert learn_heads(text, "archive", KeyFolder()) == 2
+        assert learn_heads(text, "archive", KeyFolder()) == 0
+        assert CalibrationStore(older).status(NOW).state is State.SUSPECT
+        for bad in (text.replace('"count":3', '"count":9'), text[:-9], "{}", ""):
+            with pytest.raises(StorageError, match="is not taken over"):
+                learn_heads(bad, "archive", KeyFolder())
+
+
+def test_an_unknown_station_teaches_nothing(tmp_path: Path) -> None:
+    with other_station(tmp_path / "stranger"):
+        calibrated(tmp_path)
+        text = signed_heads(KeyFolder())
+    with (
+        other_station(tmp_path / "home"),
+        pytest.raises(StorageError, match="its signature is UNKNOWN KEY"),
+    ):
+        learn_heads(text, "archive", KeyFolder())
