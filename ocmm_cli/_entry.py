@@ -12,7 +12,7 @@ from typing import NoReturn, TextIO
 from ocmm_cli.terminal import say
 from ocmm_core.acquisition.bus_process import hold_nothing
 from ocmm_core.blas import use_one_thread
-from ocmm_core.errors import InternalError, OcmmError, StorageError
+from ocmm_core.errors import InputError, InternalError, OcmmError, StorageError
 from ocmm_core.failure import (
     AGAIN,
     EXIT_INTERNAL,
@@ -99,6 +99,13 @@ def _give_up(error: BaseException, *, piped: bool) -> NoReturn:
         if fault is not None:
             _tell(_unwritten(fault))
             sys.exit(COULD_NOT_MEASURE)
+    if isinstance(error, ModuleNotFoundError) and (error.name or "").startswith("ocmm_"):
+        package = str(error.name).partition(".")[0]
+        error = InputError(
+            "package.missing",
+            f"This command needs the package '{package}', which is not installed.",
+            "Install the whole program, or use another source or command.",
+        )
     job = _measures()
     told = contained(error, "The command", _SAFE if job else "", REOPEN if job else AGAIN)
     _tell(told)

@@ -242,11 +242,10 @@ def _work(
     # Numerical libraries take a second to load: show something before that.
     starting = splash(app, loaded.settings.instrument_source, options.theme)
     try:
-        from ocmm_core.composition import AcceptanceBench, build_station
+        from ocmm_core.composition import AcceptanceBench, build_station, source_of
         from ocmm_gui.bridge import StationBridge
         from ocmm_gui.kit import ErrorHooks, SoundPlayer
         from ocmm_gui.window import REOPEN, START, MainWindow
-        from ocmm_sim.practice import Practice
 
         request = _request(parsed, loaded, choice)
         built = build_station(request)
@@ -262,6 +261,7 @@ def _work(
     watch = watch_jobs(built, loaded, choice)
     code, after = EXIT_OK, ""
     path, plan = built.job_path, built.station.job.plan_file
+    practised = source_of(request.source).spec.practice
     try:
         with ErrorHooks(notices):
             window = MainWindow(
@@ -273,7 +273,7 @@ def _work(
                 bench=AcceptanceBench(request, built.recorded),
                 store=store,
                 hand=built.hand,
-                practice=Practice(request) if Practice.is_possible(request) else None,
+                practice=None if practised is None else practised(request),
             )
             window.show_far(options.far)
             show(window, options.size)

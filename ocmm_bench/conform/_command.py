@@ -9,20 +9,11 @@ from typing import Annotated
 import msgspec
 import typer
 
-from ocmm_bench.conform._conform_process import (
-    ConformConfig,
-    ConformNews,
-    conform_command,
-    conform_virtual,
-)
-from ocmm_bench.conform._findings import Outcome
-from ocmm_bench.conform._page import conformance_page, conformance_text
 from ocmm_cli.bus import bar, bus_to_scan, interruptible, segment_for, write_bytes
 from ocmm_cli.terminal import ForceOption, RigOption, make_console
 from ocmm_core.composition import RECOMMENDED_RIG
 from ocmm_core.documents import read_bytes
 from ocmm_core.errors import BusError
-from ocmm_core.fieldbus.device import Firmware
 
 _EXIT_RED, _EXIT_INCOMPLETE = 1, 3
 
@@ -55,6 +46,11 @@ def conform_camera(
     Takes one to two minutes on an idle bus. Deletes the camera's black image, clears its errors
     and, with --firmware, updates it permanently. Exit code 0: GREEN; 1: RED; 3: INCOMPLETE.
     """
+    from ocmm_bench.conform._conform_process import ConformNews
+    from ocmm_bench.conform._findings import Outcome
+    from ocmm_bench.conform._page import conformance_page, conformance_text
+    from ocmm_core.fieldbus.device import Firmware
+
     if firmware is not None:
         # Reject invalid firmware before the bus is disturbed.
         Firmware.read(read_bytes(firmware))
@@ -100,6 +96,8 @@ def _command(
     source: str, rig_path: Path, serial: int, firmware: str, *, force: bool
 ) -> tuple[list[str], bytes]:
     """Return the command that tests a camera, and its input; InputError without its own bus."""
+    from ocmm_bench.conform._conform_process import ConformConfig, conform_command, conform_virtual
+
     named = bus_to_scan(source)
     config = ConformConfig(interface=named.value, force=force, serial=serial, firmware=firmware)
     segment = segment_for(named, source, rig_path)

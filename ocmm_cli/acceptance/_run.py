@@ -44,7 +44,6 @@ from ocmm_core.documents import files_of_folder
 from ocmm_core.errors import CalibrationError, InputError, OcmmError
 from ocmm_core.geometry import unit
 from ocmm_core.tracking import ProbeBody, solve
-from ocmm_sim.sources import VirtualSite, acceptance_feed, scenes_of_acceptance
 
 _BATCH = 80
 _IDLE_S = 0.002
@@ -301,6 +300,8 @@ class _Source:
 
     def _show(self, collector: PointCollector) -> None:
         """Show required points until all are recorded, or no progress is made."""
+        from ocmm_sim.sources import VirtualSite, acceptance_feed, scenes_of_acceptance
+
         session, site = self._session, self._site
         virtual = VirtualSite(site.rig, site.probe_document, site.seed, None)
         away = np.array(session.stage.instrument.away)

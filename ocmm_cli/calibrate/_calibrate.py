@@ -46,6 +46,7 @@ from ocmm_core.tables import TableOptions
 
 if TYPE_CHECKING:
     from ocmm_core.calibration.cameras import KnownPoints, KnownPointsProcedure
+    from ocmm_sim.calibration_scenes import CalibratingScript
 
 
 calibrate_app = typer.Typer(
@@ -113,7 +114,6 @@ def cameras(
         read_reference_points,
     )
     from ocmm_core.calibration.guided import ProcedureKind
-    from ocmm_sim.sources import VirtualSite, scenes_of_known_points
 
     console, site = make_console(), open_site(rig, calibrations)
     read = read_reference_points(points, TableOptions(unit, columns, decimal, skip))
@@ -142,9 +142,14 @@ def cameras(
         procedure.take_table(table, now())
         require_end(procedure)
     elif is_lacking(procedure):
-        virtual = VirtualSite(rig, STANDARD_PROBE, seed, move)
-        scenes = scenes_of_known_points(virtual, procedure.view, procedure.points)
-        collect_from(procedure, site, rig, source, virtual, scenes, speed, record, force, console)
+
+        def script() -> CalibratingScript:
+            from ocmm_sim.sources import VirtualSite, scenes_of_known_points
+
+            virtual = VirtualSite(rig, STANDARD_PROBE, seed, move)
+            return virtual.script(scenes_of_known_points(virtual, procedure.view, procedure.points))
+
+        collect_from(procedure, site, rig, source, script, speed, record, force, console)
     compute(procedure, overrule)
     outcome = procedure.view.outcome
     if outcome is not None:
@@ -183,13 +188,14 @@ def sensors(
     from ocmm_cli.calibrate._sensors import learn, require_usable, wave
     from ocmm_cli.calibrate._steps import body_in_use_of, now
     from ocmm_core.composition import Origin, origin_of
-    from ocmm_sim.calibration_scenes import WAY_S, FreeMotionScene
-    from ocmm_sim.sources import VirtualSite
 
     console, site = make_console(), open_site(rig, calibrations)
     body = body_in_use_of(source, probe, probes, tip)
     calibration = require_usable(site, now())
     if origin_of(source) is Origin.VIRTUAL:
+        from ocmm_sim.calibration_scenes import WAY_S, FreeMotionScene
+        from ocmm_sim.sources import VirtualSite
+
         scenes = (FreeMotionScene(ways=round(seconds / WAY_S), seed=seed),)
         feed = virtual_feed(VirtualSite(rig, probe, seed, move).script(scenes), source, speed)
     else:

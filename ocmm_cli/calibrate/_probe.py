@@ -281,10 +281,11 @@ def _collect(
     from ocmm_cli.calibrate._steps import is_lacking, now
     from ocmm_core.calibration.sweeping import SECOND
     from ocmm_core.composition import Origin, origin_of
-    from ocmm_sim.sources import VirtualSite
 
     source, frames = options.source, None
     if origin_of(source) is Origin.VIRTUAL:
+        from ocmm_sim.sources import VirtualSite
+
         if options.scene is SceneChoice.OTHER_PROBE:
             probe = _OTHER_PROBE
         step, wanted = procedure.base.step.name, procedure.view.first.poses_wanted

@@ -49,6 +49,7 @@ from ocmm_core.tables import TableOptions
 
 if TYPE_CHECKING:
     from ocmm_core.calibration.guided import Shot
+    from ocmm_sim.calibration_scenes import CalibratingScript
 
 
 class LensChoice(StrEnum):
@@ -156,7 +157,6 @@ def relocate(
     from ocmm_core.calibration.guided import ProcedureKind, load_shots
     from ocmm_core.calibration.records import load_bar
     from ocmm_core.calibration.relocation import RelocationProcedure
-    from ocmm_sim.sources import VirtualSite, scenes_of_relocation
 
     console, site = make_console(), open_site(rig, calibrations)
     body, artefact = body_in_use_of(source, probe, probes, tip), load_bar(bar)
@@ -191,11 +191,18 @@ def relocate(
         take_relocation_shots(procedure, recorded)
         require_end(procedure)
     elif is_lacking(procedure):
-        virtual = VirtualSite(rig, probe, seed, move)
-        scenes = scenes_of_relocation(
-            virtual, site.design, procedure.view, procedure.bar, procedure.control
-        )
-        collect_from(procedure, site, rig, source, virtual, scenes, speed, record, force, console)
+
+        def script() -> CalibratingScript:
+            from ocmm_sim.sources import VirtualSite, scenes_of_relocation
+
+            virtual = VirtualSite(rig, probe, seed, move)
+            return virtual.script(
+                scenes_of_relocation(
+                    virtual, site.design, procedure.view, procedure.bar, procedure.control
+                )
+            )
+
+        collect_from(procedure, site, rig, source, script, speed, record, force, console)
     compute(procedure, overrule)
     outcome = procedure.view.outcome
     if outcome is not None:

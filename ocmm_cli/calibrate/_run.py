@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import TypeVar
+from typing import TYPE_CHECKING, TypeVar
 
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
@@ -46,7 +46,9 @@ from ocmm_core.composition import (
 from ocmm_core.errors import AcquisitionError, CalibrationError, InputError, StorageError
 from ocmm_core.fieldbus.report import decode_report
 from ocmm_core.inspection.plan import load_plan
-from ocmm_sim.calibration_scenes import CalibratingScript
+
+if TYPE_CHECKING:
+    from ocmm_sim.calibration_scenes import CalibratingScript
 
 _BATCH = 80
 _IDLE_S = 0.002

@@ -1,7 +1,9 @@
 from __future__ import annotations
 
+from collections.abc import Callable
 from datetime import UTC, datetime
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import typer
 from rich.console import Console
@@ -25,8 +27,9 @@ from ocmm_core.calibration.relocation import RelocationProcedure
 from ocmm_core.composition import Origin, choose_probe, origin_of
 from ocmm_core.errors import CalibrationError
 from ocmm_core.tracking import ProbeBody
-from ocmm_sim.calibration_scenes import Scene
-from ocmm_sim.sources import VirtualSite
+
+if TYPE_CHECKING:
+    from ocmm_sim.calibration_scenes import CalibratingScript
 
 
 def is_lacking(procedure: Procedure) -> bool:
@@ -46,19 +49,18 @@ def collect_from(
     site: Site,
     rig: Path,
     source: str,
-    virtual: VirtualSite,
-    scenes: tuple[Scene, ...],
+    script: Callable[[], CalibratingScript],
     speed: float,
     record: Path | None,
     force: bool,
     console: Console,
 ) -> None:
-    """Record from a source; with ``record`` keep its frames also."""
+    """Record from a source, a virtual one by its script; with ``record`` keep its frames also."""
     frames = None
     if origin_of(source) is Origin.VIRTUAL:
-        script = virtual.script(scenes)
-        frames = script.build().n_frames
-        feed = virtual_feed(script, source, speed)
+        scenes = script()
+        frames = scenes.build().n_frames
+        feed = virtual_feed(scenes, source, speed)
     else:
         feed = real_feed(rig, site.design, source, force=force)
     collect(procedure, feed, frames, console, make_recorder(feed, record, site.design))

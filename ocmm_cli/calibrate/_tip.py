@@ -274,8 +274,6 @@ def _take(
     from ocmm_cli.calibrate._tip_report import print_cone, print_sphere
     from ocmm_core.calibration.guided import load_shots
     from ocmm_core.composition import Origin, origin_of
-    from ocmm_sim.calibration_scenes import TipFault
-    from ocmm_sim.sources import VirtualSite, scene_of_tip
 
     if shots is not None:
         recorded = load_shots(shots, place.site.rig, place.body.n_leds, options)
@@ -285,6 +283,9 @@ def _take(
     elif is_lacking(procedure):
         frames = None
         if origin_of(source.source) is Origin.VIRTUAL:
+            from ocmm_sim.calibration_scenes import TipFault
+            from ocmm_sim.sources import VirtualSite, scene_of_tip
+
             scene = scene_of_tip(
                 procedure.view, procedure.sphere, place.site.rig, source.seed,
                 TipFault(**_FAULTS[source.scene]),

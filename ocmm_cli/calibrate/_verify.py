@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from enum import StrEnum
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -39,6 +39,9 @@ from ocmm_cli.terminal import (
 from ocmm_core.calibration.verification import Limits
 from ocmm_core.composition import DEFAULT_SEED, DEFAULT_SOURCE, RECOMMENDED_RIG, STANDARD_PROBE
 from ocmm_core.tables import TableOptions
+
+if TYPE_CHECKING:
+    from ocmm_sim.calibration_scenes import CalibratingScript
 
 
 class RuleChoice(StrEnum):
@@ -136,7 +139,6 @@ def verify(
     from ocmm_core.calibration.guided import ProcedureKind, load_shots
     from ocmm_core.calibration.records import load_bar, load_sphere
     from ocmm_core.calibration.verification import VerificationProcedure
-    from ocmm_sim.sources import VirtualSite, scenes_of_verification
 
     console, site = make_console(), open_site(rig, calibrations)
     body, artefact = body_in_use_of(source, probe, probes, tip), load_bar(bar)
@@ -168,11 +170,18 @@ def verify(
         take_verification_shots(procedure, recorded.shots)
         require_end(procedure)
     elif is_lacking(procedure):
-        virtual = VirtualSite(rig, probe, seed, move)
-        scenes = scenes_of_verification(
-            virtual, site.rig, procedure.view, procedure.bar, procedure.spheres
-        )
-        collect_from(procedure, site, rig, source, virtual, scenes, speed, record, force, console)
+
+        def script() -> CalibratingScript:
+            from ocmm_sim.sources import VirtualSite, scenes_of_verification
+
+            virtual = VirtualSite(rig, probe, seed, move)
+            return virtual.script(
+                scenes_of_verification(
+                    virtual, site.rig, procedure.view, procedure.bar, procedure.spheres
+                )
+            )
+
+        collect_from(procedure, site, rig, source, script, speed, record, force, console)
     procedure.compute()
     outcome = procedure.view.outcome
     if outcome is not None:

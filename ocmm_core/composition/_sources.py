@@ -58,6 +58,8 @@ class SourceSpec:
     """Plays calibration scenes (`ocmm_sim.calibration_scenes`) at a speed; None if unsupported."""
     hand: Callable[[StationRequest, AcceptanceProcedure, Failed], Hand] | None = None
     """Virtual hand of an acceptance test; None if unsupported."""
+    practice: Callable[[StationRequest], Any] | None = None
+    """Virtual hand of the wizards (`ocmm_sim.practice.Practice`); None if unsupported."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -44,7 +44,7 @@ from ocmm_gui.window._sheets import Sheets
 
 if TYPE_CHECKING:
     from ocmm_core.composition import AcceptanceBench
-    from ocmm_sim.practice import Practice
+    from ocmm_gui.wizards import PracticeRoom
 
 START, REOPEN = "start", "reopen"
 
@@ -69,7 +69,7 @@ class MainWindow(NoticeWindow):
         bench: AcceptanceBench | None = None,
         store: SettingsStore | None = None,
         hand: LedProbe | None = None,
-        practice: Practice | None = None,
+        practice: PracticeRoom | None = None,
     ) -> None:
         super().__init__()
         self.setMinimumSize(1024, 640)

@@ -30,9 +30,8 @@ if TYPE_CHECKING:
         ProbeDesignPage,
         ProbePage,
     )
-    from ocmm_gui.wizards import Wizard
+    from ocmm_gui.wizards import PracticeRoom, Wizard
     from ocmm_gui.wizards.pages import DefinitionPage
-    from ocmm_sim.practice import Practice
 
 
 class Maintenance(MadeLate):
@@ -56,7 +55,7 @@ class Maintenance(MadeLate):
         feedback: Feedback,
         actions: dict[str, QAction],
         tests: AcceptanceRooms,
-        practice: Practice | None = None,
+        practice: PracticeRoom | None = None,
     ) -> None:
         super().__init__()
         self.tests, self._practice = tests, practice

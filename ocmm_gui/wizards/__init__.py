@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from ocmm_gui.wizards._site import (
         SESSIONS,
         DirectCalculation,
+        PracticeRoom,
         ProbeSite,
         Subject,
         WizardSite,
@@ -39,13 +40,14 @@ else:
         _registry="WIZARDS WizardSpec",
         _runner="Runner",
         _site=(
-            "DirectCalculation ProbeSite SESSIONS Subject WizardSite practice_site site_of "
-            "temperature"
+            "DirectCalculation PracticeRoom ProbeSite SESSIONS Subject WizardSite practice_site "
+            "site_of temperature"
         ),
         _wizard="Wizard",
     )
 
 __all__ = [
-    "SESSIONS", "WIZARDS", "DirectCalculation", "GuidedStack", "ProbeSite", "Runner", "Subject",
-    "Wizard", "WizardDriver", "WizardSite", "WizardSpec", "practice_site", "site_of", "temperature",
+    "SESSIONS", "WIZARDS", "DirectCalculation", "GuidedStack", "PracticeRoom", "ProbeSite",
+    "Runner", "Subject", "Wizard", "WizardDriver", "WizardSite", "WizardSpec", "practice_site",
+    "site_of", "temperature",
 ]  # fmt: skip

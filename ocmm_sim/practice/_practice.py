@@ -26,7 +26,7 @@ from ocmm_core.calibration.sweeping import AGAIN, SECOND, SWEEPS, PivotProcedure
 from ocmm_core.calibration.tip import TipCheckProcedure, TipQualificationProcedure
 from ocmm_core.calibration.verification import VerificationProcedure
 from ocmm_core.camera import Rig, load_rig
-from ocmm_core.composition import Origin, StationRequest, origin_of, source_of
+from ocmm_core.composition import StationRequest
 from ocmm_core.documents import write_atomic
 from ocmm_core.errors import OcmmError
 from ocmm_core.tracking import load_probe
@@ -139,12 +139,6 @@ class Practice:
         self._request, self._speed = request, speed
         self.folder = folder or practice_folder()
         self._site = VirtualSite(request.rig, request.probe, request.seed, None)
-
-    @staticmethod
-    def is_possible(request: StationRequest) -> bool:
-        """Return whether the source is a virtual rig that plays scenes."""
-        source = source_of(request.source).spec
-        return origin_of(request.source) is Origin.VIRTUAL and source.scenes is not None
 
     @property
     def cameras(self) -> Path:

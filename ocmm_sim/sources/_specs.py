@@ -5,6 +5,7 @@ from __future__ import annotations
 from ocmm_core.composition import IN_PROCESS, VIRTUAL_WIRE, Origin, SourceSpec, late
 
 _MAKERS = "ocmm_sim.sources._feed_makers"
+_HANDS = "ocmm_sim.sources._acceptance_scenes"
 
 SIMULATED = SourceSpec(
     prefix="simulated",
@@ -16,7 +17,8 @@ SIMULATED = SourceSpec(
     recorded_as=IN_PROCESS,
     make=late(_MAKERS, "virtual_rig_feed"),
     scenes=late(_MAKERS, "scenes_feed"),
-    hand=late("ocmm_sim.sources._acceptance_scenes", "acceptance_hand"),
+    hand=late(_HANDS, "acceptance_hand"),
+    practice=late("ocmm_sim.practice", "Practice"),
 )
 
 WIRE = SourceSpec(
@@ -36,7 +38,8 @@ WIRE = SourceSpec(
     make=late(_MAKERS, "wire_feed"),
     segment=late(_MAKERS, "segment_of"),
     scenes=late(_MAKERS, "scenes_wire_feed"),
-    hand=late("ocmm_sim.sources._acceptance_scenes", "acceptance_hand"),
+    hand=late(_HANDS, "acceptance_hand"),
+    practice=late("ocmm_sim.practice", "Practice"),
 )
 
 PIXELS = SourceSpec(

@@ -14,7 +14,7 @@ from pytestqt.qtbot import QtBot
 
 from ocmm_core.calibration.guided import ProcedureDecision, ProcedureKind
 from ocmm_core.calibration.records import CalibrationStore, ProbeStore, is_practice
-from ocmm_core.composition import StationRequest, build_station
+from ocmm_core.composition import StationRequest, build_station, source_of
 from ocmm_core.documents import resource
 from ocmm_gui.bridge import StationBridge
 from ocmm_gui.kit import DEBOUNCE_S, Mode, NoticeCentre, use_language
@@ -58,7 +58,7 @@ def bench(qtbot: QtBot, qapp: QApplication, tmp_path: Path, language: str) -> It
         out=tmp_path / "job", speed=0.1, stay=True, frame_rate_hz=800,
     )  # fmt: skip
     built = build_station(request)
-    assert Practice.is_possible(request)
+    assert source_of(request.source).spec.practice is not None
     practice = Practice(request, tmp_path / "practice", speed=0.0)
     bridge, notices = StationBridge(built.station), NoticeCentre()
     window = MainWindow(

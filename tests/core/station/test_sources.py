@@ -71,10 +71,10 @@ def test_an_entry_lacks_nothing(spec: SourceSpec) -> None:
     assert bool(spec.recorded_as) is (spec.origin is not Origin.RECORDING)
     assert (spec.segment is None) or spec.on_bus
     assert (spec.scenes is None) or spec.origin is Origin.VIRTUAL
-    assert (spec.hand is None) is (spec.scenes is None)
+    assert (spec.hand is None) is (spec.practice is None) is (spec.scenes is None)
     assert {field.name for field in dataclasses.fields(SourceSpec)} == {
         "prefix", "forms", "takes_value", "origin", "live", "on_bus", "recorded_as", "make",
-        "segment", "scenes", "hand",
+        "segment", "scenes", "hand", "practice",
     }, "a new field of an entry needs a check here"  # fmt: skip
     assert source_of(named(spec)).spec is spec
     assert spec.prefix + source_of(named(spec)).value == named(spec)
