@@ -89,7 +89,6 @@ def measure_parts(
     from ocmm_core.export import DEFAULT_FORMAT, chosen_formats
     from ocmm_core.export.template import load_paper, template_in_use
     from ocmm_core.inspection.archive import next_serial
-    from ocmm_sim.sources import true_values
 
     # Check names and templates before a job is started.
     formats = chosen_formats(formats or [DEFAULT_FORMAT])
@@ -119,6 +118,8 @@ def measure_parts(
                     jobs.drop(built.job_path)
             truth = None
             if with_truth and built.virtual is not None:
+                from ocmm_sim.sources import true_values
+
                 truth = true_values(built.station.job.plan, built.virtual.part)
             print_table(console, view, truth)
             print_explanations(console, built.station.job.explanations())
