@@ -364,7 +364,7 @@ wheel_measures() {
     "$python" -c 'import sys; sys.exit(sys.version_info < (3, 11))' || return 77
     rm -rf "$work/wheel"
     "$python" -m venv "$work/wheel" || return 1
-    (cd "$work/wheel" && bin/pip -q install "$wheel" &&
+    (cd "$work/wheel" && bin/pip -q install "$wheel[station]" &&
         env -i HOME="$work/wheel" PATH=/usr/bin:/bin LANG=C.UTF-8 sh -c \
             "bin/ocmm compile; bin/ocmm demo --headless --out first; [ \$? -le 1 ] && exec bin/ocmm report \
             first/DEMO-001.ocmm --format json --out numbers")

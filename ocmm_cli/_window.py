@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib.util
 import os
 import re
 import socket
@@ -10,6 +11,7 @@ from contextlib import suppress
 from pathlib import Path
 
 from ocmm_cli.terminal import say
+from ocmm_core.errors import InputError
 from ocmm_core.host import HOST
 
 _ANSWER_S = 1.0
@@ -19,6 +21,12 @@ _FIRST_PORT = 6000
 
 def open_window(*arguments: str) -> None:
     """Replace this process by the window, which signals then reach directly."""
+    if importlib.util.find_spec("PySide6") is None:
+        raise InputError(
+            "window.missing",
+            "The window needs the package PySide6, which is not installed here.",
+            "Install it: pip install 'ocmm[gui]'. Without it, measure with 'ocmm measure'.",
+        )
     command = [sys.executable, "-m", "ocmm_gui", *arguments]
     sys.stdout.flush()
     os.execv(command[0], command)  # noqa: S606 - our own interpreter and module

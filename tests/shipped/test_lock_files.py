@@ -68,16 +68,18 @@ def test_who_asked_for_a_package_stands_in_the_same_file(lock: str) -> None:
 
 def test_whatever_the_project_asks_for_is_locked() -> None:
     project, groups = _PROJECT["project"], _PROJECT["dependency-groups"]
-    runtime = _names([*project["dependencies"], *groups["build"]])
+    extras = project["optional-dependencies"]
+    station = [*extras["gui"], *extras["bus"], *extras["token"]]
+    assert extras["station"] == ["ocmm[gui,bus,token]"]
+    runtime = _names([*project["dependencies"], *station, *groups["build"]])
     assert runtime <= set(read_lock(RUNTIME))
     assert _names(groups["dev"]) <= set(read_lock(DEVELOPMENT))
     assert _names(groups["package"]) <= set(read_lock(PACKAGE))
-    extras = project["optional-dependencies"]
     assert _names(extras["step"]) <= set(read_lock(STEP))
     assert _names(extras["shop"]) <= set(read_lock(SHOP))
     assert _names(extras["sensors"]) <= set(read_lock(SENSORS))
     # A new extra or group needs a lock file, `lock_files` in `run`, and a line here.
-    assert set(extras) == {"step", "shop", "sensors"}
+    assert set(extras) == {"gui", "bus", "token", "station", "step", "shop", "sensors"}
     assert set(groups) == {"build", "dev", "package"}
 
 

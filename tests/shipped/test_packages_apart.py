@@ -113,7 +113,7 @@ def test_without_the_virtual_rig_commands_and_window_measure_a_recording(
     done = _run(_ocmm(hidden, "measure", *given), tmp_path)
     assert "PART" in done.stdout, done.stderr
     assert done.returncode in (0, 1)
-    words = ["ocmm_gui", *map(str, given), "--silent", "--speed", "0", "--quit-after", "25"]  # fmt: skip
+    words = ["ocmm_gui", *map(str, given), "--silent", "--speed", "0", "--quit-after", "25"]
     window = _run(
         f"{_HIDE.format(hidden=hidden)}\nimport runpy\nsys.argv = {words!r}\n"
         "runpy.run_module('ocmm_gui', run_name='__main__')\n",

@@ -38,7 +38,14 @@ from ocmm_core.host import HOST
 
 if HOST.is_linux_like:
     # Other systems need a network driver that is normally absent.
-    import pysoem
+    try:
+        import pysoem
+    except ModuleNotFoundError as error:
+        raise BusError(
+            "bus.pysoem",
+            "The package pysoem, the EtherCAT master, is not installed here.",
+            "Install it: pip install 'ocmm[bus]'.",
+        ) from error
 
 # ETG.1000.6, 6.4.1.
 INIT, PREOP, SAFEOP, OP = 1, 2, 4, 8
