@@ -227,7 +227,7 @@ _MAY_USE = re.compile(
         + [rf"\b{module}\.(?:{names.replace(' ', '|')})\b" for module, names in NAMES.items()]
     )
 )
-"""What a file has that uses one of them; to read all as programs takes seconds."""
+"""Words of a file that may use one of them: parsing every file takes seconds."""
 
 
 def _uses(path: Path) -> Iterator[str]:
