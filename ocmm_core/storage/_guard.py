@@ -15,6 +15,7 @@ from typing import Any, TypeVar
 
 from ocmm_core.host import HOST
 from ocmm_core.side_files import SIDE_FILES, Trusted, refuse_side_files
+from ocmm_core.storage._faults import FAULTS
 from ocmm_core.storage._held_files import HELD
 
 C = TypeVar("C", bound="HeldConnection")
@@ -167,7 +168,7 @@ def give_up(db: sqlite3.Connection) -> None:
     Without ``synchronous`` nothing is synced, and an interrupt ends the checkpoint before its first
     page, so that the log stays.
     """
-    with contextlib.suppress(sqlite3.Error):
+    with contextlib.suppress(*FAULTS):
         db.execute("PRAGMA synchronous = OFF")
     db.interrupt()
     db.close()

@@ -245,7 +245,8 @@ def dress_application(theme: Theme) -> None:
 def dress(whole: QWidget, theme: Theme) -> None:
     """Set the theme of every self-painted widget in `whole`."""
     for widget in (whole, *whole.findChildren(QWidget)):
-        if isinstance(widget, Themed):
+        # Most are plain, and the question for a protocol takes twenty times as long.
+        if hasattr(widget, "set_theme") and isinstance(widget, Themed):
             widget.set_theme(theme)
 
 

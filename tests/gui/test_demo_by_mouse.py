@@ -1,4 +1,7 @@
-"""The whole demonstration part, measured by mouse alone in the window."""
+"""The demonstration part, measured by mouse alone in the window.
+
+In the short form by the plan of three features, which has the leaned probe as well.
+"""
 
 from __future__ import annotations
 
@@ -14,7 +17,7 @@ from ocmm_core.geometry import Float
 from ocmm_sim.scene import sample
 from ocmm_sim.sources import true_values
 from tests.gui.mouse_at_part import Mouse
-from tests.host import HANG_MS
+from tests.host import HANG_MS, long_form
 
 if TYPE_CHECKING:
     from tests.gui.conftest import OpenWindow
@@ -79,7 +82,8 @@ class _Inspector:
 def test_the_demo_part_measured_by_mouse_agrees_with_the_truth_within_u(
     qtbot: QtBot, open_window: OpenWindow
 ) -> None:
-    bench = open_window(speed=8.0, stay=True, plan="demo.toml", start=False, led=True)
+    plan = "demo.toml" if long_form() else "quick.toml"
+    bench = open_window(speed=8.0, stay=True, plan=plan, start=False, led=True)
     inspector = _Inspector(Mouse(qtbot, bench))
     inspector.mouse.take_over()
     bench.bridge.start()

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.host import HANG_S, on_linux_only
+from tests.host import HANG_S, long_form, on_linux_only
 from tests.programs import rings_of
 from tests.short_plan import ball_plan_in
 from tests.waiting import wait_until
@@ -18,6 +18,8 @@ from tests.waiting import wait_until
 pytestmark = on_linux_only
 
 _ROOT = Path(__file__).resolve().parents[2]
+_ENDS = [signal.SIGINT, signal.SIGKILL, *[signal.SIGTERM] * long_form()]
+"""The short form sends SIGTERM to a window in `test_window_program`, which handles both alike."""
 
 
 def _of_session(session: int) -> list[int]:
@@ -33,7 +35,7 @@ def _of_session(session: int) -> list[int]:
     return found
 
 
-@pytest.mark.parametrize("how", [signal.SIGTERM, signal.SIGINT, signal.SIGKILL])
+@pytest.mark.parametrize("how", _ENDS)
 def test_who_ends_the_demo_ends_its_window(tmp_path: Path, how: signal.Signals) -> None:
     """The window takes the place of the command, so that there is one process to end."""
     documents = ("--plan", ball_plan_in(tmp_path))

@@ -95,7 +95,9 @@ def _go_on_with(bench: Bench, qtbot: QtBot, job: Path, folder: Path) -> Path:
     own = folder / job.name
     folder.mkdir(parents=True, exist_ok=True)
     shutil.copy(job, own)
-    bench.bridge.jobs.go_on(own)
+    # It is shown a moment before it has begun, and keys of that moment are refused.
+    with qtbot.waitSignal(bench.bridge.jobs.job_begun, timeout=PATIENCE_MS):
+        bench.bridge.jobs.go_on(own)
     qtbot.waitUntil(lambda: bench.bridge.shown.job.job == job.stem, timeout=PATIENCE_MS)
     return own
 

@@ -3,22 +3,28 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from pathlib import Path
 
 import pytest
 from PySide6.QtGui import QFontMetricsF
 from pytestqt.qtbot import QtBot
 
 from ocmm_core.inspection.archive import reopen_job
+from ocmm_core.inspection.evaluation import JobView
 from ocmm_core.tolerances.decisions import Verdict
 from ocmm_gui.results._result_table import ResultTable
 from tests.gui.long_job import make_long_job
 from tests.host import HANG_MS
 
 
+@pytest.fixture(scope="module")
+def job(tmp_path_factory: pytest.TempPathFactory) -> JobView:
+    """Return a finished job; to make it takes a second."""
+    folder = tmp_path_factory.mktemp("long")
+    return reopen_job(make_long_job(folder), folder, calibrations=folder).view
+
+
 @pytest.mark.parametrize("width", [600, 640, 680, 760, 1100])
-def test_the_verdict_is_whole(width: int, tmp_path: Path, qtbot: QtBot) -> None:
-    job = reopen_job(make_long_job(tmp_path), tmp_path, calibrations=tmp_path).view
+def test_the_verdict_is_whole(width: int, job: JobView, qtbot: QtBot) -> None:
     results = tuple(
         replace(result, name="Boss circumscribed", verdict=Verdict.NOT_MEASURED)
         for result in job.characteristics * 20

@@ -12,7 +12,7 @@ from ocmm_cli.study import CoverageSetup, coverage_table, run_coverage
 from tests.host import looser
 
 RUNS = 40
-FEWER = 10
+FEWER = 6
 """In the short form."""
 FIRST_SEED = 1000
 

@@ -266,7 +266,7 @@ def test_covariance_of_undetermined_parameters_is_none() -> None:
 def test_no_wrong_minimum_in_many_calibrations(
     repeats: Callable[..., int], record_property: Callable[[str, object], None]
 ) -> None:
-    n = repeats(60, 1000)
+    n = repeats(30, 1000)
     ends = [end_of(trial_of(seed)) for seed in range(n)]
     for end in ("right", "refused", "wrong"):
         record_property(end, ends.count(end))
@@ -280,7 +280,7 @@ def test_no_wrong_minimum_in_many_calibrations(
 def test_no_wrong_minimum_wherever_the_world_is(
     repeats: Callable[..., int], record_property: Callable[[str, object], None]
 ) -> None:
-    n = repeats(30, 300)
+    n = repeats(20, 300)
     ends = [end_of(anywhere(seed)) for seed in range(n)]
     record_property("refused", ends.count("refused"))
     assert "wrong" not in ends

@@ -60,7 +60,7 @@ def test_table_1_of_the_thesis(repeats: Callable[..., int]) -> None:
 @pytest.mark.statistics
 @pytest.mark.slow
 def test_what_the_depth_of_the_calibrated_volume_is_worth(repeats: Callable[..., int]) -> None:
-    runs = repeats(15, 60)
+    runs = repeats(10, 60)
     flat, deep = (cost_of(depth, (100.0,), runs) for depth in (15.0, 200.0))
     # A focal length, a distance and little else are free in depth: 60 show it to 10 per cent.
     scatter = looser(0.2, runs, 60)

@@ -13,6 +13,7 @@ import pytest
 from ocmm_core.calibration.monitor import camera_changes
 from ocmm_core.calibration.records import VerificationRecord
 from tests.core.calibration.test_verification_session import Session
+from tests.host import amount
 
 Course = Literal["drift", "jump", "before"]
 _RESTS = 71
@@ -48,8 +49,8 @@ def changed(session: Session, course: Course, seed: int) -> tuple[VerificationRe
 @pytest.mark.parametrize("course", ["drift", "jump", "before"])
 def test_course_of_change_is_named(tmp_path: Path, course: Course) -> None:
     code, words = _EXPECTED[course]
-    # N = 10 seeds each; ten known truths of ten must be named first.
-    for seed in range(10):
+    # N seeds each; every known truth must be named first.
+    for seed in range(amount(4, 10)):
         session = Session(tmp_path / str(seed))
         start = session.end + timedelta(hours=1)
         record, name, moment = changed(session, course, seed)
@@ -88,8 +89,8 @@ def loosened(session: Session, course: Course, seed: int) -> tuple[VerificationR
 
 @pytest.mark.parametrize("course", ["drift", "jump"])
 def test_a_loose_led_is_named(tmp_path: Path, course: Course) -> None:
-    """No camera is blamed; N = 5 seeds each."""
-    for seed in range(5):
+    """No camera is blamed, in N seeds each."""
+    for seed in range(amount(2, 5)):
         record, led = loosened(Session(tmp_path / str(seed)), course, seed)
         assert not record.passed
         named = [one for one in record.objections if one.code.startswith("session.")]

@@ -49,7 +49,7 @@ ASKED = [
     asked("surface profile", "wavy", "top"),
     asked("circular runout", "collar", "pin"),
 ]
-STEPS, WALKS, WALK_STEPS = amount(7, 15), 3, 20
+STEPS, WALKS, WALK_STEPS = amount(7, 15), amount(2, 3), 20
 VERBS = 7
 """Each is tried at least once."""
 
