@@ -17,6 +17,7 @@ from enum import Enum, auto
 from pathlib import Path
 from types import MappingProxyType
 
+from ocmm_core.errors import InputError
 from ocmm_core.host import HOST
 
 _MB = 1 << 20
@@ -149,6 +150,22 @@ def read_guarded(path: Path, most: int, *, follow: bool = True, private: bool = 
     if len(content) > most:
         raise OversizeError(len(content), most)
     return content
+
+
+def distrust_working_folder() -> None:
+    """Keep modules of the working folder out of the processes of a program; call it first.
+
+    InputError: the folder has a file of options by which numba would compute and store code.
+    """
+    # Python would search modules there first, e.g. in a folder of jobs that others can write.
+    os.environ["PYTHONSAFEPATH"] = "1"
+    path = Path(".numba_config.yaml")
+    if os.path.lexists(path):
+        raise InputError(
+            "start.options",
+            f"{path.absolute()}: a file of this name changes how numbers are computed.",
+            "Remove it, or start the program in another folder.",
+        )
 
 
 def has_content(path: Path, content: bytes) -> bool:
