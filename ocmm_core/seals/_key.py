@@ -32,7 +32,7 @@ THIS_STATION = "this station"
 _KEY = "key of this station"
 _PRIVATE = "station.key"
 _TOKEN = "token.json"  # noqa: S105 - the name of a file
-_IN_FORCE = "key in force"
+KEY_IN_FORCE = "key in force"
 """Name of the key of this station in its memory."""
 
 
@@ -81,12 +81,12 @@ class KeyFolder:
 
     def _used_before(self) -> bytes | None:
         """Return the public key that this station used last, from its memory."""
-        seen = recall(_IN_FORCE) if self._own else None
+        seen = recall(KEY_IN_FORCE) if self._own else None
         return None if seen is None else public_from_text(seen.link)
 
     def _noted(self, key: StationKey) -> StationKey:
         if self._own:
-            remember(KnownEnd(name=_IN_FORCE, count=1, link=public_text(key.public)), sync=False)
+            remember(KnownEnd(name=KEY_IN_FORCE, count=1, link=public_text(key.public)), sync=False)
         return key
 
     def own_public(self) -> bytes | None:

@@ -93,8 +93,8 @@ class JobFile(JobReader):
         """Return why the job is not on the disk under its name; None if it is.
 
         If it is not, all acknowledged steps are written to a new file and nothing is stored
-        afterwards. Cheap: for a timer, and before each report. `on_loss`: called with the loss before
-        that, which takes longer.
+        afterwards. Cheap: for a timer, and before each report. `on_loss`: called with the loss
+        before that, which takes longer.
         """
         keeper = self._keeper
         if keeper is None or self._closing:

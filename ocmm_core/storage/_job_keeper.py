@@ -151,7 +151,7 @@ class JobKeeper:
     ) -> None:
         """Give the file up, and write all acknowledged steps to a new one; may be repeated.
 
-        `on_loss`: called with the loss of a name before the steps are written, which a disk may delay.
+        `on_loss`: called with the loss of a name before the steps are written; a disk may be slow.
         """
         if self._loss is None:
             with self._lock:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 
 import platformdirs
@@ -11,6 +12,7 @@ from ocmm_core.archive.stores._postgresql import PostgresArchive
 from ocmm_core.archive.stores._sqlite import SqliteArchive
 from ocmm_core.archive.stores._store import SqlArchive
 from ocmm_core.errors import StorageError
+from ocmm_core.seals import KnownEnd, recall, remember
 
 
 def default_archive() -> Path:
@@ -34,7 +36,7 @@ def open_archive(
     password
         File with the password of a server; None: libpq searches it.
     set_up
-        Create or update the tables of a server; those of a file always are.
+        Create or update the tables of a server; those of a file always are. Replace a lost file.
     read_only
         Nothing can be added.
 
@@ -49,10 +51,20 @@ def open_archive(
     if is_server(address):
         return PostgresArchive(parse_server(address, password), set_up=set_up, read_only=read_only)
     path = Path(address).expanduser() if address else default_archive()
+    memory = KnownEnd(name=f"archive {path.absolute()}", count=1, link="")
+    if not os.path.lexists(path) and not set_up and recall(memory.name) is not None:
+        raise StorageError(
+            "archive.lost",
+            f"{path}: the archive that this station has used is missing.",
+            "Put the file back, or restore it from a backup. If there is none, start a new one, "
+            "which gets the jobs in the outbox again: ocmm archive set-up.",
+        )
     if read_only and not path.exists():
         raise StorageError(
             "archive.missing",
             f"{path}: there is no archive yet.",
             "Hand over the first job: ocmm archive send.",
         )
-    return SqliteArchive(path, read_only=read_only)
+    opened = SqliteArchive(path, read_only=read_only)
+    remember(memory, sync=False)
+    return opened
