@@ -2,19 +2,8 @@
 
 from __future__ import annotations
 
-import os
-import sys
-
-try:
-    _here = os.getcwd()  # noqa: PTH109 - pathlib would be searched there
-except OSError:
-    # It was removed.
-    _here = ""
-if __name__ == "__main__" and sys.path[0] in ("", _here):
-    # The folder in which ``python -m`` was typed: its files are no modules of this program.
-    del sys.path[0]
-
 import multiprocessing
+import sys
 
 from ocmm_core.acquisition.bus_process import hold_nothing
 from ocmm_core.blas import use_one_thread

@@ -21,7 +21,7 @@ from ocmm_core.doctor._computer import Computer, NotAskedError
 from ocmm_core.doctor._result import Answer, amber, green, red
 from ocmm_core.documents import read_bytes
 from ocmm_core.errors import InputError
-from ocmm_core.seals import KEY_IN_FORCE, memory_file, memory_folder
+from ocmm_core.seals import KEY_IN_FORCE, key_lost, memory_file, memory_folder
 
 DUE_BEFORE = timedelta(days=14)
 """As in the records: DUE within this time before the end."""
@@ -113,13 +113,8 @@ def key(computer: Computer) -> Answer:
     except FileNotFoundError:
         memory = computer.state / memory_folder().name / memory_file(KEY_IN_FORCE).name
         if computer.has(memory):
-            return red(
-                "key.lost",
-                f"{folder}: the key of this station is missing. What it signed would be of an "
-                "unknown station.",
-                "Restore the folder from a backup. If there is none, make a new key by name with "
-                "ocmm key replace.",
-            )
+            lost = key_lost(folder)
+            return red(lost.code, lost.what, lost.remedy)
         return amber(
             "key.missing",
             f"{computer.user} has no station key yet; the first record or job makes it.",

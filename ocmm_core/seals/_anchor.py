@@ -38,10 +38,9 @@ class _SignedHeads(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 def signed_heads(keys: KeyFolder, kept: Sequence[str] = ()) -> list[str]:
-    """Return lists of the signed ends of all histories in the memory; none if they are `kept`.
+    """Return lists of the signed ends of all histories in the memory, without those in `kept`.
 
-    `kept`: existing lists; one of this station with the same ends is not made again. StorageError:
-    the key of the station cannot be used.
+    StorageError: the key of the station cannot be used.
     """
     known = (one for one in _known_ends() if one.thing or one.first)
     pages = _pages(sorted(known, key=lambda one: one.name))

@@ -1,9 +1,4 @@
-"""Acknowledged steps of an open job, and their rescue if its file is lost.
-
-A commit does not prove that the job can be found: its file or log may be removed, moved, replaced
-or overwritten, and its file system unmounted. Then the steps are written to a new file. They come
-from memory, because the old file may have lost stored data.
-"""
+"""Acknowledged steps of an open job, and their rescue from memory if its file is lost."""
 
 from __future__ import annotations
 

@@ -15,7 +15,7 @@ _OCMM = "import sys; sys.path.remove(''); from ocmm_core.cli import main; main()
 _DOORS = {
     "command": ["-c", _OCMM, "--version"],
     "window by the command": ["-c", _OCMM, "demo", "--source", "nothing"],
-    "window": ["-m", "ocmm_gui", "--help"],
+    "window": ["-c", _OCMM, "window", "--help"],
 }
 _SPAWN = """
 import sys
