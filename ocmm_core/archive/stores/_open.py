@@ -28,24 +28,10 @@ def open_archive(
 ) -> SqlArchive:
     """Return an open archive, a context manager.
 
-    Parameters
-    ----------
-    address
-        ``postgresql://USER@SERVER/DATABASE``, or the path of a file; empty is the file in the data
-        folder of this user.
-    password
-        File with the password of a server; None: libpq searches it.
-    set_up
-        Create or update the tables of a server; those of a file always are. Replace a lost file.
-    read_only
-        Nothing can be added.
-
-    Raises
-    ------
-    InputError
-        The address cannot be used, or the extra `shop` is not installed.
-    StorageError
-        The archive cannot be reached or opened, or is of a later version.
+    `address`: ``postgresql://USER@SERVER/DATABASE``, a file, or empty for that of this user.
+    `password`: file with that of a server; None: by libpq. `set_up`: create or update the tables of
+    a server, or replace a lost file. `read_only`: nothing can be added. InputError: unusable
+    address, or the extra `shop` is missing; StorageError: unreachable, lost, or of a later version.
     """
     check_address(address)
     if is_server(address):

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import contextlib
 import shutil
+import sqlite3
 from datetime import timedelta
 from pathlib import Path
 
@@ -142,10 +144,13 @@ def test_an_unknown_station_teaches_nothing(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("prefix", ["history ", "job "])
-def test_lists_leave_no_end_out(tmp_path: Path, prefix: str) -> None:
+def test_lists_leave_no_end_out(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, prefix: str
+) -> None:
+    monkeypatch.setattr("ocmm_core.seals._anchor._PAGE", 50)
     make = signed_job_heads if prefix == "job " else signed_heads
     with other_station(tmp_path / "home"):
-        names = {f"{prefix}{number}" for number in range(1203)}
+        names = {f"{prefix}{number}" for number in range(223)}
         for name in sorted(names):
             remember(KnownEnd(name=name, count=1, link="a", first="b"), sync=False)
         lists = make(KeyFolder())
@@ -171,3 +176,31 @@ def test_a_lost_archive_is_reported_until_it_is_set_up_again(tmp_path: Path) -> 
         assert not path.exists()
         open_archive(str(path), set_up=True).close()
         open_archive(str(path), read_only=True).close()
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        "CREATE TRIGGER evil AFTER INSERT ON result BEGIN DELETE FROM result; END",
+        "DROP VIEW archived_job",
+        "CREATE VIEW archived_job AS SELECT * FROM archived_line WHERE 0",
+    ],
+)
+def test_changed_views_and_triggers_are_refused(tmp_path: Path, change: str) -> None:
+    path = tmp_path / "archive.sqlite"
+    with other_station(tmp_path / "home"):
+        open_archive(str(path)).close()
+        with contextlib.closing(sqlite3.connect(path)) as db:
+            db.execute("CREATE INDEX mine ON result (part)")
+            db.execute("CREATE VIEW mine_also AS SELECT 1")
+            db.commit()
+        # Indexes and views of a dashboard change nothing.
+        open_archive(str(path)).close()
+        with contextlib.closing(sqlite3.connect(path)) as db:
+            if change.startswith("CREATE VIEW"):
+                db.execute("DROP VIEW archived_job")
+            db.execute(change)
+            db.commit()
+        for read_only in (True, False):
+            with pytest.raises(StorageError, match=r"changed views or triggers \((evil|archived)"):
+                open_archive(str(path), read_only=read_only)
