@@ -23,6 +23,7 @@ from ocmm_core.failure import (
     silence,
 )
 from ocmm_core.host import HOST
+from ocmm_core.side_files import distrust_working_folder
 
 COULD_NOT_MEASURE = 2
 NOBODY_READS = 141
@@ -75,6 +76,7 @@ def _main() -> None:
 
 
 def _run() -> None:
+    distrust_working_folder()
     hold_nothing()
     use_one_thread()
     # typer and the packages behind it load slowly; a worker that imports this package by chance

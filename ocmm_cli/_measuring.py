@@ -303,7 +303,8 @@ def measure(
         )
     read = TypedRoom(room, humidity, pressure)
     read.check()
-    print_notes(SettingsStore.of_this_user().load().notes, stderr=True)
+    loaded = SettingsStore.of_this_user().load()
+    print_notes(loaded.notes, stderr=True)
     request = StationRequest(
         plan=plan or DEMO_PLAN, out=out or (go_on.parent if go_on is not None else _OUT), rig=rig,
         probe=probe, part=part, source=source, seed=seed, speed=speed, operator=operator,
@@ -322,5 +323,5 @@ def measure(
     )  # fmt: skip
     measure_parts(
         request, with_truth=False, parts=parts, incomplete=incomplete,
-        formats=tuple(formats or ()), archived=archive_place(archive),
+        formats=tuple(formats or ()), archived=archive_place(archive, loaded.settings),
     )  # fmt: skip

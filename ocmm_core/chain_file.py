@@ -1,13 +1,9 @@
-"""A file of JSON lines that only grows, where every line is bound to the one before by a hash.
+"""Append-only file of JSON lines, each bound to the previous one by a hash.
 
-Each line is on the disk before `ChainFile.append` returns. One changed line makes the whole file
-unusable. A last line without its end was being written when the power went: it was never
-acknowledged, is left out, and flagged (`ChainFile.torn`). Lines cut off at the end do not show in
-the file itself, so this station remembers how far it went (`seals`).
-
-A chain with a kind (`Signed`) has a signature on the hash of each line, which is that of all lines
-before it. Without the key of the station nobody writes such a line. Chains of calibrations
-(`calibration.records`) have a seal of their own instead.
+Each line is on the disk before `ChainFile.append` returns. A changed line makes the file unusable;
+an incomplete last line was never acknowledged and is left out (`ChainFile.torn`). The station
+remembers the end (`seals`), because removed lines do not show. A chain with a kind (`Signed`) has a
+signature on the hash of each line; histories (`calibration.records`) have a seal instead.
 """
 
 from __future__ import annotations
@@ -60,13 +56,12 @@ class _Line(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaul
 
 
 class ChainFile(Generic[T]):
-    """The file, open for reading and growing.
+    """An open chain.
 
-    ``path`` is made, with its folder, at the first append; ``kind``: type of every line;
-    ``signed``: kind of content, new lines are signed, None: without signatures; ``remembered``:
-    this station remembers how far it goes; ``known``: an earlier reading of this file: unchanged
-    lines are not decoded again. StorageError if a line was changed or has another content, its
-    signature does not belong to it, or lines are missing at the end.
+    ``path``: made at the first append; ``kind``: type of every line; ``signed``: kind of content,
+    None without signatures; ``remembered``: this station remembers its end; ``known``: an earlier
+    reading, whose lines are not decoded again. StorageError if a line or signature was changed, or
+    lines are missing at the end.
     """
 
     def __init__(
@@ -224,9 +219,8 @@ class ChainFile(Generic[T]):
     def append(self, item: T) -> None:
         """Add a line and return when it is on the disk.
 
-        StorageError if it could not be written, or another program has written meanwhile; the file
-        holds what it held before. After a sync that failed it is not written again: that might seem
-        to succeed. If the file was removed, moved or replaced, the lines before are saved in
+        StorageError, with the file as before, if it could not be written, or another program has
+        written. After a failed sync it is not written again. The lines of a lost file are saved in
         another one.
         """
         self.require_name()

@@ -1,8 +1,4 @@
-"""Validated TOML documents: rigs, probes, parts and plans.
-
-One loader turns every way a document can be wrong into one sentence that names the file and
-the field. Documents are data: nothing in them is ever evaluated.
-"""
+"""Validated TOML documents: rigs, probes, parts and plans; nothing in them is evaluated."""
 
 from __future__ import annotations
 
@@ -90,10 +86,7 @@ def load_document(path: Path | str, kind: type[T], schema: str) -> T:
 
 
 def may_be_there(path: Path) -> bool:
-    """Return whether a file is there, or nobody may know: whoever reads it is told why not.
-
-    A folder that lets nobody look into it is asked what is in it, and answers with an OSError.
-    """
+    """Return whether a file exists, or may exist in an unreadable folder: reading it says why."""
     try:
         return path.is_file()
     except OSError:
@@ -101,10 +94,7 @@ def may_be_there(path: Path) -> bool:
 
 
 def stays_inside(name: str) -> bool:
-    """Return whether the name of a file, with its folders, stays in the folder it is relative to.
-
-    A name that Windows reads otherwise must not mean another file there.
-    """
+    """Return whether a relative name of a file stays in its folder, on Windows also."""
     path, windows = PurePosixPath(name), PureWindowsPath(name)
     outside = path.is_absolute() or ".." in path.parts or "\\" in name or windows.drive
     return bool(name) and not (

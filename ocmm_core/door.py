@@ -1,9 +1,7 @@
 """Lazy exports of packages (PEP 562).
 
-Others import from the package alone (`from ocmm_core.camera import Rig`); its files begin with an
-underscore, and tests/doors.py checks that no other code names them. Loading all files at once would
-make a command pay for packages that it never uses. Type checkers and the import graph read the
-names under ``if TYPE_CHECKING``; a test compares both.
+Others import from the package alone (`from ocmm_core.camera import Rig`), checked by
+tests/doors.py; its files load on first use. Type checkers read ``if TYPE_CHECKING``.
 """
 
 from __future__ import annotations

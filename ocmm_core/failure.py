@@ -1,8 +1,7 @@
-"""Boundary for unexpected errors: each becomes a sentence, a log file and a remedy.
+"""Boundary for unexpected errors in every thread, process and command.
 
-Every thread, process and command ends in it. An `OcmmError` passes unchanged; any other exception
-is a defect of the program and becomes an `InternalError`, with its traceback in a file that the
-remedy names. `print_in_any_encoding` keeps output on consoles of any encoding.
+An `OcmmError` passes unchanged; any other exception is a defect and becomes an `InternalError`
+whose remedy names the file with its traceback.
 """
 
 from __future__ import annotations
@@ -37,10 +36,9 @@ _HANDLER = "ocmm.spelled"
 
 
 def print_in_any_encoding() -> None:
-    """Let standard output and errors spell what their encoding lacks instead of failing.
+    """Let standard output and errors spell signs that their encoding lacks (``µm`` is ``um``).
 
-    A sign of a sentence is spelled (``µm`` is ``um``), a space is a space, and any other character
-    is shown as its number, so that no text of others is changed into another one.
+    Other characters are shown as numbers, so that no text becomes another one.
     """
     codecs.register_error(_HANDLER, _spelled)
     for stream in (sys.stdout, sys.stderr):
@@ -78,9 +76,8 @@ _numbers = itertools.count(1)
 def contained(error: BaseException, part: str, safe: str = "", remedy: str = AGAIN) -> OcmmError:
     """Return the message of an exception; the traceback of an unexpected one is stored in a file.
 
-    Never raises, whatever is wrong with the disk or with the exception itself. ``part``: what
-    failed, as the beginning of a sentence, "The reconstruction"; ``safe``: sentence on what is not
-    lost, may be empty; ``remedy``: `REOPEN` where a job is measured.
+    Never raises. ``part``: failed part, at the start of a sentence, "The reconstruction"; ``safe``:
+    sentence on what is not lost, may be empty; ``remedy``: `REOPEN` while measuring.
     """
     told = described(error, part, safe, remedy)
     if not isinstance(told, InternalError) or told is cause_of(error):
@@ -89,7 +86,7 @@ def contained(error: BaseException, part: str, safe: str = "", remedy: str = AGA
 
 
 def described(error: BaseException, part: str, safe: str = "", remedy: str = AGAIN) -> OcmmError:
-    """Return what to tell of an exception, as `contained`, at once: nothing is written."""
+    """Return the message of an exception as `contained`, without writing a file."""
     cause = cause_of(error)
     if isinstance(cause, OcmmError):
         return cause
@@ -98,8 +95,8 @@ def described(error: BaseException, part: str, safe: str = "", remedy: str = AGA
 
 
 def cause_of(error: BaseException) -> BaseException:
-    """Return what a listener of a signal raised, or the exception itself."""
-    # Where it was never loaded nobody raised it; a help does not pay for loading it.
+    """Return the exception of a signal's listener, or the exception itself."""
+    # Not loaded here: a help text would take longer.
     signals = sys.modules.get("psygnal")
     if signals is None:
         return error
@@ -118,8 +115,7 @@ def log_folder() -> Path:
 def hold_standard_streams() -> None:
     """Replace closed standard streams by the null device; let the others print any character.
 
-    Else the next file that is opened gets the number of a closed one, and everything printed is
-    written into it: into a job file, for example.
+    Otherwise the next opened file, e.g. a job, gets the number of a closed stream and its output.
     """
     for number, name in enumerate(("stdin", "stdout", "stderr")):
         try:
@@ -137,7 +133,7 @@ def hold_standard_streams() -> None:
 
 
 def silence(stream: TextIO) -> None:
-    """Drop what cannot be written, so that Python does not end with a code of its own (120)."""
+    """Drop unwritable output, which would end Python with code 120."""
     with contextlib.suppress(OSError, ValueError):
         nothing = os.open(os.devnull, os.O_WRONLY)
         os.dup2(nothing, stream.fileno())
@@ -157,13 +153,12 @@ def write_last(text: str = "") -> None:
 
 
 class ThreadNet:
-    """Catch exceptions of threads without a boundary; ``tell`` gets the message on that thread."""
+    """Catch exceptions of threads without a boundary; ``tell`` gets each message there."""
 
     def __init__(self, tell: Callable[[OcmmError], None]) -> None:
         self._tell = tell
         self._previous = threading.excepthook
         self.caught: list[OcmmError] = []
-        """Everything that was told."""
 
     def __enter__(self) -> ThreadNet:
         self._previous = threading.excepthook
@@ -176,7 +171,6 @@ class ThreadNet:
         error: BaseException | None,
         trace: TracebackType | None,
     ) -> None:
-        """Leave threads to whoever had them before."""
         threading.excepthook = self._previous
 
     def _on_error(self, args: threading.ExceptHookArgs) -> None:
@@ -201,7 +195,7 @@ def _named(error: BaseException) -> str:
 
 
 def _place(error: BaseException) -> str:
-    """Return file and line that raised, the innermost one of this program where there is one."""
+    """Return file and line that raised, the innermost one of this program if any."""
     frames = traceback.extract_tb(error.__traceback__)
     own = [frame for frame in frames if "ocmm_" in frame.filename]
     if not frames:

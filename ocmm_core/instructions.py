@@ -1,9 +1,7 @@
-"""For which processors loops are compiled: one of two kinds, in a clone as in the package.
+"""Processor kinds for which loops are compiled: two, so that sums have the same last bit.
 
-Compiled for the very processor that is there, a clone on one with AVX-512 added up in another order
-than the package did, and than the computer beside it: the last bit of a number differed.
-
-What was compiled is kept beside its source, and two processes may write there at once.
+Code compiled for AVX-512 adds in another order. The compiled cache is next to the source; two
+processes may write it at once.
 """
 
 from __future__ import annotations
@@ -16,28 +14,28 @@ from typing import Any, TypeVar
 F = TypeVar("F", bound=Callable[..., Any])
 
 AVX2, GENERIC = "haswell", "generic"
-"""As LLVM calls them: with AVX2 and FMA, and any x86-64 one. The suite is run with both."""
+"""LLVM names: with AVX2 and FMA, and any x86-64. The tests run with both."""
 KINDS = (AVX2, GENERIC)
 _NEEDED = frozenset({"avx", "avx2", "bmi", "bmi2", "f16c", "fma", "movbe", "popcnt", "lzcnt"})
 _NAME = "NUMBA_CPU_NAME"
 _KEPT = "ocmm.compiled/1"
-"""Stands before what is kept of a function; numba's own begins otherwise."""
+"""Start of a stored function; differs from numba's."""
 
 
 def kind_of(features: Iterable[str]) -> str:
-    """Return for which kind to compile, by the features of a processor as LLVM names them."""
+    """Return the kind of a processor by its LLVM features."""
     return AVX2 if frozenset(features) >= _NEEDED else GENERIC
 
 
 def kind_of_this() -> str:
-    """Return for which kind to compile on this processor, as LLVM sees it."""
+    """Return the kind of this processor."""
     from llvmlite.binding import get_host_cpu_features
 
     return kind_of(name for name, has in get_host_cpu_features().items() if has)
 
 
 def kind_in_use() -> str:
-    """Return for which kind loops are compiled in this process, as `njit` decides it."""
+    """Return the kind that `njit` uses in this process."""
     if _NAME in os.environ:
         return os.environ[_NAME]
     if _is_x86():
@@ -48,8 +46,8 @@ def kind_in_use() -> str:
 
 
 def environment(kind: str) -> dict[str, str]:
-    """Return what numba must find in its environment to compile for a kind."""
-    # Empty: the features of that processor; without it those of this one are in the key.
+    """Return numba's environment for a kind."""
+    # Empty: the features of that kind; if missing, the key contains those of this processor.
     return {_NAME: kind, "NUMBA_CPU_FEATURES": ""}
 
 
@@ -63,7 +61,7 @@ def njit(**options: object) -> Callable[[F], F]:
     def decorate_kept(function: F) -> F:
         dispatcher: Any = decorate(function)
         if options.get("cache") and hasattr(dispatcher._cache._cache_file, "load"):  # noqa: SLF001
-            # The package has its loops in a library, and keeps none.
+            # The package has its loops in a library.
             dispatcher._cache._cache_file = _KeptCode(dispatcher._cache._cache_file)  # noqa: SLF001
         made: F = dispatcher
         return made
@@ -72,18 +70,11 @@ def njit(**options: object) -> Callable[[F], F]:
 
 
 class _KeptCode:
-    """What numba keeps of a function on the disk, given out only as what it was compiled for.
+    """Compiled cache of a function that returns code only for the key it was compiled for.
 
-    Numba writes an index, which says in which file the code for which types is, and then that file,
-    by a number that is free. Between both, and where two processes compile the same function for
-    different types at once, the index names a file with other code: of other types, or of an older
-    source. It would be run all the same: it reads what it was given as something else, so that
-    numbers are wrong or the process ends. So each file says here what is in it.
-
-    Parameters
-    ----------
-    file
-        `numba.core.caching.IndexDataCacheFile` of the function.
+    Numba writes an index, then the numbered file with the code. If two processes compile at once,
+    the index may name code for other types or of an older source, which would misread its input:
+    each file therefore contains its key. `file`: `numba.core.caching.IndexDataCacheFile`.
     """
 
     def __init__(self, file: Any) -> None:
@@ -91,7 +82,7 @@ class _KeptCode:
 
     @property
     def _source_stamp(self) -> object:
-        """Return by what numba sees that the source changed; `ocmm_core.camera.compiled` adds."""
+        """Return numba's stamp of the source; `ocmm_core.camera.compiled` adds to it."""
         return self._file._source_stamp  # noqa: SLF001
 
     @_source_stamp.setter
@@ -99,15 +90,13 @@ class _KeptCode:
         self._file._source_stamp = stamp  # noqa: SLF001
 
     def flush(self) -> None:
-        """Forget what is kept."""
         self._file.flush()
 
     def save(self, key: object, data: object) -> None:
-        """Keep what was compiled for the types in ``key``."""
         self._file.save(key, (_KEPT, self._source_stamp, key, data))
 
     def load(self, key: object) -> Any:
-        """Return what was compiled for a key; None where it is not kept, so that it is compiled."""
+        """Return the code for a key; None if it must be compiled."""
         found = self._file.load(key)
         if found is None or tuple(found[:3]) != (_KEPT, self._source_stamp, key):
             return None
@@ -120,11 +109,10 @@ def _choose() -> None:
         return
     from numba.core import config
 
-    # Of another architecture numba knows more than we do.
     if _is_x86():
         # The processes of this one inherit it.
         os.environ.update(environment(kind_of_this()))
-        # Whoever imported numba before us had it read an environment without.
+        # Numba may have been imported before, without this environment.
         config.reload_config()
 
 

@@ -1,12 +1,8 @@
-"""What killed programs leave behind, and how to tell it from what somebody is using.
+"""Cleanup of temporary files of killed programs.
 
-Everything that is made only for a while (a file that is being written, a folder to work in, a ring
-of frames) is locked by who made it, for as long as it is in use; the system lets go of a lock with
-the process, however that ended. What can be locked by another is therefore nobody's, whatever
-process numbers are used again, also on a folder that several computers share.
-
-Between making and locking another program may take a thing for a leftover: whoever makes one looks
-afterwards whether the name still means what it locked, and makes another where it does not.
+Each temporary file, work folder and ring of frames is locked while in use, and the system releases
+locks with the process: one that can be locked is a leftover, also on a shared folder. Between
+making and locking another program may remove it, so its maker compares the name afterwards.
 """
 
 from __future__ import annotations
@@ -30,20 +26,17 @@ _MARK = r"\.ocmm-[0-9a-f]{6}\.tmp"
 _BEING_WRITTEN = re.compile(rf"\..*{_MARK}")
 _SCRATCH = "ocmm-scratch-"
 _TRIES = 10
-"""Others clear at their start; that one does so each time a folder is made is no accident."""
+"""Other programs clear at their start; more collisions are no accident."""
 
 
 def hold(descriptor: int, path: Path) -> bool:
-    """Lock what was just made at ``path``, and say whether it is ours until we close it.
-
-    False: another program took it for a leftover and has removed it; make another one.
-    """
+    """Lock a new file at ``path``; return False if another program removed it as a leftover."""
     try:
         HOST.lock(descriptor)
     except BlockingIOError:
         return False
     except OSError:
-        # A file system without locks: nobody else can lock it either, and so nobody removes it.
+        # A file system without locks: others cannot lock it either, and do not remove it.
         return True
     return HOST.is_at(descriptor, path)
 
@@ -77,7 +70,7 @@ def scratch_folder(what: str) -> Iterator[Path]:
 
 
 def scratch_path(what: str) -> Path:
-    """Return where another process may make a folder to work in, see `keep_folder`."""
+    """Return a path at which another process may make a work folder, see `keep_folder`."""
     return Path(tempfile.gettempdir()) / f"{_SCRATCH}{what}-{secrets.token_hex(8)}"
 
 
@@ -89,13 +82,12 @@ def keep_folder(folder: Path) -> bool:
         if _held(folder) is not None:
             return True
         if folder.exists():
-            # Somebody else's by now, or on its way out.
             return False
     return False
 
 
 def _held(folder: Path) -> int | None:
-    """Return what holds a folder that was just made; None where it was taken for a leftover."""
+    """Return the lock of a new folder; None if it was removed as a leftover."""
     try:
         descriptor = HOST.open_to_lock(folder)
     except FileNotFoundError:
@@ -133,7 +125,7 @@ def clear(paths: Iterable[Path]) -> int:
 
 
 def unheld(paths: Iterable[Path]) -> list[Path]:
-    """Return those files of this user that nobody holds; nothing is removed."""
+    """Return the unlocked files of this user."""
     found = []
     for path in paths:
         with contextlib.suppress(OSError):

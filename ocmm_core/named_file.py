@@ -1,7 +1,6 @@
 """Files that are written, and whether their name still means them.
 
-A descriptor that was synced is not enough: the file may have been removed, moved or replaced
-meanwhile, or its file system unmounted. Then the data are on the disk and nobody finds them.
+After a sync of the descriptor the file may still have been removed, moved, replaced or unmounted.
 """
 
 from __future__ import annotations
@@ -162,8 +161,7 @@ def rescue_folders() -> tuple[Path, ...]:
 def write_rescued(name: str, content: bytes | Callable[[Path], bytes]) -> Path | None:
     """Write data to a new file in the first folder that takes them; return its path or None.
 
-    `name`: of the file whose data they are; the new one has a number in addition. `content`: the
-    data, or a function that makes them for the path of the new file.
+    `name`: of the lost file; a number is added. `content`: data, or their function of the new path.
     """
     stem, suffix = os.path.splitext(name)  # noqa: PTH122 - a name may begin with a full stop
     for folder in rescue_folders():

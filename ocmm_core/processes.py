@@ -1,7 +1,6 @@
-"""The same work on many things side by side, in processes that are gone when they should be.
+"""Parallel work in processes that end with the one that started them, also if it is killed.
 
-A process ends with the one that started it, also where that was killed. What goes between them goes
-through the pipes of `multiprocessing`; nothing of it is ever in a file.
+Data are exchanged through pipes of `multiprocessing`, never through files.
 """
 
 from __future__ import annotations
@@ -30,17 +29,16 @@ T = TypeVar("T")
 R = TypeVar("R")
 
 _FEW = 16
-"""So many jobs take as long one after the other as the start of two processes and the half of them:
-a process loads its libraries for about a second, a job of 91 points takes a tenth of one."""
+"""Up to so many jobs, two processes save no time: they load for a second, a job takes 0.1 s."""
 _END_S = 1.0
 _MOST_FILES = 1 << 16
 
 
 def processes_for(things: int) -> int:
-    """Return in how many processes so many things are worked on: one a core at most.
+    """Return the number of processes for so many things: one a core at most.
 
-    It is 1, which is the process that asks, where the start of others takes longer than they save,
-    or where this one may not start any (a daemon of `multiprocessing`).
+    It is 1, the calling process, if others would save no time or cannot be started (a daemon of
+    `multiprocessing`).
     """
     if things <= _FEW or multiprocessing.current_process().daemon:
         return 1
@@ -48,11 +46,9 @@ def processes_for(things: int) -> int:
 
 
 def process_context() -> SpawnContext | ForkServerContext:
-    """Return how a process beside this one is started: anew, which takes a second to load.
+    """Return the context of further processes: "spawn", which loads for a second.
 
-    Who starts many tells `multiprocessing` to make them from a server that has loaded it once
-    (``set_start_method("forkserver")``, ``set_forkserver_preload``); each is still a process of its
-    own that may end as it likes. It has the environment of the server.
+    For many processes set "forkserver" as start method and preload it.
     """
     if multiprocessing.get_start_method(allow_none=True) == "forkserver":
         return multiprocessing.get_context("forkserver")
@@ -66,14 +62,12 @@ def side_by_side(
     named: Callable[[T], str],
     told: Callable[[int], None] = lambda done: None,
 ) -> Iterator[R | OcmmError]:
-    """Yield the answers for all things, in their order, whichever is done first.
+    """Yield the answers for all things, in their order.
 
-    A caller that closes this generator, or leaves it by an exception, ends the processes within a
-    second each, whatever they do. ``work`` on one thing is a function of a module, or a
-    `functools.partial` of one. Its exception is the answer for that thing, and the others go on; so
-    it is if its process dies. ``things`` and answers can be sent to another process; ``processes``:
-    with 1 all is done in this one; ``named``: name of the work on a thing, as the beginning of a
-    sentence: "The reading of a.ocmm"; ``told``: called with the number done.
+    Closing this generator ends the processes within a second each. ``work``: a function of a
+    module, or a `functools.partial` of one; if it raises, or its process dies, the error is the
+    answer. ``things`` and answers are pickled; ``processes``: 1 is this one; ``named``: name of the
+    work on a thing, at the start of a sentence; ``told``: called with the number done.
     """
     if processes <= 1:
         for done, thing in enumerate(things):
@@ -110,11 +104,10 @@ def end_with_parent(may: Callable[[], bool] = lambda: True) -> None:
 
 
 class Aside:
-    """Work of a copy of this process next to it; it ends with this one and the starting thread.
+    """Work of a fork of this process; it ends with this one and the starting thread.
 
-    A copy has all that this process holds, also what cannot be sent, such as objects of C++, but no
-    threads. What it sends waits there for this process, and the work continues meanwhile. ``work``
-    is given what sends bytes to this process.
+    A fork has all objects of this process, also those of C++, but no threads. ``work`` is given a
+    function that sends bytes to this process, and continues while they wait there.
     """
 
     def __init__(self, work: Callable[[Callable[[bytes], None]], None]) -> None:
@@ -162,21 +155,19 @@ class Aside:
 
 
 def _work_aside(work: Callable[[Callable[[bytes], None]], None], pipe: Connection) -> NoReturn:
-    """Work in the copy, and never come back to what the other process does."""
     try:
         signal.signal(signal.SIGINT, signal.SIG_IGN)
-        # Who reads from the other process must see its pipes end with it.
+        # Readers of the other process must see its pipes end with it.
         os.closerange(3, pipe.fileno())
         os.closerange(pipe.fileno() + 1, _MOST_FILES)
         _work_and_send(work, pipe)
     except BaseException:
-        # The other process does without, and says what is wrong.
         os._exit(1)
     os._exit(0)
 
 
 def _work_and_send(work: Callable[[Callable[[bytes], None]], None], pipe: Connection) -> None:
-    """Work, and send what it makes while it goes on: the other process may not listen yet."""
+    """Work, and send results meanwhile: the other process may not listen yet."""
     made: SimpleQueue[bytes | None] = SimpleQueue()
 
     def send() -> None:
@@ -184,7 +175,6 @@ def _work_and_send(work: Callable[[Callable[[bytes], None]], None], pipe: Connec
             while (content := made.get()) is not None:
                 pipe.send_bytes(content)
         except OSError:
-            # Nobody listens any more.
             os._exit(1)
 
     sender = threading.Thread(target=send, name="ocmm-aside-send")
@@ -192,7 +182,6 @@ def _work_and_send(work: Callable[[Callable[[bytes], None]], None], pipe: Connec
     try:
         work(made.put)
     finally:
-        # What was made before a fault is sent as well.
         made.put(None)
         sender.join()
 
@@ -206,7 +195,6 @@ class _Hand:
     place: int = -1
 
     def end(self) -> None:
-        """Wait until the process is gone, and see to it."""
         self.pipe.close()
         self.process.join(_END_S)
         if self.process.is_alive():
@@ -265,12 +253,12 @@ def _hand(work: Callable[[T], R], scratch: str) -> _Hand:
 
 
 def _give_next(hand: _Hand, things: Sequence[T], begun: int, named: Callable[[T], str]) -> int:
-    """Let a process work on the next thing, if there is one; return how many are begun."""
+    """Give a process the next thing, if any; return how many are started."""
     hand.place = -1
     if begun == len(things):
         return begun
     hand.place = begun
-    # Where it died just now, what is read from its pipe says so.
+    # If it has died, its pipe returns that later.
     with contextlib.suppress(OSError):
         hand.pipe.send((things[begun], named(things[begun])))
     return begun + 1
@@ -285,9 +273,9 @@ def _died(name: str) -> InternalError:
 
 
 def _serve(work: Callable[[T], R], pipe: Connection, scratch: str) -> None:
-    """Work on what comes until nothing comes any more; what runs in the process."""
+    """Run in a process: answer each thing until the pipe is closed."""
     end_with_parent()
-    # Whoever started this one ends it; a key that interrupts goes to all of a terminal.
+    # The parent ends this process; Ctrl+C goes to all of a terminal.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     tempfile.tempdir = scratch
     while True:

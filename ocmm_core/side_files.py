@@ -1,9 +1,7 @@
-"""Side files: everything next to a trusted file is input, and one guard opens it.
+"""Guard for files next to trusted files, and for the working folder: all of them are input.
 
-A name next to a job, a history or a key ring can be a pipe, a device, a link or a file without end,
-made by anybody who can write the folder. The guard opens it without waiting, looks at the
-descriptor, and reads at most as much as such a file can have. `SIDE_FILES` lists the names of each
-kind of trusted file; `ocmm selftest reliability` generates its hostile lane from that table.
+They can be pipes, devices, links or endless files. The guard opens without waiting, checks the
+descriptor and limits the size. The hostile lane of `ocmm selftest reliability` uses `SIDE_FILES`.
 """
 
 from __future__ import annotations
@@ -17,6 +15,7 @@ from enum import Enum, auto
 from pathlib import Path
 from types import MappingProxyType
 
+from ocmm_core.errors import InputError
 from ocmm_core.host import HOST
 
 _MB = 1 << 20
@@ -106,12 +105,11 @@ def open_guarded(
     flags: int = os.O_RDONLY,
     mode: int = 0o600,
 ) -> int:
-    """Return the descriptor of a regular file; nothing is waited for.
+    """Return the descriptor of a regular file, without waiting.
 
-    ``follow``: a link may lead to it, never for a side file; ``most`` bytes; ``private``: it must
-    belong to the user of this process or to root, and others must not write it; ``flags``,
-    ``mode``: of `os.open`; a file that is made is never made through a link. OSError if it is
-    missing, no regular file, larger, or another one's; ``strerror`` says which.
+    ``follow``: accept a link, never for a side file; ``most`` bytes; ``private``: it must belong to
+    this user or root, and others must not write it; ``flags``, ``mode``: of `os.open`; no file is
+    made through a link. OSError with a ``strerror`` if it is missing or refused.
     """
     follow = follow and not flags & os.O_CREAT
     try:
@@ -122,7 +120,7 @@ def open_guarded(
     else:
         if stat.S_ISLNK(looked.st_mode):
             raise OSError(errno.ELOOP, "it is a link", str(path))
-        # Opening a device may do something, so it is not even opened. What is opened is checked.
+        # Opening a device may have effects. The opened descriptor is checked again.
         _require_regular(looked)
     opened = flags | _WITHOUT_WAITING | (0 if follow else _NO_LINK)
     descriptor = HOST.open_file(path, opened, mode)
@@ -151,6 +149,22 @@ def read_guarded(path: Path, most: int, *, follow: bool = True, private: bool = 
     return content
 
 
+def distrust_working_folder() -> None:
+    """Keep modules of the working folder out of the processes of a program; call it first.
+
+    InputError: the folder has a file of options by which numba would compute and store code.
+    """
+    # Python would search modules there first, e.g. in a folder of jobs that others can write.
+    os.environ["PYTHONSAFEPATH"] = "1"
+    path = Path(".numba_config.yaml")
+    if os.path.lexists(path):
+        raise InputError(
+            "start.options",
+            f"{path.absolute()}: a file of this name changes how numbers are computed.",
+            "Remove it, or start the program in another folder.",
+        )
+
+
 def has_content(path: Path, content: bytes) -> bool:
     """Return whether a regular file has exactly this content; False if it cannot be read."""
     try:
@@ -160,11 +174,10 @@ def has_content(path: Path, content: bytes) -> bool:
 
 
 def refuse_side_files(path: Path, kind: Trusted) -> None:
-    """Check the names next to a trusted file before a library opens them by name.
+    """Check the names next to a trusted file before a library opens them.
 
     OSError, with ``filename``, if one is not a regular file, is a second name of another file,
-    belongs to a user who owns neither the trusted file nor this process, is too large, or is never
-    made by this program.
+    belongs to a third user, is too large, or is never made by this program.
     """
     owner = path.stat().st_uid
     for side in SIDE_FILES[kind][1:]:

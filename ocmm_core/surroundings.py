@@ -1,9 +1,7 @@
-"""What a person reads off in a room: temperature, humidity and pressure, as numbers of a room.
+"""Typed temperature, humidity and pressure of a room, checked alike everywhere.
 
-A reading is a number, a range ("19.8 to 20.4") or a number with what it is uncertain by
-("20.1 ± 0.3"), with or without its unit. What is no such reading, or cannot be one of a room, is
-refused: on paper it would look like a fact. Jobs, acceptance tests, reports and plans ask here, so
-that none of them takes what another one refuses.
+A reading is a number, a range ("19.8 to 20.4") or a number with its uncertainty ("20.1 ± 0.3"),
+with or without unit. Others, and implausible ones, are refused.
 """
 
 from __future__ import annotations

@@ -15,16 +15,19 @@ if __name__ == "__main__":
     hold_nothing()
     use_one_thread()
 
+    from ocmm_core.errors import InternalError
     from ocmm_core.failure import EXIT_INTERNAL, contained, hold_standard_streams, write_last
+    from ocmm_core.side_files import distrust_working_folder
 
     hold_standard_streams()
 
     try:
+        distrust_working_folder()
         from ocmm_gui.app import main
     except Exception as error:
         told = contained(error, "The loading of the window")
         write_last(f"{told.what}\n{told.remedy}\n")
-        sys.exit(EXIT_INTERNAL)
+        sys.exit(EXIT_INTERNAL if isinstance(told, InternalError) else 2)
     code = main()
     write_last()
     sys.exit(code)

@@ -116,6 +116,8 @@ def pytest_runtest_makereport(
     report = yield
     if call.when == "call":
         item.stash[_PASSED] = report.passed
+    # A command that ran in this process has set it for its own processes, see `side_files`.
+    os.environ.pop("PYTHONSAFEPATH", None)
     return report
 
 

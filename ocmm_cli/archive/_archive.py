@@ -134,7 +134,7 @@ def set_up(
         bool, typer.Option("--roles/--no-roles", help="Make the three roles as well.")
     ] = True,
 ) -> None:
-    """Make the tables of a server, or bring them up to date; by the owner of the database."""
+    """Make the tables of a server (by the owner of the database), or a new file for a lost one."""
     from ocmm_shop.archive.stores import VERSION, give_roles, open_archive
 
     place = place_of(archive, None)

@@ -137,7 +137,7 @@ def verify(
 def _lost(outbox: Path, archive: OpenArchive) -> list[Item]:
     from ocmm_shop.archive.outbox import Outbox, lost_deliveries
 
-    if not (outbox / "outbox.sqlite").exists():
+    if not Outbox.is_in(outbox):
         return []
     with Outbox(outbox) as box:
         return lost_deliveries(box, archive)

@@ -21,6 +21,7 @@ from ocmm_core.doctor._computer import Computer, NotAskedError
 from ocmm_core.doctor._result import Answer, amber, green, red
 from ocmm_core.documents import read_bytes
 from ocmm_core.errors import InputError
+from ocmm_core.seals import KEY_IN_FORCE, key_lost, memory_file, memory_folder
 
 DUE_BEFORE = timedelta(days=14)
 """As in the records: DUE within this time before the end."""
@@ -110,6 +111,10 @@ def key(computer: Computer) -> Answer:
         found = computer.place(path).lstat()
         around = computer.place(path.parent).stat()
     except FileNotFoundError:
+        memory = computer.state / memory_folder().name / memory_file(KEY_IN_FORCE).name
+        if computer.has(memory):
+            lost = key_lost(folder)
+            return red(lost.code, lost.what, lost.remedy)
         return amber(
             "key.missing",
             f"{computer.user} has no station key yet; the first record or job makes it.",

@@ -2,9 +2,8 @@
 
     python -m ocmm_core.doctor._wake SECONDS PROCESSOR
 
-A process with the interpreter, priority, processor and locked memory of the bus process, as far as
-permitted, waits for a deadline every millisecond. It reports the maximum, not the mean: a late
-cycle is a lost cycle.
+A process with interpreter, priority, processor and locked memory of the bus process, if permitted,
+waits for a deadline every millisecond and reports the maximum: a late cycle is lost.
 """
 
 from __future__ import annotations

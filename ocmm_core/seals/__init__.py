@@ -18,7 +18,14 @@ from ocmm_core.door import door
 
 if TYPE_CHECKING:
     from ocmm_core.seals._anchor import learn_heads, signed_heads, signed_job_heads
-    from ocmm_core.seals._key import THIS_STATION, KeptKeys, KeyFolder, StationKey
+    from ocmm_core.seals._key import (
+        KEY_IN_FORCE,
+        THIS_STATION,
+        KeptKeys,
+        KeyFolder,
+        StationKey,
+        key_lost,
+    )
     from ocmm_core.seals._memory import (
         KnownEnd,
         expect,
@@ -63,7 +70,7 @@ else:
     __getattr__ = door(
         __name__,
         _anchor="learn_heads signed_heads signed_job_heads",
-        _key="KeptKeys KeyFolder StationKey THIS_STATION",
+        _key="KEY_IN_FORCE KeptKeys KeyFolder StationKey THIS_STATION key_lost",
         _memory=(
             "KnownEnd expect memory_file memory_folder recall remember set_station_clock "
             "station_clock"
@@ -81,12 +88,12 @@ else:
     )
 
 __all__ = [
-    "NOT_SIGNED", "NO_RELEASE", "RELEASE_ENDING", "THIS_STATION", "DocumentKey", "KeptKeys",
-    "KeyFolder", "KnownEnd", "KnownKey", "Release", "ReleaseState", "SealState", "SealWord",
-    "Signature", "Signed", "StationKey", "TokenPlace", "document_key", "expect", "judge_release",
-    "judge_signature", "learn_heads", "memory_file", "memory_folder", "memory_loss", "memory_start",
-    "public_from_text", "public_text", "recall", "release_file", "release_path", "release_state",
-    "remember", "set_station_clock", "shown_key", "sign", "signed_heads", "signed_job_heads",
-    "start_memory", "station_certificate", "station_clock", "station_of",
-    "write_station_certificate",
+    "KEY_IN_FORCE", "NOT_SIGNED", "NO_RELEASE", "RELEASE_ENDING", "THIS_STATION", "DocumentKey",
+    "KeptKeys", "KeyFolder", "KnownEnd", "KnownKey", "Release", "ReleaseState", "SealState",
+    "SealWord", "Signature", "Signed", "StationKey", "TokenPlace", "document_key", "expect",
+    "judge_release", "judge_signature", "key_lost", "learn_heads", "memory_file", "memory_folder",
+    "memory_loss", "memory_start", "public_from_text", "public_text", "recall", "release_file",
+    "release_path", "release_state", "remember", "set_station_clock", "shown_key", "sign",
+    "signed_heads", "signed_job_heads", "start_memory", "station_certificate", "station_clock",
+    "station_of", "write_station_certificate",
 ]  # fmt: skip

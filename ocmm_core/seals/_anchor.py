@@ -22,8 +22,8 @@ _MOST_MEMORY = SIDE_FILES[Trusted.MEMORY][0].most
 
 JOB = "job "
 """Prefix of the names of jobs in the memory."""
-_MOST, _MOST_JOBS = 1000, 200
-"""Maximum ends in a list of histories (some for each rig and probe) and of jobs."""
+_PAGE, _MET = 500, 20
+"""Ends in a list; a long memory makes several. Latest jobs after which all earlier are listed."""
 
 
 class _Heads(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
@@ -37,24 +37,31 @@ class _SignedHeads(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     signature: Signature
 
 
-def signed_heads(keys: KeyFolder, kept: Sequence[str] = ()) -> str:
-    """Return the signed ends of all histories in the memory; empty if there is nothing new.
+def signed_heads(keys: KeyFolder, kept: Sequence[str] = ()) -> list[str]:
+    """Return lists of the signed ends of all histories in the memory, without those in `kept`.
 
-    `kept`: existing lists; one of this station with the same ends is not made again. StorageError:
-    the key of the station cannot be used.
+    StorageError: the key of the station cannot be used.
     """
     known = (one for one in _known_ends() if one.thing or one.first)
-    content = _Heads(heads=tuple(sorted(known, key=lambda one: one.name)[:_MOST]))
-    made_before = [] if not content.heads else _own_lists(keys, kept)
-    return "" if not content.heads or content in made_before else _signed(content, keys)
+    pages = _pages(sorted(known, key=lambda one: one.name))
+    before = [content.heads for content in _own_lists(keys, kept)] if pages else []
+    return [_signed(_Heads(heads=page), keys) for page in pages if page not in before]
 
 
-def signed_job_heads(keys: KeyFolder, kept: Sequence[str] = ()) -> str:
-    """Return signed ends of the latest jobs in no list ``kept``, or ""; errors: `signed_heads`."""
-    latest = [one for one in _known_ends() if one.name.startswith(JOB)][:_MOST_JOBS]
+def signed_job_heads(keys: KeyFolder, kept: Sequence[str] = ()) -> list[str]:
+    """Return lists of the signed ends of jobs in no list ``kept``; errors as `signed_heads`.
+
+    The earliest are first: a list that could not be stored is made again.
+    """
+    latest = [one for one in _known_ends() if one.name.startswith(JOB)]
     before = {one for content in _own_lists(keys, kept) for one in content.jobs} if latest else ()
-    content = _Heads(jobs=tuple(one for one in latest if one not in before))
-    return _signed(content, keys) if content.jobs else ""
+    met = [place for place, one in enumerate(latest) if one in before][_MET - 1 : _MET]
+    new = [one for one in latest[: met[0] if met else None] if one not in before]
+    return [_signed(_Heads(jobs=page), keys) for page in _pages(new[::-1])]
+
+
+def _pages(ends: Sequence[KnownEnd]) -> list[tuple[KnownEnd, ...]]:
+    return [tuple(ends[first : first + _PAGE]) for first in range(0, len(ends), _PAGE)]
 
 
 def _signed(content: _Heads, keys: KeyFolder) -> str:

@@ -1,8 +1,6 @@
-"""Key of this station, and the keys whose signatures it trusts.
+"""Key of this station, in a private file or a token, and the ring of trusted keys.
 
-The private key is a file readable only by the user of the station, or lies in a token. A replaced
-key goes to the ring of trusted keys, so that its signatures still verify. To read files of another
-station, its public key is added to the ring.
+A replaced key goes to the ring, so that its signatures still verify; so do keys of other stations.
 """
 
 from __future__ import annotations
@@ -32,8 +30,8 @@ THIS_STATION = "this station"
 _KEY = "key of this station"
 _PRIVATE = "station.key"
 _TOKEN = "token.json"  # noqa: S105 - the name of a file
-_IN_FORCE = "key in force"
-"""Name of the key of this station in its memory."""
+KEY_IN_FORCE = "key in force"
+"""Its name in the memory."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,6 +53,16 @@ class StationKey:
         return self._sign(content)
 
 
+def key_lost(folder: Path) -> StorageError:
+    return StorageError(
+        "key.lost",
+        f"{folder}: the key of this station is missing. What it signed would be of an unknown "
+        "station.",
+        "Restore the folder from a backup. If there is none, make a new key by name with ocmm key "
+        "replace.",
+    )
+
+
 class KeyFolder:
     """Folder of the station key and trusted keys, read at each call; None: this user's."""
 
@@ -70,23 +78,17 @@ class KeyFolder:
         """
         found = self._stored_key()
         if found is None and self._used_before() is not None:
-            raise StorageError(
-                "key.lost",
-                f"{self.folder}: the key of this station is missing. What it signed would be of an "
-                "unknown station.",
-                "Restore the folder from a backup. If there is none, make a new key by name with "
-                "ocmm key replace.",
-            )
+            raise key_lost(self.folder)
         return self._noted(self._make() if found is None else found)
 
     def _used_before(self) -> bytes | None:
         """Return the public key that this station used last, from its memory."""
-        seen = recall(_IN_FORCE) if self._own else None
+        seen = recall(KEY_IN_FORCE) if self._own else None
         return None if seen is None else public_from_text(seen.link)
 
     def _noted(self, key: StationKey) -> StationKey:
         if self._own:
-            remember(KnownEnd(name=_IN_FORCE, count=1, link=public_text(key.public)), sync=False)
+            remember(KnownEnd(name=KEY_IN_FORCE, count=1, link=public_text(key.public)), sync=False)
         return key
 
     def own_public(self) -> bytes | None:

@@ -1,10 +1,8 @@
 """Memory of the station: last recorded end of each chain, and the latest time seen.
 
-A chain that was cut at its end, or replaced by an older copy, carries a good signature. The memory
-of this user on this computer holds the last end of each chain, keyed by the identity of the
-thing (job, history, cameras, probe), never by a path. A copy is recognized in any folder.
-
-Everything that this station signs is in its memory before it is signed; see `_memory_start`.
+A cut chain or an older copy carries a good signature. This user's memory holds the last end of each
+chain by the identity of its thing (job, history, cameras, probe), never by a path. Everything that
+this station signs is in it before it is signed; see `_memory_start`.
 """
 
 from __future__ import annotations
@@ -78,8 +76,7 @@ def recall(name: str) -> KnownEnd | None:
 def remember(seen: KnownEnd, *, sync: bool = True) -> None:
     """Store the end of a chain. Failures are ignored: the missing memory is reported later.
 
-    `sync`: flush to disk. Without it the memory may lag behind the chain after a power cut, never
-    be ahead of it; a new file is flushed always, because a power cut could leave it empty.
+    `sync`: flush to disk, as a new file always is; otherwise it may lag behind after a power cut.
     """
     path = memory_file(seen.name)
     try:

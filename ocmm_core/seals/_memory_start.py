@@ -1,8 +1,4 @@
-"""Missing memory of the station: told by the signature, or accepted by name.
-
-Everything that this station signs is in its memory before it is signed. So a missing memory is
-recognized by the signature, except for files from before a `start_memory` by name.
-"""
+"""Missing memory of the station: detected by its signature, or accepted by name."""
 
 from __future__ import annotations
 
@@ -62,10 +58,9 @@ def memory_start(keys: KeyFolder) -> str:
 
 
 def start_memory(keys: KeyFolder, who: str, reason: str, now: datetime) -> str:
-    """Accept everything signed up to now without memory, by name; return the time as stored.
+    """Accept everything signed until now, for a key that was moved; return the stored time.
 
-    For a key that was moved to another computer or user without the memory. Raises InputError if
-    name or reason is missing; StorageError if the memory cannot be written, or there is no key.
+    InputError: name or reason is missing; StorageError: the memory cannot be written, or no key.
     """
     check_names(THIS_STATION, who)
     if not reason.strip():

@@ -1,9 +1,8 @@
 """Action on the monitor's findings: report a suspect calibration, hold points.
 
-For a calibration from a store, the suspicion is stored there and lasts until a verification passes;
-then the points are released. Entries by other programs during a job - a failed verification, a
-wrong artefact - also hold its points. A rig with a document cannot be verified: there the suspicion
-lasts as long as the job runs.
+The suspicion is stored with a calibration from a store until a verification passes, which releases
+the points. Failures entered by other programs also hold points. Without a store it lasts as long as
+the job.
 """
 
 from __future__ import annotations

@@ -89,17 +89,17 @@ class StationFaults:
         """
         safe = self._kept.what_is_safe()
         with self._lock:
-            known = self._measuring
-            if known is None:
+            known = fault = self._measuring
+            if fault is None:
                 # The state precedes the log: a disk may be slow.
                 fault = Fault(described(error, part, remedy=REOPEN), part, time.monotonic())
                 self._measuring = fault
         self._halt.set()
-        if known is not None and known.part == part:
+        if known is not None and known.part == part and not _continues(error, known.error):
             # Repeated queries, e.g. of results, must not repeat logs.
             return known.error
         told = _with_words(contained(error, part, remedy=REOPEN), safe)
-        if known is not None:
+        if known is not None and known.part != part:
             return told
         with self._lock:
             self._measuring = replace(fault, error=told)
@@ -152,6 +152,16 @@ class StationEvents:
             signal.emit(*arguments)
         except EmitLoopError as error:
             self._faults.note(error, f"A listener to '{signal.name}'")
+
+
+def _continues(error: BaseException, known: OcmmError) -> bool:
+    """Return whether an error reports more of a known one, e.g. where lost points are saved."""
+    return (
+        isinstance(error, OcmmError)
+        and error.code == known.code
+        and error.what.startswith(known.what)
+        and not known.remedy.endswith(error.remedy)
+    )
 
 
 def _with_words(error: OcmmError, words: str) -> OcmmError:

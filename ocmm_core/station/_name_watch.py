@@ -18,6 +18,8 @@ _EVERY_S = 0.1
 _READ_S, _LOOK_S = 10.0, 0.5
 """Between readings of thermometers; from the end of a feature to its stored reading."""
 
+_CLOSE_S = 1.0
+
 JOB = "The job file"
 HISTORY = "The history of the calibration"
 PROBE = "The history of the probe"
@@ -29,16 +31,19 @@ class _PollingThread:
 
     def __init__(self, name: str) -> None:
         self._stop = threading.Event()
-        self._thread = threading.Thread(target=self._run, name=name)
+        self._thread = threading.Thread(target=self._run, name=name, daemon=True)
 
     def start(self) -> None:
         self._thread.start()
 
     def close(self) -> None:
-        """Stop, and wait for the end; may be called twice, and without a start."""
+        """Stop, and wait for the end; may be called twice, and without a start.
+
+        A sensor or disk that does not answer delays no window that closes.
+        """
         self._stop.set()
         if self._thread.ident is not None:
-            self._thread.join()
+            self._thread.join(_CLOSE_S)
 
     def _run(self) -> None:
         raise NotImplementedError
@@ -87,12 +92,8 @@ class RoomWatch(_PollingThread):
         self._log, self._session, self._change, self._faults = log, session, change, faults
         self._newest: LoggedTemperature | None = None
 
-    def start(self) -> None:
-        """Store a first reading, which so precedes the first point, and continue to log."""
-        self._look()
-        super().start()
-
     def _run(self) -> None:
+        self._look()
         read_s = time.monotonic()
         while not self._stop.wait(_LOOK_S):
             if time.monotonic() - read_s >= _READ_S:
@@ -103,7 +104,10 @@ class RoomWatch(_PollingThread):
     def _look(self) -> None:
         try:
             if self._newest is None:
-                read = self._log.sample()
+                # A server may send after 15 s: that delays neither the start nor the end.
+                read = () if self._stop.is_set() else self._log.sample()
+                if self._stop.is_set():
+                    return
                 # The first thermometer counts, unless any of them is suspect.
                 self._newest = next((one for one in read if one.doubt), read[0])
             newest = self._newest

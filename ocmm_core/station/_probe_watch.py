@@ -1,8 +1,7 @@
 """The station's view of the tip: may points be recorded with it, and if not, why.
 
-Events that can change the tip - a shock, a long pause, another tip in the menu - are written into
-the history of the probe immediately and force the quick check, also after a restart. A probe with a
-document has no history: there the suspicion lasts as long as the job runs.
+Events that can change the tip (shock, long pause, another tip) are stored in the history of the
+probe and force the quick check. Without a history the suspicion lasts as long as the job.
 """
 
 from __future__ import annotations

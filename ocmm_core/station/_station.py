@@ -75,7 +75,7 @@ class MeasuringStation:
         halt = threading.Event()
         self.faults = faults = StationFaults(halt, current)
         self.events = events = StationEvents(faults)
-        job_name = {JOB: lambda: current.now.file.check_name(halt.set)}
+        job_name = {JOB: lambda: current.now.file.check_name(lambda error: faults.fail(error, JOB))}
         self._watches: list[NameWatch | RoomWatch] = [
             NameWatch(job_name, faults),
             NameWatch(self._checks(gear), faults),

@@ -1,9 +1,7 @@
 """Audit chain of a job file: one hash-linked row for everything that was ever stored.
 
-Each row holds the SHA-256 of the stored row and of the previous audit row, so that `find_faults`
-detects changed, removed or inserted rows. This reveals accidental and casual change. An owner of
-the file can still compute a whole new chain, or truncate it: against that only a copy of the last
-hash outside the file helps.
+Each row holds the SHA-256 of the stored row and of the previous audit row: `find_faults` detects
+changed, removed or inserted rows, but no new or truncated chain; see `_job_seal`.
 """
 
 from __future__ import annotations

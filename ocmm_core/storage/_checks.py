@@ -1,8 +1,6 @@
-"""Checks that the rows of a job file could have been stored by this program.
+"""Checks that this program could have stored the rows of a job file, before any computation.
 
-The audit reveals casual change, but a forger of a whole file can forge its audit also. So the type
-of every value, the shape of every array and the range of every number are checked here, once,
-before any computation. Faults are the end of one sentence.
+An audit can be forged with its file. Faults are the end of one sentence.
 """
 
 from __future__ import annotations

@@ -101,17 +101,21 @@ def saved_sentence(saved: Path | None) -> str:
     return f"All points taken are saved in {saved.absolute()}."
 
 
-def lost_name(path: Path, words: str, saved: Path | None) -> StorageError:
+def lost_name(path: Path, words: str, saved: Path | None, *, tried: bool) -> StorageError:
     """Return the error for a job not found on the disk any more under its name.
 
-    `words`: event. `saved`: new file with all acknowledged steps; None if no folder accepted them.
+    `words`: event. `saved`: new file with all acknowledged steps; None if no folder accepted them,
+    or none was `tried` yet.
     """
     if saved is None:
         return StorageError(
             "job.lost",
             f"{path}: {words}.",
             "No folder takes the points, which are in the memory of this program. Leave it open "
-            "and free disk space: it tries again.",
+            "and free disk space: it tries again."
+            if tried
+            else "They are being saved in another file. Leave the program open until its name is "
+            "shown.",
         )
     return StorageError(
         "job.lost",

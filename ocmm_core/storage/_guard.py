@@ -128,10 +128,8 @@ def open_in_place(
 ) -> C:
     """Open a database by its name, hardened, if nothing hostile is next to it.
 
-    SQLite looks for a rollback journal at its first read, and ignores one while another holds the
-    reserved lock of the database. This process holds that lock meanwhile on a separate descriptor,
-    so that a journal appearing after the check of the names has no effect. SQLite opens the log
-    without following links; its name is checked again before writing. Raises OSError as
+    SQLite ignores a rollback journal while another descriptor holds the reserved lock, as this
+    process does during the first read. Names are checked again before writing. OSError as
     `refuse_side_files`, or if it is no file or too large; sqlite3.Error if it cannot be opened.
     """
     there = path.resolve()
@@ -163,10 +161,8 @@ def open_in_place(
 def give_up(db: sqlite3.Connection) -> None:
     """Close a connection without further writes or syncs, e.g. if its disk failed.
 
-    A normal close checkpoints the log and syncs both. A failed sync may seem to succeed when
-    retried, because the system has dropped the pages; then the complete log would be deleted.
-    Without ``synchronous`` nothing is synced, and an interrupt ends the checkpoint before its first
-    page, so that the log stays.
+    A normal close checkpoints, and deletes the log if a repeated sync seems to succeed. Without
+    ``synchronous`` nothing is synced, and an interrupt ends the checkpoint before its first page.
     """
     with contextlib.suppress(*FAULTS):
         db.execute("PRAGMA synchronous = OFF")

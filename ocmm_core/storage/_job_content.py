@@ -1,9 +1,7 @@
 """The only access for readers of jobs: content of a job file at one moment, with its log.
 
-Users, campaigns, tests and the archive read by `read_job`. The file and its write-ahead log are
-read by descriptors of regular files and joined in memory (`_write_ahead_log`). Nothing next to the
-job is made, changed or run, so a job can be read without write access, while another program
-measures it, after a full disk, and in a folder that others can write.
+File and write-ahead log are read by descriptors of regular files and joined in memory. Nothing next
+to the job is made, changed or run.
 """
 
 from __future__ import annotations

@@ -47,8 +47,8 @@ from ocmm_core.storage._tables import (
     stored_head,
 )
 
-_LOCK_S = 0.4
-"""s: longest wait for a running step when the name of the file is lost."""
+_LOCK_S = 0.1
+"""s: longest wait for a running step; its name is compared again after that."""
 LEFT_OUT = "left out"
 """Event for content outside complete steps when the job was resumed."""
 
@@ -87,32 +87,33 @@ class JobFile(JobReader):
         """Return the file with all acknowledged steps; None if they are only in memory."""
         return self.path if self._keeper is None else self._keeper.saved_in
 
-    def check_name(self, halt: Callable[[], object] = lambda: None) -> StorageError | None:
+    def check_name(
+        self, on_loss: Callable[[StorageError], object] = lambda _error: None
+    ) -> StorageError | None:
         """Return why the job is not on the disk under its name; None if it is.
 
         If it is not, all acknowledged steps are written to a new file and nothing is stored
-        afterwards. Cheap: for a timer, and before each report. `halt`: called before that, to
-        leave the processor to it.
+        afterwards. Cheap: for a timer, and before each report. `on_loss`: called with the loss
+        before that, which takes longer.
         """
         keeper = self._keeper
         if keeper is None or self._closing:
             return self.given_up
         if keeper.error is not None:
             if keeper.saved_in is None:
-                keeper.lose(NameLoss(""))
+                keeper.lose(NameLoss(""), on_loss=on_loss)
             return keeper.error
         loss = keeper.name_loss()
         if loss is not None and not self._closing:
             # Without the lock: a step that is being written is rescued also, or refused.
-            halt()
-            keeper.lose(loss)
+            keeper.lose(loss, on_loss=on_loss)
         if loss is not None or (keeper.is_as_noted and not keeper.is_write_protected()):
             return keeper.error
         # The program itself may be writing or closing now; a disk may hang.
         if self._lock.acquire(timeout=_LOCK_S):
             try:
                 if self._db is not None:
-                    self._note_loss(with_log=True)
+                    self._note_loss(with_log=True, on_loss=on_loss)
                     keeper.lose_if_write_protected()
             finally:
                 self._lock.release()
@@ -335,7 +336,9 @@ class JobFile(JobReader):
             if sealed is not None:
                 remember_job(self.head.job_uuid, *sealed, self.path)
 
-    def _note_loss(self, *, with_log: bool) -> None:
+    def _note_loss(
+        self, *, with_log: bool, on_loss: Callable[[StorageError], object] = lambda _error: None
+    ) -> None:
         """Give the file up if changed by others; caller locks. `with_log`: not within a step."""
         keeper = self._keeper
         if keeper is None or keeper.error is not None:
@@ -344,4 +347,4 @@ class JobFile(JobReader):
         if loss is None and self._writer.failed:
             keeper.lose(NameLoss("the disk failed"), disk=True)
         elif loss is not None:
-            keeper.lose(loss)
+            keeper.lose(loss, on_loss=on_loss)

@@ -1,9 +1,4 @@
-"""Acknowledged steps of an open job, and their rescue if its file is lost.
-
-A commit does not prove that the job can be found: its file or log may be removed, moved, replaced
-or overwritten, and its file system unmounted. Then the steps are written to a new file. They come
-from memory, because the old file may have lost stored data.
-"""
+"""Acknowledged steps of an open job, and their rescue from memory if its file is lost."""
 
 from __future__ import annotations
 
@@ -11,7 +6,7 @@ import contextlib
 import logging
 import sqlite3
 import threading
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from ocmm_core.errors import StorageError
@@ -46,7 +41,7 @@ class JobKeeper:
         self._base, self._steps = b"", list[Sequence[Insert]]()
         self._last: tuple[int, str] | None = None
         self._loss: NameLoss | None = None
-        self._disk = False
+        self._disk = self._tried = False
         self.key: StationKey | None = None
         """Signs the rescued job; None before the first step."""
         self.saved_in: Path | None = self._path
@@ -62,7 +57,7 @@ class JobKeeper:
         saved = None if self.saved_in == self._path else self.saved_in
         if self._disk:
             return disk_failed(self._path, saved)
-        return lost_name(self._path, self._loss.words, saved)
+        return lost_name(self._path, self._loss.words, saved, tried=self._tried)
 
     def renew(self, db: sqlite3.Connection, *, whole: bool = True) -> None:
         """Reread all stored data, after a checkpoint.
@@ -142,14 +137,28 @@ class JobKeeper:
             return None
         return NameLoss("another program has written into it")
 
-    def lose(self, loss: NameLoss, *, disk: bool = False) -> None:
-        """Give the file up, and write all acknowledged steps to a new one; may be repeated."""
+    def lose(
+        self,
+        loss: NameLoss,
+        *,
+        disk: bool = False,
+        on_loss: Callable[[StorageError], object] = lambda _error: None,
+    ) -> None:
+        """Give the file up, and write all acknowledged steps to a new one; may be repeated.
+
+        `on_loss`: called with the loss of a name before the steps are written; a disk may be slow.
+        """
+        if self._loss is None:
+            with self._lock:
+                if self._loss is None:
+                    self._loss, self._disk, self.saved_in = loss, disk, None
+        if self.error is not None and not (self._disk or self._tried):
+            on_loss(self.error)
         with self._lock:
-            if self._loss is None:
-                self._loss, self._disk, self.saved_in = loss, disk, None
             if self.saved_in is None:
                 with contextlib.suppress(sqlite3.Error, StorageError):
                     self.saved_in = write_rescued(self._path.name, self._content)
+                self._tried = True
 
     def complete_moved(self, db: sqlite3.Connection) -> None:
         """Checkpoint a moved file, so that it is complete without its log."""

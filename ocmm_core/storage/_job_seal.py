@@ -1,9 +1,8 @@
 """Signature of the station on a job: a row next to the audit for every transaction.
 
-The hash of the last audit row covers everything ever stored, so a signature on it covers the whole
-job. A job is continued only if its last signature is valid and of a trusted station. So a valid
-last one vouches for all earlier ones, and a rewritten job has an unknown signature or none. The
-memory of the station (`seals`), or a line on paper, reveals a removed end.
+The hash of the last audit row covers everything ever stored, so does a signature on it. A job is
+continued only if its last signature is valid and trusted, which so vouches for all earlier ones.
+The memory of the station (`seals`), or a line on paper, reveals a removed end.
 """
 
 from __future__ import annotations

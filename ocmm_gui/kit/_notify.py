@@ -211,14 +211,13 @@ class Banner(QFrame):
     def show_notice(self, notice: Notice) -> None:
         """Show a notice: the newest of the worst level; others wait until it is dismissed.
 
-        Information replaces information; what is repeated waits once.
+        Information replaces information; a text that repeats or continues another replaces it.
         """
-        same = (notice.level, notice.what, notice.remedy)
         self._shown = [
             one
             for one in self._shown
-            if (one.level, one.what, one.remedy) != same
-            and not (one.level is notice.level is Level.INFO)
+            if one.level is not notice.level
+            or not (notice.level is Level.INFO or notice.what.startswith(one.what))
         ]
         levels = list(Level)
         worse = [one for one in self._shown if levels.index(one.level) > levels.index(notice.level)]

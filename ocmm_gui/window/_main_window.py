@@ -171,8 +171,8 @@ class MainWindow(NoticeWindow):
         self.sheets.reopen_wanted.connect(self._reopen)
         self.search.closed.connect(self.pages.focus)
         self.search.other_wanted.connect(self.pages.do_elsewhere)
-        self._notices.posted.connect(self.banner.show_notice, Qt.ConnectionType.QueuedConnection)
-        self._notices.ended.connect(self.banner.end, Qt.ConnectionType.QueuedConnection)
+        self._notices.posted.connect(self.banner.show_notice)
+        self._notices.ended.connect(self.banner.end)
         bridge.plan_changed.connect(self._use_plan)
 
     def _reopen(self) -> None:

@@ -73,7 +73,9 @@ class Desk:
 
     def choose(self, name: str) -> None:
         """Open the desk and go down to a procedure."""
-        self.key(Qt.Key.Key_M)
+        if not self.window.maintenance.view.isVisible():
+            self.key(Qt.Key.Key_M)
+            self.until(self.window.maintenance.view.isVisible)
         self.key(Qt.Key.Key_F7)
         desk = self.window.tests.desk
         self.until(desk.start.isVisible)
@@ -198,7 +200,6 @@ def test_lengths_and_sphere_by_keyboard_in_the_promised_time(
         desk.until(page.paper.isEnabled)
         desk.key(Qt.Key.Key_Escape)
         desk.until(desk.window.maintenance.view.isVisible)
-        desk.key(Qt.Key.Key_M)
     assert not [one for one in desk.notices if one.remedy]
 
 

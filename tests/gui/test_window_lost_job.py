@@ -14,7 +14,6 @@ import pytest
 from pytestqt.qtbot import QtBot
 
 from ocmm_core.inspection.evaluation import StatusWord
-from ocmm_core.named_file import rescue_folders
 from ocmm_core.storage import JobFile
 from ocmm_gui.kit import Notice
 from tests.gui.conftest import OpenWindow
@@ -57,8 +56,13 @@ def test_a_lost_job_is_failed_and_saved_and_gives_no_report(
     assert words in fault.error.what
     assert station.looks.live().status is StatusWord.FAILED
     qtbot.waitUntil(lambda: words in window.banner.text(), timeout=30000)
-    saved = max(rescue_folders()[-1].glob("*.ocmm"))
-    assert str(saved) in window.banner.text()
+    # The cause is shown before the points are saved, and replaced by the place.
+    qtbot.waitUntil(lambda: "are saved in" in window.banner.text(), timeout=30000)
+    shown = re.search(r"are saved in (.*\.ocmm)\.", window.banner.text())
+    assert shown is not None
+    saved = Path(shown[1])
+    assert window.banner.dismiss()
+    assert not window.banner.dismiss()
     told: list[Notice] = []
     bench.notices.posted.connect(told.append)
     window.actions_by_key["export"].trigger()

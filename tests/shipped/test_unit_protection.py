@@ -13,8 +13,8 @@ from tests.host import HANG_S, needs_tools
 _INSTALLER = Path(__file__).resolve().parents[2] / "installer"
 _LINUX = _INSTALLER / "linux"
 _WORST_SCORE = 2.0
-_OTHER_SCORES = {"ocmm-tune.service": 4.0, "ocmm-window.service": 7.5}
-"""Of units that need root or a login session with the graphics card; their comments say why."""
+_OTHER_SCORES = {"ocmm-window.service": 7.5}
+"""Of units that need a login session with the graphics card; their comments say why."""
 _BUS = _LINUX / "ocmm-acq@.service"
 _EXCEPTIONS = {
     "ocmm-archive.service": {"ProcSubset", "MemoryDenyWriteExecute", "IPAddressDeny", "RemoveIPC"},

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -13,7 +14,6 @@ from ocmm_core.inspection.plan._requirements import requirement_count
 from ocmm_core.seals import NO_RELEASE, ReleaseState
 
 SUFFIX = ".toml"
-MOST_FILES = 200
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,15 +45,13 @@ def plan_card(path: Path) -> PlanSummary:
 
 
 def list_plans(folder: Path) -> tuple[PlanSummary, ...]:
-    """Return the valid plans of a folder by file name; reads at most `MOST_FILES` files."""
+    """Return the valid plans of a folder by file name."""
     try:
         files = sorted(path for path in folder.iterdir() if path.suffix.lower() == SUFFIX)
     except OSError:
         return ()
     found = []
-    for path in files[:MOST_FILES]:
-        try:
+    for path in files:
+        with contextlib.suppress(OcmmError):
             found.append(plan_card(path))
-        except OcmmError:
-            continue
     return tuple(found)

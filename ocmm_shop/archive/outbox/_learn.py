@@ -13,8 +13,7 @@ from ocmm_shop.archive.stores import HEADS, Archive
 
 _MOST, _LONGEST = 200, 1_000_000
 _JOBS = "".join(('{"content":', '{"jobs":'))
-"""Start of a list of `signed_job_heads`."""
-"""Newest lists of ends that are read; each holds all ends of its station."""
+"""Start of a list of `signed_job_heads`. The newest `_MOST` lists of each kind are read."""
 
 
 def learn_marks(archive: Archive, path: Path | None = None) -> int:
@@ -62,6 +61,5 @@ def exchange_heads(archive: Archive, station: str) -> None:
             # Untrusted stations are ignored.
             with contextlib.suppress(StorageError):
                 learn_heads(text, archive.place, keys)
-        own = signed(keys, known)
-        if own:
+        for own in signed(keys, known):
             archive.add_finding(HEADS, station, own, station, datetime.now(UTC).isoformat())

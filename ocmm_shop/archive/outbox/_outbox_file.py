@@ -19,6 +19,7 @@ from ocmm_core.storage import HeldConnection, database_content, open_in_place
 from ocmm_shop.archive.outbox._outbox_rows import APPLICATION_ID, TABLES, VERSION, machine_identity
 
 _WAIT_S = 5.0
+_FILE = "outbox.sqlite"
 
 
 class OutboxFile:
@@ -31,19 +32,23 @@ class OutboxFile:
         self._name: NamedFile | None = None
         try:
             self._files.mkdir(parents=True, exist_ok=True)
-            path = folder / "outbox.sqlite"
+            path = folder / _FILE
             if not os.path.lexists(path):
                 with contextlib.suppress(FileExistsError):
                     write_new(path, database_content(_fill))
             self._db = open_in_place(path, HeldConnection, Trusted.DATABASE, wait_s=_WAIT_S)
             self._prepare(self._db)
-            self._name = NamedFile(folder / "outbox.sqlite")
+            self._name = NamedFile(path)
         except (sqlite3.Error, OSError) as error:
             self.close()
             raise self._fault(error) from error
         except BaseException:
             self.close()
             raise
+
+    @staticmethod
+    def is_in(folder: Path) -> bool:
+        return (folder / _FILE).exists()
 
     def _prepare(self, db: sqlite3.Connection) -> None:
         # No effect on files of this program; others are converted once.
@@ -83,7 +88,7 @@ class OutboxFile:
             if loss is not None:
                 raise StorageError(
                     "outbox.lost",
-                    f"{self.folder / 'outbox.sqlite'}: {loss.words}.",
+                    f"{self.folder / _FILE}: {loss.words}.",
                     "The job files are safe: put them in again with ocmm archive send FILE.",
                 )
         except BaseException:

@@ -61,6 +61,7 @@ class HandOver:
 
 
 _WORDS = {
+    "archive.lost": "archive file missing",
     "archive.unreachable": "server not reached",
     "archive.slow": "server too slow",
     "archive.full": "disk of the archive full",
@@ -84,7 +85,7 @@ _WORDS = {
 
 def hand_over(folder: Path) -> HandOver:
     """Return the state of an outbox, empty if there is none; StorageError if unreadable."""
-    if not (folder / "outbox.sqlite").exists():
+    if not Outbox.is_in(folder):
         return HandOver(0, (), Contact())
     with Outbox(folder) as outbox:
         return HandOver(outbox.count(ItemState.WAITING), tuple(outbox.aside()), outbox.contact())

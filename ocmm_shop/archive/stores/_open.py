@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 
 import platformdirs
 
 from ocmm_core.errors import StorageError
+from ocmm_core.seals import KnownEnd, recall, remember
 from ocmm_shop.archive.stores._address import check_address, is_server, parse_server
 from ocmm_shop.archive.stores._postgresql import PostgresArchive
 from ocmm_shop.archive.stores._sqlite import SqliteArchive
@@ -26,33 +28,29 @@ def open_archive(
 ) -> SqlArchive:
     """Return an open archive, a context manager.
 
-    Parameters
-    ----------
-    address
-        ``postgresql://USER@SERVER/DATABASE``, or the path of a file; empty is the file in the data
-        folder of this user.
-    password
-        File with the password of a server; None: libpq searches it.
-    set_up
-        Create or update the tables of a server; those of a file always are.
-    read_only
-        Nothing can be added.
-
-    Raises
-    ------
-    InputError
-        The address cannot be used, or the extra `shop` is not installed.
-    StorageError
-        The archive cannot be reached or opened, or is of a later version.
+    `address`: ``postgresql://USER@SERVER/DATABASE``, a file, or empty for that of this user.
+    `password`: file with that of a server; None: by libpq. `set_up`: create or update the tables of
+    a server, or replace a lost file. `read_only`: nothing can be added. InputError: unusable
+    address, or the extra `shop` is missing; StorageError: unreachable, lost, or of a later version.
     """
     check_address(address)
     if is_server(address):
         return PostgresArchive(parse_server(address, password), set_up=set_up, read_only=read_only)
     path = Path(address).expanduser() if address else default_archive()
+    memory = KnownEnd(name=f"archive {path.absolute()}", count=1, link="")
+    if not os.path.lexists(path) and not set_up and recall(memory.name) is not None:
+        raise StorageError(
+            "archive.lost",
+            f"{path}: the archive that this station has used is missing.",
+            "Put the file back, or restore it from a backup. If there is none, start a new one, "
+            "which gets the jobs in the outbox again: ocmm archive set-up.",
+        )
     if read_only and not path.exists():
         raise StorageError(
             "archive.missing",
             f"{path}: there is no archive yet.",
             "Hand over the first job: ocmm archive send.",
         )
-    return SqliteArchive(path, read_only=read_only)
+    opened = SqliteArchive(path, read_only=read_only)
+    remember(memory, sync=False)
+    return opened

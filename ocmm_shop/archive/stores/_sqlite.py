@@ -23,6 +23,7 @@ from ocmm_shop.archive.stores._schema import APPLICATION_ID, SQLITE, VERSION, st
 from ocmm_shop.archive.stores._store import SqlArchive
 
 _WAIT_S = 5.0
+_VIEWS = "SELECT type, name, sql FROM sqlite_master WHERE type IN ('view', 'trigger')"
 
 
 class SqliteArchive(SqlArchive):
@@ -85,6 +86,7 @@ class SqliteArchive(SqlArchive):
         if version > VERSION and application == APPLICATION_ID:
             raise newer(self.place, version, VERSION)
         if application == APPLICATION_ID and version == VERSION:
+            self._require_views(db)
             return
         if application == APPLICATION_ID and self._read_only:
             # An earlier version is updated; this connection then sees the new tables.
@@ -94,6 +96,24 @@ class SqliteArchive(SqlArchive):
         if (application != APPLICATION_ID and not (application == 0 and empty)) or self._read_only:
             raise foreign(self.place)
         self._bring_up_to_date()
+
+    def _require_views(self, db: sqlite3.Connection) -> None:
+        """Refuse an archive with other views or triggers: they would hide jobs or change rows."""
+        with contextlib.closing(sqlite3.connect(":memory:")) as made:
+            for step in range(VERSION):
+                for statement in statements(step, SQLITE):
+                    made.execute(statement)
+            wanted = set(made.execute(_VIEWS))
+        found = set(db.execute(_VIEWS))
+        changed = {one for one in wanted ^ found if one in wanted or one[0] == "trigger"}
+        if changed:
+            names = ", ".join(sorted({name for _, name, _ in changed}))
+            raise StorageError(
+                "archive.changed",
+                f"{self.place}: another program has changed views or triggers ({names}).",
+                "Restore the archive from a backup, or move it away and start a new one, which "
+                "gets the jobs in the outbox again: ocmm archive set-up.",
+            )
 
     def _state(self) -> tuple[int, int]:
         db = self._open()

@@ -1,9 +1,8 @@
 """Views for SQL users; `docs/archive.md` explains their columns.
 
-They are the same on both stores, and contain facts only. Readers of the program decide with their
-own keys which ones they trust. A *line* is all that one station sent of one job under one key,
-represented by the newest sound version. `archived_job` has one line of each job: another station's
-versions displace nothing. A suspect job is NOT PROVEN, regardless of earlier decisions.
+They contain facts only; readers decide with their own keys which ones they trust. A *line* is all
+that one station sent of one job under one key, represented by the newest sound version.
+`archived_job` has one line of each job. A suspect job is NOT PROVEN.
 """
 
 from __future__ import annotations

@@ -11,7 +11,7 @@ from pathlib import Path
 import msgspec
 
 from ocmm_core.doctor import Computer, Light
-from ocmm_core.seals import KnownEnd
+from ocmm_core.seals import KEY_IN_FORCE, KnownEnd, memory_file
 from tests.core.doctor.fake_computer import (
     ADAPTER,
     CPU,
@@ -51,6 +51,12 @@ def removed(path: Path | str) -> Fault:
         computer.place(path).unlink()
 
     return fault
+
+
+def lost_key(computer: Computer) -> None:
+    """Remove the key of a station that has signed with it."""
+    put(computer, STATE / "histories" / memory_file(KEY_IN_FORCE).name, "{}")
+    removed(DATA / "keys/station.key")(computer)
 
 
 def mode(path: Path, bits: int) -> Fault:
@@ -240,6 +246,7 @@ FAULTS: dict[str, tuple[str, Light, Fault]] = {
     "calibration due": ("calibrations.due", Light.AMBER, records(timedelta(days=3), _LONG)),
     "expired certificate": ("certificates.expired", Light.RED, records(_LONG, -timedelta(days=1))),
     "certificate due": ("certificates.due", Light.AMBER, records(_LONG, timedelta(days=3))),
+    "lost key": ("key.lost", Light.RED, lost_key),
     "no key": ("key.missing", Light.AMBER, removed(DATA / "keys/station.key")),
     "PIN of the token readable by others": (
         "key.readable", Light.RED, written(DATA / "keys/token.json", "{}"),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 from pathlib import Path
 
 import msgspec
@@ -117,6 +118,9 @@ def test_plans_of_a_folder_are_listed_and_the_rest_is_left_out(file: Path) -> No
         ("DEMO", "a.toml"), ("GAUGE", "gauge.toml"),
     ]  # fmt: skip
     assert list_plans(file.parent / "nowhere") == ()
+    for number in range(220):
+        shutil.copy(file, file.with_name(f"many-{number:03d}.toml"))
+    assert len(list_plans(file.parent)) == len(cards) + 220
 
 
 def test_head_and_alignment_are_changed_and_checked(plan: Plan) -> None:

@@ -83,6 +83,27 @@ def test_saves_all_acknowledged_points(
     assert not _log(tmp_path / "jobs" / "a.ocmm").exists()
 
 
+@pytest.mark.parametrize("loss", ["removed", "overwritten"])
+def test_reports_a_loss_before_the_points_are_saved(
+    tmp_path: Path, head: JobHead, make_point: MakePoint, loss: str
+) -> None:
+    lose, words = LOSSES[loss]
+    job = _job(tmp_path, head, make_point)
+    told: list[tuple[StorageError, Path | None]] = []
+    lose(job.path)
+    final = job.check_name(lambda error: told.append((error, job.saved_in)))
+    assert job.check_name(lambda error: told.append((error, job.saved_in))) is not None
+    job.close()
+    assert final is not None
+    [(error, saved_then)] = told
+    assert saved_then is None
+    assert words in error.what
+    assert "being saved" in error.remedy
+    # The window replaces the first text by the second.
+    assert final.what.startswith(error.what)
+    assert str(job.saved_in) in final.what
+
+
 def test_a_moved_job_keeps_its_points_as_well(
     tmp_path: Path, head: JobHead, make_point: MakePoint
 ) -> None:

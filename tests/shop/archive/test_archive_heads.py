@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import contextlib
 import shutil
+import sqlite3
 from datetime import timedelta
 from pathlib import Path
 
@@ -12,7 +14,16 @@ import pytest
 from ocmm_core.calibration.records import CalibrationStore, State
 from ocmm_core.documents import resource
 from ocmm_core.errors import StorageError
-from ocmm_core.seals import KeyFolder, learn_heads, memory_folder, recall, remember, signed_heads
+from ocmm_core.seals import (
+    KeyFolder,
+    KnownEnd,
+    learn_heads,
+    memory_folder,
+    recall,
+    remember,
+    signed_heads,
+    signed_job_heads,
+)
 from ocmm_core.storage import JobFile, JobHead, make_head
 from ocmm_shop.archive.outbox import exchange_heads
 from ocmm_shop.archive.stores import HEADS, open_archive
@@ -108,8 +119,8 @@ def test_a_memory_that_was_set_back_learns_its_own_ends(tmp_path: Path) -> None:
         shutil.copytree(memory_folder(), kept)
         older = Path(shutil.copytree(store.folder, tmp_path / "older"))
         store.suspect("technician", "A camera was hit.", None, MADE + timedelta(hours=1))
-        text = signed_heads(KeyFolder())
-        assert signed_heads(KeyFolder(), [text]) == ""
+        [text] = signed_heads(KeyFolder())
+        assert signed_heads(KeyFolder(), [text]) == []
         shutil.rmtree(memory_folder())
         shutil.copytree(kept, memory_folder())
         assert CalibrationStore(older).status(NOW).state is State.VALID
@@ -124,9 +135,72 @@ def test_a_memory_that_was_set_back_learns_its_own_ends(tmp_path: Path) -> None:
 def test_an_unknown_station_teaches_nothing(tmp_path: Path) -> None:
     with other_station(tmp_path / "stranger"):
         calibrated(tmp_path)
-        text = signed_heads(KeyFolder())
+        [text] = signed_heads(KeyFolder())
     with (
         other_station(tmp_path / "home"),
         pytest.raises(StorageError, match="its signature is UNKNOWN KEY"),
     ):
         learn_heads(text, "archive", KeyFolder())
+
+
+@pytest.mark.parametrize("prefix", ["history ", "job "])
+def test_lists_leave_no_end_out(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, prefix: str
+) -> None:
+    monkeypatch.setattr("ocmm_core.seals._anchor._PAGE", 50)
+    make = signed_job_heads if prefix == "job " else signed_heads
+    with other_station(tmp_path / "home"):
+        names = {f"{prefix}{number}" for number in range(223)}
+        for name in sorted(names):
+            remember(KnownEnd(name=name, count=1, link="a", first="b"), sync=False)
+        lists = make(KeyFolder())
+        shutil.rmtree(memory_folder())
+        assert sum(learn_heads(text, "archive", KeyFolder()) for text in lists) == len(names)
+        assert all(recall(name) is not None for name in names)
+        # Nothing new, no further list; the new end alone otherwise.
+        assert make(KeyFolder(), lists) == []
+        remember(KnownEnd(name=f"{prefix}new", count=1, link="a", first="b"), sync=False)
+        assert len(make(KeyFolder(), lists)) <= len(lists)
+
+
+def test_a_lost_archive_is_reported_until_it_is_set_up_again(tmp_path: Path) -> None:
+    path = tmp_path / "archive.sqlite"
+    with other_station(tmp_path / "home"):
+        with pytest.raises(StorageError, match="there is no archive yet"):
+            open_archive(str(path), read_only=True)
+        open_archive(str(path)).close()
+        path.rename(tmp_path / "away.sqlite")
+        for read_only in (True, False):
+            with pytest.raises(StorageError, match=r"archive\.sqlite: the archive .* is missing"):
+                open_archive(str(path), read_only=read_only)
+        assert not path.exists()
+        open_archive(str(path), set_up=True).close()
+        open_archive(str(path), read_only=True).close()
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        "CREATE TRIGGER evil AFTER INSERT ON result BEGIN DELETE FROM result; END",
+        "DROP VIEW archived_job",
+        "CREATE VIEW archived_job AS SELECT * FROM archived_line WHERE 0",
+    ],
+)
+def test_changed_views_and_triggers_are_refused(tmp_path: Path, change: str) -> None:
+    path = tmp_path / "archive.sqlite"
+    with other_station(tmp_path / "home"):
+        open_archive(str(path)).close()
+        with contextlib.closing(sqlite3.connect(path)) as db:
+            db.execute("CREATE INDEX mine ON result (part)")
+            db.execute("CREATE VIEW mine_also AS SELECT 1")
+            db.commit()
+        # Indexes and views of a dashboard change nothing.
+        open_archive(str(path)).close()
+        with contextlib.closing(sqlite3.connect(path)) as db:
+            if change.startswith("CREATE VIEW"):
+                db.execute("DROP VIEW archived_job")
+            db.execute(change)
+            db.commit()
+        for read_only in (True, False):
+            with pytest.raises(StorageError, match=r"changed views or triggers \((evil|archived)"):
+                open_archive(str(path), read_only=read_only)
