@@ -164,8 +164,6 @@ def calibrate_probe(
         rig, kept, state, geometry, options.slack_mm, options.resamples, options.seed,
         pattern=options.pattern,
     )  # fmt: skip
-    total = uncertainty.total
-    tip_sigma = float(np.sqrt(np.trace(total[-3:, -3:])))
     spots = int(np.count_nonzero(kept.weights))
     # With slack, each pose has three more unknowns and three more conditions.
     dof = max(2 * spots - 3 * len(kept.uv) - state.columns + 3, 1)
@@ -179,8 +177,12 @@ def calibrate_probe(
     excess = float(np.sqrt(max(surplus, 0.0)))
     pattern_px = max(rig.noise.pattern_px * options.pattern, excess * np.median(sweep.sigma_px))
     by_tips = tips_by_cameras(rig, kept, state, options.slack_mm, pattern_px, options.seed)
-    seat = examine_seat(robust.free, state, np.flatnonzero(used), by_tips, options.slack_mm)
-    total = total.copy()
+    total = uncertainty.total
+    tip_sigma = float(np.sqrt(np.trace(total[-3:, -3:])))
+    seat = examine_seat(
+        robust.free, state, np.flatnonzero(used), by_tips, options.slack_mm, tip_sigma,
+        pattern=options.pattern,
+    )  # fmt: skip
     total[-3:, -3:] += of_probe @ seat.of_tip @ of_probe.T
     judged = max(min(chi2, float(dof)), chi2 / (1.0 + float(by_cameras) / dof))
     # If many frames disagree with the others, the cause is not in single frames.
