@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from collections import deque
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from datetime import UTC, datetime, timedelta
 from itertools import pairwise
 from typing import Literal, TypeAlias
@@ -51,6 +51,8 @@ class TemperatureSource(msgspec.Struct, frozen=True, kw_only=True, forbid_unknow
     """Modbus: form of the number; two registers have the high word first."""
     device_id: int = 1
     topic: str = ""
+    login: str = ""
+    """MQTT: environment variable, or absolute path of a file of mode 0600, with user:password."""
     baud: int = 9600
     query: str = ""
     """Serial: text that is sent to request a line; empty if the device sends lines unasked."""
@@ -73,6 +75,8 @@ class TemperatureSource(msgspec.Struct, frozen=True, kw_only=True, forbid_unknow
             "device_id": not 0 <= self.device_id <= 255,
             "topic": (not self.topic) == (self.kind == "mqtt")
             or any(sign in self.topic for sign in "+#\0"),
+            "login": self.login != ""
+            and (self.kind != "mqtt" or not (self.login[0] == "/" or self.login.isidentifier())),
             "baud": not 50 <= self.baud <= 4_000_000,
             "oldest_s": not 0.1 <= self.oldest_s <= 3600.0,
             "stuck_s": not 10.0 <= self.stuck_s <= 1e6,
@@ -80,10 +84,12 @@ class TemperatureSource(msgspec.Struct, frozen=True, kw_only=True, forbid_unknow
         }
         for field, is_wrong in wrong.items():
             if is_wrong:
+                # A password may have been typed.
+                shown = "(not shown)" if field == "login" else repr(getattr(self, field))
                 raise InputError(
                     "thermometer.source",
-                    f"{where}: field 'reads.{field}' is {getattr(self, field)!r}, which does not "
-                    f"suit a source of kind '{self.kind}'.",
+                    f"{where}: field 'reads.{field}' is {shown}, which does not suit a source of "
+                    f"kind '{self.kind}'.",
                     "See docs/acceptance.md for the fields of each kind.",
                 )
 
@@ -182,10 +188,7 @@ class ThermometerLog:
         found = [self._one(*each, clock) for each in self._thermometers]
         sound = [one for one in found if not one.doubt]
         apart = disagreement(sound)
-        return tuple(
-            LoggedTemperature(one.id, one.name, one.expanded, one.sample, one.doubt or apart)
-            for one in found
-        )
+        return tuple(replace(one, doubt=one.doubt or apart) for one in found)
 
     def _one(
         self, key: str, name: str, expanded: float, source: TemperatureSource,
