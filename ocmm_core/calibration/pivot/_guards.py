@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -118,51 +119,38 @@ class Jump:
     """Of the hypothesis of no motion, three degrees of freedom."""
 
 
-def judge_coverage(coverage: SweepCoverage, limits: PivotLimits) -> list[Finding]:
-    """Return findings on the rotation range of the probe."""
+def judge_coverage(coverage: SweepCoverage, limits: PivotLimits) -> Iterator[Finding]:
+    """Yield findings on the rotation range of the probe."""
     first, second, third = np.degrees(coverage.ranges)
     said = f"The probe was rotated by {first:.0f}, {second:.0f} and {third:.0f} degrees"
     if second < limits.weak_deg:
-        return [
-            Finding(
-                "pivot.weak_motion",
-                f"{said} about its three axes: too little to determine its tip.",
-                WIDER,
-                refuses=True,
-            )
-        ]
-    found = []
+        what = f"{said} about its three axes: too little to determine its tip."
+        yield Finding("pivot.weak_motion", what, WIDER, refuses=True)
+        return
     if coverage.attitudes < limits.least_attitudes:
-        found.append(
-            Finding(
-                "pivot.few_poses",
-                f"The probe was seen in only {coverage.attitudes} different attitudes; "
-                f"{limits.least_attitudes} are required.",
-                "Sweep the probe longer, along different paths.",
-                refuses=True,
-            )
+        yield Finding(
+            "pivot.few_poses",
+            f"The probe was seen in only {coverage.attitudes} different attitudes; "
+            f"{limits.least_attitudes} are required.",
+            "Sweep the probe longer, along different paths.",
+            refuses=True,
         )
     if second < limits.wanted_deg:
-        found.append(
-            Finding(
-                "pivot.small_range",
-                f"{said} about its three axes; {limits.wanted_deg:.0f} are required about two "
-                "of them. Camera errors are amplified.",
-                WIDER,
-                refuses=bool(second < limits.small_deg),
-                forcible=True,
-            )
+        yield Finding(
+            "pivot.small_range",
+            f"{said} about its three axes; {limits.wanted_deg:.0f} are required about two "
+            "of them. Camera errors are amplified.",
+            WIDER,
+            refuses=bool(second < limits.small_deg),
+            forcible=True,
         )
     if third < limits.roll_deg:
-        found.append(
-            Finding(
-                "pivot.no_third_turn",
-                f"{said}; {limits.roll_deg:.0f} are required about the third axis.",
-                "Turn the probe about its handle as well.",
-                refuses=False,
-            )
+        yield Finding(
+            "pivot.no_third_turn",
+            f"{said}; {limits.roll_deg:.0f} are required about the third axis.",
+            "Turn the probe about its handle as well.",
+            refuses=False,
         )
-    return found
 
 
 def judge_left_out(
@@ -328,27 +316,21 @@ def judge_shape(
 
 def judge_uncertainty(
     tip_sigma: float, frames: int, block: int, limits: PivotLimits
-) -> list[Finding]:
-    found = []
+) -> Iterator[Finding]:
     if tip_sigma > limits.tip_sigma_mm:
-        found.append(
-            Finding(
-                "pivot.tip_sigma",
-                f"U of the tip (k = 2) is {2e3 * tip_sigma:.0f} um; the limit is "
-                f"{2e3 * limits.tip_sigma_mm:.0f} um.",
-                f"{WIDER} If that does not help, calibrate the cameras in a deeper volume.",
-                refuses=True,
-                forcible=True,
-            )
+        yield Finding(
+            "pivot.tip_sigma",
+            f"U of the tip (k = 2) is {2e3 * tip_sigma:.0f} um; the limit is "
+            f"{2e3 * limits.tip_sigma_mm:.0f} um.",
+            f"{WIDER} If that does not help, calibrate the cameras in a deeper volume.",
+            refuses=True,
+            forcible=True,
         )
     if frames // block <= LEAST_BLOCKS:
-        found.append(
-            Finding(
-                "pivot.correlated",
-                f"Frames are correlated over {block} of {frames}: the sweep has hardly more "
-                f"than {frames // block} independent parts, so its uncertainty is only a guess.",
-                "Sweep longer and faster, back and forth.",
-                refuses=False,
-            )
+        yield Finding(
+            "pivot.correlated",
+            f"Frames are correlated over {block} of {frames}: the sweep has hardly more "
+            f"than {frames // block} independent parts, so its uncertainty is only a guess.",
+            "Sweep longer and faster, back and forth.",
+            refuses=False,
         )
-    return found

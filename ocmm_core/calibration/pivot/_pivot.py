@@ -156,7 +156,7 @@ def calibrate_probe(
     rotations[used] = state.rotations @ of_probe.T
     middle = (geometry.leds_probe - geometry.tip_probe).mean(axis=0)
     coverage = coverage_of(rotations[used], middle)
-    turned = judge_coverage(coverage, limits)
+    turned = tuple(judge_coverage(coverage, limits))
     # Without enough motion the rest cannot be computed, or is meaningless.
     let_pass(turned, force)
     kept = sweep.only(used)
