@@ -124,8 +124,12 @@ def judge_coverage(coverage: SweepCoverage, limits: PivotLimits) -> Iterator[Fin
     first, second, third = np.degrees(coverage.ranges)
     said = f"The probe was rotated by {first:.0f}, {second:.0f} and {third:.0f} degrees"
     if second < limits.weak_deg:
-        what = f"{said} about its three axes: too little to determine its tip."
-        yield Finding("pivot.weak_motion", what, WIDER, refuses=True)
+        yield Finding(
+            "pivot.weak_motion",
+            f"{said} about its three axes: too little to determine its tip.",
+            WIDER,
+            refuses=True,
+        )
         return
     if coverage.attitudes < limits.least_attitudes:
         yield Finding(
