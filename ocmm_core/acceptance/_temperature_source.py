@@ -21,11 +21,8 @@ from ocmm_core.surroundings import TEMPERATURE
 
 SourceKind: TypeAlias = Literal["serial", "file", "modbus", "mqtt"]
 RegisterForm: TypeAlias = Literal["int16", "uint16", "int32", "uint32", "float32"]
-_TO_CELSIUS: dict[str, Callable[[float], float]] = {
-    "°C": lambda value: value,
-    "K": lambda value: value - 273.15,
-    "°F": lambda value: (value - 32.0) / 1.8,
-}
+_TO_CELSIUS = {"°C": (0.0, 1.0), "K": (273.15, 1.0), "°F": (32.0, 1.8)}
+"""Value at 0 °C, and units per kelvin."""
 _POWER_ON_C, _NO_ANSWER_C = 85.0, -127.0
 _CONFIRM = 3
 """Readings in a row that end the suspicion after a jump."""
@@ -95,7 +92,8 @@ class TemperatureSource(msgspec.Struct, frozen=True, kw_only=True, forbid_unknow
 
     def celsius(self, number: float) -> float:
         """Return a read number in degrees Celsius."""
-        return _TO_CELSIUS[self.unit](number * self.scale)
+        zero, per_kelvin = _TO_CELSIUS[self.unit]
+        return (number * self.scale - zero) / per_kelvin
 
 
 @dataclass(frozen=True, slots=True)

@@ -164,12 +164,11 @@ def _serial(source: TemperatureSource) -> float:
     import serial
 
     with serial.Serial(source.address, source.baud, timeout=_WAIT_S) as line:
+        line.reset_input_buffer()
         if source.query:
-            line.reset_input_buffer()
             line.write(source.query.encode("ascii").decode("unicode_escape").encode("latin-1"))
         else:
             # The first line may have started before.
-            line.reset_input_buffer()
             line.read_until(b"\n", _LONGEST)
         content = line.read_until(b"\n", _LONGEST)
     if not content.endswith(b"\n"):
@@ -217,14 +216,11 @@ def _mqtt(source: TemperatureSource) -> float:
 
     def take(_client: Client, _data: object, message: MQTTMessage) -> None:
         nonlocal retained
-        if message.topic != source.topic:
-            return
-        if message.retain:
-            # Kept by the broker for any time.
-            retained = True
-            return
-        came.append(bytes(message.payload))
-        done.set()
+        # Retained: kept by the broker for any time.
+        retained = retained or message.retain
+        if message.topic == source.topic and not message.retain:
+            came.append(bytes(message.payload))
+            done.set()
 
     def subscribe(to: Client, _data: object, _flags: object, code: ReasonCode, *_: object) -> None:
         nonlocal refused

@@ -30,10 +30,7 @@ MOST_TOUCHES = 24
 LEAST_TOUCHES = 4
 
 _INSIDE, _PROBABLE, _CERTAIN = 0.95, 0.84, 0.999
-"""Probabilities of the stated interval, of a ratio above one that widens U, and of a reported one.
-
-Ratios of honest jobs then widen U by one or two per cent, on average.
-"""
+"""Probabilities of the stated interval, of a ratio that widens U, and of a reported one."""
 
 _FINE = 0.1
 """Variance of the pattern in what neighbouring touches differ by, which has little weight."""
@@ -139,9 +136,8 @@ def _ratio(camera: str, square: float, variance: float) -> NoiseRatio:
     )
     ratio, chi2 = float(np.sqrt(square)), square * degrees
     beyond = chi2 > chdtri(degrees, 1.0 - _CERTAIN) and ratio > _PLAIN
-    widens = 1.0
-    if chi2 > chdtri(degrees, 1.0 - _PROBABLE):
-        widens = ratio * float(stdtrit(degrees, ndtr(2.0))) / 2.0
+    wider = chi2 > chdtri(degrees, 1.0 - _PROBABLE)
+    widens = 0.5 * ratio * float(stdtrit(degrees, ndtr(2.0))) if wider else 1.0
     return NoiseRatio(camera, ratio, low, high, bool(beyond), widens)
 
 

@@ -197,7 +197,7 @@ def calibrate_probe(
         state.centre, held[asked], options.slack_mm, dof + int(more),
     )  # fmt: skip
     jump = find_jump(robust.free, used, state.centre, common, by_tips)
-    moved = judge_jump(jump, limits)
+    moved = tuple(judge_jump(jump, limits))
     judgements = [
         *judge_shape(body, geometry.leds_probe, geometry.tip_probe, limits),
         *judge_residuals(judged, dof),

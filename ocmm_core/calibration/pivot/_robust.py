@@ -6,7 +6,7 @@ frames are re-judged after every fit.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import count
 
 import numpy as np
@@ -142,9 +142,7 @@ def _judge(
 
 
 def _only(state: PivotState, used: NDArray[np.bool_]) -> PivotState:
-    return PivotState(
-        state.centre, state.arms, state.rotations[used].copy(), state.slacks[used].copy()
-    )
+    return replace(state, rotations=state.rotations[used].copy(), slacks=state.slacks[used].copy())
 
 
 def _everywhere(start: PivotStart, found: PivotState, used: NDArray[np.bool_]) -> PivotState:

@@ -30,10 +30,8 @@ _BLOCKS = 20
 _WORN_MM = 0.05
 """Standard deviation of the wander of any cone per radian of tilt and axis."""
 _SUSPECT = 0.02
-"""Chance below which the wander that may remain is a part of the uncertainty.
-
-It rises to one as the wander that the sweep would not reveal exceeds the uncertainty of the tip.
-"""
+"""Chance below which the wander that may remain is a part of the uncertainty; one if the sweep
+would not reveal a wander beyond that of the tip."""
 _OPEN_MM = 0.02
 """Standard uncertainty of the tip by the wander of any cone above which a sphere is needed."""
 CLEAR = 12.0
@@ -144,8 +142,7 @@ def examine_seat(
     tilts = rotations @ handle @ np.column_stack(perpendicular_pair(axis))
     contacts = rotations.transpose(0, 2, 1) @ axis @ np.column_stack(perpendicular_pair(handle))
     models = (_columns(tilts, 3), _columns(contacts, 3), _columns(tilts, 1))
-    cone_fit, ball_fit, slope = (_fit(rest, roots, model, cells) for model in models)
-    fits = (cone_fit, ball_fit, slope)
+    fits = cone_fit, ball_fit, slope = [_fit(rest, roots, model, cells) for model in models]
     best = min(fits, key=lambda one: one.chance)
     any_cone, hidden = _may_remain(rest, roots, models[2])
     suspect = _SUSPECT * (1.0 if pattern else max(1.0, 8.0 * (hidden / tip_sigma) ** 6))
@@ -237,10 +234,7 @@ def _fit(rest: _Rest, roots: Float, model: Float, cells: Int) -> _Fitted:
 
 
 def _may_remain(rest: _Rest, roots: Float, model: Float) -> tuple[Float, float]:
-    """Return the second moment (3, 3) of the tip by a wander in proportion to the tilt.
-
-    Also its standard deviation, mm, if the frames show none.
-    """
+    """Return the moment (3, 3) of the tip by wander with the tilt, and sigma if none is seen."""
     rows = _rows(roots, model)
     own, by_size = rest.part(rows), rest.common_of(rows)[3:6]
     information = own.T @ own

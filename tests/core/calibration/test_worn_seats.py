@@ -8,16 +8,18 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from benchmarks.worn_seats import SEAT, run
+from benchmarks.worn_seats import SEAT, run, sweep_of
 from ocmm_core.calibration.pivot import (
     PivotOptions,
     PivotSweep,
     calibrate_probe,
     find_jump,
     free_poses,
+    start_pivot,
     tips_by_cameras,
 )
 from ocmm_core.calibration.pivot._bundle import PivotState
+from ocmm_core.calibration.pivot._robust import adjust_pivot_robustly
 from ocmm_core.calibration.pivot._seat import SeatWander
 from ocmm_core.calibration.records import Finding
 from ocmm_core.errors import CalibrationError
@@ -93,6 +95,15 @@ def test_turn_about_the_handle_distinguishes_lobes_from_a_worn_cone() -> None:
     assert refused["cone"].code == "pivot.worn_cone"
     assert refused["ball"].code == "pivot.ball_form"
     assert "sphere" in refused["cone"].remedy
+
+
+def test_frame_at_the_limit_does_not_leave_and_return_forever() -> None:
+    _, sweep = sweep_of(33)
+
+    found = adjust_pivot_robustly(rig(), sweep, start_pivot(rig(), sweep, 1), 0.0)
+
+    assert len(found.minimum.state.rotations) == np.count_nonzero(found.used)
+    assert {one.frame for one in found.left_out} == set(np.flatnonzero(~found.used).tolist())
 
 
 def test_virtual_cone_shifts_the_ball_with_the_tilt(tmp_path: Path) -> None:
