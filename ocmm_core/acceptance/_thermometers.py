@@ -216,9 +216,10 @@ def _mqtt(source: TemperatureSource) -> float:
 
     def take(_client: Client, _data: object, message: MQTTMessage) -> None:
         nonlocal retained
-        # Retained: kept by the broker for any time.
-        retained = retained or message.retain
-        if message.topic == source.topic and not message.retain:
+        # Retained: kept by the broker for any time. Brokers may send other topics.
+        mine = message.topic == source.topic
+        retained = retained or (mine and message.retain)
+        if mine and not message.retain:
             came.append(bytes(message.payload))
             done.set()
 

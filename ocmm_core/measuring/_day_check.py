@@ -137,7 +137,7 @@ def _ratio(camera: str, square: float, variance: float) -> NoiseRatio:
     ratio, chi2 = float(np.sqrt(square)), square * degrees
     beyond = chi2 > chdtri(degrees, 1.0 - _CERTAIN) and ratio > _PLAIN
     wider = chi2 > chdtri(degrees, 1.0 - _PROBABLE)
-    widens = 0.5 * ratio * float(stdtrit(degrees, ndtr(2.0))) if wider else 1.0
+    widens = 0.5 * ratio * float(stdtrit(degrees, float(ndtr(2.0)))) if wider else 1.0
     return NoiseRatio(camera, ratio, low, high, bool(beyond), widens)
 
 

@@ -245,8 +245,7 @@ def _may_remain(rest: _Rest, roots: Float, model: Float) -> tuple[Float, float]:
     covariance = np.linalg.inv(gain @ information + np.eye(model.shape[2]) / _WORN_MM**2)
     size = covariance @ (gain @ (own.T @ rest.tips))
     hidden = by_size @ covariance @ by_size.T
-    moment = hidden + np.outer(by_size @ size, by_size @ size)
-    return moment, float(np.sqrt(np.trace(hidden)))
+    return hidden + np.outer(by_size @ size, by_size @ size), float(np.sqrt(np.trace(hidden)))
 
 
 def _rows(roots: Float, columns: Float) -> Float:
