@@ -121,8 +121,9 @@ TOGETHER = 0.05
 _END = 0.02
 """Fraction of frames at either end of the sweep."""
 
-_DRAWS = 8
-"""Number of drawn camera errors; the worst gives the limit of chi-square."""
+_DRAWS, _PATTERNED = 8, 0.3
+"""Number of drawn camera errors, the worst of which gives the limit of chi-square; unstated noise,
+relative to the stated one, that counts as a sensor pattern."""
 
 
 def calibrate_probe(
@@ -181,7 +182,7 @@ def calibrate_probe(
     tip_sigma = float(np.sqrt(np.trace(total[-3:, -3:])))
     seat = examine_seat(
         robust.free, state, np.flatnonzero(used), by_tips, options.slack_mm, tip_sigma,
-        pattern=options.pattern,
+        pattern=options.pattern or excess > _PATTERNED,
     )  # fmt: skip
     total[-3:, -3:] += of_probe @ seat.of_tip @ of_probe.T
     judged = max(min(chi2, float(dof)), chi2 / (1.0 + float(by_cameras) / dof))

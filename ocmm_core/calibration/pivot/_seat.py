@@ -29,9 +29,9 @@ _LEAST_FRAMES = 50
 _BLOCKS = 20
 _WORN_MM = 0.05
 """Standard deviation of the wander of any cone per radian of tilt and axis."""
-_SUSPECT = 0.02
+_SUSPECT, _GOOD_MM = 0.02, 0.008
 """Chance below which the wander that may remain is a part of the uncertainty; one if the sweep
-would not reveal a wander beyond that of the tip."""
+would not reveal a wander beyond that of the tip, or of some micrometres."""
 _OPEN_MM = 0.02
 """Standard uncertainty of the tip by the wander of any cone above which a sphere is needed."""
 CLEAR = 12.0
@@ -145,8 +145,8 @@ def examine_seat(
     fits = cone_fit, ball_fit, slope = [_fit(rest, roots, model, cells) for model in models]
     best = min(fits, key=lambda one: one.chance)
     any_cone, hidden = _may_remain(rest, roots, models[2])
-    suspect = _SUSPECT * (1.0 if pattern else max(1.0, 8.0 * (hidden / tip_sigma) ** 6))
-    of_tip = any_cone if slope.chance < suspect else np.zeros((3, 3))
+    unseen = 0.0 if pattern else hidden / max(tip_sigma, _GOOD_MM)
+    of_tip = any_cone if slope.chance < _SUSPECT * max(1.0, 8.0 * unseen**6) else np.zeros((3, 3))
     if best.chance > CHANCE:
         size = float(np.sqrt(np.trace(any_cone if pattern else of_tip)))
         return SeatWander(of_tip, 0.0, _unproven(size, refuses=not pattern))

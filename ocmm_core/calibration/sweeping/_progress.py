@@ -255,6 +255,5 @@ def _judge(
         turns = free.rotations[free.solved]
         state = PivotState(centre, arms, turns, np.zeros((len(turns), 3)))
         by_tips = tips_by_cameras(rig, sweep.only(free.solved), state, 0.0)
-        jump = find_jump(free, free.solved, centre, common, by_tips)
-        moved = tuple(judge_jump(jump, limits))
+        moved = tuple(judge_jump(find_jump(free, free.solved, centre, common, by_tips), limits))
     return (*found, *moved)
