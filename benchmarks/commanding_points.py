@@ -88,21 +88,26 @@ def run(jobs: int, honest: int, seed: int = 1) -> WildTrials:
     flagged = right = 0
     missed = []
     for number in range(jobs):
-        rng = np.random.default_rng((seed, number))
-        plan = plans[number % len(plans)]
-        own = {item.name: touched(item, rng) for item in plan.features}
-        fits = [item for item in plan.features if _redundant(item, len(own[item.name]))]
-        chosen = fits[int(rng.integers(len(fits)))]
-        row = int(rng.integers(len(own[chosen.name])))
-        own[chosen.name][row], size = _wild(own[chosen.name][row], rng)
-        found = _questions(plan, own)
-        flagged += chosen.name in found
-        good = found == {chosen.name: (row + 1,)}
+        was, named, good = wild_job(number, seed)
+        flagged += named
         right += good
-        if not good:
-            missed.append(f"{number}: {chosen.name} {row + 1} by {size:.1f} mm, found {found}")
+        missed += [] if good else [was]
     questions = tuple(_honest(plans[k % len(plans)], (seed, jobs + k)) for k in range(honest))
     return WildTrials(jobs, flagged, right, questions, tuple(missed))
+
+
+def wild_job(number: int, seed: int = 1) -> tuple[str, bool, bool]:
+    """Return a description of a job with a wild point, and whether feature and point are named."""
+    rng = np.random.default_rng((seed, number))
+    plan = load_plan(PLANS[number % len(PLANS)])
+    own = {item.name: touched(item, rng) for item in plan.features}
+    fits = [item for item in plan.features if _redundant(item, len(own[item.name]))]
+    chosen = fits[int(rng.integers(len(fits)))]
+    row = int(rng.integers(len(own[chosen.name])))
+    own[chosen.name][row], size = _wild(own[chosen.name][row], rng)
+    found = _questions(plan, own)
+    was = f"{number}: {chosen.name} {row + 1} by {size:.1f} mm, found {found}"
+    return was, chosen.name in found, found == {chosen.name: (row + 1,)}
 
 
 def _redundant(item: NominalFeature, count: int) -> bool:

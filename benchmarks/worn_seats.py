@@ -64,21 +64,25 @@ def fault_of(number: int, rng: np.random.Generator) -> SeatFault:
     return kinds[number % len(kinds)]
 
 
+def sweep_of(number: int, seed: int = 1) -> tuple[SeatFault, PivotSweep]:
+    """Return a fault and its sweep."""
+    rng = np.random.default_rng((seed, number))
+    fault = fault_of(number, rng)
+    hand = waved_attitudes if rng.random() < 0.5 else attitudes
+    held = hand(POSES, rng.uniform(20.0, 60.0), rng)
+    seen = spots(disturbed(rig(), rng), probe(), held, CONE_WORLD + fault.shifts(held), rng)
+    return fault, PivotSweep.even(seen, SIGMA_PX)
+
+
 def run(count: int, seed: int = 1) -> SeatTrials:
     """Return the outcomes of ``count`` sweeps."""
     known, body = rig(), probe()
     outcomes: Counter[str] = Counter()
     sentences = []
     for number in range(count):
-        rng = np.random.default_rng((seed, number))
-        fault = fault_of(number, rng)
-        hand = waved_attitudes if rng.random() < 0.5 else attitudes
-        held = hand(POSES, rng.uniform(20.0, 60.0), rng)
-        uv = spots(disturbed(known, rng), body, held, CONE_WORLD + fault.shifts(held), rng)
+        fault, sweep = sweep_of(number, seed)
         try:
-            found = calibrate_probe(
-                known, body, PivotSweep.even(uv, SIGMA_PX), PivotOptions(resamples=50)
-            )
+            found = calibrate_probe(known, body, sweep, PivotOptions(resamples=50))
         except CalibrationError as error:
             outcomes[error.code] += 1
             if error.code not in SEAT:

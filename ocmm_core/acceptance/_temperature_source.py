@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from collections import deque
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from datetime import UTC, datetime, timedelta
 from itertools import pairwise
 from typing import Literal, TypeAlias
@@ -21,11 +21,8 @@ from ocmm_core.surroundings import TEMPERATURE
 
 SourceKind: TypeAlias = Literal["serial", "file", "modbus", "mqtt"]
 RegisterForm: TypeAlias = Literal["int16", "uint16", "int32", "uint32", "float32"]
-_TO_CELSIUS: dict[str, Callable[[float], float]] = {
-    "°C": lambda value: value,
-    "K": lambda value: value - 273.15,
-    "°F": lambda value: (value - 32.0) / 1.8,
-}
+_TO_CELSIUS = {"°C": (0.0, 1.0), "K": (273.15, 1.0), "°F": (32.0, 1.8)}
+"""Value at 0 °C, and units per kelvin."""
 _POWER_ON_C, _NO_ANSWER_C = 85.0, -127.0
 _CONFIRM = 3
 """Readings in a row that end the suspicion after a jump."""
@@ -51,6 +48,8 @@ class TemperatureSource(msgspec.Struct, frozen=True, kw_only=True, forbid_unknow
     """Modbus: form of the number; two registers have the high word first."""
     device_id: int = 1
     topic: str = ""
+    login: str = ""
+    """MQTT: environment variable, or absolute path of a file of mode 0600, with user:password."""
     baud: int = 9600
     query: str = ""
     """Serial: text that is sent to request a line; empty if the device sends lines unasked."""
@@ -73,6 +72,8 @@ class TemperatureSource(msgspec.Struct, frozen=True, kw_only=True, forbid_unknow
             "device_id": not 0 <= self.device_id <= 255,
             "topic": (not self.topic) == (self.kind == "mqtt")
             or any(sign in self.topic for sign in "+#\0"),
+            "login": self.login != ""
+            and (self.kind != "mqtt" or not (self.login[0] == "/" or self.login.isidentifier())),
             "baud": not 50 <= self.baud <= 4_000_000,
             "oldest_s": not 0.1 <= self.oldest_s <= 3600.0,
             "stuck_s": not 10.0 <= self.stuck_s <= 1e6,
@@ -80,16 +81,19 @@ class TemperatureSource(msgspec.Struct, frozen=True, kw_only=True, forbid_unknow
         }
         for field, is_wrong in wrong.items():
             if is_wrong:
+                # A password may have been typed.
+                shown = "(not shown)" if field == "login" else repr(getattr(self, field))
                 raise InputError(
                     "thermometer.source",
-                    f"{where}: field 'reads.{field}' is {getattr(self, field)!r}, which does not "
-                    f"suit a source of kind '{self.kind}'.",
+                    f"{where}: field 'reads.{field}' is {shown}, which does not suit a source of "
+                    f"kind '{self.kind}'.",
                     "See docs/acceptance.md for the fields of each kind.",
                 )
 
     def celsius(self, number: float) -> float:
         """Return a read number in degrees Celsius."""
-        return _TO_CELSIUS[self.unit](number * self.scale)
+        zero, per_kelvin = _TO_CELSIUS[self.unit]
+        return (number * self.scale - zero) / per_kelvin
 
 
 @dataclass(frozen=True, slots=True)
@@ -182,10 +186,7 @@ class ThermometerLog:
         found = [self._one(*each, clock) for each in self._thermometers]
         sound = [one for one in found if not one.doubt]
         apart = disagreement(sound)
-        return tuple(
-            LoggedTemperature(one.id, one.name, one.expanded, one.sample, one.doubt or apart)
-            for one in found
-        )
+        return tuple(replace(one, doubt=one.doubt or apart) for one in found)
 
     def _one(
         self, key: str, name: str, expanded: float, source: TemperatureSource,

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import importlib.util
 import json
+import os
 import re
 import struct
 import threading
@@ -20,6 +21,7 @@ from ocmm_core.acceptance._temperature_source import TemperatureSource, Thermome
 from ocmm_core.calibration.probe_design import Temperature, stated_temperature
 from ocmm_core.documents import read_text
 from ocmm_core.errors import InputError, StorageError
+from ocmm_core.host import HOST
 from ocmm_core.tables import typed_number
 
 _AGAIN_S = 0.25
@@ -162,12 +164,11 @@ def _serial(source: TemperatureSource) -> float:
     import serial
 
     with serial.Serial(source.address, source.baud, timeout=_WAIT_S) as line:
+        line.reset_input_buffer()
         if source.query:
-            line.reset_input_buffer()
             line.write(source.query.encode("ascii").decode("unicode_escape").encode("latin-1"))
         else:
             # The first line may have started before.
-            line.reset_input_buffer()
             line.read_until(b"\n", _LONGEST)
         content = line.read_until(b"\n", _LONGEST)
     if not content.endswith(b"\n"):
@@ -206,27 +207,32 @@ def _modbus(source: TemperatureSource) -> float:
 def _mqtt(source: TemperatureSource) -> float:
     from paho.mqtt.client import Client, MQTTMessage
     from paho.mqtt.enums import CallbackAPIVersion
+    from paho.mqtt.reasoncodes import ReasonCode
 
     host, port = _host(source)
     came: list[bytes] = []
-    retained = False
+    retained, refused = False, ""
     done = threading.Event()
 
     def take(_client: Client, _data: object, message: MQTTMessage) -> None:
         nonlocal retained
-        if message.topic != source.topic:
-            return
-        if message.retain:
-            # Kept by the broker for any time.
-            retained = True
-            return
-        came.append(bytes(message.payload))
-        done.set()
+        # Retained: kept by the broker for any time. Brokers may send other topics.
+        mine = message.topic == source.topic
+        retained = retained or (mine and message.retain)
+        if mine and not message.retain:
+            came.append(bytes(message.payload))
+            done.set()
 
-    def subscribe(to: Client, *_: object) -> None:
+    def subscribe(to: Client, _data: object, _flags: object, code: ReasonCode, *_: object) -> None:
+        nonlocal refused
+        if code.is_failure:
+            refused = f"the broker refuses this login ({code})"
+            done.set()
         to.subscribe(source.topic)
 
     client = Client(CallbackAPIVersion.VERSION2)
+    if source.login:
+        client.username_pw_set(*_login(source))
     client.on_message = take
     client.on_connect = subscribe
     client.connect_timeout = _WAIT_S
@@ -239,7 +245,7 @@ def _mqtt(source: TemperatureSource) -> float:
         client.loop_stop()
     if not came:
         why = "only a retained message, whose time is unknown" if retained else "no message"
-        raise _dead(source, f"{why} came on topic '{source.topic}'")
+        raise _dead(source, refused or f"{why} came on topic '{source.topic}'")
     text = came[0][:_LONGEST].decode("utf-8", errors="replace")
     if not source.place:
         return _plain(source, text)
@@ -249,6 +255,20 @@ def _mqtt(source: TemperatureSource) -> float:
     if isinstance(value, bool) or not isinstance(value, int | float):
         raise _dead(source, f"its message has no number '{source.place}'")
     return float(value)
+
+
+def _login(source: TemperatureSource) -> tuple[str, str]:
+    """Return user and password for a broker, which no document contains."""
+    text = os.environ.get(source.login, "")
+    if source.login.startswith("/"):
+        path = Path(source.login)
+        if HOST.is_open_to(path.stat(), 0o077):
+            raise _dead(source, f"others can read the password in {path}, so type chmod 600 {path}")
+        text = read_text(path, _LONGEST)
+    user, _, password = text.rstrip("\r\n").partition(":")
+    if not user or not password:
+        raise _dead(source, f"{source.login} holds no user:password")
+    return user, password
 
 
 def _plain(source: TemperatureSource, text: str) -> float:

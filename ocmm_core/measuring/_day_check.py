@@ -5,8 +5,8 @@ residuals that no pose explains. Their covariance follows from the documents: th
 sensors, alike for near spots, and geometry of the probe and calibration of the cameras, common to
 all touches; white noise follows from the scatter of the frames. The variance of the pattern of each
 camera, relative to the stated one, is an unbiased quadratic estimate (C. R. Rao, J. Multivariate
-Analysis 1 (1971) 257). A ratio certainly above one widens the pattern of that camera in every U of
-the job; one that may be one changes nothing.
+Analysis 1 (1971) 257). A ratio probably above one widens the pattern of that camera in every U of
+the job, by Student's factor for its degrees of freedom; one certainly above it is reported.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.linalg import block_diag
-from scipy.special import chdtri
+from scipy.special import chdtri, ndtr, stdtrit
 
 from ocmm_core.camera import Rig, project, projection_jacobians
 from ocmm_core.geometry import Float, Int
@@ -29,13 +29,13 @@ MOST_TOUCHES = 24
 
 LEAST_TOUCHES = 4
 
-_INSIDE, _CERTAIN = 0.95, 0.999
-"""Probabilities of the stated interval, and of a ratio above one that widens U."""
+_INSIDE, _PROBABLE, _CERTAIN = 0.95, 0.84, 0.999
+"""Probabilities of the stated interval, of a ratio that widens U, and of a reported one."""
 
 _FINE = 0.1
 """Variance of the pattern in what neighbouring touches differ by, which has little weight."""
 
-_PLAIN = 1.3
+_PLAIN = 1.15
 """Smaller ratios are within the digits of a stated noise, and pixels respond unequally."""
 
 _POSE = 6
@@ -53,6 +53,8 @@ class NoiseRatio:
     """`ratio`, `low`, `high`: Estimate and 95 % interval, of standard deviations."""
     exceeds: bool
     """Certainly above one."""
+    widens: float = 1.0
+    """Factor of the stated noise in U."""
 
     @property
     def words(self) -> str:
@@ -80,10 +82,8 @@ class DayCheck:
 
     def widened(self, rig: Rig) -> Rig:
         """Return the rig with the noise of this job; the same object if it is as stated."""
-        if not any(item.exceeds for item in self.cameras):
-            return rig
-        ratios = tuple(item.ratio if item.exceeds else 1.0 for item in self.cameras)
-        return replace(rig, noise_ratios=ratios)
+        ratios = tuple(item.widens for item in self.cameras)
+        return replace(rig, noise_ratios=ratios) if max(ratios, default=1.0) > 1.0 else rig
 
 
 def touches_checked(count: int) -> Int:
@@ -134,10 +134,11 @@ def _ratio(camera: str, square: float, variance: float) -> NoiseRatio:
         float(np.sqrt(square * degrees / chdtri(degrees, tail)))
         for tail in (0.5 * (1.0 - _INSIDE), 0.5 * (1.0 + _INSIDE))
     )
-    beyond = square * degrees > chdtri(degrees, 1.0 - _CERTAIN)
-    return NoiseRatio(
-        camera, float(np.sqrt(square)), low, high, bool(beyond and square > _PLAIN**2)
-    )
+    ratio, chi2 = float(np.sqrt(square)), square * degrees
+    beyond = chi2 > chdtri(degrees, 1.0 - _CERTAIN) and ratio > _PLAIN
+    wider = chi2 > chdtri(degrees, 1.0 - _PROBABLE)
+    widens = 0.5 * ratio * float(stdtrit(degrees, float(ndtr(2.0)))) if wider else 1.0
+    return NoiseRatio(camera, ratio, low, high, bool(beyond), widens)
 
 
 @dataclass(frozen=True, slots=True)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -118,58 +119,49 @@ class Jump:
     """Of the hypothesis of no motion, three degrees of freedom."""
 
 
-def judge_coverage(coverage: SweepCoverage, limits: PivotLimits) -> list[Finding]:
-    """Return findings on the rotation range of the probe."""
+def judge_coverage(coverage: SweepCoverage, limits: PivotLimits) -> Iterator[Finding]:
+    """Yield findings on the rotation range of the probe."""
     first, second, third = np.degrees(coverage.ranges)
     said = f"The probe was rotated by {first:.0f}, {second:.0f} and {third:.0f} degrees"
     if second < limits.weak_deg:
-        return [
-            Finding(
-                "pivot.weak_motion",
-                f"{said} about its three axes: too little to determine its tip.",
-                WIDER,
-                refuses=True,
-            )
-        ]
-    found = []
+        yield Finding(
+            "pivot.weak_motion",
+            f"{said} about its three axes: too little to determine its tip.",
+            WIDER,
+            refuses=True,
+        )
+        return
     if coverage.attitudes < limits.least_attitudes:
-        found.append(
-            Finding(
-                "pivot.few_poses",
-                f"The probe was seen in only {coverage.attitudes} different attitudes; "
-                f"{limits.least_attitudes} are required.",
-                "Sweep the probe longer, along different paths.",
-                refuses=True,
-            )
+        yield Finding(
+            "pivot.few_poses",
+            f"The probe was seen in only {coverage.attitudes} different attitudes; "
+            f"{limits.least_attitudes} are required.",
+            "Sweep the probe longer, along different paths.",
+            refuses=True,
         )
     if second < limits.wanted_deg:
-        found.append(
-            Finding(
-                "pivot.small_range",
-                f"{said} about its three axes; {limits.wanted_deg:.0f} are required about two "
-                "of them. Camera errors are amplified.",
-                WIDER,
-                refuses=bool(second < limits.small_deg),
-                forcible=True,
-            )
+        yield Finding(
+            "pivot.small_range",
+            f"{said} about its three axes; {limits.wanted_deg:.0f} are required about two "
+            "of them. Camera errors are amplified.",
+            WIDER,
+            refuses=bool(second < limits.small_deg),
+            forcible=True,
         )
     if third < limits.roll_deg:
-        found.append(
-            Finding(
-                "pivot.no_third_turn",
-                f"{said}; {limits.roll_deg:.0f} are required about the third axis.",
-                "Turn the probe about its handle as well.",
-                refuses=False,
-            )
+        yield Finding(
+            "pivot.no_third_turn",
+            f"{said}; {limits.roll_deg:.0f} are required about the third axis.",
+            "Turn the probe about its handle as well.",
+            refuses=False,
         )
-    return found
 
 
 def judge_left_out(
     left_out: tuple[LeftOut, ...], frames: int, limits: PivotLimits
-) -> list[Finding]:
+) -> Iterator[Finding]:
     if not left_out:
-        return []
+        return
     parts = []
     words = {
         "few": "show fewer than three LEDs to two cameras",
@@ -183,17 +175,15 @@ def judge_left_out(
             off = f", by {np.median([one.size for one in own]):.2f} mm" if reason == "tip" else ""
             parts.append(f"{len(own)} {word} (frame {own[0].frame}{last}{off})")
     were = "was" if len(left_out) == 1 else "were"
-    return [
-        Finding(
-            "pivot.left_out",
-            f"{len(left_out)} of {frames} frames {were} excluded: {'; '.join(parts)}.",
-            "Keep the ball in its cone and the LEDs towards the cameras, look for reflections, and "
-            "sweep again.",
-            refuses=len(left_out) > limits.left_out * frames,
-            # Hidden LEDs mean a poor sweep; inconsistent spots and tips contradict the rest.
-            forcible=all(one.reason == "few" for one in left_out),
-        )
-    ]
+    yield Finding(
+        "pivot.left_out",
+        f"{len(left_out)} of {frames} frames {were} excluded: {'; '.join(parts)}.",
+        "Keep the ball in its cone and the LEDs towards the cameras, look for reflections, and "
+        "sweep again.",
+        refuses=len(left_out) > limits.left_out * frames,
+        # Hidden LEDs mean a poor sweep; inconsistent spots and tips contradict the rest.
+        forcible=all(one.reason == "few" for one in left_out),
+    )
 
 
 def find_jump(
@@ -279,76 +269,58 @@ def shared_part(rig: Rig, sweep: PivotSweep) -> float:
     return float(min((rig.noise.pattern_px / np.median(sweep.sigma_px)) ** 2, 1.0))
 
 
-def judge_jump(jump: Jump | None, limits: PivotLimits) -> list[Finding]:
-    if jump is None or jump.chi2 <= _MOVED_CHI2:
-        return []
-    size = float(np.linalg.norm(jump.shift_world))
-    if size <= limits.moved_mm:
-        return []
-    return [
-        Finding(
+def judge_jump(jump: Jump | None, limits: PivotLimits) -> Iterator[Finding]:
+    size = 0.0 if jump is None else float(np.linalg.norm(jump.shift_world))
+    if jump is not None and jump.chi2 > _MOVED_CHI2 and size > limits.moved_mm:
+        yield Finding(
             "pivot.moved",
             f"The ball shifted by {1e3 * size:.0f} um after frame {jump.frame}: the cone or the "
             "ball in it moved.",
             "Clamp the cone, clean it, press the ball into it evenly, and sweep again.",
             refuses=True,
         )
-    ]
 
 
 def judge_shape(
     body: ProbeBody, leds_probe: Points3, tip_probe: Float, limits: PivotLimits
-) -> list[Finding]:
-    """Return findings on the difference from the probe's document."""
+) -> Iterator[Finding]:
+    """Yield a finding on the difference from the probe's document."""
     off = np.linalg.norm(leds_probe - body.leds_probe, axis=1)
-    rms = float(np.sqrt(np.mean(off**2)))
+    rms, moved = float(np.sqrt(np.mean(off**2))), float(np.linalg.norm(tip_probe - body.tip_probe))
     if rms > limits.shape_mm:
-        return [
-            Finding(
-                "pivot.wrong_probe",
-                f"The LEDs are {rms:.2f} mm (RMS) off the document of probe '{body.name}', LED "
-                f"{int(off.argmax()) + 1} most, by {off.max():.2f} mm.",
-                "Select the document of this probe, or correct its LEDs.",
-                refuses=True,
-            )
-        ]
-    moved = float(np.linalg.norm(tip_probe - body.tip_probe))
-    if moved > limits.tip_change_mm:
-        return [
-            Finding(
-                "pivot.tip_changed",
-                f"The tip is {moved:.3f} mm from its position in probe '{body.name}'.",
-                "Check that the right tip is mounted and selected; give another stylus its own "
-                "name.",
-                refuses=True,
-            )
-        ]
-    return []
+        yield Finding(
+            "pivot.wrong_probe",
+            f"The LEDs are {rms:.2f} mm (RMS) off the document of probe '{body.name}', LED "
+            f"{int(off.argmax()) + 1} most, by {off.max():.2f} mm.",
+            "Select the document of this probe, or correct its LEDs.",
+            refuses=True,
+        )
+    elif moved > limits.tip_change_mm:
+        yield Finding(
+            "pivot.tip_changed",
+            f"The tip is {moved:.3f} mm from its position in probe '{body.name}'.",
+            "Check that the right tip is mounted and selected; give another stylus its own name.",
+            refuses=True,
+        )
 
 
 def judge_uncertainty(
     tip_sigma: float, frames: int, block: int, limits: PivotLimits
-) -> list[Finding]:
-    found = []
+) -> Iterator[Finding]:
     if tip_sigma > limits.tip_sigma_mm:
-        found.append(
-            Finding(
-                "pivot.tip_sigma",
-                f"U of the tip (k = 2) is {2e3 * tip_sigma:.0f} um; the limit is "
-                f"{2e3 * limits.tip_sigma_mm:.0f} um.",
-                f"{WIDER} If that does not help, calibrate the cameras in a deeper volume.",
-                refuses=True,
-                forcible=True,
-            )
+        yield Finding(
+            "pivot.tip_sigma",
+            f"U of the tip (k = 2) is {2e3 * tip_sigma:.0f} um; the limit is "
+            f"{2e3 * limits.tip_sigma_mm:.0f} um.",
+            f"{WIDER} If that does not help, calibrate the cameras in a deeper volume.",
+            refuses=True,
+            forcible=True,
         )
     if frames // block <= LEAST_BLOCKS:
-        found.append(
-            Finding(
-                "pivot.correlated",
-                f"Frames are correlated over {block} of {frames}: the sweep has hardly more "
-                f"than {frames // block} independent parts, so its uncertainty is only a guess.",
-                "Sweep longer and faster, back and forth.",
-                refuses=False,
-            )
+        yield Finding(
+            "pivot.correlated",
+            f"Frames are correlated over {block} of {frames}: the sweep has hardly more "
+            f"than {frames // block} independent parts, so its uncertainty is only a guess.",
+            "Sweep longer and faster, back and forth.",
+            refuses=False,
         )
-    return found

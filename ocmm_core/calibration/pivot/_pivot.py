@@ -121,8 +121,9 @@ TOGETHER = 0.05
 _END = 0.02
 """Fraction of frames at either end of the sweep."""
 
-_DRAWS = 8
-"""Number of drawn camera errors; the worst gives the limit of chi-square."""
+_DRAWS, _PATTERNED = 8, 0.3
+"""Number of drawn camera errors, the worst of which gives the limit of chi-square; unstated noise,
+relative to the stated one, that counts as a sensor pattern."""
 
 
 def calibrate_probe(
@@ -156,7 +157,7 @@ def calibrate_probe(
     rotations[used] = state.rotations @ of_probe.T
     middle = (geometry.leds_probe - geometry.tip_probe).mean(axis=0)
     coverage = coverage_of(rotations[used], middle)
-    turned = judge_coverage(coverage, limits)
+    turned = tuple(judge_coverage(coverage, limits))
     # Without enough motion the rest cannot be computed, or is meaningless.
     let_pass(turned, force)
     kept = sweep.only(used)
@@ -164,8 +165,6 @@ def calibrate_probe(
         rig, kept, state, geometry, options.slack_mm, options.resamples, options.seed,
         pattern=options.pattern,
     )  # fmt: skip
-    total = uncertainty.total
-    tip_sigma = float(np.sqrt(np.trace(total[-3:, -3:])))
     spots = int(np.count_nonzero(kept.weights))
     # With slack, each pose has three more unknowns and three more conditions.
     dof = max(2 * spots - 3 * len(kept.uv) - state.columns + 3, 1)
@@ -179,8 +178,12 @@ def calibrate_probe(
     excess = float(np.sqrt(max(surplus, 0.0)))
     pattern_px = max(rig.noise.pattern_px * options.pattern, excess * np.median(sweep.sigma_px))
     by_tips = tips_by_cameras(rig, kept, state, options.slack_mm, pattern_px, options.seed)
-    seat = examine_seat(robust.free, state, np.flatnonzero(used), by_tips, options.slack_mm)
-    total = total.copy()
+    total = uncertainty.total
+    tip_sigma = float(np.sqrt(np.trace(total[-3:, -3:])))
+    seat = examine_seat(
+        robust.free, state, np.flatnonzero(used), by_tips, options.slack_mm, tip_sigma,
+        pattern=options.pattern or excess > _PATTERNED,
+    )  # fmt: skip
     total[-3:, -3:] += of_probe @ seat.of_tip @ of_probe.T
     judged = max(min(chi2, float(dof)), chi2 / (1.0 + float(by_cameras) / dof))
     # If many frames disagree with the others, the cause is not in single frames.
@@ -195,7 +198,7 @@ def calibrate_probe(
         state.centre, held[asked], options.slack_mm, dof + int(more),
     )  # fmt: skip
     jump = find_jump(robust.free, used, state.centre, common, by_tips)
-    moved = judge_jump(jump, limits)
+    moved = tuple(judge_jump(jump, limits))
     judgements = [
         *judge_shape(body, geometry.leds_probe, geometry.tip_probe, limits),
         *judge_residuals(judged, dof),

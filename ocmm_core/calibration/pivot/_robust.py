@@ -6,7 +6,8 @@ frames are re-judged after every fit.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from itertools import count
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,7 +22,7 @@ from ocmm_core.errors import CalibrationError
 from ocmm_core.geometry import Float, Points3
 from ocmm_core.tracking.kernels import OK, allocate, solve_frames
 
-_ROUNDS = 8
+_ROUNDS = 5
 _LEAST_FRAMES = 10
 _MEDIAN_OF_CHI2_3 = 2.3660
 
@@ -89,8 +90,7 @@ def adjust_pivot_robustly(
     """Adjust the consistent frames; CalibrationError if fewer than ten."""
     used, state = start.agreeing, start.state
     iterations = 0
-    free = None
-    for _ in range(_ROUNDS):
+    for number in count():
         if np.count_nonzero(used) < _LEAST_FRAMES:
             raise CalibrationError(
                 "pivot.no_agreement",
@@ -101,16 +101,17 @@ def adjust_pivot_robustly(
         iterations += minimum.iterations
         free = free_poses(rig, sweep, minimum.state.arms)
         state = _everywhere(start, minimum.state, used)
-        good, left_out = _judge(sweep, minimum.state.centre, slack_mm, free)
+        # A frame at the limit may leave and return forever: later, none returns.
+        among = used if number >= _ROUNDS else np.ones_like(used)
+        good, left_out = _judge(sweep, minimum.state.centre, slack_mm, free, among)
         if np.array_equal(good, used):
-            break
+            return RobustPivot(minimum, used, left_out, free, iterations)
         used = good
-    assert free is not None  # noqa: S101 - there is at least one round
-    return RobustPivot(minimum, used, left_out, free, iterations)
+    raise AssertionError  # the used frames become fewer until they agree
 
 
 def _judge(
-    sweep: PivotSweep, centre: Points3, slack_mm: float, free: FreePoses
+    sweep: PivotSweep, centre: Points3, slack_mm: float, free: FreePoses, among: NDArray[np.bool_]
 ) -> tuple[NDArray[np.bool_], tuple[LeftOut, ...]]:
     n = len(sweep.uv)
     probability = OUTLIER_PROBABILITY / max(n, 1)
@@ -127,7 +128,7 @@ def _judge(
     both = solved & fits
     middle = float(np.median(distances[both])) / _MEDIAN_OF_CHI2_3 if both.any() else 1.0
     limit = max(middle, 1.0) * float(chdtri(3, probability))
-    good = both & (np.nan_to_num(distances, nan=np.inf) <= limit)
+    good = among & both & (np.nan_to_num(distances, nan=np.inf) <= limit)
     left_out = []
     for frame in np.flatnonzero(~good):
         if not solved[frame]:
@@ -141,9 +142,7 @@ def _judge(
 
 
 def _only(state: PivotState, used: NDArray[np.bool_]) -> PivotState:
-    return PivotState(
-        state.centre, state.arms, state.rotations[used].copy(), state.slacks[used].copy()
-    )
+    return replace(state, rotations=state.rotations[used].copy(), slacks=state.slacks[used].copy())
 
 
 def _everywhere(start: PivotStart, found: PivotState, used: NDArray[np.bool_]) -> PivotState:

@@ -5,8 +5,8 @@ dirt it is one of the place of the ball, in probe coordinates, that rests in the
 fitted to the tips of single frames next to the common place, the tip, and the errors of the cameras
 by their covariance. Sensor patterns enter by drawn fields, carried through the same fit.
 
-A wander in proportion to the tilt resembles a longer stylus: the tip follows it. Its second moment,
-where the sweep gives reason for it, is a part of the covariance of the tip.
+A wander in proportion to the tilt resembles a longer stylus: the tip follows it. If the frames
+suggest one, or would not reveal it, its second moment is a part of the covariance of the tip.
 """
 
 from __future__ import annotations
@@ -29,8 +29,9 @@ _LEAST_FRAMES = 50
 _BLOCKS = 20
 _WORN_MM = 0.05
 """Standard deviation of the wander of any cone per radian of tilt and axis."""
-_SUSPECT = 0.02
-"""Chance below which the wander that may remain is a part of the uncertainty."""
+_SUSPECT, _GOOD_MM = 0.02, 0.008
+"""Chance below which the wander that may remain is a part of the uncertainty; one if the sweep
+would not reveal a wander beyond that of the tip, or of some micrometres."""
 _OPEN_MM = 0.02
 """Standard uncertainty of the tip by the wander of any cone above which a sphere is needed."""
 CLEAR = 12.0
@@ -59,7 +60,7 @@ class SeatWander:
         """
         if self.finding is None:
             return list(accused)
-        if not self.finding.refuses:
+        if self.finding.forcible:
             return [self.finding, *accused]
         rivals = [one for one in accused if one.refuses]
         if jump > self.worth or (rivals and worth > self.worth + CLEAR):
@@ -111,11 +112,14 @@ class _Fitted:
 
 
 def examine_seat(
-    free: FreePoses, state: PivotState, frames: Int, by_cameras: CameraTips, slack_mm: float
-) -> SeatWander:
+    free: FreePoses, state: PivotState, frames: Int, by_cameras: CameraTips, slack_mm: float,
+    tip_sigma: float, *, pattern: bool,
+) -> SeatWander:  # fmt: skip
     """Return the wander of the ball over ``frames`` (n,), indices into the sweep.
 
-    ``state`` is the minimum; ``by_cameras`` are shifts of the tips of some of the frames.
+    ``state`` is the minimum; ``by_cameras`` are shifts of the tips of some of the frames;
+    ``tip_sigma``, mm, is the uncertainty of the tip without wander. Over a sensor ``pattern``, few
+    sweeps below 45 degrees reveal a wander of 0.05 mm a radian: they are accepted with a warning.
     """
     frames = frames[by_cameras.frames]
     good = free.solved[frames] & np.isfinite(by_cameras.shifts).all(axis=(1, 2))
@@ -138,18 +142,19 @@ def examine_seat(
     tilts = rotations @ handle @ np.column_stack(perpendicular_pair(axis))
     contacts = rotations.transpose(0, 2, 1) @ axis @ np.column_stack(perpendicular_pair(handle))
     models = (_columns(tilts, 3), _columns(contacts, 3), _columns(tilts, 1))
-    cone_fit, ball_fit, slope = (_fit(rest, roots, model, cells) for model in models)
-    fits = (cone_fit, ball_fit, slope)
+    fits = cone_fit, ball_fit, slope = [_fit(rest, roots, model, cells) for model in models]
     best = min(fits, key=lambda one: one.chance)
-    any_cone = _may_remain(rest, roots, models[2])
-    of_tip = any_cone if slope.chance < _SUSPECT else np.zeros((3, 3))
+    any_cone, hidden = _may_remain(rest, roots, models[2])
+    unseen = 0.0 if pattern else hidden / max(tip_sigma, _GOOD_MM)
+    of_tip = any_cone if slope.chance < _SUSPECT * max(1.0, 8.0 * unseen**6) else np.zeros((3, 3))
     if best.chance > CHANCE:
-        return SeatWander(of_tip, 0.0, _unproven(float(np.sqrt(np.trace(any_cone)))))
+        size = float(np.sqrt(np.trace(any_cone if pattern else of_tip)))
+        return SeatWander(of_tip, 0.0, _unproven(size, refuses=not pattern))
     worth = max(one.gain - 2.0 * one.dof for one in fits)
     return SeatWander(of_tip, worth, _finding(cone_fit, ball_fit, best.rms))
 
 
-def _unproven(size: float) -> Finding | None:
+def _unproven(size: float, *, refuses: bool) -> Finding | None:
     """Return the finding on a wander of a cone that the sweep would not reveal."""
     if size <= _OPEN_MM:
         return None
@@ -157,7 +162,8 @@ def _unproven(size: float) -> Finding | None:
         "pivot.seat_open",
         f"The sweep would not reveal a worn cone that shifts the tip by {1e3 * size:.0f} um.",
         "Sweep wider and longer in a new cone, or qualify the tip on a sphere.",
-        refuses=False,
+        refuses=refuses,
+        forcible=True,
     )
 
 
@@ -227,8 +233,8 @@ def _fit(rest: _Rest, roots: Float, model: Float, cells: Int) -> _Fitted:
     return _Fitted(gain, dof, float(chdtrc(dof, gain)), rms)
 
 
-def _may_remain(rest: _Rest, roots: Float, model: Float) -> Float:
-    """Return the second moment (3, 3) of the tip by a wander in proportion to the tilt."""
+def _may_remain(rest: _Rest, roots: Float, model: Float) -> tuple[Float, float]:
+    """Return the moment (3, 3) of the tip by wander with the tilt, and sigma if none is seen."""
     rows = _rows(roots, model)
     own, by_size = rest.part(rows), rest.common_of(rows)[3:6]
     information = own.T @ own
@@ -238,8 +244,8 @@ def _may_remain(rest: _Rest, roots: Float, model: Float) -> Float:
     gain = information @ np.linalg.pinv(noise, hermitian=True)
     covariance = np.linalg.inv(gain @ information + np.eye(model.shape[2]) / _WORN_MM**2)
     size = covariance @ (gain @ (own.T @ rest.tips))
-    found: Float = by_size @ (covariance + np.outer(size, size)) @ by_size.T
-    return found
+    hidden = by_size @ covariance @ by_size.T
+    return hidden + np.outer(by_size @ size, by_size @ size), float(np.sqrt(np.trace(hidden)))
 
 
 def _rows(roots: Float, columns: Float) -> Float:

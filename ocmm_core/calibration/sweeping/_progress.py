@@ -242,18 +242,18 @@ def _judge(
     leds = body.leds_probe
     shape = mean_shape(targets, _SHAPE_POSES)
     rotation, shift = rigid_fit(shape, leds)
-    found = judge_shape(body, shape @ rotation.T + shift, own.tip_probe, limits)
+    found = tuple(judge_shape(body, shape @ rotation.T + shift, own.tip_probe, limits))
     if np.degrees(coverage.ranges[1]) < limits.small_deg:
         # A poorly determined tip varies with the attitude.
-        return tuple(found)
+        return found
     arms = own.leds_probe - own.tip_probe
     free = free_poses(rig, sweep, arms)
     common = shared_part(rig, sweep)
-    moved = judge_jump(find_jump(free, free.solved, centre, common), limits)
+    moved = tuple(judge_jump(find_jump(free, free.solved, centre, common), limits))
     if moved:
         # Costs some tenths of a second, so only where it decides.
         turns = free.rotations[free.solved]
         state = PivotState(centre, arms, turns, np.zeros((len(turns), 3)))
         by_tips = tips_by_cameras(rig, sweep.only(free.solved), state, 0.0)
-        moved = judge_jump(find_jump(free, free.solved, centre, common, by_tips), limits)
+        moved = tuple(judge_jump(find_jump(free, free.solved, centre, common, by_tips), limits))
     return (*found, *moved)

@@ -234,9 +234,9 @@ def _actual(
         by_all = Rows.of_points(touches.places, raw.jacobian)
         by_all += by_normal @ plane.jacobian[DIRECTION]
     else:
-        raw = unambiguous(fit_touches(nominal, touches))
+        raw = fit_touches(nominal, touches)
         by_all = Rows.of_points(touches.places, raw.jacobian)
-    return compensated(nominal, touches, raw, by_all)
+    return compensated(nominal, touches, unambiguous(raw), by_all)
 
 
 def compensated(nominal: NominalFeature, touches: Touches, raw: Fit, by_all: Rows) -> ActualFeature:
@@ -287,7 +287,7 @@ def fit_projected(
 ) -> tuple[Fit, Float]:
     """Return the outline in a plane of given normal, and d(outline)/d(normal), (12, 3).
 
-    FitError if the criterion is not least squares, or the points do not determine one outline.
+    FitError if the criterion is not least squares, or the points do not determine an outline.
     """
     offset = sign_of(nominal) * touches.tip_radius
     if nominal.criterion != "least squares":
@@ -304,8 +304,7 @@ def fit_projected(
     known = Known(
         radius=0.5 * nominal.length + offset, second=0.5 * nominal.width + offset, offset=offset
     )
-    fit, by_normal = projected(touches.tips, plane_normal, known)
-    return unambiguous(fit), by_normal
+    return projected(touches.tips, plane_normal, known)
 
 
 def touches_of(nominal: NominalFeature, touched: Sequence[tuple[int, MeasuredPoint]]) -> Touches:

@@ -12,6 +12,7 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from itertools import combinations
+from operator import attrgetter
 
 import msgspec
 import numpy as np
@@ -138,7 +139,7 @@ def commanding_points(
         settled = min(s.squares for s in singles) < n * known_mm**2 if singles else False
         if settled and len(singles) >= _LIKELY - 1 and not strange:
             break
-    singles.sort(key=_left)
+    singles.sort(key=attrgetter("squares"))
     found = tried.best(singles, n)
     if strange:
         near = max(off_plan / _PLAN_FOLD, known_mm) if whole is not None else known_mm
@@ -153,7 +154,7 @@ def commanding_points(
     if found is None and n >= max(_PAIRS_FROM, least + 3) and (rms is None or rms > 10 * smallest):
         some = {one.rows[0] for one in singles[:_PAIRED]} | set(far[:_PAIRED].tolist())
         pairs = (tried.without(pair) for pair in combinations(sorted(some), 2))
-        found = tried.best(sorted(filter(None, pairs), key=_left), n * (n - 1) // 2)
+        found = tried.best(sorted(filter(None, pairs), key=attrgetter("squares")), n * (n - 1) // 2)
         if found is not None and min(np.abs(found.off)) < GROSS_MM and _side_by_side(
             points, found.rows
         ):  # fmt: skip
@@ -226,10 +227,6 @@ def _commanding(
 def _off_plan(fit: Fit, planned: tuple[float, float]) -> float:
     """Return the largest difference of the half sizes from the plan, mm."""
     return max(abs(fit.radius - planned[0]), abs(fit.second - planned[1]))
-
-
-def _left(trial: _LeftOut) -> float:
-    return trial.squares
 
 
 @dataclass(frozen=True, slots=True)

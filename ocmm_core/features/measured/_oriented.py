@@ -8,6 +8,7 @@ import numpy as np
 
 from ocmm_core.features.elements import fit_oriented, fixed_direction, turned_direction
 from ocmm_core.features.measured._actual import ActualFeature, Touches, compensated, fit_projected
+from ocmm_core.features.search import unambiguous
 from ocmm_core.features.shapes import Criterion, Fit, Shape
 from ocmm_core.geometry import Float
 from ocmm_core.measuring import Rows
@@ -61,6 +62,7 @@ def _outline(
         else turned_direction(raw.shape, touches.tips, direction, about)
     )
     fit, by_normal = fit_projected(feature.nominal, touches, turned.direction)
+    fit = unambiguous(fit)
     return (
         Fit(
             fit.shape, fit.geometry, fit.jacobian + by_normal @ turned.by_points, fit.residuals,

@@ -22,7 +22,7 @@ SMALLEST_MM = 0.02
 """mm: smaller distances from the element of the other points are form, not flagged."""
 REMOVE = "Delete it, or touch the place again to confirm it."
 """Remedy for points that command a fit."""
-USUAL_MM: tuple[float, ...] = tuple(0.03 * 2.0 ** (0.5 * k) for k in range(31))
+USUAL_MM: tuple[float, ...] = tuple(0.015 * 2.0 ** (0.5 * k) for k in range(33))
 """Scatter to be expected of a feature, in steps: it depends on all others and changes with each of
 their touches, on which no search of this feature shall wait."""
 

@@ -308,12 +308,12 @@ def test_reads_modbus_registers() -> None:
         number(0, "int16")
 
 
-def test_reads_mqtt_messages_and_no_retained_ones() -> None:
+@contextlib.contextmanager
+def mqtt_broker(**plugins: object) -> Iterator[int]:
+    """Run a broker with plugins of `amqtt`, and yield its port."""
     needs_package("paho", "extra `sensors`")
     needs_package("amqtt", "a broker, of the development group")
     from amqtt.broker import Broker  # type: ignore[import-untyped] # it has no types
-    from paho.mqtt.client import Client
-    from paho.mqtt.enums import CallbackAPIVersion
 
     port = free_port()
     ready, stop = threading.Event(), threading.Event()
@@ -322,7 +322,7 @@ def test_reads_mqtt_messages_and_no_retained_ones() -> None:
         broker = Broker(
             {
                 "listeners": {"default": {"type": "tcp", "bind": f"127.0.0.1:{port}"}},
-                "plugins": {"amqtt.plugins.authentication.AnonymousAuthPlugin": {}},
+                "plugins": {f"amqtt.plugins.authentication.{k}": v for k, v in plugins.items()},
             }
         )
         await broker.start()
@@ -332,50 +332,93 @@ def test_reads_mqtt_messages_and_no_retained_ones() -> None:
 
     thread = threading.Thread(target=lambda: asyncio.run(serve()))
     thread.start()
-    sensor = Client(CallbackAPIVersion.VERSION2)
     try:
         assert ready.wait(20.0)
+        yield port
+    finally:
+        stop.set()
+        thread.join()
+
+
+def mqtt_number(port: int, topic: str, place: str = "", **changes: object) -> float:
+    return read_source(
+        file_source(
+            Path("x"), kind="mqtt", address=f"127.0.0.1:{port}", topic=topic, place=place,
+            **{"scale": 1.0, **changes},
+        )
+    )[0]  # fmt: skip
+
+
+@contextlib.contextmanager
+def mqtt_sensor(port: int, login: tuple[str, str] | None = None) -> Iterator[None]:
+    """Send a temperature twenty times a second, and one that the broker keeps."""
+    from paho.mqtt.client import Client
+    from paho.mqtt.enums import CallbackAPIVersion
+
+    sensor = Client(CallbackAPIVersion.VERSION2)
+    if login is not None:
+        sensor.username_pw_set(*login)
+    quiet = threading.Event()
+
+    def send() -> None:
+        while not quiet.wait(0.05):
+            sensor.publish("hall/t", json.dumps({"room": {"air": 20.4}, "ok": True}))
+            sensor.publish("hall/plain", "293.55")
+
+    sender = threading.Thread(target=send)
+    try:
         sensor.connect("127.0.0.1", port)
         sensor.loop_start()
         sensor.publish("hall/kept", "20.4", qos=1, retain=True).wait_for_publish(10.0)
-        quiet = threading.Event()
-
-        def send() -> None:
-            while not quiet.wait(0.05):
-                sensor.publish("hall/t", json.dumps({"room": {"air": 20.4}, "ok": True}))
-                sensor.publish("hall/plain", "293.55")
-
-        sender = threading.Thread(target=send)
         sender.start()
-
-        def number(topic: str, place: str = "", **changes: object) -> float:
-            return read_source(
-                file_source(
-                    Path("x"), kind="mqtt", address=f"127.0.0.1:{port}", topic=topic, place=place,
-                    **{"scale": 1.0, **changes},
-                )
-            )[0]  # fmt: skip
-
-        try:
-            assert number("hall/t", "room.air") == 20.4
-            assert number("hall/plain") == 293.55
-            for place in ("room.wall", "ok", "room"):
-                with pytest.raises(InputError, match="has no number"):
-                    number("hall/t", place)
-            with pytest.raises(InputError, match="retained message, whose time is unknown"):
-                number("hall/kept", oldest_s=0.5)
-            with pytest.raises(InputError, match="no message came"):
-                number("hall/other", oldest_s=0.5)
-        finally:
-            quiet.set()
-            sender.join()
+        yield
     finally:
+        quiet.set()
+        sender.join()
         sensor.disconnect()
         sensor.loop_stop()
-        stop.set()
-        thread.join()
+
+
+def test_reads_mqtt_messages_and_no_retained_ones() -> None:
+    with mqtt_broker(AnonymousAuthPlugin={}) as port, mqtt_sensor(port):
+        assert mqtt_number(port, "hall/t", "room.air") == 20.4
+        assert mqtt_number(port, "hall/plain") == 293.55
+        for place in ("room.wall", "ok", "room"):
+            with pytest.raises(InputError, match="has no number"):
+                mqtt_number(port, "hall/t", place)
+        with pytest.raises(InputError, match="retained message, whose time is unknown"):
+            mqtt_number(port, "hall/kept", oldest_s=0.5)
+        with pytest.raises(InputError, match="no message came"):
+            mqtt_number(port, "hall/other", oldest_s=0.5)
     with pytest.raises(InputError, match=r"mqtt 127\.0\.0\.1"):
-        number("hall/t")
+        mqtt_number(port, "hall/t")
+
+
+def test_broker_password_comes_from_the_environment_or_a_private_file(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    needs_package("amqtt", "a broker, of the development group")
+    from pwdlib.hashers.argon2 import Argon2Hasher
+
+    users, held = tmp_path / "users", tmp_path / "login"
+    users.write_text(f"ocmm:{Argon2Hasher().hash('se:cret')}\n")
+    held.write_text("ocmm:se:cret\n")
+    held.chmod(0o600)
+    monkeypatch.setenv("HALL_LOGIN", "ocmm:se:cret")
+    with (
+        mqtt_broker(FileAuthPlugin={"password_file": str(users)}) as port,
+        mqtt_sensor(port, ("ocmm", "se:cret")),
+    ):
+        assert mqtt_number(port, "hall/plain", login="HALL_LOGIN") == 293.55
+        assert mqtt_number(port, "hall/plain", login=str(held)) == 293.55
+        with pytest.raises(InputError, match="UNSET_LOGIN holds no user:password"):
+            mqtt_number(port, "hall/plain", login="UNSET_LOGIN")
+        held.chmod(0o644)
+        with pytest.raises(InputError, match="others can read the password"):
+            mqtt_number(port, "hall/plain", login=str(held))
+    with pytest.raises(InputError, match=r"reads\.login.*not shown") as refused:
+        file_source(Path("x"), kind="mqtt", topic="t", login="ocmm:se:cret").check("t.toml")
+    assert "se:cret" not in f"{refused.value}"
 
 
 def free_port() -> int:

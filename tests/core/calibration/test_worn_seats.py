@@ -8,16 +8,18 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from benchmarks.worn_seats import SEAT, run
+from benchmarks.worn_seats import SEAT, run, sweep_of
 from ocmm_core.calibration.pivot import (
     PivotOptions,
     PivotSweep,
     calibrate_probe,
     find_jump,
     free_poses,
+    start_pivot,
     tips_by_cameras,
 )
 from ocmm_core.calibration.pivot._bundle import PivotState
+from ocmm_core.calibration.pivot._robust import adjust_pivot_robustly
 from ocmm_core.calibration.pivot._seat import SeatWander
 from ocmm_core.calibration.records import Finding
 from ocmm_core.errors import CalibrationError
@@ -27,10 +29,12 @@ from tests.core.calibration.swept_probe import (
     CONE_WORLD,
     SIGMA_PX,
     attitudes,
+    disturbed,
     patterned,
     probe,
     rig,
     spots,
+    waved_attitudes,
 )
 from tests.host import amount
 
@@ -58,6 +62,23 @@ def test_honest_sweep_over_sensor_patterns_is_accepted() -> None:
     assert np.linalg.norm(found.tip_probe) <= 2.0 * found.tip_sigma
 
 
+def test_short_sweep_that_hides_a_worn_cone_is_refused_or_has_a_large_uncertainty() -> None:
+    rng = np.random.default_rng((1, 400, 20))
+    held = waved_attitudes(400, 20.0, rng)
+    fault = SeatFault(worn_mm=(0.05, 0.05, 0.0))
+    uv = spots(disturbed(rig(), rng), probe(), held, CONE_WORLD + fault.shifts(held), rng)
+    sweep = PivotSweep.even(uv, SIGMA_PX)
+
+    with pytest.raises(CalibrationError) as caught:
+        calibrate_probe(rig(), probe(), sweep, QUICK)
+    forced = calibrate_probe(rig(), probe(), sweep, QUICK, force=True)
+
+    assert caught.value.code == "pivot.seat_open"
+    assert "Sweep wider" in caught.value.remedy
+    off = float(np.linalg.norm(forced.tip_probe - probe().tip_probe))
+    assert 0.03 < off <= 2.0 * forced.tip_sigma
+
+
 def test_turn_about_the_handle_distinguishes_lobes_from_a_worn_cone() -> None:
     rng = np.random.default_rng(2)
     held = attitudes(600, 55.0, rng)
@@ -74,6 +95,15 @@ def test_turn_about_the_handle_distinguishes_lobes_from_a_worn_cone() -> None:
     assert refused["cone"].code == "pivot.worn_cone"
     assert refused["ball"].code == "pivot.ball_form"
     assert "sphere" in refused["cone"].remedy
+
+
+def test_frame_at_the_limit_does_not_leave_and_return_forever() -> None:
+    _, sweep = sweep_of(33)
+
+    found = adjust_pivot_robustly(rig(), sweep, start_pivot(rig(), sweep, 1), 0.0)
+
+    assert len(found.minimum.state.rotations) == np.count_nonzero(found.used)
+    assert {one.frame for one in found.left_out} == set(np.flatnonzero(~found.used).tolist())
 
 
 def test_virtual_cone_shifts_the_ball_with_the_tilt(tmp_path: Path) -> None:

@@ -9,7 +9,7 @@ from functools import partial
 import numpy as np
 import pytest
 
-from benchmarks.commanding_points import run
+from benchmarks.commanding_points import run, wild_job
 from ocmm_core.errors import MeasuringError
 from ocmm_core.features.measured import commanding_points, commanding_rows, fit_shape
 from ocmm_core.features.shapes import NominalFeature, Shape
@@ -68,6 +68,13 @@ def test_two_points_of_a_dent_are_left_to_the_inspector() -> None:
     points[5:7, 2] -= 0.5
     assert commanding_rows(Shape.PLANE, points) is None
     assert fit_shape(Shape.PLANE, points).form > 0.3
+
+
+@pytest.mark.parametrize("number", [115, 665, 227, 799])
+def test_names_a_touch_far_along_the_surface(number: int) -> None:
+    """A pocket ambiguous without the touch; touches that end 0.2 mm off the far side."""
+    was, _, right = wild_job(number)
+    assert right, was
 
 
 def test_one_step_removes_the_point_and_proves_the_feature_again(

@@ -68,6 +68,23 @@ def test_noise_as_stated_is_silent(recommended: Rig, standard_probe: ProbeBody) 
     assert inside > 0.84  # 95 % stated; 26 of 32 has a chance of 1 in 200.
     assert not any(one.notes for one in checks)
     assert checks[0].widened(recommended) is recommended
+    # A ratio above one by its standard deviation (one in six) widens U by 1.06 to 1.15.
+    assert np.mean([item.widens for one in checks for item in one.cameras]) < 1.04
+
+
+def test_noise_slightly_above_the_stated_one_widens_uncertainty(
+    recommended: Rig, standard_probe: ProbeBody
+) -> None:
+    ratios = [
+        check_noise(
+            job(seed, (1.25, 1.25), recommended, standard_probe), recommended, standard_probe
+        )
+        .widened(recommended)
+        .noise_ratios
+        for seed in range(JOBS // 2)
+    ]
+    # 16 ratios, each with a standard deviation of 0.08.
+    assert np.mean(ratios) == pytest.approx(1.25, abs=0.06)
 
 
 @pytest.mark.parametrize("noises", [(2.0, 2.0), (1.0, 2.0)])
