@@ -10,6 +10,6 @@ everybody may use: errors, geometry, documents and the door itself.
 A room never imports a later one, and the core does not know Qt. docs/architecture.md is the map.
 """
 
-__version__ = "0.1.0"
+__version__ = "0.2.0"
 
 __all__ = ["__version__"]
