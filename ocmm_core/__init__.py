@@ -7,7 +7,7 @@ Read the rooms along the data: `camera` and `fieldbus`, `acquisition`, `tracking
 `measuring`, `features`, `alignment`, `tolerances`, `storage`, `inspection`, `export`, `station`,
 `composition`, `cli`. `simulation` stands beside them. The files here are rooms of one file that
 everybody may use: errors, geometry, documents and the door itself.
-A room never imports a later one, and the core does not know Qt. docs/architecture.md is the map.
+A package never imports a later one; the core never imports Qt (docs/developer/architecture.md).
 """
 
 __version__ = "0.2.0"

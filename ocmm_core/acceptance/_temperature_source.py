@@ -84,7 +84,7 @@ class TemperatureSource(msgspec.Struct, frozen=True, kw_only=True, forbid_unknow
                     "thermometer.source",
                     f"{where}: field 'reads.{field}' is {getattr(self, field)!r}, which does not "
                     f"suit a source of kind '{self.kind}'.",
-                    "See docs/acceptance.md for the fields of each kind.",
+                    "See docs/quality/acceptance.md for the fields of each kind.",
                 )
 
     def celsius(self, number: float) -> float:

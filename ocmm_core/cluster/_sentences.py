@@ -28,8 +28,8 @@ def not_protected(text: str) -> InputError:
     return InputError(
         "cluster.unencrypted",
         f"{text}: without TLS anybody in that network can run programs on the workers.",
-        "Start scheduler and workers with certificates and give tls://... (docs/cluster.md); "
-        "--unencrypted is for a network of their own.",
+        "Start scheduler and workers with certificates and give tls://... "
+        "(docs/integrator/cluster.md); --unencrypted is for a network of their own.",
     )
 
 
@@ -37,7 +37,7 @@ def no_certificates(missing: str) -> InputError:
     return InputError(
         "cluster.certificates",
         f"TLS to the scheduler needs {missing}.",
-        "Give --scheduler-ca, --scheduler-cert and --scheduler-key (docs/cluster.md).",
+        "Give --scheduler-ca, --scheduler-cert and --scheduler-key (docs/integrator/cluster.md).",
     )
 
 
@@ -61,7 +61,7 @@ def no_workers(address: str, seconds: float) -> StorageError:
     return StorageError(
         "cluster.no_workers",
         f"The scheduler {address} had no worker for {seconds:.0f} s.",
-        "Start workers (docs/cluster.md), then run this again.",
+        "Start workers (docs/integrator/cluster.md), then run this again.",
     )
 
 
@@ -88,7 +88,7 @@ def other_processor(
         "cluster.processor",
         f"{who} computes otherwise ({theirs}) than this computer ({ours}). Last digits could "
         "differ.",
-        f"{remedy}, or leave out --scheduler to compute here (docs/cluster.md).",
+        f"{remedy}, or leave out --scheduler to compute here (docs/integrator/cluster.md).",
     )
 
 

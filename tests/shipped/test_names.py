@@ -18,7 +18,7 @@ _WHERE = (
     "*.md",
     "run",
     "docs/*.md",
-    "docs/de/*.md",
+    *(f"docs/**/{reader}/*.md" for reader in ("inspector", "technician", "quality", "integrator")),
     "installer/**/*",
     "ocmm_core/**/*.py",
     "ocmm_gui/**/*.py",
