@@ -21,7 +21,7 @@ _PICTURE = re.compile(r"!\[[^\]]*\]\(([^)\s]+)\)")
 
 def manual_files(folder: Path) -> list[Path]:
     """Return the files of the manual: every document, and every picture that one of them shows."""
-    documents = sorted([*folder.glob("*.md"), *folder.glob("*/*.md")])
+    documents = sorted(folder.rglob("*.md"))
     pictures = {
         # A translation shows those of the English document, from the folder above its own.
         Path(os.path.normpath(document.parent / name))

@@ -8,8 +8,8 @@ effect is another digit, a program that ran, a worker more or fewer, or a proces
 Printed are how many messages there were of each kind, effects, how much the processes grew, and how
 long it took.
 
-At the end the same request is made once with a certificate of the CA: that runs the program, as
-`docs/cluster.md` says. It shows that the requests before were ones that could have had an effect.
+At the end the same request is made once with a certificate of the CA: that runs the program
+(`docs/integrator/cluster.md`). It shows that the requests before could have had an effect.
 
 Run: ``python -m benchmarks.cluster_attack [--messages 10000]``.
 """

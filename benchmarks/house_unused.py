@@ -4,7 +4,7 @@ A function or class is used where its file names it outside of itself, or anothe
 directly or through faces. That a face names it is no use. A method is used where any attribute of
 its name is read or set, and the texts of a file that asks for attributes by name (`getattr`) count
 as such: whose it is cannot be told, so that this finds too few rather than too many. What only
-unused definitions use is unused itself. What docs/python.md explains is for other programs.
+unused definitions use is unused itself. docs/integrator/python.md lists names for other programs.
 A definition whose docstring says "for tests" is a hook that tests need: it is left out, with what
 only such hooks use.
 """

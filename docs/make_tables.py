@@ -196,10 +196,10 @@ PARTS_OF_A_PLAN: dict[str, type[msgspec.Struct]] = {
 
 _LICENCES = "THIRD_PARTY_LICENCES.md"
 TABLES: dict[str, tuple[str, Callable[[], str]]] = {
-    "alarms": ("docs/wire.md", alarms),
+    "alarms": ("docs/technician/wire.md", alarms),
     "allowed licences": (_LICENCES, allowed),
-    "checks": ("docs/doctor.md", checks),
-    "formats": ("docs/exports.md", formats),
+    "checks": ("docs/technician/doctor.md", checks),
+    "formats": ("docs/quality/exports.md", formats),
     "packages": (_LICENCES, partial(packages, "requirements.lock")),
     "packages for development": (
         _LICENCES,
@@ -217,10 +217,17 @@ TABLES: dict[str, tuple[str, Callable[[], str]]] = {
         _LICENCES,
         partial(packages, "requirements-package.lock", "requirements-dev.lock"),
     ),
+    "packages for documentation": (
+        _LICENCES,
+        partial(packages, "requirements-docs.lock", "requirements-dev.lock"),
+    ),
     "parts of packages": (_LICENCES, held),
-    "sources": ("docs/commands.md", table_of_sources),
+    "sources": ("docs/integrator/commands.md", table_of_sources),
     **{
-        f"{name} fields{mark}": (f"docs{folder}/plans.md", partial(fields_of, struct, language))
+        f"{name} fields{mark}": (
+            f"docs{folder}/inspector/plans.md",
+            partial(fields_of, struct, language),
+        )
         for name, struct in PARTS_OF_A_PLAN.items()
         for mark, folder, language in (("", "", "en"), (" (de)", "/de", "de"))
     },

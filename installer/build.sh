@@ -158,9 +158,8 @@ say "Writing the pages, licences and the bill of materials."
 "$python" -m installer.bundle.notices "$bundle" "$bundle/licences"
 "$python" -m installer.sbom "$bundle/ocmm.cdx.json"
 cp LICENSE THIRD_PARTY_LICENCES.md README.md SECURITY.md "$bundle/"
-mkdir -p "$bundle/docs/de" "$bundle/share"
-cp docs/*.md "$bundle/docs/"
-cp docs/de/*.md "$bundle/docs/de/"
+mkdir -p "$bundle/docs" "$bundle/share"
+(cd docs && find . -name '*.md' -exec cp --parents {} "$bundle/docs/" ';')
 cp -r "$work/pages/man" "$work/pages/completion" "$bundle/share/"
 cp installer/debian/ocmm.desktop installer/debian/ocmm.svg installer/debian/ocmm-mime.xml "$bundle/share/"
 # The service runs the program without rights of its own: a file that has some loses those that

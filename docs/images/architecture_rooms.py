@@ -1,4 +1,4 @@
-"""The houses of the product and their rooms, read from its imports, for docs/architecture.md."""
+"""Packages of the product, read from its imports, for docs/developer/architecture.md."""
 
 from __future__ import annotations
 

@@ -17,7 +17,7 @@ from docs.images.architecture_rooms import Rooms, read_rooms, with_table
 
 ROOT = Path(__file__).resolve().parents[2]
 PICTURE = ROOT / "docs" / "images" / "architecture.svg"
-PAGE = ROOT / "docs" / "architecture.md"
+PAGE = ROOT / "docs" / "developer" / "architecture.md"
 
 _WIDTH = 1000
 _MARGIN = 16

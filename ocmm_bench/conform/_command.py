@@ -41,7 +41,7 @@ def conform_camera(
     rig: RigOption = RECOMMENDED_RIG,
     force: ForceOption = False,
 ) -> None:
-    """Test a camera against every rule of its description (docs/camera_objects.md).
+    """Test a camera against every rule of its description (docs/integrator/camera_objects.md).
 
     Takes one to two minutes on an idle bus. Deletes the camera's black image, clears its errors
     and, with --firmware, updates it permanently. Exit code 0: GREEN; 1: RED; 3: INCOMPLETE.

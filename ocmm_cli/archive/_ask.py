@@ -134,7 +134,9 @@ def rr(
 
 @archive_app.command(name="export")
 def export_command(
-    view: Annotated[str, typer.Argument(help="A view, e.g. archived_result: docs/archive.md.")],
+    view: Annotated[
+        str, typer.Argument(help="View, e.g. archived_result (docs/quality/archive.md).")
+    ],
     file: Annotated[Path, typer.Argument(help="Ends in .csv or .parquet.")],
     *,
     archive: ArchiveOption = None,

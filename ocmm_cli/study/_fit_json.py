@@ -1,4 +1,4 @@
-"""Format of ``ocmm fit --json``; see docs/fits.md."""
+"""Format of ``ocmm fit --json``; see docs/quality/fits.md."""
 
 from __future__ import annotations
 

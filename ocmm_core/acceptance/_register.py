@@ -313,7 +313,7 @@ def check_entry(entry: ArtefactEntry, where: str) -> None:
             raise InputError(
                 "artefact.field",
                 f"{where}: field '{field}' is {getattr(entry, field)!r}, which cannot be meant.",
-                "Correct that field; see docs/acceptance.md for what it holds.",
+                "Correct that field; see docs/quality/acceptance.md for what it holds.",
             )
     if entry.reads is not None:
         if not thermometer:

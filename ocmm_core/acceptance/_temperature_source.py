@@ -87,7 +87,7 @@ class TemperatureSource(msgspec.Struct, frozen=True, kw_only=True, forbid_unknow
                     "thermometer.source",
                     f"{where}: field 'reads.{field}' is {shown}, which does not suit a source of "
                     f"kind '{self.kind}'.",
-                    "See docs/acceptance.md for the fields of each kind.",
+                    "See docs/quality/acceptance.md for the fields of each kind.",
                 )
 
     def celsius(self, number: float) -> float:

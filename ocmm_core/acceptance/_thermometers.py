@@ -85,7 +85,7 @@ def _log(entries: list[ArtefactEntry]) -> ThermometerLog:
             raise InputError(
                 "thermometer.no_source",
                 f"{name} has no source in the register.",
-                "Type its reading, or add its source (docs/acceptance.md).",
+                "Type its reading, or add its source (docs/quality/acceptance.md).",
             )
         read.append((one.id, f"{one.name}, serial {one.serial}", one.expanded, one.reads))
     return ThermometerLog(read, read_source)

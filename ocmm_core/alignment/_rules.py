@@ -1,4 +1,4 @@
-"""Alignment rules: every kind of alignment, as in a document (``docs/alignment.md``).
+"""Alignment rules: every kind of alignment, as in a document (``docs/quality/alignment.md``).
 
 `BoundAlignment` adds the nominal geometry of the named features, for computation.
 """

@@ -114,7 +114,8 @@ def _not_protected(text: str) -> InputError:
     return InputError(
         "cluster.unencrypted",
         f"{text}: without TLS anybody in that network can run programs on the workers.",
-        "Start scheduler and workers with certificates and give tls://... (docs/cluster.md); "
+        "Start scheduler and workers with certificates and give tls://... "
+        "(docs/integrator/cluster.md); "
         "--unencrypted is for a network of their own.",
     )
 
@@ -123,5 +124,5 @@ def _no_certificates(missing: str) -> InputError:
     return InputError(
         "cluster.certificates",
         f"TLS to the scheduler needs {missing}.",
-        "Give --scheduler-ca, --scheduler-cert and --scheduler-key (docs/cluster.md).",
+        "Give --scheduler-ca, --scheduler-cert and --scheduler-key (docs/integrator/cluster.md).",
     )

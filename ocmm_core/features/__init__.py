@@ -1,7 +1,7 @@
 """Shapes, their fits, and features as nominal and as measured.
 
-`__all__` is the public API (docs/python.md); the subpackages are internal. In: points (mm), or ball
-centres with their joint covariance. Out: elements with their Jacobian.
+`__all__` is the public API (docs/integrator/python.md); the subpackages are internal. In: points
+(mm), or ball centres with their joint covariance. Out: elements with their Jacobian.
 
 Read `shapes` (terms and nominals), `search` (common part of the fits), `elements` (least squares,
 one file a shape), `zones` (minimum zones and bounding elements), `measured` (features from points,

@@ -18,13 +18,15 @@ _RULE = re.compile(r"[-:| ]+")
 
 
 class Part(Enum):
-    """Readers of a document, in the order of the manual."""
+    """Readers of a document, in the order of the manual; each has the folder of its name."""
 
+    OVERVIEW = 0
     INSPECTOR = 1
-    METROLOGIST = 2
-    STATION = 3
-    DEVELOPER = 4
-    DECISIONS = 5
+    TECHNICIAN = 2
+    QUALITY = 3
+    INTEGRATOR = 4
+    DEVELOPER = 5
+    DECISIONS = 6
 
 
 ENGLISH = "en"
@@ -48,7 +50,7 @@ class ManualSection:
 @dataclass(frozen=True, slots=True)
 class Chapter:
     name: str
-    """Path below the folder of the manual, such as ``inspecting.md``."""
+    """Path below the folder of the manual, such as ``inspector/start.md``."""
     part: Part
     markdown: str
     sections: tuple[ManualSection, ...]

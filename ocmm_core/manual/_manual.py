@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import posixpath
+import re
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
@@ -14,21 +15,10 @@ from ocmm_core.errors import InputError
 from ocmm_core.manual._document import ENGLISH, Chapter, ManualSection, Part, chapter_of, translated
 from ocmm_core.manual._search import Index, ManualHit
 
-_CHAPTERS = {
-    Part.INSPECTOR: (
-        "start", "colours", "inspecting", "calibrating", "help", "plans", "wizards", "settings",
-    ),
-    Part.METROLOGIST: (
-        "calibration", "calibration_in_use", "probe_calibration", "tip", "probe_in_use",
-        "reference_body", "acceptance", "msa", "recall", "alignment", "characteristics",
-        "uncertainty", "fits", "minimum_zone", "identification", "probe_design", "exports",
-    ),
-    Part.STATION: ("archive", "shop", "wire", "live_stream", "seals", "doctor", "cluster"),
-}  # fmt: skip
-"""By name, in order. All other documents are for developers; decisions are separate."""
+_INDEX = "README.md"
+"""First document of a folder; its links give the order of the others."""
 
-_FIRST_OF_DEVELOPERS = ("architecture", "walk_of_a_touch", "camera_objects", "python")
-_DECISIONS = "decisions/"
+_LINK = re.compile(r"\]\(([\w-]+\.md)[)#]")
 _LARGEST = 4 << 20
 
 
@@ -131,21 +121,13 @@ def _chapter(folder: Path, part: Part, path: Path, language: str) -> Chapter:
 
 
 def _documents(folder: Path) -> Iterator[tuple[Part, Path]]:
-    listed: set[str] = set()
-    for part, names in _CHAPTERS.items():
-        for name in names:
-            listed.add(name)
-            path = folder / f"{name}.md"
-            if path.is_file():
-                yield part, path
-    rest = sorted(path.stem for path in folder.glob("*.md") if path.stem not in listed)
-    for name in (
-        *(one for one in _FIRST_OF_DEVELOPERS if one in rest),
-        *(one for one in rest if one not in _FIRST_OF_DEVELOPERS),
-    ):
-        yield Part.DEVELOPER, folder / f"{name}.md"
-    for path in sorted((folder / _DECISIONS).glob("*.md")):
-        yield Part.DECISIONS, path
+    for part in Part:
+        place = folder if part is Part.OVERVIEW else folder / part.name.lower()
+        found = {path.name: path for path in sorted(place.glob("*.md"))}
+        listed = _LINK.findall(_text(found[_INDEX])) if _INDEX in found else []
+        for name in dict.fromkeys((_INDEX, *listed, *found)):
+            if name in found:
+                yield part, found[name]
 
 
 def _text(path: Path) -> str:

@@ -19,8 +19,8 @@ _IN_TITLE, _IN_CHAPTER = 6.0, 2.0
 """Weight of a word of a heading, and of the document title, in words of the text."""
 
 _WEIGHTS = {
-    Part.INSPECTOR: 1.6, Part.METROLOGIST: 1.2, Part.STATION: 1.0, Part.DEVELOPER: 0.8,
-    Part.DECISIONS: 0.5,
+    Part.OVERVIEW: 0.8, Part.INSPECTOR: 1.6, Part.TECHNICIAN: 1.2, Part.QUALITY: 1.2,
+    Part.INTEGRATOR: 1.0, Part.DEVELOPER: 0.8, Part.DECISIONS: 0.5,
 }  # fmt: skip
 """Most searches at the machine are by inspectors."""
 

@@ -76,9 +76,11 @@ _INFOS = (
     ),
 )  # fmt: skip
 _PARTS = {
+    Part.OVERVIEW: later("Overview"),
     Part.INSPECTOR: later("For the inspector"),
-    Part.METROLOGIST: later("Calibration, results, proof"),
-    Part.STATION: later("Station and shop"),
+    Part.TECHNICIAN: later("For the technician"),
+    Part.QUALITY: later("For the quality engineer"),
+    Part.INTEGRATOR: later("For the integrator"),
     Part.DEVELOPER: later("For developers"),
     Part.DECISIONS: later("Decisions"),
 }

@@ -28,7 +28,7 @@ def no_workers(address: str, seconds: float) -> StorageError:
     return StorageError(
         "cluster.no_workers",
         f"The scheduler {address} had no worker for {seconds:.0f} s.",
-        "Start workers (docs/cluster.md), then run this again.",
+        "Start workers (docs/integrator/cluster.md), then run this again.",
     )
 
 
@@ -55,7 +55,7 @@ def other_processor(
         "cluster.processor",
         f"{who} computes otherwise ({theirs}) than this computer ({ours}). Last digits could "
         "differ.",
-        f"{remedy}, or leave out --scheduler to compute here (docs/cluster.md).",
+        f"{remedy}, or leave out --scheduler to compute here (docs/integrator/cluster.md).",
     )
 
 

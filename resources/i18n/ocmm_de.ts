@@ -9180,16 +9180,24 @@ Startet: {source}</translation>
         <translation>Wieder vor zur Stelle, von der es zurückging</translation>
     </message>
     <message>
+        <source>Overview</source>
+        <translation>Übersicht</translation>
+    </message>
+    <message>
         <source>For the inspector</source>
         <translation>Für den Prüfer</translation>
     </message>
     <message>
-        <source>Calibration, results, proof</source>
-        <translation>Kalibrierung, Ergebnisse, Nachweis</translation>
+        <source>For the technician</source>
+        <translation>Für die Instandhaltung</translation>
     </message>
     <message>
-        <source>Station and shop</source>
-        <translation>Station und Betrieb</translation>
+        <source>For the quality engineer</source>
+        <translation>Für die Qualitätssicherung</translation>
+    </message>
+    <message>
+        <source>For the integrator</source>
+        <translation>Für die Integration</translation>
     </message>
     <message>
         <source>For developers</source>

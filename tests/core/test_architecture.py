@@ -50,7 +50,7 @@ def test_arrows_that_follow_from_others_are_left_out_and_long_ones_pass_every_la
     assert [of[name] for name in long] == [4, 3, 2, 1]
 
 
-@pytest.mark.parametrize("page", ["docs/architecture.md", "CONTRIBUTING.md"])
+@pytest.mark.parametrize("page", ["docs/developer/architecture.md", "CONTRIBUTING.md"])
 def test_the_files_that_a_map_names_are_there(page: str) -> None:
     text = (ROOT / page).read_text(encoding="utf-8")
     named = set(re.findall(r"`((?:ocmm_core|ocmm_gui|tests|docs)/[\w/.]+\.\w+)`", text))

@@ -245,8 +245,8 @@ def test_a_face_that_names_it_makes_nothing_used(tmp_path: Path) -> None:
 
 
 def test_uses_by_attribute_by_text_and_of_documents_count(tmp_path: Path) -> None:
-    (tmp_path / "docs").mkdir()
-    (tmp_path / "docs" / "python.md").write_text(
+    (tmp_path / "docs" / "integrator").mkdir(parents=True)
+    (tmp_path / "docs" / "integrator" / "python.md").write_text(
         "```python\nfrom ocmm_core.calibration.pivot import never\n```\n"
     )
     house = house_with(

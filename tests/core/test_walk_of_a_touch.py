@@ -1,4 +1,4 @@
-"""The walk of a touch, as docs/walk_of_a_touch.md tells it, is the way that the code goes."""
+"""docs/developer/walk_of_a_touch.md names the functions that a touch passes through."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import re
 from pathlib import Path
 
 ROOT = Path(__file__).parents[2]
-TEXT = (ROOT / "docs" / "walk_of_a_touch.md").read_text("utf-8")
+TEXT = (ROOT / "docs" / "developer" / "walk_of_a_touch.md").read_text("utf-8")
 STAYS = re.findall(r"^\| `(\S+\.py)` \| `(\S+)` \|", TEXT, re.MULTILINE)
 
 

@@ -191,8 +191,8 @@ def test_a_german_window_reads_german_pages_and_says_which_are_in_english_only(
         assert sheet.remark.isVisibleTo(sheet) is english_only, chapter.name
         assert ("nur auf Englisch" in sheet.remark.text()) is english_only, chapter.name
     assert min(seen.values()) > 5
-    sheet.open("inspecting.md#results-f3")
-    assert text.place() == Place("inspecting.md", "results-f3")
+    sheet.open("inspector/inspecting.md#results-f3")
+    assert text.place() == Place("inspector/inspecting.md", "results-f3")
     kind = 2  # QTextDocument.ImageResource
     assert text.loadResource(kind, "../images/far_dark.png") is not None
     assert text.loadResource(kind, "../../README.md") is None
@@ -219,12 +219,15 @@ def test_a_german_search_marks_the_word_inside_others(qtbot: QtBot, german: QApp
 def test_a_page_that_is_older_than_the_english_one_says_so(
     qtbot: QtBot, german: QApplication, tmp_path: Path
 ) -> None:
-    (tmp_path / "de").mkdir()
-    (tmp_path / "start.md").write_text("# First\n")
-    (tmp_path / "de" / "start.md").write_text("<!-- English: 0123456789abcdef -->\n# Zuerst\n")
+    for folder in (tmp_path / "inspector", tmp_path / "de" / "inspector"):
+        folder.mkdir(parents=True)
+    (tmp_path / "inspector" / "start.md").write_text("# First\n")
+    (tmp_path / "de" / "inspector" / "start.md").write_text(
+        "<!-- English: 0123456789abcdef -->\n# Zuerst\n"
+    )
     sheet = ManualSheet(load_manual(tmp_path, "de"))
     qtbot.addWidget(sheet)
-    sheet.open("start.md")
+    sheet.open("inspector/start.md")
     assert sheet.remark.isVisibleTo(sheet)
     assert "nur auf Englisch" not in sheet.remark.text()
 
@@ -242,18 +245,18 @@ def test_headings_on_the_screen_are_the_sections_of_the_manual(sheet: ManualShee
 
 
 def test_links_lead_on_and_back_by_keys_alone(sheet: ManualSheet, qtbot: QtBot) -> None:
-    sheet.open("colours.md#cameras-probe-and-tip")
+    sheet.open("inspector/colours.md#cameras-probe-and-tip")
     text = _reading(sheet)
     assert text.hasFocus()
     QTest.keyClick(text, Qt.Key.Key_Tab)
     QTest.keyClick(text, Qt.Key.Key_Return)
     there = sheet.place()
     assert there is not None
-    assert there.document != "colours.md"
+    assert there.document != "inspector/colours.md"
     QTest.keyClick(text, Qt.Key.Key_F9)
     back = sheet.place()
     assert back is not None
-    assert back.document == "colours.md"
+    assert back.document == "inspector/colours.md"
     assert not sheet.keys["before"].isEnabled()
     QTest.keyClick(text, Qt.Key.Key_F10)
     assert sheet.place() == there
@@ -261,7 +264,7 @@ def test_links_lead_on_and_back_by_keys_alone(sheet: ManualSheet, qtbot: QtBot) 
 
 
 def test_a_link_out_of_the_manual_is_told_and_opens_nothing(sheet: ManualSheet) -> None:
-    sheet.open("doctor.md")
+    sheet.open("technician/doctor.md")
     before = sheet.place()
     _reading(sheet).link_wanted.emit("https://example.org/x")
     assert "https://example.org/x" in sheet.about()
@@ -277,7 +280,7 @@ def test_a_search_by_keys_opens_the_hit_with_its_words_marked(
     QTest.keyClicks(sheet.field, "yellow bands")
     assert "Yellow bands" in sheet.list.item(0).text()
     QTest.keyClick(sheet.field, Qt.Key.Key_Return)
-    assert sheet.place() == Place("colours.md", "yellow-bands")
+    assert sheet.place() == Place("inspector/colours.md", "yellow-bands")
     text = _reading(sheet)
     assert text.hasFocus()
     assert text.marked() >= 2
@@ -293,20 +296,20 @@ def test_a_search_by_keys_opens_the_hit_with_its_words_marked(
 def test_pictures_are_no_wider_than_the_page_and_come_from_the_manual_alone(
     sheet: ManualSheet,
 ) -> None:
-    sheet.open("inspecting.md")
+    sheet.open("inspector/inspecting.md")
     text = _reading(sheet)
     assert text.document().idealWidth() <= text.viewport().width()
     kind = 2  # QTextDocument.ImageResource
     for out in ("https://example.org/x.png", "../README.md", "/etc/hostname"):
         assert text.loadResource(kind, out) is None
-    assert text.loadResource(kind, "images/far_dark.png") is not None
+    assert text.loadResource(kind, "../images/far_dark.png") is not None
 
 
 @pytest.mark.parametrize("theme", THEMES)
 def test_text_has_the_colours_of_the_theme_and_keeps_its_place(
     sheet: ManualSheet, theme: str
 ) -> None:
-    sheet.open("inspecting.md#results-f3")
+    sheet.open("inspector/inspecting.md#results-f3")
     dress(sheet, THEMES[theme])
     text = _reading(sheet)
     found = set()
@@ -320,8 +323,8 @@ def test_text_has_the_colours_of_the_theme_and_keeps_its_place(
             turn += 1
         block = block.next()
     assert found == {THEMES[theme].text, THEMES[theme].accent}
-    assert text.place() == Place("inspecting.md", "results-f3")
+    assert text.place() == Place("inspector/inspecting.md", "results-f3")
     size = text.document().defaultFont().pixelSize()
     text.zoom(2)
     assert text.document().defaultFont().pixelSize() > size
-    assert text.place() == Place("inspecting.md", "results-f3")
+    assert text.place() == Place("inspector/inspecting.md", "results-f3")

@@ -1,4 +1,4 @@
-"""A minimal second camera, built from docs/camera_objects.md: exposures, objects, errors, commands.
+"""A minimal second camera: exposures, objects, errors, commands (integrator/camera_objects.md).
 
 Its sensor sees one spot that wanders. ``python -m tests.second_camera.second_camera INTERFACE``
 puts it on a network interface.

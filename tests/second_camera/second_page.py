@@ -1,4 +1,4 @@
-"""What docs/camera_objects.md says, read as a maker of cameras reads it: its tables.
+"""What docs/integrator/camera_objects.md says, read as a maker of cameras reads it: its tables.
 
 Nothing of the program is used here or beside this file: a camera that is built from the page alone
 shows whether the page suffices.
@@ -11,7 +11,7 @@ import struct
 from dataclasses import dataclass, field
 from pathlib import Path
 
-PAGE = Path(__file__).resolve().parents[2] / "docs" / "camera_objects.md"
+PAGE = Path(__file__).resolve().parents[2] / "docs" / "integrator" / "camera_objects.md"
 SIZES = {"BOOL": 1, "USINT": 1, "INT": 2, "UINT": 2, "DINT": 4, "UDINT": 4, "ULINT": 8}
 CODES = {"BOOL": 1, "INT": 3, "DINT": 4, "USINT": 5, "UINT": 6, "UDINT": 7, "ULINT": 0x1B,
          "STRING": 9, "OCTET_STRING": 0x0A}  # fmt: skip

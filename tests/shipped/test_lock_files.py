@@ -13,6 +13,7 @@ import pytest
 
 from installer.locks import (
     DEVELOPMENT,
+    DOCS,
     PACKAGE,
     ROOT,
     RUNTIME,
@@ -26,7 +27,7 @@ from ocmm_cad.step import STEP_SETUP
 from ocmm_core.errors import InputError
 from tests.host import HANG_S
 
-_LOCKS = {path.name: path for path in (RUNTIME, STEP, SHOP, SENSORS, DEVELOPMENT, PACKAGE)}
+_LOCKS = {path.name: path for path in (RUNTIME, STEP, SHOP, SENSORS, DEVELOPMENT, PACKAGE, DOCS)}
 _PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
 
 
@@ -84,7 +85,7 @@ def test_whatever_the_project_asks_for_is_locked() -> None:
 
 
 @pytest.mark.parametrize(
-    "lock", [STEP.name, SHOP.name, SENSORS.name, DEVELOPMENT.name, PACKAGE.name]
+    "lock", [STEP.name, SHOP.name, SENSORS.name, DEVELOPMENT.name, PACKAGE.name, DOCS.name]
 )
 def test_the_other_sets_hold_the_runtime_set_in_the_same_versions_and_files(lock: str) -> None:
     other = read_lock(_LOCKS[lock])
@@ -107,11 +108,11 @@ def test_the_extra_is_installed_with_hashes_wherever_it_is_named() -> None:
     (locked,) = re.findall(r"^install_locked\(\) \{$.*?^\}$", text, re.M | re.S)
     # By uv, and where it cannot by pip.
     assert len(re.findall(r'--require-hashes -r "\$1"', locked)) == 2
-    for place in ("README.md", "docs/shop.md"):
+    for place in ("README.md", "docs/integrator/shop.md"):
         assert "./run setup --shop" in (ROOT / place).read_text(encoding="utf-8"), place
     # The window says that the README has it: it names no command.
     assert "README" in STEP_SETUP
-    for place in ("README.md", "docs/plans.md"):
+    for place in ("README.md", "docs/inspector/plans.md"):
         text = (ROOT / place).read_text(encoding="utf-8")
         assert "./run setup --step" in text, place
         assert "ocmm[step]" not in text, place

@@ -83,7 +83,7 @@ def test_wheel_holds_every_file_of_the_packages_and_of_resources(
         shown = {f"docs/{name.removeprefix('resources/manual/')}" for name in manual}
         assert shown <= set(tracked)
         assert {name for name in shown if name.endswith(".md")} == {
-            name for name in tracked if re.fullmatch(r"docs/(\w+/)?[^/]+\.md", name)
+            name for name in tracked if re.fullmatch(r"docs/(\w+/)*[^/]+\.md", name)
         }
         assert "docs/images/window_dark_measuring.png" in shown
         assert not [name for name in shown if name.endswith((".py", ".json"))]

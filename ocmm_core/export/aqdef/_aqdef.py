@@ -2,7 +2,7 @@
 
 Keyed lines with CR LF; one line of values for each part, characteristics separated by char 15,
 fields by char 20; dates as ``dd.MM.yyyy/HH:mm:ss``, UTC. `_keys` has the keys with type and length,
-docs/exports.md the assumptions. Operators, machines and gauges are in catalogues (``K4092/1
+docs/quality/exports.md the assumptions. Operators, machines and gauges are in catalogues (``K4092/1
 NAME``), and a value has the number of the entry (``K0008``). Several jobs of one plan go into one
 file as several values. A value excluded from statistics has attribute 255, and a missing one is
 empty with 256. The format has limits and values, by which alone its readers judge. So the verdicts

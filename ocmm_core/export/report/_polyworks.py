@@ -3,7 +3,7 @@
 With the default profile: pure ASCII, CR LF, decimal point in every locale, millimetres with four
 decimals, unit vectors with six. Names are checked, never quoted or escaped: a name that would need
 it is refused. The file formats are our own proposal; no public description of PolyWorks' text
-import was found (docs/exports.md).
+import was found (docs/quality/exports.md).
 
 Points are compensated surface points; their vector leaves the material, so that the ball centre is
 ``xyz + radius * ijk``. Ball centres are written only on request of the profile, into files named

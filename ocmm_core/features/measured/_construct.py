@@ -1,4 +1,4 @@
-"""Constructions of features from others, as stored in a plan; table in ``docs/alignment.md``."""
+"""Constructions of features from others, as in a plan (docs/quality/alignment.md)."""
 
 from __future__ import annotations
 

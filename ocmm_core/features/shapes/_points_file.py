@@ -1,4 +1,4 @@
-"""The reader of points, as a part of the public API of features (docs/python.md)."""
+"""The reader of points, as a part of the public API of features (docs/integrator/python.md)."""
 
 from ocmm_core.tables import PointsFile, read_points_file
 

@@ -169,7 +169,7 @@ def _entry(one: EsiEntry, roles: Mapping[str, tuple[Role, int]], stated: EsiStat
             "esi.type",
             f"Entry {one.key} '{one.name}' is '{role}', but its type '{one.type}' of {one.bits} "
             "bits is not a number that is known here.",
-            "Write the description by hand (docs/wire.md).",
+            "Write the description by hand (docs/technician/wire.md).",
         )
     parts = [f"index = {one.index:#x}", f"sub = {one.sub}", f'type = "{kind}"']
     parts += [f"bits = {bits}"] if bits else []

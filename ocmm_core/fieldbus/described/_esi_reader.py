@@ -24,7 +24,10 @@ _MOST_ENTRIES, _MOST_DEVICES, _NAME_LENGTH = 4096, 5000, 60
 _READ = {"Type", "Name", "Sm", "TxPdo", "RxPdo", "Dc", "Fmmu", "GroupType"}
 _SM_KINDS = {0x06: "MBoxOut", 0x02: "MBoxIn", 0x04: "Outputs", 0x00: "Inputs"}
 """By mode and direction in the control byte (ETG.1000.4, table 59): some files omit the name."""
-_REMEDY = "Ask the maker for a correct ESI file, or write the description by hand (docs/wire.md)."
+_REMEDY = (
+    "Ask the maker for a correct ESI file, or write the description by hand "
+    "(docs/technician/wire.md)."
+)
 
 
 @dataclass(frozen=True, slots=True)

@@ -6,7 +6,7 @@ Start with `_camera_objects` (object dictionary), `_object_entries` and `_profil
 `_camera_slave` (process data and configuration), `_input_layout` (header by revision),
 `_controller` (EEPROM and clock), `_identity` (device to camera assignment), `_intrinsics` (block
 stored in a camera), `_firmware` (file), `_diagnosis`, `_esi`, and `_object_page` with
-`_page_of_the_wire` and `_page_of_the_protocol`, which writes docs/camera_objects.md.
+`_page_of_the_wire` and `_page_of_the_protocol`, which writes docs/integrator/camera_objects.md.
 It must not import sockets, cycles or the virtual rig.
 """
 

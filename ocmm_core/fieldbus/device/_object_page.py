@@ -44,7 +44,7 @@ from ocmm_core.fieldbus.device._object_entries import DictionaryObject, ObjectEn
 from ocmm_core.fieldbus.device._page_of_the_protocol import CATEGORIES, MAILBOXES, STATES
 from ocmm_core.fieldbus.device._page_of_the_wire import SII_WORDS, WIRE
 
-PAGE = Path(__file__).resolve().parents[3] / "docs" / "camera_objects.md"
+PAGE = Path(__file__).resolve().parents[3] / "docs" / "integrator" / "camera_objects.md"
 
 _STATUS = {
     CameraStatus.OPERATIONAL: "in OP, outputs arrive in time",

@@ -61,7 +61,7 @@ class CameraTexts:
 
 @dataclass(frozen=True, slots=True)
 class CameraCounters:
-    """Object 0xA000; see docs/camera_objects.md."""
+    """Object 0xA000; see docs/integrator/camera_objects.md."""
 
     frames_lost: int
     watchdog_events: int

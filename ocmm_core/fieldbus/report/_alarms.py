@@ -1,4 +1,4 @@
-"""Bus alarms: one table for supervisor, journal, Bus page, text report and docs/wire.md."""
+"""Bus alarms: one table for supervisor, journal, Bus page, report and docs/technician/wire.md."""
 
 from __future__ import annotations
 

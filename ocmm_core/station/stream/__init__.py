@@ -6,8 +6,8 @@ late clients get all of them in order.
 Read `_messages` (one JSON object a line), `_options` (address and access), `_reception`
 (connections) with `_client`, `_server`, `_log` (numbered messages), `_verdict_watch` and
 `_probe_button`.
-docs/live_stream.md is for readers of the stream. Clients can only read. It must not know the
-station.
+docs/integrator/live_stream.md is for readers of the stream. Clients can only read. It must not know
+the station.
 """
 
 from __future__ import annotations

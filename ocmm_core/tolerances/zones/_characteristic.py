@@ -28,7 +28,7 @@ class Characteristic(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_f
 
     name: str
     kind: str
-    """One of `kinds.KINDS`; see docs/characteristics.md."""
+    """One of `kinds.KINDS`; see docs/quality/characteristics.md."""
     features: list[str]
     upper: float
     nominal: float = 0.0

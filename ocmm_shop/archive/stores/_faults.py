@@ -134,7 +134,7 @@ def postgresql_fault(place: str, error: Exception) -> OcmmError:
         return StorageError(
             "archive.tls",
             f"{place}: no trusted connection ({said}).",
-            "Check the certificate of the server and sslrootcert; see docs/shop.md.",
+            "Check the certificate of the server and sslrootcert; see docs/integrator/shop.md.",
         )
     # libpq gives no SQLSTATE for a refused connection, only the server's words.
     if any(word in said for word in ("fe_sendauth", "authentication", "no pg_hba.conf entry")):

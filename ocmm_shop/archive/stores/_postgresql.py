@@ -132,7 +132,7 @@ def require_psycopg() -> None:
         raise InputError(
             "archive.shop",
             "An archive on a server needs psycopg, which is not installed.",
-            "Install the extra `shop` (docs/shop.md).",
+            "Install the extra `shop` (docs/integrator/shop.md).",
         )
 
 

@@ -1,4 +1,4 @@
-"""Views for SQL users; `docs/archive.md` explains their columns.
+"""Views for SQL users; `docs/quality/archive.md` explains their columns.
 
 They contain facts only; readers decide with their own keys which ones they trust. A *line* is all
 that one station sent of one job under one key, represented by the newest sound version.

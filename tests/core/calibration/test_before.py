@@ -1,8 +1,8 @@
 """Records, histories and sessions that were written before the stores and procedures were joined.
 
-The folder ``before`` was written on 2026-11-22 by the program of that day: a store of each kind
-with every kind of event but one that failed, and an unfinished session of each procedure. It is
-never written anew: what opens it must open what users have.
+Version 0.1.0 wrote the folder ``golden/0.1/calibration`` on 2026-11-22: a store of each kind with
+every kind of event but one that failed, and an unfinished session of each procedure. Never rewrite
+it: the files of users are like it.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ from ocmm_core.camera import Rig, load_rig
 from ocmm_core.seals import SealWord
 from ocmm_core.tracking import load_probe
 
-BEFORE = Path(__file__).parent / "before"
+BEFORE = Path(__file__).parents[2] / "golden" / "0.1" / "calibration"
 LATER = datetime(2026, 3, 3, 8, 0, tzinfo=UTC)
 TIP = "6 mm"
 

@@ -13,7 +13,7 @@ from ocmm_cli.calibrate import calibrate_app
 from ocmm_core.calibration.cameras import load_spots, read_reference_points
 
 _ROOT = Path(__file__).resolve().parents[3]
-_PAGE = _ROOT / "docs" / "calibration.md"
+_PAGE = _ROOT / "docs" / "technician" / "calibration.md"
 _MODULES = ("_guards", "_mix_up", "_network", "_model_fit", "_known_points_session")
 
 

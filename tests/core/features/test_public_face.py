@@ -14,7 +14,7 @@ from ocmm_core.features.measured import fit_shape
 from ocmm_core.features.shapes import GEOMETRY_NAMES, Shape
 from tests.core.features.shape_samples import HALF_ANGLE, RADIUS, SECOND, ideal_points
 
-PAGE = Path(__file__).parents[3] / "docs" / "python.md"
+PAGE = Path(__file__).parents[3] / "docs" / "integrator" / "python.md"
 EXAMPLES = re.findall(r"^```python\n(.*?)^```", PAGE.read_text(encoding="utf-8"), re.M | re.S)
 MOST_LINES = 10
 

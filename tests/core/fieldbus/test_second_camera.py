@@ -1,4 +1,4 @@
-"""A camera built from docs/camera_objects.md alone passes every rule: the page suffices."""
+"""A camera built from docs/integrator/camera_objects.md alone passes every rule."""
 
 from __future__ import annotations
 

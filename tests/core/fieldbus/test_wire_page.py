@@ -8,7 +8,7 @@ from pathlib import Path
 from ocmm_core.acquisition.bus_process import RECIPE
 
 _ROOT = Path(__file__).resolve().parents[3]
-_PAGE = _ROOT / "docs" / "wire.md"
+_PAGE = _ROOT / "docs" / "technician" / "wire.md"
 
 
 def test_what_the_page_tells_to_type_exists() -> None:

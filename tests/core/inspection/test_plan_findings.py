@@ -330,7 +330,10 @@ def test_each_kind_of_characteristic_is_compared_with_its_features() -> None:
 
 def test_the_plan_of_the_manual_is_complete_and_valid(tmp_path: Path) -> None:
     """The German page has the same plan."""
-    pages = [ROOT / "docs" / "plans.md", ROOT / "docs" / "de" / "plans.md"]
+    pages = [
+        ROOT / "docs" / "inspector" / "plans.md",
+        ROOT / "docs" / "de" / "inspector" / "plans.md",
+    ]
     (text, german) = (
         re.findall(r"```toml\n(schema.*?)```", page.read_text(), re.DOTALL) for page in pages
     )

@@ -13,7 +13,7 @@ from docs import translations
 from ocmm_core.manual import Manual, Place, load_manual, mark_of
 
 _DOCS = Path(__file__).resolve().parents[3] / "docs"
-_PAGES = sorted(path.name for path in (_DOCS / "de").glob("*.md"))
+_PAGES = translations.pages(_DOCS / "de")
 _LINK = re.compile(r"(!?)\[[^\]]*\]\(([^)\s]*)\)")
 _FENCED = re.compile(r"^( *)```.*?^\1```", re.DOTALL | re.MULTILINE)
 _INDENTED = re.compile(r"(?<=\n\n)(?: {4}\S.*\n)+")
@@ -35,6 +35,10 @@ def german() -> Manual:
 
 def _raw(name: str, folder: str = "") -> str:
     return (_DOCS / folder / name).read_text(encoding="utf-8")
+
+
+def _folder(name: str) -> str:
+    return posixpath.dirname(name)
 
 
 def _blocks(text: str) -> list[str]:
@@ -69,7 +73,7 @@ def test_what_an_inspector_and_a_technician_meet_is_there_in_german(german: Manu
         "calibration", "calibration_in_use", "probe_calibration", "tip", "probe_in_use",
         "reference_body", "acceptance", "recall", "archive", "exports", "doctor",
     }  # fmt: skip
-    assert {f"{name}.md" for name in wanted} <= set(_PAGES)
+    assert wanted <= {Path(name).stem for name in _PAGES}
     held = {one.name for one in german.chapters if one.language == "de"}
     assert held == set(_PAGES)
 
@@ -93,7 +97,7 @@ def test_a_german_page_has_headings_pictures_code_and_links_of_the_english_one(
         ]
         assert counts[0] == counts[1], shape
     assert _blocks(_raw(name, "de")) == _blocks(_raw(name))
-    assert _links(_raw(name, "de"), "de") == _links(_raw(name), "")
+    assert _links(_raw(name, "de"), f"de/{_folder(name)}") == _links(_raw(name), _folder(name))
 
 
 @pytest.mark.parametrize("name", _PAGES)
@@ -101,19 +105,19 @@ def test_every_link_and_picture_of_a_german_page_leads_to_a_file_and_to_its_sect
     name: str, german: Manual
 ) -> None:
     text = _raw(name, "de")
-    assert translations.linked(text) == text, "run: python -m docs.translations"
+    assert translations.linked(name, text) == text, "run: python -m docs.translations"
     for picture, link in _LINK.findall(_FENCED.sub("", text)):
         path, _, anchor = link.partition("#")
         if ":" in path:
             continue
         if path:
-            assert (_DOCS / "de" / path).is_file(), link
+            assert (_DOCS / "de" / _folder(name) / path).is_file(), link
         if picture:
             assert german.picture(name, link) is not None, link
         elif not path or path.endswith(".md"):
             place = german.resolve(name, link)
             # README files beside the sources are none of the manual's.
-            assert place is not None or path.endswith("README.md"), link
+            assert place is not None or path.startswith("../../../"), link
             assert place is None or place.anchor == anchor, link
 
 
@@ -182,13 +186,13 @@ def test_a_page_that_is_behind_says_so_and_one_with_other_sections_is_not_shown(
 @pytest.mark.parametrize(
     ("question", "document", "anchor"),
     [
-        ("ausrichtung", "inspecting.md", "alignment-f5"),
-        ("nicht nachgewiesen", "colours.md", "features-and-characteristics"),
+        ("ausrichtung", "inspector/inspecting.md", "alignment-f5"),
+        ("nicht nachgewiesen", "inspector/colours.md", "features-and-characteristics"),
         ("unsicherheit", "", ""),
-        ("strg+b support", "help.md", "support-bundle-ctrlb"),
-        ("handschuhe", "settings.md", ""),
-        ("gelbe streifen", "colours.md", "yellow-bands"),
-        ("kegelsitz schwenk", "wizards.md", "both-hands-on-the-probe"),
+        ("strg+b support", "inspector/help.md", "support-bundle-ctrlb"),
+        ("handschuhe", "inspector/settings.md", ""),
+        ("gelbe streifen", "inspector/colours.md", "yellow-bands"),
+        ("kegelsitz schwenk", "technician/wizards.md", "both-hands-on-the-probe"),
         ("größer", "", ""),
     ],
 )

@@ -90,7 +90,7 @@ def test_every_kind_has_a_row_with_a_known_answer() -> None:
 
 
 def test_every_kind_is_explained_in_the_documentation() -> None:
-    page = Path(ocmm_core.__path__[0]).parent / "docs" / "characteristics.md"
+    page = Path(ocmm_core.__path__[0]).parent / "docs" / "quality" / "characteristics.md"
     told = page.read_text(encoding="utf-8")
     assert [name for name in KINDS if f"`{name}`" not in told] == []
 

@@ -82,8 +82,8 @@ def test_no_led_is_misnamed(
     )  # fmt: skip
     record_property("named", f"{found.sum()} of {frames} frames")
     record_property("spots", int(np.count_nonzero(named >= 0)))
-    # A reflection beside a hidden LED may be taken for it (docs/identification.md: 17 in a million
-    # frames); it lies where the LED would be, so that no tip is wrong.
+    # A reflection beside a hidden LED may be taken for it (docs/technician/identification.md: 17 in
+    # a million frames); it lies where the LED would be, so that no tip is wrong.
     assert np.count_nonzero(wrong.any(axis=(1, 2))) <= 1
     assert squares(rig, body, part, named).max() < WRONG
     # Frames in which most LEDs are hidden or out of sight may be refused.
