@@ -16,9 +16,8 @@ from ocmm_core.calibration.pivot._bundle import (
     solve_pinned,
     spots_of_cameras,
 )
-from ocmm_core.calibration.pivot._covariance import LEAST_BLOCKS
+from ocmm_core.calibration.pivot._covariance import LEAST_BLOCKS, random_wave
 from ocmm_core.calibration.pivot._data import LeftOut, PivotLimits, PivotSweep, SweepCoverage
-from ocmm_core.calibration.pivot._pattern import random_wave
 from ocmm_core.calibration.pivot._robust import FreePoses, free_poses
 from ocmm_core.calibration.records import Finding
 from ocmm_core.camera import Rig

@@ -4,9 +4,9 @@ In: frames of a waved probe, placements of a length bar, two seats visited first
 Out: cameras in the chosen world, their covariance, findings, and a record to accept.
 
 Read `_data` (input and output), `_problem` (from observations to a bundle), `_relocation` (the
-adjustment), `_frame` (the world), `_guards`, `_findings`, `_repeats` and `_culprit` (acceptance,
-and faulty elements). `_procedure_relocation` with `_steps` and `_state` is the guided form. The
-adjustment itself is in `bundle`. The package is independent of the probe's own calibration.
+adjustment), `_frame` (the world), `_guards`, `_findings` and `_culprit` (acceptance, and faulty
+elements). `_procedure_relocation` with `_steps` and `_state` is the guided form. The adjustment
+itself is in `bundle`. The package is independent of the probe's own calibration.
 """
 
 from __future__ import annotations
@@ -38,8 +38,8 @@ else:
     __getattr__ = door(
         __name__,
         _data=(
-            "GeometryMode KeptByCameras KeptByPoints LengthBar LensMode Observations ProbeFrames "
-            "RelocationOptions ShownBar"
+            "GeometryMode KeptByCameras KeptByPoints LengthBar LensMode Observations "
+            "ProbeFrames RelocationOptions ShownBar"
         ),
         _guards="judge_residuals",
         _problem="RelocationProblem build",

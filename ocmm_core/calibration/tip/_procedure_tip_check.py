@@ -33,10 +33,14 @@ from ocmm_core.calibration.tip._check import (
     decide_check,
     never_conclusive,
 )
-from ocmm_core.calibration.tip._errors import sigma_of_difference
-from ocmm_core.calibration.tip._events import TipCheckBegun, TouchEvent
-from ocmm_core.calibration.tip._opening import mounted_records
-from ocmm_core.calibration.tip._qualification import doubtful_warning, nearest_to_limit
+from ocmm_core.calibration.tip._fit import sigma_of_difference
+from ocmm_core.calibration.tip._qualification import (
+    TipCheckBegun,
+    TouchEvent,
+    doubtful_warning,
+    mounted_records,
+    nearest_to_limit,
+)
 from ocmm_core.calibration.tip._sphere_layout import (
     CHECK_RINGS,
     cone_layout,
@@ -44,7 +48,7 @@ from ocmm_core.calibration.tip._sphere_layout import (
     sphere_layout,
 )
 from ocmm_core.calibration.tip._state import Wanted
-from ocmm_core.calibration.tip._touch_hints import attitudes_gate, places_gate
+from ocmm_core.calibration.tip._steps import attitudes_gate, places_gate
 from ocmm_core.calibration.tip._touch_session import POLE, TouchProcedure
 from ocmm_core.calibration.tip._views import CheckVerdict, TipCheckOutcome, TipCheckView
 from ocmm_core.camera import Rig

@@ -17,16 +17,16 @@ from ocmm_core.calibration.guided import (
     tips_of,
     touch_of,
 )
-from ocmm_core.calibration.tip._errors import DiameterErrors
-from ocmm_core.calibration.tip._events import BallInCone, BallOnSphere, TouchBegun
 from ocmm_core.calibration.tip._fit import (
     LEAST_POINTS,
     BallFit,
+    DiameterErrors,
     centre_of_few,
     fit_ball_on,
     predicted_covariance,
     predicted_errors,
 )
+from ocmm_core.calibration.tip._qualification import BallInCone, BallOnSphere, TouchBegun
 from ocmm_core.calibration.tip._sphere_layout import (
     CONE_TOLERANCE,
     Layout,

@@ -42,19 +42,26 @@ from ocmm_core.calibration.records import (
     probe_from_records,
     record_hash,
 )
-from ocmm_core.calibration.tip._events import (
+from ocmm_core.calibration.tip._qualification import (
     BallInCone,
     BallOnSphere,
     TakenBack,
     TouchBegun,
     TouchEvent,
+    continued_records,
+    sphere_warnings,
 )
-from ocmm_core.calibration.tip._opening import continued_records
-from ocmm_core.calibration.tip._qualification import sphere_warnings
-from ocmm_core.calibration.tip._sight import Sight
 from ocmm_core.calibration.tip._state import TouchState, Wanted
-from ocmm_core.calibration.tip._steps import CONE, PREPARE, RESULT, SPHERE, TAKING, steps_of
-from ocmm_core.calibration.tip._touch_hints import places_gate
+from ocmm_core.calibration.tip._steps import (
+    CONE,
+    PREPARE,
+    RESULT,
+    SPHERE,
+    TAKING,
+    Sight,
+    places_gate,
+    steps_of,
+)
 from ocmm_core.calibration.tip._views import TipCheckOutcome, TipOutcome, TouchView
 from ocmm_core.camera import Rig
 from ocmm_core.chain_file import ChainFile
