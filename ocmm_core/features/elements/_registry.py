@@ -9,15 +9,12 @@ from typing import NamedTuple, TypeAlias
 import numpy as np
 
 from ocmm_core.features.elements import _distances as distances
-from ocmm_core.features.elements._circle import fit_circle, fit_circle_free, fit_circle_projected
 from ocmm_core.features.elements._cone import fit_cone
 from ocmm_core.features.elements._cylinder import fit_cylinder
 from ocmm_core.features.elements._ellipse import fit_ellipse, fit_ellipse_projected
-from ocmm_core.features.elements._line import fit_line
-from ocmm_core.features.elements._plane import fit_plane
-from ocmm_core.features.elements._point import fit_point
+from ocmm_core.features.elements._flat import fit_circle, fit_circle_free, fit_circle_projected
+from ocmm_core.features.elements._plane import fit_line, fit_plane, fit_point, fit_sphere
 from ocmm_core.features.elements._slot import fit_slot, fit_slot_projected
-from ocmm_core.features.elements._sphere import fit_sphere
 from ocmm_core.features.elements._torus import fit_torus
 from ocmm_core.features.search import (
     BALL,
