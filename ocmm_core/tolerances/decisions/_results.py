@@ -18,7 +18,7 @@ from ocmm_core.tolerances.decisions._decision import (
     not_proven,
     without_uncertainty,
 )
-from ocmm_core.tolerances.decisions._result import CharacteristicResult
+from ocmm_core.tolerances.decisions._verdict import CharacteristicResult
 from ocmm_core.tolerances.kinds import evaluate, involved_features, needs_part_frame, spec_of
 from ocmm_core.tolerances.uncertainty import (
     NOT_DETERMINED,

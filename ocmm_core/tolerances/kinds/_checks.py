@@ -9,8 +9,7 @@ from ocmm_core.features.shapes import Shape
 from ocmm_core.geometry import Float
 from ocmm_core.part_model import face_fault
 from ocmm_core.tolerances.kinds._registry import KINDS
-from ocmm_core.tolerances.kinds._shape_groups import ALL
-from ocmm_core.tolerances.kinds._spec import Asked, Fault, KindSpec
+from ocmm_core.tolerances.kinds._spec import ALL, Asked, Fault, KindSpec
 from ocmm_core.tolerances.zones import AXES, Characteristic
 
 _MODIFIED = re.compile(r"(?P<name>.+?)\s*(?:[ⓂⓁ]|\((?:M|L|MMB|LMB|MMC|LMC)\))", re.IGNORECASE)

@@ -12,10 +12,16 @@ from ocmm_core.features.measured import ActualFeature
 from ocmm_core.features.shapes import DIRECTION, POINT, Shape
 from ocmm_core.geometry import Float
 from ocmm_core.measuring import Rows
-from ocmm_core.tolerances.kinds._differences import by_differences
-from ocmm_core.tolerances.kinds._shape_groups import ALL
 from ocmm_core.tolerances.kinds._size import distance_of_faces, two_point_fault
-from ocmm_core.tolerances.kinds._spec import Asked, Fault, KindSpec, MonteCarlo, QifWords
+from ocmm_core.tolerances.kinds._spec import (
+    ALL,
+    Asked,
+    Fault,
+    KindSpec,
+    MonteCarlo,
+    QifWords,
+    by_differences,
+)
 from ocmm_core.tolerances.zones import (
     AXES,
     CENTRES,

@@ -27,8 +27,8 @@ from ocmm_core.features.shapes import (
 from ocmm_core.geometry import RigidTransform, perpendicular_pair
 from ocmm_core.measuring import Rows
 from ocmm_core.tolerances.kinds._form_zone import form_range, form_zone
-from ocmm_core.tolerances.kinds._shape_groups import ALL
 from ocmm_core.tolerances.kinds._spec import (
+    ALL,
     Asked,
     Fault,
     KindSpec,

@@ -14,9 +14,13 @@ from ocmm_core.features.measured import ActualFeature
 from ocmm_core.features.shapes import DIRECTION, POINT, RADIUS, SECOND, Shape, nominal_geometry
 from ocmm_core.geometry import Float, perpendicular_pair
 from ocmm_core.measuring import Rows
-from ocmm_core.tolerances.kinds._shape_groups import ALL, ROUND_AXES, SLOTS, SPHERICAL, WITH_SIZE
 from ocmm_core.tolerances.kinds._size import associated_size, own_association, size_words
 from ocmm_core.tolerances.kinds._spec import (
+    ALL,
+    ROUND_AXES,
+    SLOTS,
+    SPHERICAL,
+    WITH_SIZE,
     Asked,
     Fault,
     KindSpec,

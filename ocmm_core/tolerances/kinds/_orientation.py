@@ -11,8 +11,8 @@ from ocmm_core.errors import FitError
 from ocmm_core.features.measured import ActualFeature
 from ocmm_core.features.shapes import DIRECTION, Shape, element, nominal_geometry
 from ocmm_core.geometry import Float, perpendicular_pair, unit
-from ocmm_core.tolerances.kinds._shape_groups import DIRECTED
 from ocmm_core.tolerances.kinds._spec import (
+    DIRECTED,
     Asked,
     Fault,
     KindSpec,

@@ -21,15 +21,20 @@ from ocmm_core.features.shapes import (
 )
 from ocmm_core.geometry import Float
 from ocmm_core.measuring import Rows
-from ocmm_core.tolerances.kinds._differences import by_differences
-from ocmm_core.tolerances.kinds._shape_groups import (
+from ocmm_core.tolerances.kinds._spec import (
     LONG_AND_WIDE,
     SLOTS,
     WITH_DIAMETER,
     WITH_RADIUS,
     WITH_WIDTH,
+    Asked,
+    Fault,
+    KindSpec,
+    MonteCarlo,
+    QifWords,
+    Symbol,
+    by_differences,
 )
-from ocmm_core.tolerances.kinds._spec import Asked, Fault, KindSpec, MonteCarlo, QifWords, Symbol
 from ocmm_core.tolerances.zones import (
     TWO_POINT,
     Association,
