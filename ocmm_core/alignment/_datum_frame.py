@@ -14,8 +14,16 @@ from itertools import islice
 
 import numpy as np
 
-from ocmm_core.alignment._freedom import Freedom, Held, cross, move_to, square_pair, turn_to
-from ocmm_core.alignment._misfit import LEVER_MM, misfit_of_all
+from ocmm_core.alignment._freedom import (
+    LEVER_MM,
+    Freedom,
+    Held,
+    cross,
+    misfit_of_all,
+    move_to,
+    square_pair,
+    turn_to,
+)
 from ocmm_core.errors import FitError
 from ocmm_core.features.measured import gauge_point
 from ocmm_core.features.shapes import ACROSS, DIRECTION, POINT, RADIUS, Shape
