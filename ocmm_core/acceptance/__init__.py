@@ -19,7 +19,6 @@ from typing import TYPE_CHECKING
 from ocmm_core.door import door
 
 if TYPE_CHECKING:
-    from ocmm_core.acceptance._chains import chain_history
     from ocmm_core.acceptance._events import AcceptanceView
     from ocmm_core.acceptance._guards import (
         artefact_findings,
@@ -77,6 +76,7 @@ if TYPE_CHECKING:
         procedure_files,
     )
     from ocmm_core.acceptance._recompute import (
+        chain_history,
         differences,
         load_record,
         load_signed_record,
@@ -139,13 +139,12 @@ if TYPE_CHECKING:
 else:
     __getattr__ = door(
         __name__,
-        _chains="chain_history",
         _events="AcceptanceView",
         _guards="artefact_findings begin_findings climate_reasons reserved_spots spots_hash",
         _guided="AcceptanceProcedure",
         _guided_view="AcceptanceOutcome GuidedAcceptanceView worst_value",
         _interim=(
-            "INTERIM ChartPoint InterimChart InterimCheck InterimHistory InterimWord check_of "
+            "ChartPoint INTERIM InterimChart InterimCheck InterimHistory InterimWord check_of "
             "interim_chart note_check"
         ),
         _kinds="KINDS kind_of plan_of values_of",
@@ -159,13 +158,13 @@ else:
             "procedure_files"
         ),
         _recompute=(
-            "differences load_record load_signed_record recompute recompute_tips save_record"
+            "chain_history differences load_record load_signed_record recompute recompute_tips "
+            "save_record"
         ),
         _register=(
             "ARTEFACT_KINDS ARTEFACT_SCHEMA ArtefactEntry ArtefactKind ArtefactRegister "
-            "NOT_SIGNED_REMEDY REGISTER "
-            "check_entry default_artefact_folder load_artefact load_used used_bar "
-            "used_sphere"
+            "NOT_SIGNED_REMEDY REGISTER check_entry default_artefact_folder load_artefact "
+            "load_used used_bar used_sphere"
         ),
         _result=(
             "AcceptanceRecord Climate Instrument JudgedValue Observation PlannedPosition "
