@@ -17,7 +17,7 @@ from ocmm_core.acceptance._interim import INTERIM, InterimCheck
 from ocmm_core.acceptance._kinds import quantities_of, values_of
 from ocmm_core.acceptance._planning import vector
 from ocmm_core.acceptance._register import REGISTER, ArtefactRegister
-from ocmm_core.acceptance._result import AcceptanceRecord, Verdict
+from ocmm_core.acceptance._result import AcceptanceRecord, AcceptanceVerdict
 from ocmm_core.acceptance._situation import Stage, situation_of, worst_of
 from ocmm_core.calibration.guided import from_spots
 from ocmm_core.calibration.records import SignedRecord, load_signed, save
@@ -58,7 +58,7 @@ def recompute(record: AcceptanceRecord) -> AcceptanceRecord:
         values=values,
         quantities=quantities_of(values),
         void_reasons=void,
-        verdict=Verdict.VOID if void else verdict,
+        verdict=AcceptanceVerdict.VOID if void else verdict,
     )
 
 

@@ -71,19 +71,21 @@ class Freedom:
 
 
 @dataclass(frozen=True, slots=True)
-class Held:
+class AlignedMotion:
     """A motion to the frame, with its remaining freedom."""
 
     T_frame_from_world: RigidTransform
     freedom: Freedom
 
     @classmethod
-    def free(cls) -> Held:
+    def free(cls) -> AlignedMotion:
         """Return the start: identity, unconstrained."""
         return cls(RigidTransform.identity(), Freedom.full())
 
 
-def turn_to(held: Held, direction_world: Float, nominal: Float, sense: float, name: str) -> Held:
+def turn_to(
+    held: AlignedMotion, direction_world: Float, nominal: Float, sense: float, name: str
+) -> AlignedMotion:
     """Return the frame turned, as far as free, until a measured direction is nominal.
 
     `direction_world`, `nominal`: (3,), unit: as measured in the world, and nominal in the frame.
@@ -107,7 +109,9 @@ def turn_to(held: Held, direction_world: Float, nominal: Float, sense: float, na
     return _turned(held, rotation, replace(freedom, turn=np.zeros((0, 3))))
 
 
-def move_to(held: Held, point_world: Float, nominal: Float, rows: Float, name: str) -> Held:
+def move_to(
+    held: AlignedMotion, point_world: Float, nominal: Float, rows: Float, name: str
+) -> AlignedMotion:
     """Return the frame moved, as far as free, until a measured point is nominal.
 
     By sliding if possible, else by rotation about the centre. `point_world`, `nominal`: (3,), mm:
@@ -130,8 +134,8 @@ def move_to(held: Held, point_world: Float, nominal: Float, rows: Float, name: s
         rest = np.vstack([ways[: len(lengths)][~locked], ways[len(lengths) :]])
         freedom = replace(freedom, slide=rest @ freedom.slide)
         if not fixed_centre and not _slides_square_to_turns(freedom):
-            return Held(T, replace(freedom, centre=nominal))
-    held = Held(T, freedom)
+            return AlignedMotion(T, replace(freedom, centre=nominal))
+    held = AlignedMotion(T, freedom)
     if not fixed_centre or not len(freedom.turn):
         return held
     lever, wanted = T.apply(point_world) - freedom.centre, nominal - freedom.centre
@@ -183,10 +187,10 @@ def square_pair(direction: Float) -> Float:
     return np.stack([first, cross(direction, first)])
 
 
-def _turned(held: Held, rotation: Float, freedom: Freedom) -> Held:
+def _turned(held: AlignedMotion, rotation: Float, freedom: Freedom) -> AlignedMotion:
     centre = held.freedom.centre
     about = RigidTransform(rotation, centre - rotation @ centre)
-    return Held(about.compose(held.T_frame_from_world), freedom)
+    return AlignedMotion(about.compose(held.T_frame_from_world), freedom)
 
 
 def angle_about(axis: Float, start: Float, end: Float) -> float:

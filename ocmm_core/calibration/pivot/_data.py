@@ -102,7 +102,7 @@ class PivotOptions:
 
 
 @dataclass(frozen=True, slots=True)
-class LeftOut:
+class ExcludedFrame:
     """An excluded frame."""
 
     frame: int
@@ -146,7 +146,7 @@ class PivotCalibration:
     """(n, 3, 3), world from probe; NaN for excluded frames."""
     used: NDArray[np.bool_]
     """(n,): frames used."""
-    left_out: tuple[LeftOut, ...]
+    left_out: tuple[ExcludedFrame, ...]
     residuals_px: Pixels
     """(n, C, L, 2), observed minus predicted; NaN if unseen or excluded."""
     rms_px: float

@@ -17,7 +17,7 @@ from ocmm_core.calibration.pivot._bundle import (
     spots_of_cameras,
 )
 from ocmm_core.calibration.pivot._covariance import LEAST_BLOCKS, random_wave
-from ocmm_core.calibration.pivot._data import LeftOut, PivotLimits, PivotSweep, SweepCoverage
+from ocmm_core.calibration.pivot._data import ExcludedFrame, PivotLimits, PivotSweep, SweepCoverage
 from ocmm_core.calibration.pivot._robust import FreePoses, free_poses
 from ocmm_core.calibration.records import Finding
 from ocmm_core.camera import Rig
@@ -165,7 +165,7 @@ def judge_coverage(coverage: SweepCoverage, limits: PivotLimits) -> list[Finding
 
 
 def judge_left_out(
-    left_out: tuple[LeftOut, ...], frames: int, limits: PivotLimits
+    left_out: tuple[ExcludedFrame, ...], frames: int, limits: PivotLimits
 ) -> list[Finding]:
     if not left_out:
         return []

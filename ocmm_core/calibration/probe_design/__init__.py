@@ -22,7 +22,7 @@ if TYPE_CHECKING:
         REFERENCE_C,
         UNMEASURED_K,
         Bar,
-        Expansion,
+        MaterialExpansion,
         Panel,
         Temperature,
         certified_at,
@@ -74,7 +74,7 @@ else:
     __getattr__ = door(
         __name__,
         _beam=(
-            "Bar Expansion HIGHEST_C LARGEST_U_K LOWEST_C Panel REFERENCE_C Temperature "
+            "Bar MaterialExpansion HIGHEST_C LARGEST_U_K LOWEST_C Panel REFERENCE_C Temperature "
             "UNMEASURED_K certified_at compression require_temperature sag side_load "
             "stated_temperature upright_shortening"
         ),
@@ -93,10 +93,10 @@ else:
 
 __all__ = [
     "HIGHEST_C", "LARGEST_U_K", "LOWEST_C", "REFERENCE_C", "UNMEASURED_K", "Bar", "ContactForce",
-    "DefinitionCheck", "Expansion", "Panel", "Postures", "ProbeDesign", "Temperature",
+    "DefinitionCheck", "MaterialExpansion", "Panel", "Postures", "ProbeDesign", "Temperature",
     "TemperatureState", "TipMap", "TipNumber", "View", "WrongLabels", "body_in_use", "bow_shape",
-    "certified_at", "check_temperature", "compression", "contact_force", "definition_of", "examine",
-    "force_shapes", "growth_shape", "leds_behind_body", "load_design", "probe_text",
+    "certified_at", "check_temperature", "compression", "contact_force", "definition_of",
+    "examine", "force_shapes", "growth_shape", "leds_behind_body", "load_design", "probe_text",
     "read_definition", "require_temperature", "sag", "sag_shape", "save_definition",
     "shipped_design", "side_load", "stated_temperature", "tilt_map", "tip_number", "tip_shift",
     "upright_shortening", "volume_map", "wrong_labels",

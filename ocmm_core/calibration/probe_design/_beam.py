@@ -287,7 +287,7 @@ def certified_at(
 
 
 @dataclass(frozen=True, slots=True)
-class Expansion:
+class MaterialExpansion:
     """Thermal expansion of a material."""
 
     name: str
@@ -303,7 +303,7 @@ class Layer:
 
     start_mm: float
     end_mm: float
-    material: Expansion
+    material: MaterialExpansion
 
 
 @dataclass(frozen=True, slots=True)
@@ -316,7 +316,7 @@ class LayerChain:
     """The first one starts at the ball or before it."""
 
     @property
-    def materials(self) -> tuple[Expansion, ...]:
+    def materials(self) -> tuple[MaterialExpansion, ...]:
         """Return every material once; layers of one material share its expansion."""
         return tuple(dict.fromkeys(layer.material for layer in self.layers))
 

@@ -18,9 +18,9 @@ from ocmm_core.calibration.probe_design._beam import (
     LOWEST_C,
     Bar,
     Beam,
-    Expansion,
     Layer,
     LayerChain,
+    MaterialExpansion,
     Panel,
     Section,
     make_beam,
@@ -123,7 +123,7 @@ class ProbeDesign:
     """Bending model: the sections on a grid."""
     chain: LayerChain
     """Thermal growth model."""
-    ball: Expansion
+    ball: MaterialExpansion
     handle_mm: float
     """Position of the grip, from the ball's centre."""
     contact_force_n: float
@@ -151,7 +151,7 @@ def load_design(path: Path | str, body: ProbeBody) -> ProbeDesign:
     materials = {entry.name: entry for entry in document.materials}
     _check(path, document, materials)
     expansions = {
-        name: Expansion(name, _PPM * entry.expansion_ppm, _PPM * entry.expansion_sigma_ppm)
+        name: MaterialExpansion(name, _PPM * entry.expansion_ppm, _PPM * entry.expansion_sigma_ppm)
         for name, entry in materials.items()
     }
     axis = unit(np.array(document.axis))

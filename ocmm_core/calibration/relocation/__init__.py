@@ -17,10 +17,10 @@ from ocmm_core.door import door
 
 if TYPE_CHECKING:
     from ocmm_core.calibration.relocation._data import (
+        BarDistance,
         GeometryMode,
         KeptByCameras,
         KeptByPoints,
-        LengthBar,
         LensMode,
         Observations,
         ProbeFrames,
@@ -38,7 +38,7 @@ else:
     __getattr__ = door(
         __name__,
         _data=(
-            "GeometryMode KeptByCameras KeptByPoints LengthBar LensMode Observations "
+            "GeometryMode KeptByCameras KeptByPoints BarDistance LensMode Observations "
             "ProbeFrames RelocationOptions ShownBar"
         ),
         _guards="judge_residuals",
@@ -51,8 +51,8 @@ else:
     )
 
 __all__ = [
-    "BAR", "BARS_WANTED", "LENGTH_LIMIT_MM", "POSES_WANTED", "GeometryMode", "KeptByCameras",
-    "KeptByPoints", "LengthBar", "LensMode", "Observations", "ProbeFrames", "RelocationOptions",
-    "RelocationProblem", "RelocationProcedure", "ShownBar", "World", "build", "judge_residuals",
-    "relocate",
+    "BAR", "BARS_WANTED", "LENGTH_LIMIT_MM", "POSES_WANTED", "BarDistance", "GeometryMode",
+    "KeptByCameras", "KeptByPoints", "LensMode", "Observations", "ProbeFrames",
+    "RelocationOptions", "RelocationProblem", "RelocationProcedure", "ShownBar", "World", "build",
+    "judge_residuals", "relocate",
 ]  # fmt: skip

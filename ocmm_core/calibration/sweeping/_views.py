@@ -8,7 +8,13 @@ from typing import TypeAlias
 
 import numpy as np
 
-from ocmm_core.calibration.guided import Begun, ProcedureView, SessionEvent, Spots, from_spots
+from ocmm_core.calibration.guided import (
+    ProcedureView,
+    SessionEvent,
+    SessionHeader,
+    Spots,
+    from_spots,
+)
 from ocmm_core.calibration.pivot import (
     PivotCalibration,
     PivotLimits,
@@ -180,7 +186,7 @@ AGAIN, RESULT = "again", "result"
 SWEEPS = (FIRST, SECOND)
 
 
-class PivotBegun(Begun, frozen=True, kw_only=True):
+class PivotBegun(SessionHeader, frozen=True, kw_only=True):
     """First line."""
 
     probe: str

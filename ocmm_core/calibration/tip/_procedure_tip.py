@@ -46,7 +46,7 @@ from ocmm_core.calibration.tip._sphere_layout import (
     frame_about,
     sphere_layout,
 )
-from ocmm_core.calibration.tip._state import Wanted
+from ocmm_core.calibration.tip._state import TouchPlan
 from ocmm_core.calibration.tip._steps import attitudes_gate
 from ocmm_core.calibration.tip._touch_session import POLE, TouchProcedure
 from ocmm_core.calibration.tip._views import TipOutcome, TipView
@@ -105,9 +105,9 @@ class TipQualificationProcedure(TouchProcedure[TipOutcome, TipBegun]):
         with self._lock:
             return self._snapshot(TipView, outcome=self._outcome)
 
-    def _wanting(self, rig: Rig, calibrated: ProbeBody) -> Wanted:
+    def _wanting(self, rig: Rig, calibrated: ProbeBody) -> TouchPlan:
         begun, frame = self._begun, frame_about(POLE, rig)
-        return Wanted(
+        return TouchPlan(
             frame=frame,
             places=sphere_layout(QUALIFICATION_RINGS, frame),
             attitudes=cone_layout(frame),

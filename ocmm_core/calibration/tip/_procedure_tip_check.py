@@ -47,7 +47,7 @@ from ocmm_core.calibration.tip._sphere_layout import (
     frame_about,
     sphere_layout,
 )
-from ocmm_core.calibration.tip._state import Wanted
+from ocmm_core.calibration.tip._state import TouchPlan
 from ocmm_core.calibration.tip._steps import attitudes_gate, places_gate
 from ocmm_core.calibration.tip._touch_session import POLE, TouchProcedure
 from ocmm_core.calibration.tip._views import CheckVerdict, TipCheckOutcome, TipCheckView
@@ -114,11 +114,11 @@ class TipCheckProcedure(TouchProcedure[TipCheckOutcome, TipCheckBegun]):
             self._decision = (self._version, decision)
         return self._decision[1]
 
-    def _wanting(self, rig: Rig, calibrated: ProbeBody) -> Wanted:
+    def _wanting(self, rig: Rig, calibrated: ProbeBody) -> TouchPlan:
         begun, frame = self._begun, frame_about(POLE, rig)
         places = sphere_layout(CHECK_RINGS, frame)
         self._qualification = qualified = _qualified(self._records, begun.qualification)
-        return Wanted(
+        return TouchPlan(
             frame=frame,
             places=places,
             attitudes=cone_layout(frame),

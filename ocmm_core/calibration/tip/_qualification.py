@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TypeAlias
 
-from ocmm_core.calibration.guided import Articulation, Begun, SessionEvent, Spots
+from ocmm_core.calibration.guided import Articulation, SessionEvent, SessionHeader, Spots
 from ocmm_core.calibration.records import (
     ArtefactUse,
     CameraRecord,
@@ -138,7 +138,7 @@ def doubtful_warning(ball: BallFit) -> tuple[Finding, ...]:
     )
 
 
-class TouchBegun(Begun, frozen=True, kw_only=True):
+class TouchBegun(SessionHeader, frozen=True, kw_only=True):
     """Common first line of both procedures."""
 
     tip: str

@@ -47,7 +47,7 @@ _NEIGHBOUR = np.radians(6.0)
 
 
 @dataclass(frozen=True, slots=True)
-class Wanted:
+class TouchPlan:
     """Requirements of a procedure."""
 
     frame: LayoutFrame
@@ -73,7 +73,7 @@ class TouchState:
     rig: Rig
     body: ProbeBody
     begun: TouchBegun
-    wanted: Wanted
+    wanted: TouchPlan
     """`rig`, `body`, `begun`, `wanted`: Context; the body is the calibrated one."""
     on_sphere: list[tuple[BallOnSphere, RestingTouch]] = field(default_factory=list)
     in_cone: list[tuple[BallInCone, RestingTouch]] = field(default_factory=list)

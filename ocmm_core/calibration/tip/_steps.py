@@ -163,7 +163,7 @@ def attitudes_gate(state: TouchState) -> Gate:
 _APART_MM, _APART_RAD = 2.0, np.radians(8.0)
 
 
-class Sight:
+class RestingBall:
     """Averages spots of a ball that rests ``hold_s`` longer, or reports what prevents recording."""
 
     def __init__(self, state: TouchState, hold_s: float) -> None:

@@ -51,14 +51,14 @@ from ocmm_core.calibration.tip._qualification import (
     continued_records,
     sphere_warnings,
 )
-from ocmm_core.calibration.tip._state import TouchState, Wanted
+from ocmm_core.calibration.tip._state import TouchPlan, TouchState
 from ocmm_core.calibration.tip._steps import (
     CONE,
     PREPARE,
     RESULT,
     SPHERE,
     TAKING,
-    Sight,
+    RestingBall,
     places_gate,
     steps_of,
 )
@@ -107,7 +107,7 @@ class TouchProcedure(ProbeProcedure[TouchEvent, Q], Generic[Q, B]):
         super().__init__(chain, begun, rig, store, begun.tip)
         require_probe(chain.path, begun.probe_identity, body)
         self._state = TouchState(rig, calibrated, begun, self._wanted)
-        self._sight = Sight(self._state, hold_s)
+        self._sight = RestingBall(self._state, hold_s)
         self._shocks = ShockDetector()
         self._fold()
 
@@ -192,7 +192,7 @@ class TouchProcedure(ProbeProcedure[TouchEvent, Q], Generic[Q, B]):
             self._append(TakenBack(utc=utc_text(now), step=self._step, point=point))
 
     @abstractmethod
-    def _wanting(self, rig: Rig, calibrated: ProbeBody) -> Wanted:
+    def _wanting(self, rig: Rig, calibrated: ProbeBody) -> TouchPlan:
         """Return layouts and limits; called once, before the state exists."""
 
     @abstractmethod

@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from ocmm_core.features.elements._registry import (
         ELEMENTS,
         ElementSpec,
-        Known,
+        FitPrior,
         distance_derivatives,
         nominal_distances,
         surface_normals,
@@ -49,14 +49,14 @@ else:
         _oriented="fit_oriented fixed_direction turned_direction",
         _plane="fit_line fit_plane fit_point fit_sphere",
         _registry=(
-            "ELEMENTS ElementSpec Known distance_derivatives nominal_distances surface_normals"
+            "ELEMENTS ElementSpec FitPrior distance_derivatives nominal_distances surface_normals"
         ),
         _slot="fit_slot fit_slot_projected",
         _torus="fit_torus",
     )
 
 __all__ = [
-    "ELEMENTS", "LARGEST_RADIUS", "ElementSpec", "Known", "distance_derivatives", "fit_circle",
+    "ELEMENTS", "LARGEST_RADIUS", "ElementSpec", "FitPrior", "distance_derivatives", "fit_circle",
     "fit_circle_free", "fit_circle_projected", "fit_cone", "fit_cylinder", "fit_ellipse",
     "fit_ellipse_projected", "fit_line", "fit_oriented", "fit_plane", "fit_point", "fit_slot",
     "fit_slot_projected", "fit_sphere", "fit_torus", "fixed_direction", "nominal_distances",

@@ -30,7 +30,7 @@ from ocmm_core.features.shapes import GEOMETRY_SIZE, POINT, Fit, Shape
 from ocmm_core.geometry import Float, Points3
 
 
-class Known(NamedTuple):
+class FitPrior(NamedTuple):
     """Prior information for a fit. A named tuple, as one is made for every fit."""
 
     direction: Float | None = None
@@ -62,9 +62,9 @@ Signed: TypeAlias = Callable[[Float, Float], tuple[Float, Points3]]
 class ElementSpec:
     """Computation for one shape."""
 
-    fit: Callable[[Points3, Known], Fit]
+    fit: Callable[[Points3, FitPrior], Fit]
     """Least squares, from points (n, 3), mm."""
-    projected: Callable[[Points3, Float, Known], tuple[Fit, Float]] | None
+    projected: Callable[[Points3, Float, FitPrior], tuple[Fit, Float]] | None
     """The same in a plane of a normal (3,), with its derivatives (12, 3); None without a plane."""
     jacobian: Slopes
     """Derivatives of signed distances, see `distance_derivatives`."""

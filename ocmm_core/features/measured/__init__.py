@@ -53,7 +53,7 @@ if TYPE_CHECKING:
         measured_of,
         oriented_feature,
     )
-    from ocmm_core.features.measured._fit import Certificate, certificate, fit_shape, outliers
+    from ocmm_core.features.measured._fit import ZoneProof, certificate, fit_shape, outliers
     from ocmm_core.features.measured._influence import (
         CommandingPoints,
         commanding_points,
@@ -82,7 +82,7 @@ else:
         _construct_geometry="gauge_point",
         _constructed="constructed_features nominal_geometries",
         _each="Each Instead Orientation can_be_oriented geometries_of measured_of oriented_feature",
-        _fit="Certificate certificate fit_shape outliers",
+        _fit="ZoneProof certificate fit_shape outliers",
         _influence="CommandingPoints commanding_points commanding_rows commanding_touches",
         _second_order="beyond_first_order solver_start",
         _verify=(
@@ -93,9 +93,9 @@ else:
 
 __all__ = [
     "APEX_LIMIT", "AXIAL", "CENTRED", "DIRECTION_LIMIT", "LONG", "POSITION_LIMIT", "SAME_RADIUS",
-    "SIZE_LIMIT", "ActualFeature", "Bisector", "Certificate", "CommandingPoints", "Construction",
+    "SIZE_LIMIT", "ActualFeature", "Bisector", "CommandingPoints", "Construction",
     "Convention", "Each", "FitThrough", "Instead", "Intersection", "Midpoint", "Offset",
-    "Orientation", "PairResult", "PartOf", "ResidualSlopes", "SetReport", "Touches",
+    "Orientation", "PairResult", "PartOf", "ResidualSlopes", "SetReport", "Touches", "ZoneProof",
     "actual_features", "beyond_first_order", "can_be_oriented", "certificate", "commanding_points",
     "commanding_rows", "commanding_touches", "constructed_features", "construction_fault",
     "fit_shape", "gauge_point", "geometries_of", "in_order", "measured_of", "needed_features",

@@ -10,13 +10,13 @@ from dataclasses import replace
 
 import numpy as np
 
-from ocmm_core.features.elements import ELEMENTS, Known, distance_derivatives
+from ocmm_core.features.elements import ELEMENTS, FitPrior, distance_derivatives
 from ocmm_core.features.search import with_rival
 from ocmm_core.features.shapes import Criterion, Fit, Shape
-from ocmm_core.features.zones import Certificate, certificate, fit_bounded, fit_zone
+from ocmm_core.features.zones import ZoneProof, certificate, fit_bounded, fit_zone
 from ocmm_core.geometry import Float, Points3
 
-__all__ = ["Certificate", "associate", "certificate", "fit_shape"]
+__all__ = ["ZoneProof", "associate", "certificate", "fit_shape"]
 
 
 def fit_shape(
@@ -65,7 +65,7 @@ def fit_shape(
             second_hint=second_hint, half_angle_hint=half_angle_hint, free=free, offset=offset,
         )  # fmt: skip
         return associate(start, points, criterion, offset)
-    known = Known(direction_hint, radius_hint, second_hint, half_angle_hint, free, offset)
+    known = FitPrior(direction_hint, radius_hint, second_hint, half_angle_hint, free, offset)
     return ELEMENTS[shape].fit(points, known)
 
 

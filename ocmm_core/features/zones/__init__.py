@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING
 from ocmm_core.door import door
 
 if TYPE_CHECKING:
-    from ocmm_core.features.zones._certificate import Certificate, certificate
+    from ocmm_core.features.zones._certificate import ZoneProof, certificate
     from ocmm_core.features.zones._elements import ZONES, task_of
     from ocmm_core.features.zones._solver import best_zone
     from ocmm_core.features.zones._surfaces import distances
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 else:
     __getattr__ = door(
         __name__,
-        _certificate="Certificate certificate",
+        _certificate="ZoneProof certificate",
         _elements="ZONES task_of",
         _solver="best_zone",
         _surfaces="distances",
@@ -33,6 +33,6 @@ else:
     )
 
 __all__ = [
-    "ZONES", "Certificate", "best_zone", "certificate", "distances", "fit_bounded", "fit_zone",
+    "ZONES", "ZoneProof", "best_zone", "certificate", "distances", "fit_bounded", "fit_zone",
     "fit_zone_line_in_plane", "task_of",
 ]  # fmt: skip

@@ -34,7 +34,7 @@ from ocmm_core.features.zones._elements import BOUNDED, ZoneTask, task_of, zone_
 from ocmm_core.features.zones._kernel import narrowest_zone
 from ocmm_core.features.zones._settled import balanced, search, settled_fit
 from ocmm_core.features.zones._solver import Zone, natural_steps, settle
-from ocmm_core.features.zones._surfaces import FLAT_LINE, Placed
+from ocmm_core.features.zones._surfaces import FLAT_LINE, ElementPose
 from ocmm_core.geometry import Float, Points3, unit
 
 ONE_PLANE = 1e-11
@@ -164,7 +164,7 @@ def fit_bounded(start: Fit, points: Points3, criterion: Criterion) -> Fit:
         zone = _largest_held(task)
     else:
         # Convex, so any start suffices; the least-squares centre of a small patch is far away.
-        middle = Placed(task.start.frame, np.zeros(3))
+        middle = ElementPose(task.start.frame, np.zeros(3))
         steps = natural_steps(surface, task.points, middle)
         zone = balanced(task, settle(surface, task.points, middle, steps, 1.0))
     if inside and not _surround(task, zone.placed):
@@ -181,13 +181,13 @@ def _not_around(shape: Shape) -> FitError:
     )
 
 
-def _arms(task: ZoneTask, placed: Placed) -> Float:
+def _arms(task: ZoneTask, placed: ElementPose) -> Float:
     """Return points in the relevant coordinates: two across an axis, or three."""
     local = placed.local(task.points)
     return local if task.shape is Shape.SPHERE else local[:, :2]
 
 
-def _surround(task: ZoneTask, placed: Placed) -> bool:
+def _surround(task: ZoneTask, placed: ElementPose) -> bool:
     """Return whether every half space through the centre contains points."""
     arms = _arms(task, placed)
     outward = arms / np.maximum(np.linalg.norm(arms, axis=1), 1e-12)[:, None]
@@ -209,7 +209,7 @@ def _largest_held(task: ZoneTask) -> Zone:
     steps = natural_steps(task.surface, task.points, task.start)
     zones = []
     for centre in starts:
-        there = Placed(task.start.frame, task.start.origin + task.start.frame @ centre)
+        there = ElementPose(task.start.frame, task.start.origin + task.start.frame @ centre)
         zone = settle(task.surface, task.points, there, steps, 0.01)
         if zone.settled and _surround(task, zone.placed):
             zones.append(zone)

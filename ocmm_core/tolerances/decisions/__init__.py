@@ -41,7 +41,7 @@ if TYPE_CHECKING:
         Whisker,
         deviation_picture,
     )
-    from ocmm_core.tolerances.decisions._results import Known, evaluate_all, evaluate_one
+    from ocmm_core.tolerances.decisions._results import FeatureLookup, evaluate_all, evaluate_one
     from ocmm_core.tolerances.decisions._verdict import (
         LOWEST_TUR,
         NO_VERDICT,
@@ -65,7 +65,7 @@ else:
             "RULES Rule decide make_result not_measured not_proven provisional rule_id rule_words"
         ),
         _deviations="DeviationClass DeviationPicture NO_DEVIATIONS Whisker deviation_picture",
-        _results="Known evaluate_all evaluate_one",
+        _results="FeatureLookup evaluate_all evaluate_one",
         _verdict=(
             "CharacteristicResult LOWEST_TUR NO_VERDICT PartVerdict PartWord RequirementCount "
             "U_LABEL U_WORDS Verdict VerdictSummary WORST_FIRST judge_part summarise"
@@ -74,9 +74,9 @@ else:
 
 __all__ = [
     "LOWEST_TUR", "NO_DEVIATIONS", "NO_VERDICT", "RULES", "U_LABEL", "U_WORDS", "WORST_FIRST",
-    "CharacteristicResult", "ControlChart", "DeviationClass", "DeviationPicture", "Known",
-    "PartVerdict", "PartWord", "ProcessCapability", "RequirementCount", "Rule", "Signal", "Verdict",
-    "VerdictSummary", "Whisker", "capability", "control_chart", "decide", "deviation_picture",
-    "evaluate_all", "evaluate_one", "judge_part", "make_result", "not_measured", "not_proven",
-    "provisional", "rule_id", "rule_words", "summarise",
+    "CharacteristicResult", "ControlChart", "DeviationClass", "DeviationPicture", "FeatureLookup",
+    "PartVerdict", "PartWord", "ProcessCapability", "RequirementCount", "Rule", "Signal",
+    "Verdict", "VerdictSummary", "Whisker", "capability", "control_chart", "decide",
+    "deviation_picture", "evaluate_all", "evaluate_one", "judge_part", "make_result",
+    "not_measured", "not_proven", "provisional", "rule_id", "rule_words", "summarise",
 ]  # fmt: skip

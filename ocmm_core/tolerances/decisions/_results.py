@@ -54,7 +54,7 @@ def evaluate_all(
     return tuple(evaluate_one(item, alignment, known, frames, rule) for item in characteristics)
 
 
-class Known(Protocol):
+class FeatureLookup(Protocol):
     """Access to the features of a job by name and by point."""
 
     @property
@@ -117,7 +117,7 @@ def _missing(
 def evaluate_one(
     characteristic: Characteristic,
     alignment: AnyAlignment | None,
-    known: Known,
+    known: FeatureLookup,
     frames: Frames,
     rule: Rule,
 ) -> CharacteristicResult:

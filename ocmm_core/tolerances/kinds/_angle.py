@@ -19,10 +19,10 @@ from ocmm_core.features.shapes import DIRECTION, HALF_ANGLE, Shape
 from ocmm_core.geometry import Float, perpendicular_pair
 from ocmm_core.tolerances.kinds._spec import (
     DIRECTED,
-    Asked,
     Fault,
     KindSpec,
     MonteCarlo,
+    PlannedCharacteristic,
     QifWords,
     by_differences,
 )
@@ -247,7 +247,7 @@ def _between(first: Float, second: Float) -> float:
     return float(np.degrees(np.arctan2(sine, float(first @ second))))
 
 
-def _cone_fault(asked: Asked) -> Fault | None:
+def _cone_fault(asked: PlannedCharacteristic) -> Fault | None:
     if len(asked.item.features) == 1 and asked.first is not Shape.CONE:
         return "features", "names one feature; an angle needs two, or one cone"
     return None

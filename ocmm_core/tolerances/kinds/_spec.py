@@ -57,7 +57,7 @@ OfGeometry = Callable[
 
 
 @dataclass(frozen=True, slots=True)
-class Asked:
+class PlannedCharacteristic:
     """A characteristic in the context of its plan."""
 
     item: Characteristic
@@ -78,7 +78,7 @@ class Asked:
         return self.item.zone == "planes" and self.first is not Shape.PLANE
 
 
-Check = Callable[[Asked], Fault | None]
+Check = Callable[[PlannedCharacteristic], Fault | None]
 
 
 class MonteCarlo(Enum):
@@ -117,7 +117,7 @@ class Symbol:
     """Half a circle open at the bottom; ``"closed"`` with the line below."""
 
 
-def no_association(asked: Asked) -> Fault | None:
+def no_association(asked: PlannedCharacteristic) -> Fault | None:
     """Refuse every association."""
     return "association", "goes with sizes, distances of faces and form only"
 

@@ -15,10 +15,10 @@ from ocmm_core.measuring import Rows
 from ocmm_core.tolerances.kinds._spec import (
     DIRECTED,
     SLOTS,
-    Asked,
     Fault,
     KindSpec,
     MonteCarlo,
+    PlannedCharacteristic,
     QifWords,
     Symbol,
 )
@@ -132,7 +132,7 @@ def _of_faces(first: ActualFeature, second: ActualFeature, datum: ActualFeature)
     )
 
 
-def _pair_fault(asked: Asked) -> Fault | None:
+def _pair_fault(asked: PlannedCharacteristic) -> Fault | None:
     item = asked.item
     if (len(item.features) == 1) != (asked.first in SLOTS):
         return "features", "needs one slot or rectangle, or two opposite planes"

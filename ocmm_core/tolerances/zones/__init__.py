@@ -67,7 +67,7 @@ if TYPE_CHECKING:
     from ocmm_core.tolerances.zones._zones import (
         DerivedPoint,
         Surface,
-        TouchedSurface,
+        SurfaceTouches,
         derived_zone,
         form_noise,
         surface_zone,
@@ -88,7 +88,7 @@ else:
         _two_point="across_slot around between_faces slot_envelope",
         _zone_frame="BEST_FIT ZoneFrame free_frame moved_geometry",
         _zones=(
-            "DerivedPoint Surface TouchedSurface derived_zone form_noise surface_zone "
+            "DerivedPoint Surface SurfaceTouches derived_zone form_noise surface_zone "
             "vector_evaluation"
         ),
     )
@@ -96,7 +96,7 @@ else:
 __all__ = [
     "AXES", "BEST_FIT", "CENTRES", "TWO_POINT", "Association", "Characteristic", "DerivedPoint",
     "Evaluation", "FormNoise", "Frames", "HeldFrame", "Keep", "ModelSurface", "Ranked", "Section",
-    "Seen", "Surface", "SurfacePoints", "TouchedSurface", "ZoneFrame", "across_slot", "around",
+    "Seen", "Surface", "SurfacePoints", "SurfaceTouches", "ZoneFrame", "across_slot", "around",
     "associated", "axis_sections", "between_faces", "derived_points", "derived_zone",
     "few_in_a_section", "form_noise", "free_frame", "kept_offset", "least_squares", "median_line",
     "moved_geometry", "no_part_frame", "own_fit", "points_note", "section_circle", "sections",

@@ -33,7 +33,7 @@ _SETTLED = 1e-5
 """Motion, mm, above which the linearisation is repeated at the new place."""
 
 
-class TouchedSurface(Protocol):
+class SurfaceTouches(Protocol):
     """Touches of a surface with their true geometry."""
 
     @property
@@ -130,7 +130,7 @@ class DerivedPoint:
     """3 rows."""
 
 
-def surface_zone(surfaces: Sequence[TouchedSurface], frame: ZoneFrame) -> Evaluation:
+def surface_zone(surfaces: Sequence[SurfaceTouches], frame: ZoneFrame) -> Evaluation:
     """Return twice the greatest distance from true geometry; FitError without a solution."""
     worlds = [surface.world for surface in surfaces]
 
@@ -186,7 +186,7 @@ def surface_zone(surfaces: Sequence[TouchedSurface], frame: ZoneFrame) -> Evalua
     )
 
 
-def _all_seen(surfaces: Sequence[TouchedSurface], values: Float, normals: Float) -> Seen:
+def _all_seen(surfaces: Sequence[SurfaceTouches], values: Float, normals: Float) -> Seen:
     found, first = [], 0
     for surface in surfaces:
         own = slice(first, first + len(surface.world))
@@ -222,7 +222,7 @@ def form_noise(distances: Float, by_coordinates: Rows, free: Float) -> FormNoise
     )
 
 
-def _by_own_points(surfaces: Sequence[TouchedSurface], normals: Float) -> Rows:
+def _by_own_points(surfaces: Sequence[SurfaceTouches], normals: Float) -> Rows:
     """Return derivatives of distances by their own ball centres and the ball, n rows."""
     places = [place for surface in surfaces for place in surface.places]
     by_radius, first = [], 0
