@@ -7,14 +7,17 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
 import msgspec
 
-from ocmm_core.features.measured import ActualFeature
 from ocmm_core.geometry import Float
 from ocmm_core.measuring import Rows
 from ocmm_core.part_model import NominalFace
+
+if TYPE_CHECKING:
+    # Loads what computes; the Start page reads the words of this file.
+    from ocmm_core.features.measured import ActualFeature
 
 Association = Literal[
     "",
