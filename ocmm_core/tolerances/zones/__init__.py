@@ -3,7 +3,7 @@
 In: measured features and the frame.
 Out: widths of zones, axes and centres, local sizes, each with its gradient by the points.
 
-Read `_characteristic` (entry of a plan, value before uncertainty), then `_surface` (points under
+Read `_characteristic` (entry of a plan), `_evaluation` (its value), then `_surface` (points under
 the ball, also against faces of the model), `_derived` (centres, axes), `_zone_frame` (pose,
 smallest zone), `_frames` (caches), `_zones` and `_two_point` (local sizes). It is the first package
 of tolerances and independent of specific kinds.
@@ -20,10 +20,6 @@ if TYPE_CHECKING:
         TWO_POINT,
         Association,
         Characteristic,
-        Evaluation,
-        FormNoise,
-        Ranked,
-        Seen,
         points_note,
     )
     from ocmm_core.tolerances.zones._derived import (
@@ -37,6 +33,7 @@ if TYPE_CHECKING:
         section_circle,
         sections,
     )
+    from ocmm_core.tolerances.zones._evaluation import Evaluation, FormNoise, Ranked, Seen
     from ocmm_core.tolerances.zones._frames import (
         Frames,
         HeldFrame,
@@ -76,9 +73,8 @@ if TYPE_CHECKING:
 else:
     __getattr__ = door(
         __name__,
-        _characteristic=(
-            "Association Characteristic Evaluation FormNoise Ranked Seen TWO_POINT points_note"
-        ),
+        _characteristic="Association Characteristic TWO_POINT points_note",
+        _evaluation="Evaluation FormNoise Ranked Seen",
         _derived=(
             "AXES CENTRES Section axis_sections derived_points few_in_a_section median_line "
             "section_circle sections"
