@@ -15,10 +15,10 @@ import argparse
 import numpy as np
 
 from ocmm_core.acceptance import (
-    Instrument,
+    AcceptanceVerdict,
+    InstrumentState,
     Situation,
     Stage,
-    Verdict,
     find_procedure,
     load_procedure,
     plan_of,
@@ -53,7 +53,7 @@ def run(runs: int, shares: tuple[float, ...], *, seed: int, drawn: bool) -> dict
     bar = used_bar(load_bar(resource("artefacts", "verification_bar.toml")))
     procedure = load_procedure(find_procedure("LENGTH-7x5"))[0]
     low, high = rig.volume_world.tolist()
-    instrument = Instrument(
+    instrument = InstrumentState(
         rig=rig.name, calibration="", calibration_status="DESIGN", probe=body.name, tip="",
         tip_record="", ball_radius=body.tip_radius, ball_sigma=0.0,
         cameras=tuple(one.name for one in rig.cameras), volume_min=tuple(low),
@@ -88,7 +88,11 @@ def run(runs: int, shares: tuple[float, ...], *, seed: int, drawn: bool) -> dict
             empty = tuple(np.zeros((0, 3)) for _ in plan)
             at = Situation(stage, plan, taken, empty, (ROOM,) * len(plan))
             values = values_of(at)
-            bad = {value.key.split("/")[0] for value in values if value.verdict is not Verdict.PASS}
+            bad = {
+                value.key.split("/")[0]
+                for value in values
+                if value.verdict is not AcceptanceVerdict.PASS
+            }
             if len(bad) == 1:
                 number = int(bad.pop())
                 again = Situation(
@@ -98,7 +102,13 @@ def run(runs: int, shares: tuple[float, ...], *, seed: int, drawn: bool) -> dict
                 )  # fmt: skip
                 values = values_of(again)
             verdicts = {value.verdict for value in values}
-            counts[0 if verdicts == {Verdict.PASS} else 1 if Verdict.FAIL in verdicts else 2] += 1
+            counts[
+                0
+                if verdicts == {AcceptanceVerdict.PASS}
+                else 1
+                if AcceptanceVerdict.FAIL in verdicts
+                else 2
+            ] += 1
         found[share] = counts
     return found
 

@@ -15,9 +15,9 @@ import numpy as np
 from ocmm_core.calibration.guided import random_lines
 from ocmm_core.calibration.monitor import camera_changes
 from ocmm_core.calibration.relocation import (
+    BarDistance,
     KeptByCameras,
     KeptByPoints,
-    LengthBar,
     Observations,
     ProbeFrames,
     RelocationOptions,
@@ -79,7 +79,7 @@ class Scene:
     poses: int
     start: Rig
     body: ProbeBody
-    bar: LengthBar
+    bar: BarDistance
     points: Float
     cameras: tuple[CameraModel, ...]
     leds: Float

@@ -348,7 +348,7 @@ acceptance_app.command()(interim)
 
 
 def _exit(record: AcceptanceRecord) -> None:
-    from ocmm_core.acceptance import Verdict
+    from ocmm_core.acceptance import AcceptanceVerdict
 
-    if record.verdict is not Verdict.PASS:
+    if record.verdict is not AcceptanceVerdict.PASS:
         raise typer.Exit(1)

@@ -16,9 +16,9 @@ from ocmm_cli.terminal import lead, say, say_word
 from ocmm_core.acceptance import (
     AcceptanceRecord,
     AcceptanceSession,
+    AcceptanceVerdict,
     AcceptanceView,
     RoomAir,
-    Verdict,
     read_temperature,
     reserved_spots,
 )
@@ -177,7 +177,11 @@ def run_test(
         while True:
             source.collect()
             view = session.view
-            if not retest or view.verdict in (Verdict.PASS, Verdict.VOID) or not view.retests_left:
+            if (
+                not retest
+                or view.verdict in (AcceptanceVerdict.PASS, AcceptanceVerdict.VOID)
+                or not view.retests_left
+            ):
                 break
             try:
                 positions = session.retest(datetime.now(UTC))

@@ -19,7 +19,6 @@ from typing import TYPE_CHECKING
 from ocmm_core.door import door
 
 if TYPE_CHECKING:
-    from ocmm_core.acceptance._chains import chain_history
     from ocmm_core.acceptance._events import AcceptanceView
     from ocmm_core.acceptance._guards import (
         artefact_findings,
@@ -71,12 +70,13 @@ if TYPE_CHECKING:
         InterimTest,
         Mpe,
         PartTest,
-        Procedure,
+        ProcedureDocument,
         find_procedure,
         load_procedure,
         procedure_files,
     )
     from ocmm_core.acceptance._recompute import (
+        chain_history,
         differences,
         load_record,
         load_signed_record,
@@ -102,16 +102,16 @@ if TYPE_CHECKING:
     from ocmm_core.acceptance._result import (
         RECORD_SCHEMA,
         AcceptanceRecord,
-        Climate,
-        Instrument,
+        AcceptanceVerdict,
+        ClimateReading,
+        InstrumentState,
         JudgedValue,
         Observation,
         PlannedPosition,
         QuantityResult,
-        Refusal,
+        RefusedPoint,
         RoomAir,
         UsedArtefact,
-        Verdict,
     )
     from ocmm_core.acceptance._session import AcceptanceSession
     from ocmm_core.acceptance._situation import Situation, Stage, certified_at, judge
@@ -139,13 +139,12 @@ if TYPE_CHECKING:
 else:
     __getattr__ = door(
         __name__,
-        _chains="chain_history",
         _events="AcceptanceView",
         _guards="artefact_findings begin_findings climate_reasons reserved_spots spots_hash",
         _guided="AcceptanceProcedure",
         _guided_view="AcceptanceOutcome GuidedAcceptanceView worst_value",
         _interim=(
-            "INTERIM ChartPoint InterimChart InterimCheck InterimHistory InterimWord check_of "
+            "ChartPoint INTERIM InterimChart InterimCheck InterimHistory InterimWord check_of "
             "interim_chart note_check"
         ),
         _kinds="KINDS kind_of plan_of values_of",
@@ -155,21 +154,22 @@ else:
         ),
         _part_u="LEAST_RESULTS PartTask PartUncertainty dissimilar part_uncertainty",
         _procedure=(
-            "ClimateRule InterimTest Mpe PartTest Procedure find_procedure load_procedure "
+            "ClimateRule InterimTest Mpe PartTest ProcedureDocument find_procedure load_procedure "
             "procedure_files"
         ),
         _recompute=(
-            "differences load_record load_signed_record recompute recompute_tips save_record"
+            "chain_history differences load_record load_signed_record recompute recompute_tips "
+            "save_record"
         ),
         _register=(
             "ARTEFACT_KINDS ARTEFACT_SCHEMA ArtefactEntry ArtefactKind ArtefactRegister "
-            "NOT_SIGNED_REMEDY REGISTER "
-            "check_entry default_artefact_folder load_artefact load_used used_bar "
-            "used_sphere"
+            "NOT_SIGNED_REMEDY REGISTER check_entry default_artefact_folder load_artefact "
+            "load_used used_bar used_sphere"
         ),
         _result=(
-            "AcceptanceRecord Climate Instrument JudgedValue Observation PlannedPosition "
-            "QuantityResult RECORD_SCHEMA Refusal RoomAir UsedArtefact Verdict"
+            "AcceptanceRecord ClimateReading InstrumentState JudgedValue Observation "
+            "PlannedPosition "
+            "QuantityResult RECORD_SCHEMA RefusedPoint RoomAir UsedArtefact AcceptanceVerdict"
         ),
         _session="AcceptanceSession",
         _situation="Situation Stage certified_at judge",
@@ -185,21 +185,21 @@ else:
 __all__ = [
     "ARTEFACT_KINDS", "ARTEFACT_SCHEMA", "INTERIM", "KINDS", "LEAST_RESULTS", "NOT_SIGNED_REMEDY",
     "RECORDS", "RECORD_SCHEMA", "REGISTER", "SESSIONS", "AcceptanceOutcome", "AcceptanceProcedure",
-    "AcceptanceRecord", "AcceptanceSession", "AcceptanceView", "ArtefactEntry", "ArtefactKind",
-    "ArtefactOffer", "ArtefactRegister", "ChartPoint", "Climate", "ClimateRule", "FinishedTest",
-    "GuidedAcceptanceView", "Instrument", "InterimChart", "InterimCheck", "InterimHistory",
-    "InterimTest", "InterimWord", "JudgedValue", "LoggedTemperature", "Mpe", "Observation",
-    "OpenTest", "PartTask", "PartTest", "PartUncertainty", "PlannedPosition", "Procedure",
-    "ProcedureOffer", "QuantityResult", "Refusal", "RoomAir", "Situation", "SpatValues",
-    "SphereValues", "Stage", "TemperatureSource", "ThermometerLog", "UsedArtefact", "Verdict",
-    "VolumetricValues", "artefact_findings", "begin_findings", "block_length", "certified_at",
-    "chain_history", "check_entry", "check_of", "climate_reasons", "default_artefact_folder",
-    "differences", "dissimilar", "faces_normal", "find_procedure", "finished_tests",
-    "interim_chart", "judge", "kind_of", "load_artefact", "load_procedure", "load_record",
-    "load_signed_record", "load_used", "location_value", "nest_lengths", "note_check",
-    "offered_artefacts", "offered_procedures", "open_tests", "part_uncertainty", "plan_of",
-    "procedure_files", "read_temperature", "recompute", "recompute_tips", "repeat_ranges",
-    "reserved_spots", "save_record", "smallest_ball", "spat_values",
-    "sphere_values", "spots_hash", "thermometer_log", "thickness", "typed_entry", "used_bar",
-    "used_sphere", "values_of", "volumetric_values", "worst_value",
+    "AcceptanceRecord", "AcceptanceSession", "AcceptanceVerdict", "AcceptanceView",
+    "ArtefactEntry", "ArtefactKind", "ArtefactOffer", "ArtefactRegister", "ChartPoint",
+    "ClimateReading", "ClimateRule", "FinishedTest", "GuidedAcceptanceView", "InstrumentState",
+    "InterimChart", "InterimCheck", "InterimHistory", "InterimTest", "InterimWord", "JudgedValue",
+    "LoggedTemperature", "Mpe", "Observation", "OpenTest", "PartTask", "PartTest",
+    "PartUncertainty", "PlannedPosition", "ProcedureDocument", "ProcedureOffer", "QuantityResult",
+    "RefusedPoint", "RoomAir", "Situation", "SpatValues", "SphereValues", "Stage",
+    "TemperatureSource", "ThermometerLog", "UsedArtefact", "VolumetricValues", "artefact_findings",
+    "begin_findings", "block_length", "certified_at", "chain_history", "check_entry", "check_of",
+    "climate_reasons", "default_artefact_folder", "differences", "dissimilar", "faces_normal",
+    "find_procedure", "finished_tests", "interim_chart", "judge", "kind_of", "load_artefact",
+    "load_procedure", "load_record", "load_signed_record", "load_used", "location_value",
+    "nest_lengths", "note_check", "offered_artefacts", "offered_procedures", "open_tests",
+    "part_uncertainty", "plan_of", "procedure_files", "read_temperature", "recompute",
+    "recompute_tips", "repeat_ranges", "reserved_spots", "save_record", "smallest_ball",
+    "spat_values", "sphere_values", "spots_hash", "thermometer_log", "thickness", "typed_entry",
+    "used_bar", "used_sphere", "values_of", "volumetric_values", "worst_value",
 ]  # fmt: skip

@@ -7,17 +7,17 @@ from typing import TypeAlias
 
 import msgspec
 
-from ocmm_core.acceptance._procedure import Procedure
+from ocmm_core.acceptance._procedure import ProcedureDocument
 from ocmm_core.acceptance._result import (
-    Climate,
-    Instrument,
+    AcceptanceVerdict,
+    ClimateReading,
+    InstrumentState,
     JudgedValue,
     Observation,
     PlannedPosition,
-    Refusal,
+    RefusedPoint,
     RoomAir,
     UsedArtefact,
-    Verdict,
 )
 
 
@@ -25,9 +25,9 @@ class Begun(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tru
     """First line; see `AcceptanceRecord`. ``reserved`` hashes spots used before."""
 
     utc: str
-    procedure: Procedure
+    procedure: ProcedureDocument
     procedure_sha256: str
-    instrument: Instrument
+    instrument: InstrumentState
     artefacts: tuple[UsedArtefact, ...]
     made_by: str
     place: str
@@ -44,11 +44,11 @@ class PointTaken(Observation, frozen=True, kw_only=True, tag=True):
     """An accepted point."""
 
 
-class PointRefused(Refusal, frozen=True, kw_only=True, tag=True):
+class PointRefused(RefusedPoint, frozen=True, kw_only=True, tag=True):
     """A point that was refused."""
 
 
-class PositionRedone(Refusal, frozen=True, kw_only=True, tag=True):
+class PositionRedone(RefusedPoint, frozen=True, kw_only=True, tag=True):
     """All points of a position were removed because of wrong placement."""
 
 
@@ -59,7 +59,7 @@ class RetestBegun(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fiel
     positions: tuple[PlannedPosition, ...]
 
 
-class ClimateNoted(Climate, frozen=True, kw_only=True, tag=True):
+class ClimateNoted(ClimateReading, frozen=True, kw_only=True, tag=True):
     """A temperature."""
 
 
@@ -67,7 +67,7 @@ class Finished(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=
     """The verdict was given; last line."""
 
     utc: str
-    verdict: Verdict
+    verdict: AcceptanceVerdict
     remark: str = ""
 
 
@@ -110,7 +110,7 @@ class AcceptanceView:
     """`current`, `next_item`: next position and point; -1 if complete."""
     instruction: str
     values: tuple[JudgedValue, ...]
-    verdict: Verdict | None
+    verdict: AcceptanceVerdict | None
     """Verdict if finished now; None until complete."""
     retests_left: int
     needs_temperature: bool

@@ -11,7 +11,7 @@ import msgspec
 
 from ocmm_core.acceptance._kinds import kind_of
 from ocmm_core.acceptance._procedure import BallTest, DiameterTest, LocationTest, SphereTest
-from ocmm_core.acceptance._result import Climate, UsedArtefact
+from ocmm_core.acceptance._result import ClimateReading, UsedArtefact
 from ocmm_core.acceptance._situation import Stage
 from ocmm_core.calibration.guided import Spots
 from ocmm_core.calibration.probe_design import Temperature
@@ -196,7 +196,7 @@ def require_usable(tip: Float) -> None:
         )
 
 
-def climate_reasons(stage: Stage, climate: Sequence[Climate]) -> list[str]:
+def climate_reasons(stage: Stage, climate: Sequence[ClimateReading]) -> list[str]:
     """Return why the temperatures make a test void; empty if they do not.
 
     A change is too large if two temperatures differ by more than is allowed in the time between

@@ -24,7 +24,7 @@ from ocmm_core.acceptance._guided_view import (
 from ocmm_core.acceptance._interim import InterimChart
 from ocmm_core.acceptance._kinds import quantities_of
 from ocmm_core.acceptance._recompute import save_record
-from ocmm_core.acceptance._result import AcceptanceRecord, Verdict
+from ocmm_core.acceptance._result import AcceptanceRecord, AcceptanceVerdict
 from ocmm_core.acceptance._session import AcceptanceSession
 from ocmm_core.acquisition.frames import FrameBlock
 from ocmm_core.calibration.guided import (
@@ -231,7 +231,7 @@ class AcceptanceProcedure:
             self._error = None
             test = self._test
             self._outcome = AcceptanceOutcome(
-                verdict=test.verdict or Verdict.VOID, values=test.values,
+                verdict=test.verdict or AcceptanceVerdict.VOID, values=test.values,
                 quantities=quantities_of(test.values), void_reasons=test.void_reasons,
                 retests_left=test.retests_left,
             )  # fmt: skip

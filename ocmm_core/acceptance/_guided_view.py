@@ -13,29 +13,31 @@ from ocmm_core.acceptance._events import AcceptanceView
 from ocmm_core.acceptance._interim import InterimChart, InterimWord
 from ocmm_core.acceptance._result import (
     AcceptanceRecord,
+    AcceptanceVerdict,
     JudgedValue,
     QuantityResult,
     UsedArtefact,
-    Verdict,
 )
 from ocmm_core.acceptance._situation import Stage
 from ocmm_core.calibration.guided import OPEN, Gate, ProcedureView, Step
 
 _WORDS = {
-    Verdict.PASS: "PASSED",
-    Verdict.FAIL: "FAILED",
-    Verdict.LEANING_IN: "NOT DECIDED",
-    Verdict.LEANING_OUT: "NOT DECIDED",
-    Verdict.VOID: "VOID",
+    AcceptanceVerdict.PASS: "PASSED",
+    AcceptanceVerdict.FAIL: "FAILED",
+    AcceptanceVerdict.LEANING_IN: "NOT DECIDED",
+    AcceptanceVerdict.LEANING_OUT: "NOT DECIDED",
+    AcceptanceVerdict.VOID: "VOID",
 }
 _MEANINGS = {
-    Verdict.PASS: "Every error is within its limit by the decision rule.",
-    Verdict.FAIL: "An error is beyond its limit. Store the verdict, find the cause, and calibrate.",
-    Verdict.LEANING_IN: (
+    AcceptanceVerdict.PASS: "Every error is within its limit by the decision rule.",
+    AcceptanceVerdict.FAIL: (
+        "An error is beyond its limit. Store the verdict, find the cause, and calibrate."
+    ),
+    AcceptanceVerdict.LEANING_IN: (
         "An error is within its limit by less than the uncertainty of the test: conformity is not "
         "proven. Use a better artefact."
     ),
-    Verdict.LEANING_OUT: (
+    AcceptanceVerdict.LEANING_OUT: (
         "An error is beyond its limit by less than the uncertainty of the test: nothing is proven. "
         "Use a better artefact."
     ),
@@ -62,7 +64,7 @@ class GuidedKind(StrEnum):
 class AcceptanceOutcome:
     """Computed or stored verdict."""
 
-    verdict: Verdict
+    verdict: AcceptanceVerdict
     values: tuple[JudgedValue, ...]
     quantities: tuple[QuantityResult, ...]
     void_reasons: tuple[str, ...]
@@ -81,13 +83,13 @@ class AcceptanceOutcome:
     @property
     def sentence(self) -> str:
         """Return meaning and consequence of the verdict."""
-        if self.verdict is Verdict.VOID:
+        if self.verdict is AcceptanceVerdict.VOID:
             return " ".join((*self.void_reasons, "The test shows nothing: do it again."))
         if self.chart is not None:
             last = self.chart.points[-1]
             said = _CHARTED[last.word]
             return f"{last.reason} {said}".strip()
-        again = _AGAIN if self.retests_left and self.verdict is not Verdict.PASS else ""
+        again = _AGAIN if self.retests_left and self.verdict is not AcceptanceVerdict.PASS else ""
         return f"{_MEANINGS[self.verdict]} {again}".strip()
 
 

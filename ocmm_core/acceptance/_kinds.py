@@ -26,7 +26,12 @@ from ocmm_core.acceptance._procedure import (
     SphereTest,
     VolumetricTest,
 )
-from ocmm_core.acceptance._result import JudgedValue, PlannedPosition, QuantityResult, Verdict
+from ocmm_core.acceptance._result import (
+    AcceptanceVerdict,
+    JudgedValue,
+    PlannedPosition,
+    QuantityResult,
+)
 from ocmm_core.acceptance._situation import Situation, Stage, worst_of
 from ocmm_core.errors import CalibrationError, InputError
 
@@ -53,7 +58,10 @@ class TestKind:
 
 def _whole(at: Situation) -> Retest:
     """Repeat the whole test."""
-    if worst_of([one.verdict for one in values_of(at) if not one.superseded]) is Verdict.PASS:
+    if (
+        worst_of([one.verdict for one in values_of(at) if not one.superseded])
+        is AcceptanceVerdict.PASS
+    ):
         raise _refused("nothing failed")
     roots = [i for i, one in enumerate(at.plan) if one.retest_of < 0]
     last = {at.root(i): i for i in range(len(at.plan))}
@@ -66,7 +74,7 @@ def _line(at: Situation) -> Retest:
         {
             int(one.key.split("/")[0])
             for one in values_of(at)
-            if not one.superseded and one.verdict is not Verdict.PASS
+            if not one.superseded and one.verdict is not AcceptanceVerdict.PASS
         }
     )
     if not bad:
@@ -85,7 +93,7 @@ def _sets(at: Situation) -> Retest:
         raise _refused("it is another kind of test")
     outside: dict[str, int] = {}
     for one in values_of(at):
-        if one.superseded or one.verdict is Verdict.PASS:
+        if one.superseded or one.verdict is AcceptanceVerdict.PASS:
             continue
         if one.quantity == "R0":
             raise _refused(f"R0 of '{one.position}', {one.name}, is outside")

@@ -10,7 +10,7 @@ from typing import cast
 
 from ocmm_core.acceptance._guards import artefact_findings
 from ocmm_core.acceptance._kinds import kind_of
-from ocmm_core.acceptance._procedure import Procedure, load_procedure, procedure_files
+from ocmm_core.acceptance._procedure import ProcedureDocument, load_procedure, procedure_files
 from ocmm_core.acceptance._recompute import load_signed_record
 from ocmm_core.acceptance._register import (
     ARTEFACT_KINDS,
@@ -19,7 +19,7 @@ from ocmm_core.acceptance._register import (
     ArtefactKind,
     check_entry,
 )
-from ocmm_core.acceptance._result import AcceptanceRecord, Instrument, UsedArtefact
+from ocmm_core.acceptance._result import AcceptanceRecord, InstrumentState, UsedArtefact
 from ocmm_core.acceptance._session import AcceptanceSession
 from ocmm_core.acceptance._situation import Stage
 from ocmm_core.calibration.probe_design import Temperature
@@ -49,7 +49,7 @@ _TEXTS = (
 
 @dataclass(frozen=True, slots=True)
 class ProcedureOffer:
-    procedure: Procedure
+    procedure: ProcedureDocument
     file: Path
     sha256: str
     roles: tuple[str, ...]
@@ -92,7 +92,7 @@ class FinishedTest:
         return (*self.record.instrument.states, *signed)
 
 
-def offered_procedures(stage_of: Instrument, seed: int = 0) -> tuple[ProcedureOffer, ...]:
+def offered_procedures(stage_of: InstrumentState, seed: int = 0) -> tuple[ProcedureOffer, ...]:
     """Return the shipped procedures with their requirements."""
     found = []
     for path in procedure_files().values():
@@ -124,7 +124,9 @@ def offered_artefacts(
     return tuple(sorted(offers, key=lambda one: bool(one.refusal)))
 
 
-def open_tests(folder: Path, instrument: Instrument, most: int = MOST_READ) -> tuple[OpenTest, ...]:
+def open_tests(
+    folder: Path, instrument: InstrumentState, most: int = MOST_READ
+) -> tuple[OpenTest, ...]:
     """Return unfinished tests, newest first; the last entry states if there are more."""
     found = []
     paths = sorted(files_of_folder(folder / SESSIONS, ".chain"), key=_made, reverse=True)
@@ -164,7 +166,7 @@ def _is_stored(folder: Path, session: AcceptanceSession) -> bool:
     return any(one.record.chain_head == session.head for one in finished)
 
 
-def _changed(then: Instrument, now: Instrument) -> str:
+def _changed(then: InstrumentState, now: InstrumentState) -> str:
     """Return why a test of one instrument cannot be resumed with another, or empty."""
     for field, what in (
         ("rig", "another rig"), ("calibration", "another calibration of the cameras"),

@@ -197,7 +197,7 @@ TestNumbers: TypeAlias = (
 )
 
 
-class Procedure(Document, frozen=True, kw_only=True):
+class ProcedureDocument(Document, frozen=True, kw_only=True):
     id: str
     title: str
     standard: str
@@ -228,9 +228,9 @@ class Procedure(Document, frozen=True, kw_only=True):
         return f"tested to {name}" if self.checked_by.strip() else f"modelled on {name}"
 
 
-def load_procedure(path: Path | str) -> tuple[Procedure, str]:
+def load_procedure(path: Path | str) -> tuple[ProcedureDocument, str]:
     """Return a procedure and the SHA-256 of its file; raise InputError if invalid."""
-    procedure = load_document(path, Procedure, PROCEDURE_SCHEMA)
+    procedure = load_document(path, ProcedureDocument, PROCEDURE_SCHEMA)
     for name, limit in procedure.limits.items():
         if not (limit.constant > 0.0 and limit.per_length >= 0.0) or (
             limit.largest is not None and limit.largest < limit.constant

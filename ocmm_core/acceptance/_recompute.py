@@ -1,22 +1,30 @@
-"""Signed record files, and their recomputation from raw data."""
+"""Signed record files, and their recomputation from raw data.
+
+Authors and dates in chain files: register, interim checks, test steps.
+"""
 
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import msgspec
 import numpy as np
 
+from ocmm_core.acceptance import _events as log
 from ocmm_core.acceptance._guards import climate_reasons
+from ocmm_core.acceptance._interim import INTERIM, InterimCheck
 from ocmm_core.acceptance._kinds import quantities_of, values_of
 from ocmm_core.acceptance._planning import vector
-from ocmm_core.acceptance._result import AcceptanceRecord, Verdict
+from ocmm_core.acceptance._register import REGISTER, ArtefactRegister
+from ocmm_core.acceptance._result import AcceptanceRecord, AcceptanceVerdict
 from ocmm_core.acceptance._situation import Stage, situation_of, worst_of
 from ocmm_core.calibration.guided import from_spots
 from ocmm_core.calibration.records import SignedRecord, load_signed, save
 from ocmm_core.camera import Rig
+from ocmm_core.chain_file import ChainFile
 from ocmm_core.errors import CalibrationError
-from ocmm_core.seals import Signed
+from ocmm_core.seals import SealState, Signed
 from ocmm_core.tracking import ProbeBody, solve
 
 _SAME_MM = 1e-9
@@ -50,7 +58,7 @@ def recompute(record: AcceptanceRecord) -> AcceptanceRecord:
         values=values,
         quantities=quantities_of(values),
         void_reasons=void,
-        verdict=Verdict.VOID if void else verdict,
+        verdict=AcceptanceVerdict.VOID if void else verdict,
     )
 
 
@@ -95,3 +103,27 @@ def recompute_tips(record: AcceptanceRecord, rig: Rig, body: ProbeBody) -> list[
                 f"{vector(tip)}, {off:.2e} mm from what is stored."
             )
     return found
+
+
+def chain_history(path: Path) -> tuple[Signed, SealState, tuple[tuple[str, str, str], ...]]:
+    """Return kind, signature state and lines (UTC, author, text); errors as `ChainFile`."""
+    if path.name == REGISTER:
+        register = ArtefactRegister(path.parent)
+        return Signed.ARTEFACTS, register.signer, register.changes
+    if path.name == INTERIM:
+        checks: ChainFile[Any] = ChainFile(
+            path, InterimCheck, signed=Signed.INTERIM, remembered=True
+        )
+        rows = tuple(
+            (one.utc, "", f"check of {one.artefact}: {1e3 * one.error_mm:+.1f} µm")
+            for one in checks.items
+        )
+        return Signed.INTERIM, checks.signer, rows
+    steps = ChainFile(path, log.Line, signed=Signed.TEST, remembered=True)
+    begun = steps.items[0].event if steps.items else None
+    who = begun.made_by if isinstance(begun, log.Begun) else ""
+    return (
+        Signed.TEST,
+        steps.signer,
+        tuple((one.event.utc, who, type(one.event).__name__) for one in steps.items),
+    )

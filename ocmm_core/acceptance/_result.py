@@ -11,7 +11,7 @@ from enum import StrEnum
 
 import msgspec
 
-from ocmm_core.acceptance._procedure import Procedure
+from ocmm_core.acceptance._procedure import ProcedureDocument
 from ocmm_core.calibration.guided import Spots
 from ocmm_core.calibration.records import ArtefactUse
 from ocmm_core.camera import Vector3
@@ -21,7 +21,7 @@ from ocmm_core.surroundings import HUMIDITY, PRESSURE, number_of
 RECORD_SCHEMA = "ocmm.acceptance-record/1"
 
 
-class Verdict(StrEnum):
+class AcceptanceVerdict(StrEnum):
     """Result of a test; `VOID`: no result, repeat the test."""
 
     PASS = "PASS"  # noqa: S105 - a verdict
@@ -50,7 +50,7 @@ class JudgedValue(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fiel
     expanded_mm: float
     """U(q) of the test value: certificate, temperature, fixing and form of the artefact."""
     limit_mm: float
-    verdict: Verdict
+    verdict: AcceptanceVerdict
     superseded: bool = False
     """Replaced by a retest; kept in record and report."""
     retest: int = 0
@@ -68,10 +68,10 @@ class QuantityResult(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_f
     error_mm: float
     expanded_mm: float
     limit_mm: float
-    verdict: Verdict
+    verdict: AcceptanceVerdict
 
 
-class Climate(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+class ClimateReading(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """A logged temperature; ``when`` is "begin" or "end" of a position."""
 
     utc: str
@@ -128,7 +128,7 @@ class UsedArtefact(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fie
     """SHA-256 of its document."""
 
 
-class Instrument(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+class InstrumentState(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     rig: str
     calibration: str
     """`rig`, `calibration`: name, and hash of the calibration in force; empty if none."""
@@ -205,7 +205,7 @@ class Observation(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fiel
     """`uv`, `sigma_px`: averaged spots, their standard deviation; None if only points exist."""
 
 
-class Refusal(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+class RefusedPoint(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """A refused point, or a repeated position, with the reason."""
 
     utc: str
@@ -217,10 +217,10 @@ class AcceptanceRecord(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown
     schema: str
     number: str
     """Unique: the first characters of the hash of the session's first line."""
-    procedure: Procedure
+    procedure: ProcedureDocument
     procedure_sha256: str
     """`procedure`, `procedure_sha256`: verbatim, and the hash of its file."""
-    instrument: Instrument
+    instrument: InstrumentState
     artefacts: tuple[UsedArtefact, ...]
     made_by: str
     place: str
@@ -236,14 +236,14 @@ class AcceptanceRecord(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown
     notes: tuple[str, ...]
     """`plan`, `notes`: positions in measuring order, retests last; advice not followed."""
     observations: tuple[Observation, ...]
-    climate: tuple[Climate, ...]
-    refusals: tuple[Refusal, ...]
+    climate: tuple[ClimateReading, ...]
+    refusals: tuple[RefusedPoint, ...]
     """`observations`, `climate`, `refusals`: raw data, without repeated observations."""
     values: tuple[JudgedValue, ...]
     quantities: tuple[QuantityResult, ...]
     retests: int
     void_reasons: tuple[str, ...]
-    verdict: Verdict
+    verdict: AcceptanceVerdict
     wording: str
     """`verdict`, `wording`: of the whole test, and the permitted statement about the standard."""
     chain_head: str

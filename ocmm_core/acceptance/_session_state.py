@@ -23,11 +23,11 @@ from ocmm_core.acceptance._kinds import kind_of, quantities_of, values_of
 from ocmm_core.acceptance._result import (
     RECORD_SCHEMA,
     AcceptanceRecord,
-    Climate,
+    AcceptanceVerdict,
+    ClimateReading,
     JudgedValue,
     Observation,
-    Refusal,
-    Verdict,
+    RefusedPoint,
 )
 from ocmm_core.acceptance._situation import Situation, Stage, situation_of, wanted, worst_of
 from ocmm_core.calibration.guided import Spots
@@ -44,8 +44,8 @@ class SessionState:
         self.stage = Stage(begun.procedure, begun.instrument, begun.artefacts, begun.seed)
         self.plan = list(begun.plan)
         self.taken: list[list[Observation]] = [[] for _ in self.plan]
-        self.refusals: list[Refusal] = []
-        self.climate: list[Climate] = []
+        self.refusals: list[RefusedPoint] = []
+        self.climate: list[ClimateReading] = []
         self.retests = 0
         self.finished: Finished | None = None
         self.abandoned: Abandoned | None = None
@@ -149,9 +149,9 @@ class SessionState:
             return ""
         return "These spots were used before, in the calibration or in this test."
 
-    def verdict(self, values: tuple[JudgedValue, ...] | None = None) -> Verdict:
+    def verdict(self, values: tuple[JudgedValue, ...] | None = None) -> AcceptanceVerdict:
         if climate_reasons(self.stage, self.climate):
-            return Verdict.VOID
+            return AcceptanceVerdict.VOID
         judged = values_of(self.situation()) if values is None else values
         return worst_of([one.verdict for one in judged if not one.superseded])
 
@@ -214,8 +214,8 @@ class SessionState:
             ended_utc=self.finished.utc, seed=begun.seed, plan=tuple(self.plan),
             notes=begun.notes + said,
             observations=tuple(_plain(one, Observation) for many in self.taken for one in many),
-            climate=tuple(_plain(one, Climate) for one in self.climate),
-            refusals=tuple(_plain(one, Refusal) for one in self.refusals),
+            climate=tuple(_plain(one, ClimateReading) for one in self.climate),
+            refusals=tuple(_plain(one, RefusedPoint) for one in self.refusals),
             values=values, quantities=quantities_of(values), retests=self.retests,
             void_reasons=tuple(climate_reasons(self.stage, self.climate)),
             verdict=self.finished.verdict, wording=begun.procedure.wording, chain_head=chain_head,

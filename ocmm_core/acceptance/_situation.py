@@ -8,15 +8,15 @@ from dataclasses import dataclass
 import msgspec
 import numpy as np
 
-from ocmm_core.acceptance._procedure import Mpe, Procedure
+from ocmm_core.acceptance._procedure import Mpe, ProcedureDocument
 from ocmm_core.acceptance._result import (
-    Climate,
-    Instrument,
+    AcceptanceVerdict,
+    ClimateReading,
+    InstrumentState,
     JudgedValue,
     Observation,
     PlannedPosition,
     UsedArtefact,
-    Verdict,
 )
 from ocmm_core.calibration import probe_design
 from ocmm_core.calibration.probe_design import Temperature
@@ -34,8 +34,8 @@ THIRDS = ("near third", "middle third", "far third")
 class Stage:
     """Procedure, instrument and artefacts, which determine the plan."""
 
-    procedure: Procedure
-    instrument: Instrument
+    procedure: ProcedureDocument
+    instrument: InstrumentState
     artefacts: tuple[UsedArtefact, ...]
     seed: int = 0
 
@@ -127,20 +127,25 @@ class Situation:
         )  # fmt: skip
 
 
-def judge(error: float, expanded: float, limit: float, *, guarded: bool) -> Verdict:
+def judge(error: float, expanded: float, limit: float, *, guarded: bool) -> AcceptanceVerdict:
     """Return the verdict on a test value (ISO 14253-1; uncertainty: ISO 14253-5)."""
     if not guarded:
-        return Verdict.PASS if abs(error) <= limit else Verdict.FAIL
+        return AcceptanceVerdict.PASS if abs(error) <= limit else AcceptanceVerdict.FAIL
     if abs(error) + expanded <= limit:
-        return Verdict.PASS
+        return AcceptanceVerdict.PASS
     if abs(error) - expanded > limit:
-        return Verdict.FAIL
-    return Verdict.LEANING_IN if abs(error) <= limit else Verdict.LEANING_OUT
+        return AcceptanceVerdict.FAIL
+    return AcceptanceVerdict.LEANING_IN if abs(error) <= limit else AcceptanceVerdict.LEANING_OUT
 
 
-def worst_of(verdicts: Sequence[Verdict]) -> Verdict:
-    order = (Verdict.VOID, Verdict.FAIL, Verdict.LEANING_OUT, Verdict.LEANING_IN)
-    return next((one for one in order if one in verdicts), Verdict.PASS)
+def worst_of(verdicts: Sequence[AcceptanceVerdict]) -> AcceptanceVerdict:
+    order = (
+        AcceptanceVerdict.VOID,
+        AcceptanceVerdict.FAIL,
+        AcceptanceVerdict.LEANING_OUT,
+        AcceptanceVerdict.LEANING_IN,
+    )
+    return next((one for one in order if one in verdicts), AcceptanceVerdict.PASS)
 
 
 def certified_at(
@@ -184,7 +189,7 @@ def situation_of(
     stage: Stage,
     plan: Sequence[PlannedPosition],
     observations: Sequence[Observation],
-    climate: Sequence[Climate],
+    climate: Sequence[ClimateReading],
 ) -> Situation:
     tips: list[Points3] = []
     handles: list[Points3] = []
@@ -198,7 +203,7 @@ def situation_of(
     return Situation(stage, tuple(plan), tuple(tips), tuple(handles), tuple(means))
 
 
-def _mean(noted: Sequence[Climate]) -> Temperature | None:
+def _mean(noted: Sequence[ClimateReading]) -> Temperature | None:
     """Return the mean of the readings of a thermometer, whose error they share."""
     if not noted:
         return None

@@ -3,11 +3,10 @@
 In: the rule of the plan, geometry and covariance of the measured datum features, saved frames.
 Out: the frame of the part with its derivative by the points, residuals, and free motions.
 
-Read `_rules` (all kinds of alignment) and `_checks`. `_datums` selects the method:
-`_three_two_one`, `_datum_frame` and `_precedence` (ISO 5459), `_best_fit`, `_model_frame` with
-`_model_fit` (ball centres to faces of the model). `_frame_jacobian` has the derivatives of a frame,
-`_residuals`, `_freedom` and `_report` the preview; `_frame_document` stores one. The package is
-independent of tolerances, plans and job files.
+Read `_rules` (all kinds of alignment) and `_checks`. `_datums` selects the method: 3-2-1,
+`_datum_frame` and `_precedence` (ISO 5459), `_best_fit`, `_model_fit` (ball centres to faces of the
+model). `_residuals` (with the derivatives of a frame), `_freedom` and `_report` the preview;
+`_frame_document` stores one. The package is independent of tolerances, plans and job files.
 """
 
 from __future__ import annotations
@@ -23,15 +22,16 @@ if TYPE_CHECKING:
     from ocmm_core.alignment._datums import frame_of, nominal_frame, settled
     from ocmm_core.alignment._frame_document import (
         content_hash,
+        doubt_of,
         frame_document,
         is_covariance,
         load_frame,
         relocation,
         save_frame,
         saved_frame,
+        saved_frame_in,
+        unknown_frame,
     )
-    from ocmm_core.alignment._frame_doubt import doubt_of, saved_frame_in, unknown_frame
-    from ocmm_core.alignment._frame_jacobian import frame_jacobian
     from ocmm_core.alignment._model_fit import ModelFit, fit_to_faces
     from ocmm_core.alignment._precedence import (
         datums_in_precedence,
@@ -42,7 +42,7 @@ if TYPE_CHECKING:
         refit_under_precedence,
     )
     from ocmm_core.alignment._report import AlignmentReport, preview_alignment, report_lines
-    from ocmm_core.alignment._residuals import Residual
+    from ocmm_core.alignment._residuals import Residual, frame_jacobian
     from ocmm_core.alignment._rules import (
         OLDEST,
         Alignment,
@@ -66,17 +66,16 @@ else:
         _datum_frame="MOST_DATUMS datum_frame freedoms_left",
         _datums="frame_of nominal_frame settled",
         _frame_document=(
-            "content_hash frame_document is_covariance load_frame relocation save_frame saved_frame"
+            "content_hash doubt_of frame_document is_covariance load_frame relocation "
+            "save_frame saved_frame saved_frame_in unknown_frame"
         ),
-        _frame_doubt="doubt_of saved_frame_in unknown_frame",
-        _frame_jacobian="frame_jacobian",
         _model_fit="ModelFit fit_to_faces",
         _precedence=(
             "datums_in_precedence datums_refit_by in_precedence may_be_refit part_frame "
             "refit_under_precedence"
         ),
         _report="AlignmentReport preview_alignment report_lines",
-        _residuals="Residual",
+        _residuals="Residual frame_jacobian",
         _rules=(
             "Alignment AnyAlignment BestFit BoundAlignment DatumAlignment DatumReferenceFrame "
             "LockedMotion ModelBestFit OLDEST Relocation SavedFrame frame_name simulated_frame"

@@ -14,8 +14,16 @@ from itertools import islice
 
 import numpy as np
 
-from ocmm_core.alignment._freedom import Freedom, Held, cross, move_to, square_pair, turn_to
-from ocmm_core.alignment._misfit import LEVER_MM, misfit_of_all
+from ocmm_core.alignment._freedom import (
+    LEVER_MM,
+    AlignedMotion,
+    Freedom,
+    cross,
+    misfit_of_all,
+    move_to,
+    square_pair,
+    turn_to,
+)
 from ocmm_core.errors import FitError
 from ocmm_core.features.measured import gauge_point
 from ocmm_core.features.shapes import ACROSS, DIRECTION, POINT, RADIUS, Shape
@@ -94,7 +102,7 @@ def datum_frame(
         )
     elements = [_element(name, geometries, shapes, nominals) for name in datums]
     if choice is not None:
-        held = next(islice(_ways(Held.free(), elements), choice, None))
+        held = next(islice(_ways(AlignedMotion.free(), elements), choice, None))
         return _frame_of(held, elements, choice)
     return _likeliest(_frames(elements), geometries, shapes, nominals)
 
@@ -115,11 +123,11 @@ def freedoms_left(
     """Return freedoms before the first and after each datum; FitError: no nominal, weak datum."""
     elements = [_element(name, nominals, shapes, nominals) for name in datums]
     cuts = (elements[:count] for count in range(len(elements) + 1))
-    return tuple(next(_ways(Held.free(), cut)).freedom.count for cut in cuts)
+    return tuple(next(_ways(AlignedMotion.free(), cut)).freedom.count for cut in cuts)
 
 
 def _frames(elements: Sequence[_Element]) -> list[DatumFrame]:
-    ways = _ways(Held.free(), elements)
+    ways = _ways(AlignedMotion.free(), elements)
     return [_frame_of(held, elements, place) for place, held in enumerate(ways)]
 
 
@@ -162,7 +170,7 @@ def _element(
     return _Element(name, shape, measured, nominal, _rows(shape, nominal))
 
 
-def _ways(held: Held, elements: Sequence[_Element]) -> Iterator[Held]:
+def _ways(held: AlignedMotion, elements: Sequence[_Element]) -> Iterator[AlignedMotion]:
     """Yield the poses for both senses of every direction without one."""
     if not elements:
         yield held
@@ -178,7 +186,9 @@ def _ways(held: Held, elements: Sequence[_Element]) -> Iterator[Held]:
             yield from _ways(met, elements[1:])
 
 
-def _turns(held: Held, element: _Element, part: slice, senses: Sequence[float]) -> Iterator[Held]:
+def _turns(
+    held: AlignedMotion, element: _Element, part: slice, senses: Sequence[float]
+) -> Iterator[AlignedMotion]:
     """Yield ``held`` turned to a datum's direction in each sense, or unchanged if none turns."""
     for sense in senses:
         measured, nominal = element.measured[part], element.nominal[part]
@@ -192,7 +202,7 @@ def _turns(held: Held, element: _Element, part: slice, senses: Sequence[float]) 
     yield held
 
 
-def _frame_of(held: Held, elements: Sequence[_Element], choice: int) -> DatumFrame:
+def _frame_of(held: AlignedMotion, elements: Sequence[_Element], choice: int) -> DatumFrame:
     misfits = tuple(_misfit(element, held.T_frame_from_world) for element in elements)
     return DatumFrame(held.T_frame_from_world, held.freedom, misfits, choice)
 

@@ -1,7 +1,8 @@
 """Frames stored beyond a job: of a machine, or of a part before it is moved.
 
 The document is TOML (``ocmm.frame/1``) with the hash of its content. A plan copies the required
-data (`saved_frame`, `relocation`) with the hash, and does not need the file.
+data (`saved_frame`, `relocation`) with the hash, and does not need the file. The uncertainty of a
+saved frame follows from its document.
 """
 
 from __future__ import annotations
@@ -13,11 +14,20 @@ from pathlib import Path
 import msgspec
 import numpy as np
 
-from ocmm_core.alignment._rules import ControlPoint, Relocation, SavedFrame
+from ocmm_core.alignment._rules import (
+    AnyAlignment,
+    BestFit,
+    BoundAlignment,
+    ControlPoint,
+    ReferencePoints,
+    Relocation,
+    SavedFrame,
+)
 from ocmm_core.camera import Vector3
 from ocmm_core.documents import Document, load_document, write_atomic
 from ocmm_core.errors import InputError, StorageError
 from ocmm_core.geometry import Float, RigidTransform
+from ocmm_core.measuring import FrameDoubt
 
 SCHEMA = "ocmm.frame/1"
 
@@ -216,3 +226,31 @@ def _tuple(values: Float) -> tuple[float, ...]:
 def _vector(values: Float) -> Vector3:
     x, y, z = (float(value) for value in values)
     return (x, y, z)
+
+
+def saved_frame_in(rule: AnyAlignment | None) -> SavedFrame | None:
+    """Return the saved frame of an alignment, as rule or start."""
+    kind = rule.rule if isinstance(rule, BoundAlignment) else rule
+    if isinstance(kind, (BestFit, ReferencePoints)):
+        kind = kind.start
+    return kind if isinstance(kind, SavedFrame) else None
+
+
+def doubt_of(rule: AnyAlignment | None) -> FrameDoubt | None:
+    """Return the uncertainty of a saved frame; None without one (see `unknown_frame`)."""
+    saved = saved_frame_in(rule)
+    if saved is None or not saved.covariance:
+        return None
+    T_frame_from_world = RigidTransform(np.array(saved.rotation), np.array(saved.translation))
+    return FrameDoubt(T_frame_from_world, np.array(saved.covariance))
+
+
+def unknown_frame(rule: AnyAlignment | None) -> str:
+    """Return why a frame of unknown uncertainty proves nothing, or empty text."""
+    saved = saved_frame_in(rule)
+    if saved is None or saved.covariance:
+        return ""
+    return (
+        f"The saved frame {saved.name} has no uncertainty: save it again (ocmm "
+        "align), from a job that measured its features."
+    )

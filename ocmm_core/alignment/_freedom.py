@@ -3,18 +3,21 @@
 The motions that leave some points, axes and planes in place form a group of one of few kinds (J. M.
 Herve, Mechanism and Machine Theory 13, 1978): all, planar, cylindrical, spherical, turning,
 sliding, none. Each is described by turning axes and sliding directions, so that every datum is
-satisfied in closed form.
+satisfied in closed form. The misfit of features from their nominals chooses the sense of axes
+without one.
 """
 
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from ocmm_core.errors import FitError
-from ocmm_core.geometry import Float, RigidTransform, rotation_from_vector, skew
+from ocmm_core.features.shapes import DIRECTION, POINT, Shape
+from ocmm_core.geometry import Float, RigidTransform, rotation_from_vector, skew, unit
 
 SAME_DIRECTION = 1e-6
 """Sine below which two nominal directions count as equal."""
@@ -68,19 +71,21 @@ class Freedom:
 
 
 @dataclass(frozen=True, slots=True)
-class Held:
+class AlignedMotion:
     """A motion to the frame, with its remaining freedom."""
 
     T_frame_from_world: RigidTransform
     freedom: Freedom
 
     @classmethod
-    def free(cls) -> Held:
+    def free(cls) -> AlignedMotion:
         """Return the start: identity, unconstrained."""
         return cls(RigidTransform.identity(), Freedom.full())
 
 
-def turn_to(held: Held, direction_world: Float, nominal: Float, sense: float, name: str) -> Held:
+def turn_to(
+    held: AlignedMotion, direction_world: Float, nominal: Float, sense: float, name: str
+) -> AlignedMotion:
     """Return the frame turned, as far as free, until a measured direction is nominal.
 
     `direction_world`, `nominal`: (3,), unit: as measured in the world, and nominal in the frame.
@@ -104,7 +109,9 @@ def turn_to(held: Held, direction_world: Float, nominal: Float, sense: float, na
     return _turned(held, rotation, replace(freedom, turn=np.zeros((0, 3))))
 
 
-def move_to(held: Held, point_world: Float, nominal: Float, rows: Float, name: str) -> Held:
+def move_to(
+    held: AlignedMotion, point_world: Float, nominal: Float, rows: Float, name: str
+) -> AlignedMotion:
     """Return the frame moved, as far as free, until a measured point is nominal.
 
     By sliding if possible, else by rotation about the centre. `point_world`, `nominal`: (3,), mm:
@@ -127,8 +134,8 @@ def move_to(held: Held, point_world: Float, nominal: Float, rows: Float, name: s
         rest = np.vstack([ways[: len(lengths)][~locked], ways[len(lengths) :]])
         freedom = replace(freedom, slide=rest @ freedom.slide)
         if not fixed_centre and not _slides_square_to_turns(freedom):
-            return Held(T, replace(freedom, centre=nominal))
-    held = Held(T, freedom)
+            return AlignedMotion(T, replace(freedom, centre=nominal))
+    held = AlignedMotion(T, freedom)
     if not fixed_centre or not len(freedom.turn):
         return held
     lever, wanted = T.apply(point_world) - freedom.centre, nominal - freedom.centre
@@ -180,10 +187,10 @@ def square_pair(direction: Float) -> Float:
     return np.stack([first, cross(direction, first)])
 
 
-def _turned(held: Held, rotation: Float, freedom: Freedom) -> Held:
+def _turned(held: AlignedMotion, rotation: Float, freedom: Freedom) -> AlignedMotion:
     centre = held.freedom.centre
     about = RigidTransform(rotation, centre - rotation @ centre)
-    return Held(about.compose(held.T_frame_from_world), freedom)
+    return AlignedMotion(about.compose(held.T_frame_from_world), freedom)
 
 
 def angle_about(axis: Float, start: Float, end: Float) -> float:
@@ -226,3 +233,54 @@ def _nearly(name: str) -> FitError:
         f"{name} hardly constrains the part: the motion it should fix stays nearly free.",
         "Choose a datum at a clear angle, or farther away.",
     )
+
+
+LEVER_MM = 100.0
+"""Lever, mm, that weights a direction error against a place error for the choice of senses."""
+
+
+def misfit_of_all(
+    T_frame_from_world: RigidTransform,
+    free: Freedom,
+    geometries: Mapping[str, Float],
+    shapes: Mapping[str, Shape],
+    nominals: Mapping[str, Float],
+) -> float:
+    """Return the squared misfit, mm^2, of all features in the constrained motions.
+
+    Places by quantities invariant to rotation about free axes and shifts along free directions.
+    """
+    if len(free.turn) == 3:
+        return 0.0
+    T = T_frame_from_world
+    names = [name for name in nominals if name in geometries]
+    places = [name for name in names if shapes[name].spec.located != "along"]
+    total = 0.0
+    if places:
+        measured = T.apply(np.array([geometries[name][POINT] for name in places]))
+        wanted = np.array([nominals[name][POINT] for name in places])
+        off = measured - wanted
+        flat = [shapes[name].spec.is_flat for name in places]
+        axes = np.array([nominals[name][DIRECTION] for name in places]) * np.array(flat)[:, None]
+        off = off - np.sum(off * axes, axis=1, keepdims=True) * axes
+        if len(free.turn):
+            axis = free.turn[0]
+            off = (off @ axis)[:, None] * axis
+            if len(free.slide) < 2:
+                rounds = [_from_axis(items, free.centre, axis) for items in (measured, wanted)]
+                total += float(np.sum((rounds[0] - rounds[1]) ** 2))
+        off = off - off.mean(axis=0) @ free.slide.T @ free.slide
+        total += float(np.sum(off**2))
+    for name in names:
+        if not shapes[name].spec.has_sense:
+            continue
+        off = T.rotation @ geometries[name][DIRECTION] - unit(nominals[name][DIRECTION])
+        if len(free.turn):
+            off = free.turn[0] * (free.turn[0] @ off)
+        total += LEVER_MM**2 * float(off @ off)
+    return total
+
+
+def _from_axis(points: Float, centre: Float, axis: Float) -> Float:
+    distances: Float = np.linalg.norm(np.cross(points - centre, axis), axis=1)
+    return distances

@@ -14,8 +14,8 @@ import numpy as np
 
 from ocmm_core.alignment._datum_frame import DatumFrame, datum_frame, frames_of_datums
 from ocmm_core.alignment._datums import frame_of
-from ocmm_core.alignment._frame_jacobian import frame_jacobian
 from ocmm_core.alignment._freedom import SAME_DIRECTION, angle_about, cross
+from ocmm_core.alignment._residuals import frame_jacobian
 from ocmm_core.alignment._rules import (
     Alignment,
     AnyAlignment,

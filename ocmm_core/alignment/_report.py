@@ -8,9 +8,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ocmm_core.alignment._datums import datums_of, frame_of, nominal_frame, settled
-from ocmm_core.alignment._frame_jacobian import frame_jacobian
 from ocmm_core.alignment._precedence import refit_under_precedence
-from ocmm_core.alignment._residuals import Residual, brought_together, residuals_of
+from ocmm_core.alignment._residuals import Residual, brought_together, frame_jacobian, residuals_of
 from ocmm_core.alignment._rules import (
     BestFit,
     BoundAlignment,

@@ -23,7 +23,7 @@ from ocmm_core.acceptance import (
     ArtefactOffer,
     ArtefactRegister,
     FinishedTest,
-    Instrument,
+    InstrumentState,
     InterimChart,
     InterimHistory,
     InterimTest,
@@ -116,7 +116,7 @@ class AcceptanceBench:
         one = self.request
         return choose_probe(one.source, one.probe, one.probes, one.tip, uncalibrated=False)
 
-    def instrument(self, now: datetime) -> Instrument:
+    def instrument(self, now: datetime) -> InstrumentState:
         """Return the instrument in force; raise OcmmError if it cannot be tested."""
         cameras, probe = self.cameras(), self.probe()
         found = instrument_of(cameras, probe, self.request.source, now)

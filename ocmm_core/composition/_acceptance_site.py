@@ -14,7 +14,7 @@ import platformdirs
 from ocmm_core import __version__
 from ocmm_core.acceptance import (
     ArtefactRegister,
-    Instrument,
+    InstrumentState,
     Stage,
     UsedArtefact,
     find_procedure,
@@ -152,12 +152,12 @@ def tests_folder(folder: Path | None, site: AcceptanceSite) -> Path:
 
 def instrument_of(
     cameras: CalibrationInUse, probe: ProbeInUse, source: str, now: datetime
-) -> Instrument:
+) -> InstrumentState:
     """Return the instrument under test as stored in a record."""
     rig, record = cameras.rig, cameras.record
     low, high = rig.volume_world
     centres = np.array([camera.centre_world for camera in rig.cameras])
-    return Instrument(
+    return InstrumentState(
         rig=rig.name,
         calibration="" if record is None else rig.identity,
         calibration_status=judge(cameras, now).word.value,
@@ -186,8 +186,8 @@ def _doubts(cameras: CalibrationInUse) -> dict[str, tuple[str, ...]]:
 
 
 def require_recorded(
-    cameras: CalibrationInUse, probe: ProbeInUse, instrument: Instrument, recorded: str
-) -> Instrument:
+    cameras: CalibrationInUse, probe: ProbeInUse, instrument: InstrumentState, recorded: str
+) -> InstrumentState:
     """Return a recording's instrument; CalibrationError: real, but described by a document only."""
     for fault in (
         checked_for_replay(cameras, recorded).fault,

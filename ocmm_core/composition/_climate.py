@@ -10,7 +10,7 @@ from ocmm_core.acceptance import read_temperature
 from ocmm_core.calibration.probe_design import (
     UNMEASURED_K,
     ContactForce,
-    Expansion,
+    MaterialExpansion,
     Temperature,
     TemperatureState,
     body_in_use,
@@ -139,7 +139,7 @@ def _temperature(request: ClimateRequest, what: str, celsius: float | None) -> T
     return Temperature(celsius, request.sigma_k, request.thermometer)
 
 
-def _expansion(given_ppm: float | None, plan: Plan) -> Expansion | None:
+def _expansion(given_ppm: float | None, plan: Plan) -> MaterialExpansion | None:
     if given_ppm is not None:
         if not abs(given_ppm) <= MAX_EXPANSION_PPM:
             raise InputError(
@@ -148,5 +148,5 @@ def _expansion(given_ppm: float | None, plan: Plan) -> Expansion | None:
                 "Give it in 1e-6/K, e.g. 11.5 for steel or 23.1 for aluminium (Settings, "
                 "Temperature).",
             )
-        return Expansion(_GIVEN, _PPM * given_ppm, _PPM * _SIGMA_PPM)
+        return MaterialExpansion(_GIVEN, _PPM * given_ppm, _PPM * _SIGMA_PPM)
     return material_expansion(plan)

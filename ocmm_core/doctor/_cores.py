@@ -6,7 +6,7 @@ from ocmm_core.doctor._computer import Computer, NotAskedError
 
 CPU = "/sys/devices/system/cpu"
 SPARE_PROCESSORS = 4
-"""Minimum number of processors for a reserved bus processor (`bus_process._realtime`)."""
+"""Minimum number of processors for a reserved bus processor (`bus_process._rights`)."""
 UNITS = ("/etc/systemd/system", "/usr/lib/systemd/system", "/lib/systemd/system")
 SERVICE = "ocmm-acq@.service"
 

@@ -1,13 +1,14 @@
 """Tips to measured points, or a refusal with its reason.
 
-In: tracked frames, triggers, temperatures, and the covariance of rig and probe. Out: a point with
-probe side and compensation, or a refusal; the joint uncertainty of all points as factors.
+In: tracked frames, triggers, temperatures, and the covariance of rig and probe.
+Out: a point with probe side and compensation, or a refusal; the joint uncertainty of all points as
+factors.
 
 Read `_trigger` (detection of a point), `_stable_point` (from a window of frames to one ball
 centre), `_point` (its record), `_compensation` (the touched side), `_temperature`, then
-`_uncertainty` and `_contributions` (effect of each error on all points) with `_factors`,
-`_pattern_field` and `_rows` (its storage). `_probe_report`, `_probe_budget` and `_probe_maps`
-predict it before measuring. The package is independent of features and plans.
+`_contributions` (effect of each error on all points) with `_factors`, `_pattern_field` and `_rows`
+(its storage). `_probe_report`, `_probe_budget` and `_probe_maps` predict it before measuring. The
+package is independent of features and plans.
 """
 
 from __future__ import annotations
@@ -31,20 +32,37 @@ if TYPE_CHECKING:
     )
     from ocmm_core.measuring._day_check import DayCheck, NoiseRatio, check_noise, touches_checked
     from ocmm_core.measuring._factors import (
+        COVERAGE_FACTOR,
         PointFactors,
         factors_of,
         factors_of_matrix,
         joined_factors,
+        joint_factors,
+        point_uncertainty,
         root_of,
+        systematic_covariance,
     )
-    from ocmm_core.measuring._missing_tip import explain, explain_reference
     from ocmm_core.measuring._point import MeasuredPoint, Refusal, RefusalCode
     from ocmm_core.measuring._probe_budget import BudgetTerm
     from ocmm_core.measuring._probe_maps import colour_at, map_range
-    from ocmm_core.measuring._probe_messages import label_verdict, label_words, mechanics_words
-    from ocmm_core.measuring._probe_report import Examination, Mechanics, ProbeReport, examine
+    from ocmm_core.measuring._probe_report import (
+        Examination,
+        Mechanics,
+        ProbeReport,
+        examine,
+        label_verdict,
+        label_words,
+        mechanics_words,
+    )
     from ocmm_core.measuring._rows import Rows
-    from ocmm_core.measuring._stable_point import PointOptions, StablePoint, TouchNoise, average
+    from ocmm_core.measuring._stable_point import (
+        PointOptions,
+        StablePoint,
+        TouchNoise,
+        average,
+        explain,
+        explain_reference,
+    )
     from ocmm_core.measuring._temperature import (
         CLIMATE_EVENT,
         Climate,
@@ -55,12 +73,6 @@ if TYPE_CHECKING:
         reported_points,
     )
     from ocmm_core.measuring._trigger import Touch, TouchCollector, approach_direction
-    from ocmm_core.measuring._uncertainty import (
-        COVERAGE_FACTOR,
-        joint_factors,
-        point_uncertainty,
-        systematic_covariance,
-    )
 else:
     __getattr__ = door(
         __name__,
@@ -70,21 +82,23 @@ else:
             "contributions rigid_movement"
         ),
         _day_check="DayCheck NoiseRatio check_noise touches_checked",
-        _factors="PointFactors factors_of factors_of_matrix joined_factors root_of",
-        _missing_tip="explain explain_reference",
+        _factors=(
+            "COVERAGE_FACTOR PointFactors factors_of factors_of_matrix joined_factors "
+            "joint_factors point_uncertainty root_of systematic_covariance"
+        ),
         _point="MeasuredPoint Refusal RefusalCode",
         _probe_budget="BudgetTerm",
         _probe_maps="colour_at map_range",
-        _probe_report="Examination Mechanics ProbeReport examine",
-        _probe_messages="label_verdict label_words mechanics_words",
+        _probe_report=(
+            "Examination Mechanics ProbeReport examine label_verdict label_words mechanics_words"
+        ),
         _rows="Rows",
-        _stable_point="PointOptions StablePoint TouchNoise average",
+        _stable_point="PointOptions StablePoint TouchNoise average explain explain_reference",
         _temperature=(
             "CLIMATE_EVENT Climate PartTemperature check_part climate_of_text record_text "
             "reported_points"
         ),
         _trigger="Touch TouchCollector approach_direction",
-        _uncertainty=("COVERAGE_FACTOR joint_factors point_uncertainty systematic_covariance"),
     )
 
 __all__ = [

@@ -49,7 +49,7 @@ def contact_movement(
 
 
 @dataclass(frozen=True, slots=True)
-class Source:
+class ErrorSource:
     """Source of a part of the uncertainty."""
 
     name: str
@@ -60,25 +60,25 @@ class Source:
     """Document with its standard uncertainty."""
 
 
-IMAGE_NOISE = Source("Image noise", "A", "normal", "scatter in the window of each point")
-PATTERN = Source("Sensor pattern", "B", "normal", "noise of the rig document")
-CAMERAS = Source("Cameras", "B", "normal", "calibration of the cameras")
-REFERENCE = Source("Reference body", "B", "normal", "calibration of the reference body")
-PROBE = Source("Probe geometry", "B", "normal", "calibration of the probe and its tip")
-WARMTH = Source("Probe temperature", "B", "normal", "design of the probe and its temperatures")
-WEIGHT = Source("Probe weight", "B", "uniform", "design of the probe")
-FORCE = Source("Hand force", "B", "uniform", "design of the probe")
-TIP_RADIUS = Source("Tip radius", "B", "normal", "qualification of the tip")
-FRAME = Source("Saved frame", "B", "normal", "document of the frame")
-THERMOMETER = Source("Thermometer", "B", "normal", "certificate of the thermometer")
-PART = Source("Part temperature", "B", "normal", "temperature and expansion of the part")
+IMAGE_NOISE = ErrorSource("Image noise", "A", "normal", "scatter in the window of each point")
+PATTERN = ErrorSource("Sensor pattern", "B", "normal", "noise of the rig document")
+CAMERAS = ErrorSource("Cameras", "B", "normal", "calibration of the cameras")
+REFERENCE = ErrorSource("Reference body", "B", "normal", "calibration of the reference body")
+PROBE = ErrorSource("Probe geometry", "B", "normal", "calibration of the probe and its tip")
+WARMTH = ErrorSource("Probe temperature", "B", "normal", "design of the probe and its temperatures")
+WEIGHT = ErrorSource("Probe weight", "B", "uniform", "design of the probe")
+FORCE = ErrorSource("Hand force", "B", "uniform", "design of the probe")
+TIP_RADIUS = ErrorSource("Tip radius", "B", "normal", "qualification of the tip")
+FRAME = ErrorSource("Saved frame", "B", "normal", "document of the frame")
+THERMOMETER = ErrorSource("Thermometer", "B", "normal", "certificate of the thermometer")
+PART = ErrorSource("Part temperature", "B", "normal", "temperature and expansion of the part")
 
 
 @dataclass(frozen=True, slots=True)
 class Contribution:
     """One part of the joint covariance of N ball centres and the tip radius, mm^2."""
 
-    source: Source
+    source: ErrorSource
     by: Float | None = None
     """(3 N + 1, m): derivatives of coordinates and radius by m quantities; None without any."""
     covariance: Float | None = None
@@ -248,7 +248,7 @@ def systematic_contributions(
     return found
 
 
-def _of_probe(body: ProbeBody, probe: ProbeState | None) -> list[tuple[Source, Float]]:
+def _of_probe(body: ProbeBody, probe: ProbeState | None) -> list[tuple[ErrorSource, Float]]:
     """Return the covariance of the probe's geometry, by source."""
     if probe is None:
         return [(PROBE, body.geometry_covariance)]

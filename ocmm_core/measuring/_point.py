@@ -29,7 +29,7 @@ class MeasuredPoint:
     random_covariance: Float
     """(3, 3), mm^2: of the average, from the scatter of the window, with correlated frames, and
     from ball motion indistinguishable from noise (`tracking.stillness`). Excludes calibration
-    errors, which are common to many points and propagated from ``spots`` (`_uncertainty`).
+    errors, which are common to many points and propagated from ``spots`` (`_factors`).
     """
     direction: Float
     """(3,), unit, world: from the material towards the probe."""

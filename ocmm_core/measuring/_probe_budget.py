@@ -20,7 +20,7 @@ from ocmm_core.calibration.probe_design import (
 )
 from ocmm_core.camera import project
 from ocmm_core.geometry import Float
-from ocmm_core.measuring._uncertainty import systematic_covariance
+from ocmm_core.measuring._factors import systematic_covariance
 from ocmm_core.tracking import TipSensitivity, tip_sensitivities
 
 _POSES = 60
@@ -42,7 +42,7 @@ class BudgetTerm:
 def budget_of(
     view: View, design: ProbeDesign | None, postures: Postures, seed: int
 ) -> tuple[BudgetTerm, ...]:
-    """Return error sources of a point, RMS over the postures, propagated as in `_uncertainty`."""
+    """Return error sources of a point, RMS over the postures, propagated as in `_factors`."""
     rig, body = view.rig, view.body
     found = _sensitivities(view, postures, seed)
     if not found:

@@ -17,7 +17,7 @@ import numpy as np
 
 from ocmm_core.calibration.probe_design import (
     REFERENCE_C,
-    Expansion,
+    MaterialExpansion,
     Temperature,
     TemperatureState,
     check_temperature,
@@ -40,7 +40,7 @@ class PartTemperature:
     """Temperature and expansion of the part."""
 
     now: Temperature | None = None
-    expansion: Expansion | None = None
+    expansion: MaterialExpansion | None = None
     """`now`, `expansion`: None if unknown."""
     compensated: bool = False
     """Coordinates are reported at 20 °C."""
@@ -81,7 +81,7 @@ class TemperatureRecord(msgspec.Struct, frozen=True, kw_only=True, forbid_unknow
     probe_calibration: Temperature | None
     part: Temperature | None
     """`probe`, `probe_calibration`, `part`: Temperatures: °C, standard uncertainty in K, origin."""
-    part_expansion: Expansion | None
+    part_expansion: MaterialExpansion | None
     """Name, 1/K, standard uncertainty in 1/K."""
     probe_design: str
     """The whole design document of the probe; empty if absent."""

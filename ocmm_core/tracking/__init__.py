@@ -1,14 +1,14 @@
 """Tracking: from spots to labelled targets, pose and tip.
 
-In: blocks of frames, the rig, the documents of probe and reference body. Out: for every frame
-labels, pose, tip in mm with covariance and chi-square, or a status why not.
+In: blocks of frames, the rig, the documents of probe and reference body.
+Out: for every frame labels, pose, tip in mm with covariance and chi-square, or a status why not.
 
-Read `_body` (LEDs and ball of a probe) with `_led_document`, `_identify` (assignment of slots to
-LEDs), `_body_tracker` (one body through blocks of frames), `_pipeline` (probe and reference body),
-`_result` (result of each frame), `_pose` (reference in plain numpy). Then `_sensitivity`,
-`_stillness` with `_spot_spectrum`, `_ambiguity`, `_strobe`, and the reference body:
-`_reference_body`, `_reference`, `_reference_filter`, `_reference_home`. `kernels` is the compiled
-hot path. The package is independent of calibration records, touches and points.
+Read `_body` (LEDs and ball of a probe), `_identify` (assignment of slots to LEDs), `_body_tracker`
+(one body through blocks of frames), `_pipeline` (probe and reference body), `_result` (result of
+each frame), `_pose` (reference in plain numpy). Then `_sensitivity`, `_stillness` with
+`_spot_spectrum`, `_ambiguity`, `_strobe`, and the reference body: `_reference_body`, `_reference`,
+`_reference_filter`. `kernels` is the compiled hot path. The package is independent of calibration
+records, touches and points.
 """
 
 from __future__ import annotations
@@ -22,6 +22,8 @@ if TYPE_CHECKING:
     from ocmm_core.tracking._body import (
         SCHEMA,
         LedBody,
+        LedEntry,
+        OrientationRule,
         ProbeBody,
         ProbeDocument,
         body_of,
@@ -32,7 +34,6 @@ if TYPE_CHECKING:
     )
     from ocmm_core.tracking._body_tracker import TrackingOptions, spot_sigma_px
     from ocmm_core.tracking._identify import IdentifyOptions, identify, identify_many, ordered_spots
-    from ocmm_core.tracking._led_document import LedEntry, OrientationRule
     from ocmm_core.tracking._pipeline import TrackingPipeline
     from ocmm_core.tracking._pose import (
         Method,
@@ -43,13 +44,13 @@ if TYPE_CHECKING:
         triangulate,
     )
     from ocmm_core.tracking._reference import (
+        home_of,
         motion_to_world,
         relative_sensitivities,
         relative_sensitivity,
         simultaneous,
     )
     from ocmm_core.tracking._reference_body import ReferenceBody, check_together, load_reference
-    from ocmm_core.tracking._reference_home import home_of
     from ocmm_core.tracking._result import (
         ARRAYS,
         FrameStatus,
@@ -78,20 +79,20 @@ else:
         __name__,
         _ambiguity="AMBIGUITY_LIMIT_MM Ambiguity",
         _body=(
-            "LedBody ProbeBody ProbeDocument SCHEMA body_of check_labels load_probe "
-            "nearest_ambiguity satisfies_rules"
+            "LedBody LedEntry OrientationRule ProbeBody ProbeDocument SCHEMA body_of "
+            "check_labels load_probe nearest_ambiguity satisfies_rules"
         ),
         _body_tracker="TrackingOptions spot_sigma_px",
         _identify="IdentifyOptions identify identify_many ordered_spots",
-        _led_document="LedEntry OrientationRule",
         _pipeline="TrackingPipeline",
         _pose="Method PoseBatch reprojection solve solve_leds triangulate",
-        _reference="motion_to_world relative_sensitivities relative_sensitivity simultaneous",
+        _reference=(
+            "home_of motion_to_world relative_sensitivities relative_sensitivity simultaneous"
+        ),
         _reference_body="ReferenceBody check_together load_reference",
-        _reference_home="home_of",
         _result=(
-            "ARRAYS FrameStatus ReferenceHome ReferenceTrack TrackBlock cut in_rig interruptions "
-            "join pick"
+            "ARRAYS FrameStatus ReferenceHome ReferenceTrack TrackBlock cut in_rig "
+            "interruptions join pick"
         ),
         _sensitivity="TipSensitivity tip_sensitivities tip_sensitivity",
         _spot_spectrum="SpotSpectrum spot_course",

@@ -12,10 +12,12 @@ from ocmm_core.documents import Document, digest, load_document, read_text
 from ocmm_core.errors import InputError
 from ocmm_core.geometry import Float, unit
 from ocmm_core.tracking._ambiguity import check_distinct
-from ocmm_core.tracking._body import LedBody, ProbeBody, check_labels
-from ocmm_core.tracking._led_document import (
+from ocmm_core.tracking._body import (
+    LedBody,
     LedEntry,
     OrientationRule,
+    ProbeBody,
+    check_labels,
     check_leds,
     rule_directions,
     unit_rules,

@@ -10,9 +10,9 @@ from PySide6.QtWidgets import QHeaderView
 
 from ocmm_core.acceptance import (
     AcceptanceOutcome,
+    AcceptanceVerdict,
     GuidedAcceptanceView,
     JudgedValue,
-    Verdict,
     worst_value,
 )
 from ocmm_core.calibration.records import Finding
@@ -36,11 +36,11 @@ from ocmm_gui.kit import (
 from ocmm_gui.wizards.parts import ResultFrame, Said, Seen
 
 _MARKS = {
-    Verdict.PASS: Mark.GOOD,
-    Verdict.FAIL: Mark.BAD,
-    Verdict.LEANING_IN: Mark.DOUBT,
-    Verdict.LEANING_OUT: Mark.DOUBT,
-    Verdict.VOID: Mark.DOUBT,
+    AcceptanceVerdict.PASS: Mark.GOOD,
+    AcceptanceVerdict.FAIL: Mark.BAD,
+    AcceptanceVerdict.LEANING_IN: Mark.DOUBT,
+    AcceptanceVerdict.LEANING_OUT: Mark.DOUBT,
+    AcceptanceVerdict.VOID: Mark.DOUBT,
 }
 _COLUMNS = (
     (later("Quantity"), later("What is tested")),

@@ -19,7 +19,7 @@ from ocmm_core.acceptance import (
     PartTask,
     PartTest,
     PartUncertainty,
-    Procedure,
+    ProcedureDocument,
     dissimilar,
     find_procedure,
     load_procedure,
@@ -47,7 +47,7 @@ class PartStudy(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields
     """Finished study of one characteristic; mm."""
 
     schema: str
-    procedure: Procedure
+    procedure: ProcedureDocument
     procedure_sha256: str
     """`procedure`, `procedure_sha256`: Verbatim, and the hash of its file."""
     characteristic: str
@@ -111,7 +111,7 @@ def load_task(path: Path | str) -> PartTask:
     return task
 
 
-def part_procedure(name: str = "PART-U") -> tuple[Procedure, PartTest, str]:
+def part_procedure(name: str = "PART-U") -> tuple[ProcedureDocument, PartTest, str]:
     """Return a procedure for calibrated parts, its numbers and its hash; InputError for another."""
     procedure, digest = load_procedure(find_procedure(name))
     if not isinstance(procedure.test, PartTest):

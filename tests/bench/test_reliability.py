@@ -172,7 +172,7 @@ def test_an_event_that_another_program_writes_over_would_be_found(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     # No lock, and nobody looks whether the file has grown meanwhile.
-    monkeypatch.setattr("ocmm_core.calibration.records._folder_lock._lock", lambda *_, **__: None)
+    monkeypatch.setattr("ocmm_core.calibration.records._chain_seal._lock", lambda *_, **__: None)
     monkeypatch.setattr("ocmm_core.chain_file.HOST.lock", lambda *_, **__: None)
     (trial,) = writers(1, 2, frozenset({0}))
     assert trial.found

@@ -17,9 +17,9 @@ from PySide6.QtWidgets import QAbstractButton, QApplication, QLineEdit, QListWid
 from pytestqt.qtbot import QtBot
 
 from ocmm_core.acceptance import (
+    AcceptanceVerdict,
     GuidedAcceptanceView,
     ProcedureOffer,
-    Verdict,
     differences,
     load_record,
     recompute,
@@ -193,7 +193,7 @@ def test_lengths_and_sphere_by_keyboard_in_the_promised_time(
         assert page.word() == "PASSED"
         assert measure.score.number() == f"{points} / {points}"
         record = load_record(desk.store())
-        assert (record.verdict, len(record.values)) == (Verdict.PASS, values)
+        assert (record.verdict, len(record.values)) == (AcceptanceVerdict.PASS, values)
         assert record.instrument.simulated
         assert differences(record, recompute(record)) == []
         assert hands[-1].shown_s < promised_s

@@ -4,11 +4,13 @@ In: a configuration as JSON, and requests for objects of cameras, line by line.
 Out: frames in the shared ring, the bus report, replies, and the reason for stopping.
 
 In the process: `_start` (single thread, least rights), `_process` (the program ``ocmm-acq``),
-`_ethercat` (one read per bus cycle), `_commands`, `_rights`, `_realtime`; `_scan_process`,
+`_ethercat` (one read per bus cycle), `_commands`, `_rights`; `_scan_process`,
 `_maintenance_process` and `_record_process` are other programs (`_errand`);
 `_stepped_time` for a virtual bus that waits for a slow computer.
-In the application: `_config`, `_launch`, `_client`, `_remote_objects`, and `_service_client` for a
-bus that runs as a service.
+
+In the application: `_launch`, `_client`, `_remote_objects`, and `_service_client` for a bus that
+runs as a service.
+
 It must not import tracking or later packages: a crash there must not stop the bus.
 """
 
@@ -21,24 +23,24 @@ from ocmm_core.door import door
 if TYPE_CHECKING:
     from ocmm_core.acquisition.bus_process._client import Acquisition, BusProcess, ChildProcess
     from ocmm_core.acquisition.bus_process._commands import read_first_line
-    from ocmm_core.acquisition.bus_process._config import BusConfig, read_config
     from ocmm_core.acquisition.bus_process._errand import run_errand
     from ocmm_core.acquisition.bus_process._ethercat import EthercatSource
-    from ocmm_core.acquisition.bus_process._launch import RECIPE, bus_command
+    from ocmm_core.acquisition.bus_process._launch import (
+        RECIPE,
+        BusConfig,
+        bus_command,
+        read_config,
+    )
     from ocmm_core.acquisition.bus_process._maintenance_process import (
         MaintenanceConfig,
         MaintenanceNews,
         maintenance_command,
     )
-    from ocmm_core.acquisition.bus_process._realtime import (
-        BUS_PRIORITY,
-        CAMERA_PRIORITY,
-        lock_memory,
-        take_priority,
-    )
     from ocmm_core.acquisition.bus_process._record_process import RecordConfig, record_command
     from ocmm_core.acquisition.bus_process._remote_objects import RemoteObjects
     from ocmm_core.acquisition.bus_process._rights import (
+        BUS_PRIORITY,
+        CAMERA_PRIORITY,
         NEEDED,
         Capability,
         ProcessRights,
@@ -46,7 +48,9 @@ if TYPE_CHECKING:
         give_up_all_but,
         granted_by,
         hold_nothing,
+        lock_memory,
         rights_of,
+        take_priority,
     )
     from ocmm_core.acquisition.bus_process._scan_process import ScanConfig, scan_command
     from ocmm_core.acquisition.bus_process._service_client import ServiceBus
@@ -54,19 +58,17 @@ if TYPE_CHECKING:
 else:
     __getattr__ = door(
         __name__,
-        _maintenance_process="MaintenanceConfig MaintenanceNews maintenance_command",
         _errand="run_errand",
         _client="Acquisition BusProcess ChildProcess",
         _commands="read_first_line",
-        _config="BusConfig read_config",
         _ethercat="EthercatSource",
-        _launch="RECIPE bus_command",
-        _realtime="BUS_PRIORITY CAMERA_PRIORITY lock_memory take_priority",
+        _launch="BusConfig RECIPE bus_command read_config",
+        _maintenance_process="MaintenanceConfig MaintenanceNews maintenance_command",
         _record_process="RecordConfig record_command",
         _remote_objects="RemoteObjects",
         _rights=(
-            "Capability NEEDED ProcessRights allow_locked_memory give_up_all_but granted_by "
-            "hold_nothing rights_of"
+            "BUS_PRIORITY CAMERA_PRIORITY Capability NEEDED ProcessRights allow_locked_memory "
+            "give_up_all_but granted_by hold_nothing lock_memory rights_of take_priority"
         ),
         _scan_process="ScanConfig scan_command",
         _service_client="ServiceBus",

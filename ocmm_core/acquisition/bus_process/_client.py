@@ -12,8 +12,7 @@ from collections.abc import Sequence
 from typing import Protocol
 
 from ocmm_core.acquisition.bus_process._commands import LineBuffer
-from ocmm_core.acquisition.bus_process._config import BusConfig
-from ocmm_core.acquisition.bus_process._launch import bus_command
+from ocmm_core.acquisition.bus_process._launch import BusConfig, bus_command
 from ocmm_core.acquisition.bus_process._remote_objects import ObjectLine
 from ocmm_core.acquisition.frames import (
     AcquisitionState,

@@ -18,9 +18,9 @@ from pathlib import Path
 import msgspec
 
 from ocmm_core.acquisition.bus_process._commands import CommandPort, read_first_line
-from ocmm_core.acquisition.bus_process._config import BusConfig, read_config
 from ocmm_core.acquisition.bus_process._ethercat import EthercatSource
-from ocmm_core.acquisition.bus_process._realtime import (
+from ocmm_core.acquisition.bus_process._launch import BusConfig, read_config
+from ocmm_core.acquisition.bus_process._rights import (
     BUS_PRIORITY,
     lock_memory,
     take_priority,

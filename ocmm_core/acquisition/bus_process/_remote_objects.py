@@ -27,7 +27,7 @@ Progress = Callable[[int, int], None]
 """Called with bytes done and in total; its exceptions abort the transfer."""
 
 
-class Sender(Protocol):
+class LineSender(Protocol):
     """Sends lines to the bus process."""
 
     def send(self, line: bytes) -> None:
@@ -47,7 +47,7 @@ class ObjectLine:
 
     def ask(
         self,
-        sender: Sender,
+        sender: LineSender,
         make: Callable[[int], Request],
         progress: Progress | None = None,
         timeout_s: float = TIMEOUT_S,
@@ -102,7 +102,7 @@ class ObjectLine:
         for answers in waiting:
             answers.put(error)
 
-    def _cancel(self, sender: Sender, number: int) -> None:
+    def _cancel(self, sender: LineSender, number: int) -> None:
         try:
             sender.send(encode_line(CancelRequest(number)))
         except BusError:
@@ -110,7 +110,7 @@ class ObjectLine:
             return
 
 
-class ObjectProcess(Sender, Protocol):
+class ObjectProcess(LineSender, Protocol):
     """Process that owns the bus, with its pending requests."""
 
     @property

@@ -15,7 +15,7 @@ import sys
 from pathlib import Path
 
 from ocmm_core.acquisition.bus_process._client import ChildProcess
-from ocmm_core.acquisition.bus_process._config import BusConfig
+from ocmm_core.acquisition.bus_process._launch import BusConfig
 from ocmm_core.acquisition.frames import FrameRing
 from ocmm_core.errors import BusError, InternalError
 from ocmm_core.failure import EXIT_INTERNAL, REOPEN, contained

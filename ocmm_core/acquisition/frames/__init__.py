@@ -3,9 +3,10 @@
 In: blocks from a source: spots of each camera with the time of their exposure.
 Out: the same frames in a ring of fixed size, for one reader, and cycle counters.
 
-Start with `_frames` (contents), `_source` (protocol of all sources), `_ring` (shared memory,
-overruns counted) with `_books` (cycle counters), then `_worker` (source to ring). `_join` joins the
-cameras per exposure, `_exposures` counts across bring-ups.
+Start with `_frames` (contents, protocol of all sources), `_ring` (shared memory, overruns and
+cycles counted), then `_worker` (source to ring). `_join` joins the cameras per exposure, and counts
+across bring-ups.
+
 It must not depend on the kind of source: bus, virtual rig and replay are equivalent.
 """
 
@@ -16,22 +17,21 @@ from typing import TYPE_CHECKING
 from ocmm_core.door import door
 
 if TYPE_CHECKING:
-    from ocmm_core.acquisition.frames._books import Books
-    from ocmm_core.acquisition.frames._exposures import ExposureCount, Given
     from ocmm_core.acquisition.frames._frames import (
         SUBPIXEL,
         Cycle,
         CycleVerdict,
         FrameBlock,
         FrameFlag,
+        FrameSource,
+        SourceDescription,
         frame_dtype,
         from_records,
         quantise,
         to_records,
     )
-    from ocmm_core.acquisition.frames._join import FrameJoiner
-    from ocmm_core.acquisition.frames._ring import FrameRing, RingHeaderField
-    from ocmm_core.acquisition.frames._source import FrameSource, SourceDescription
+    from ocmm_core.acquisition.frames._join import ExposureCount, FrameJoiner, Given
+    from ocmm_core.acquisition.frames._ring import Books, FrameRing, RingHeaderField
     from ocmm_core.acquisition.frames._worker import (
         AcquisitionState,
         AcquisitionStatus,
@@ -43,15 +43,12 @@ if TYPE_CHECKING:
 else:
     __getattr__ = door(
         __name__,
-        _books="Books",
-        _exposures="ExposureCount Given",
         _frames=(
-            "Cycle CycleVerdict FrameBlock FrameFlag SUBPIXEL frame_dtype from_records quantise "
-            "to_records"
+            "Cycle CycleVerdict FrameBlock FrameFlag FrameSource SUBPIXEL SourceDescription "
+            "frame_dtype from_records quantise to_records"
         ),
-        _join="FrameJoiner",
-        _ring="FrameRing RingHeaderField",
-        _source="FrameSource SourceDescription",
+        _join="ExposureCount FrameJoiner Given",
+        _ring="Books FrameRing RingHeaderField",
         _worker=(
             "AcquisitionState AcquisitionStatus AcquisitionWorker StopReason leave_error "
             "read_status"

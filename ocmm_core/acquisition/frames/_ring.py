@@ -8,7 +8,9 @@ the capacity loses the oldest frames, which are counted. Writers of other source
 The header holds int64 words (aligned, written atomically): positions count frames since the start
 and never wrap. A frame is published by advancing ``WRITTEN`` after its bytes are in place; before
 the first byte the writer advances ``RESERVED``, so that a reader can tell which old frames may be
-half overwritten.
+half overwritten. The header also has the counters with the verdict of every cycle. Another process
+reads them during writing, and the writer may be killed at any moment, so there are two pages: the
+writer fills the inactive one and then activates it with one word.
 """
 
 from __future__ import annotations
@@ -21,17 +23,62 @@ import struct
 import tempfile
 from enum import IntEnum
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ocmm_core.acquisition.frames._books import Books, read_books, write_books
 from ocmm_core.acquisition.frames._frames import FrameBlock, frame_dtype, from_records
 from ocmm_core.camera import MAX_CAMERAS, MAX_SLOTS, USUAL_SLOTS
 from ocmm_core.errors import AcquisitionError
 from ocmm_core.host import HOST
 from ocmm_core.leftovers import clear, hold
 from ocmm_core.side_files import open_guarded
+
+NEWEST_PAGE = 34
+"""Header word: number of written pages; modulo 2 the newest one."""
+_FIRST_WORD = 40
+_PAGES = 2
+
+
+class Books(NamedTuple):
+    """Counters since the start."""
+
+    elapsed: int = 0
+    good: int = 0
+    late: int = 0
+    lost: int = 0
+    bad: int = 0
+    """`elapsed`, `good`, `late`, `lost`, `bad`: cycles; ``good + late + lost + bad == elapsed``."""
+    frames: int = 0
+    frames_lost: int = 0
+
+    def plus(self, **amounts: int) -> Books:
+        """Return the counters with these amounts added."""
+        return self._replace(
+            **{name: getattr(self, name) + amount for name, amount in amounts.items()}
+        )
+
+
+def write_books(words: memoryview, books: Books) -> None:
+    """Publish the next page; only the writer of the ring may call this."""
+    number = words[NEWEST_PAGE] + 1
+    begin = _FIRST_WORD + number % _PAGES * len(Books._fields)
+    for place, value in enumerate(books, begin):
+        words[place] = value
+    words[NEWEST_PAGE] = number
+
+
+def read_books(words: memoryview) -> Books:
+    """Return the newest page, consistent despite concurrent writing."""
+    while True:
+        number = words[NEWEST_PAGE]
+        begin = _FIRST_WORD + number % _PAGES * len(Books._fields)
+        books = Books(*words[begin : begin + len(Books._fields)].tolist())
+        # The writer reuses this page only after publishing the other one.
+        if words[NEWEST_PAGE] == number:
+            return books
+
 
 _MAGIC = 0x4F434D4D52494E47
 _LAYOUT = 5
@@ -53,7 +100,7 @@ _log = logging.getLogger(__name__)
 
 
 class RingHeaderField(IntEnum):
-    """Header words, all int64; counters are in `_books`."""
+    """Header words, all int64; counters are in `_ring`."""
 
     MAGIC = 0
     LAYOUT = 1

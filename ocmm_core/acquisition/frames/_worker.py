@@ -7,9 +7,8 @@ import time
 from dataclasses import dataclass
 from enum import IntEnum
 
-from ocmm_core.acquisition.frames._frames import Cycle, CycleVerdict
+from ocmm_core.acquisition.frames._frames import Cycle, CycleVerdict, FrameSource
 from ocmm_core.acquisition.frames._ring import FrameRing, RingHeaderField
-from ocmm_core.acquisition.frames._source import FrameSource
 from ocmm_core.errors import AcquisitionError, InternalError, OcmmError
 from ocmm_core.failure import CODE, REOPEN, contained, described
 from ocmm_core.fieldbus.report import pace_words

@@ -4,9 +4,9 @@ In: frames of any source, a recording, or a file of tcpdump or tshark (pcap, pca
 Out: a recording on the disk, or frames from a replay source.
 
 Start with `_recording` (file format and reader) and `_recorder` (writing, and replay as a source);
-`_history` keeps the last seconds in memory. For captures: `_packets` reads traffic files,
-`_capture_layout` learns each camera's data position from a recorded bring-up, `_capture` extracts
-the frames.
+`_history` keeps the last seconds in memory. For captures: `_packets` reads traffic files and learns
+each camera's data position from a recorded bring-up, `_capture` extracts the frames.
+
 It must not import the bus process, labels or poses: a recording holds raw spots.
 """
 

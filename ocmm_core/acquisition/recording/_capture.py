@@ -16,8 +16,13 @@ from pathlib import Path
 import numpy as np
 
 from ocmm_core.acquisition.frames import FrameBlock, FrameJoiner
-from ocmm_core.acquisition.recording._capture_layout import CameraArea, LayoutListener, usual_layout
-from ocmm_core.acquisition.recording._packets import Packet, PacketFile
+from ocmm_core.acquisition.recording._packets import (
+    CameraArea,
+    LayoutListener,
+    Packet,
+    PacketFile,
+    usual_layout,
+)
 from ocmm_core.errors import BusError, InputError
 from ocmm_core.fieldbus.device import (
     COUNTER_MODULUS,

@@ -1,13 +1,12 @@
 """Bundle adjustment of cameras, probe and bars, with search for faulty elements.
 
-In: spots in frames with unknown poses, lengths of bars, cameras with their priors. Out: best-fit
-cameras, probe and poses, their covariance, wrong spots, and the faulty element.
+In: spots in frames with unknown poses, lengths of bars, cameras with their priors.
+Out: best-fit cameras, probe and poses, their covariance, wrong spots, and the faulty element.
 
-Read `_state` (unknowns, order of columns, observations), `_start` (first values), `_bundle` (the
-adjustment) with `_kernel` (elimination of poses), then `_robust` (wrong spots). `_culprit` frees
-one suspect after the other; `_culprit_history`, `_culprit_points` and `_culprit_messages` give
-moment, point, and remedy. The package is independent of procedures and sessions: arrays in, a
-solution out.
+Read `_state` (unknowns, order of columns, observations), `_bundle` (the adjustment) with `_kernel`
+(elimination of poses), then `_robust` (first values, wrong spots). `_culprit` frees one suspect
+after the other; `_culprit_history` and `_culprit_messages` give moment, point, and remedy. The
+package is independent of procedures and sessions: arrays in, a solution out.
 """
 
 from __future__ import annotations
@@ -21,21 +20,33 @@ if TYPE_CHECKING:
     from ocmm_core.calibration.bundle._bundle import adjust, common_covariance, residuals
     from ocmm_core.calibration.bundle._culprit import Culprit, CulpritVerdict, Suspect, examine, fit
     from ocmm_core.calibration.bundle._culprit_history import Block, restored
-    from ocmm_core.calibration.bundle._culprit_messages import Names, accuse
-    from ocmm_core.calibration.bundle._culprit_points import explain_points, scale_between
+    from ocmm_core.calibration.bundle._culprit_messages import (
+        Names,
+        accuse,
+        explain_points,
+        scale_between,
+    )
     from ocmm_core.calibration.bundle._kernel import N_CAMERA, eliminate
-    from ocmm_core.calibration.bundle._robust import RobustMinimum, adjust_robustly
-    from ocmm_core.calibration.bundle._start import solvable, start_bars, start_poses, start_shape
+    from ocmm_core.calibration.bundle._robust import (
+        RobustMinimum,
+        adjust_robustly,
+        solvable,
+        start_bars,
+        start_poses,
+        start_shape,
+    )
     from ocmm_core.calibration.bundle._state import BundleData, BundleState, Columns, Prior
 else:
     __getattr__ = door(
-        __name__, _bundle="adjust common_covariance residuals",
-        _culprit="Culprit Suspect CulpritVerdict examine fit", _culprit_history="Block restored",
-        _culprit_points="explain_points scale_between", _culprit_messages="Names accuse",
-        _kernel="N_CAMERA eliminate kernel", _robust="RobustMinimum adjust_robustly",
-        _start="solvable start_bars start_poses start_shape",
+        __name__,
+        _bundle="adjust common_covariance residuals",
+        _culprit="Culprit CulpritVerdict Suspect examine fit",
+        _culprit_history="Block restored",
+        _culprit_messages="Names accuse explain_points scale_between",
+        _kernel="N_CAMERA eliminate kernel",
+        _robust="RobustMinimum adjust_robustly solvable start_bars start_poses start_shape",
         _state="BundleData BundleState Columns Prior",
-    )  # fmt: skip
+    )
 
 __all__ = [
     "N_CAMERA", "Block", "BundleData", "BundleState", "Columns", "Culprit", "CulpritVerdict",

@@ -1,12 +1,12 @@
 """Calibrate cameras from known points: fit, guards, covariance, guided procedure.
 
-In: a list of known points, and the averaged spots of each camera there. Out: cameras with full
-covariance, findings, and a record to accept.
+In: a list of known points, and the averaged spots of each camera there.
+Out: cameras with full covariance, findings, and a record to accept.
 
-Read `_reference_points` (the files), `_dlt` (start values), `_problem` and `_least_squares` with
-`_kernel`, `_model_fit` (one camera), `_network` (all of them). Then the judgement: `_guards`,
-`_lens` and `_lens_terms` (sufficiency of the lens model), `_mix_up`. `_procedure_known_points` is
-the guided procedure. The package is independent of bundles, relocation and probe calibration.
+Read `_reference_points` (the files), `_dlt` (start values), `_least_squares` with `_kernel`,
+`_model_fit` (one camera), `_network` (all of them). `_guards` with `_lens` judges them, also
+whether the lens model suffices. `_procedure_known_points` is the guided procedure. The package is
+independent of bundles, relocation and probe calibration.
 """
 
 from __future__ import annotations

@@ -9,7 +9,13 @@ import numpy as np
 
 from ocmm_core.calibration.cameras._network import RigCalibration, calibrate_rig
 from ocmm_core.calibration.cameras._reference_points import KnownPoints, SpotTable
-from ocmm_core.calibration.guided import Begun, CameraResiduals, Findings, SessionEvent, Spots
+from ocmm_core.calibration.guided import (
+    CameraResiduals,
+    Findings,
+    SessionEvent,
+    SessionHeader,
+    Spots,
+)
 from ocmm_core.calibration.records import ArtefactUse
 from ocmm_core.camera import Rig
 from ocmm_core.errors import CalibrationError
@@ -72,7 +78,7 @@ def axis_errors(rig: Rig, points: KnownPoints, spots: SpotTable) -> AxisErrors:
     )
 
 
-class KnownPointsBegun(Begun, frozen=True, kw_only=True):
+class KnownPointsBegun(SessionHeader, frozen=True, kw_only=True):
     """First line."""
 
     names: tuple[str, ...]
@@ -87,7 +93,7 @@ class KnownPointsBegun(Begun, frozen=True, kw_only=True):
     """The CMM that positioned the points, with its certificate."""
 
 
-class PointTaken(SessionEvent, frozen=True, kw_only=True):
+class ReferencePointEvent(SessionEvent, frozen=True, kw_only=True, tag="PointTaken"):
     """Spots at one reference point; replaces an earlier event of it."""
 
     point: str
@@ -96,10 +102,10 @@ class PointTaken(SessionEvent, frozen=True, kw_only=True):
     sigma_px: float
 
 
-KnownPointsEvent: TypeAlias = KnownPointsBegun | PointTaken
+KnownPointsEvent: TypeAlias = KnownPointsBegun | ReferencePointEvent
 
 
-def views_of(taken: PointTaken) -> int:
+def views_of(taken: ReferencePointEvent) -> int:
     """Return the number of cameras that saw a point."""
     return sum(camera[0] is not None for camera in taken.uv)
 

@@ -59,7 +59,7 @@ def project_with_jacobian(
     """Return the pixels of world points (n, 3), mm, and their derivatives.
 
     By the first ``terms`` (14 to 17) parameters. ``uv`` (n, 2), px, is subtracted; ``whitening``
-    (3, n), 1/px, as in `_problem.CameraProblem`, default plain pixels.
+    (3, n), 1/px, as in `_model_fit.CameraProblem`, default plain pixels.
     """
     n = len(points_world)
     if uv is None:

@@ -12,7 +12,7 @@ from ocmm_core.acquisition.frames import FrameBlock
 from ocmm_core.calibration.cameras._known_points_session import (
     KnownPointsBegun,
     KnownPointsEvent,
-    PointTaken,
+    ReferencePointEvent,
     found_by,
     views_of,
 )
@@ -76,7 +76,7 @@ class KnownPointsProcedure(CameraProcedure[KnownPointsEvent, CalibrationOutcome]
             begun.names, np.array(begun.positions), begun.reference_sigma, begun.frame,
             begun.length_sigma,
         )  # fmt: skip
-        self._taken: list[PointTaken] = []
+        self._taken: list[ReferencePointEvent] = []
         self._spots = StaticSpotAverager(rig, 1)
         self._aim: str | None = None
         self._fold()
@@ -161,7 +161,9 @@ class KnownPointsProcedure(CameraProcedure[KnownPointsEvent, CalibrationOutcome]
             if index is not None:
                 nothing: Spots = ((None,),) * len(self.rig.cameras)
                 name = self._points.names[index]
-                self._append(PointTaken(utc=utc_text(now), point=name, uv=nothing, sigma_px=0.0))
+                self._append(
+                    ReferencePointEvent(utc=utc_text(now), point=name, uv=nothing, sigma_px=0.0)
+                )
 
     def take_table(self, spots: SpotTable, now: datetime) -> None:
         """Record all unrecorded points of a table; CalibrationError if it has other cameras."""
@@ -180,7 +182,9 @@ class KnownPointsProcedure(CameraProcedure[KnownPointsEvent, CalibrationOutcome]
                 if name not in done:
                     uv = to_spots(spots.uv[rows, index][:, None])
                     self._append(
-                        PointTaken(utc=utc_text(now), point=name, uv=uv, sigma_px=spots.sigma_px)
+                        ReferencePointEvent(
+                            utc=utc_text(now), point=name, uv=uv, sigma_px=spots.sigma_px
+                        )
                     )
 
     def table(self) -> SpotTable:
@@ -208,11 +212,11 @@ class KnownPointsProcedure(CameraProcedure[KnownPointsEvent, CalibrationOutcome]
     def _wants(self) -> bool:
         return self._step == COLLECT and self._next() is not None
 
-    def _observation(self, utc: str) -> PointTaken:
+    def _observation(self, utc: str) -> ReferencePointEvent:
         index = self._next()
         assert index is not None  # noqa: S101 - a point is wanted
         average = self._spots.average()
-        return PointTaken(
+        return ReferencePointEvent(
             utc=utc,
             point=self._points.names[index],
             uv=to_spots(average.uv),
@@ -220,7 +224,7 @@ class KnownPointsProcedure(CameraProcedure[KnownPointsEvent, CalibrationOutcome]
         )
 
     def _observe(self, event: KnownPointsEvent) -> None:
-        if isinstance(event, PointTaken):
+        if isinstance(event, ReferencePointEvent):
             self._taken.append(event)
             self._aim = None
             self._spots.taken(Average(from_spots(event.uv), event.sigma_px))

@@ -5,9 +5,9 @@ Out: snapshots of the procedure for any screen, averaged observations, a record 
 
 Read `_procedure` (steps and gates) and `_procedure_views` (snapshots), `_session` and
 `_session_events` (state from a file), `_collecting` (from frames to observations), `_labelling`
-(LEDs before cameras are calibrated), `_seats`, `_repeats`, `_session_drift` and `_shocks`
-(detection of motion), `_coverage`, then `_outcome` and `_conclusion` (the record). It is
-independent of specific procedures and of Qt: a script runs a procedure as a window does.
+(LEDs before cameras are calibrated), `_repeats`, `_articulation`, `_session_drift` and `_shocks`
+(detection of motion), then `_conclusion` (the record). It is independent of specific procedures and
+of Qt: a script runs a procedure as a window does.
 """
 
 from __future__ import annotations
@@ -21,11 +21,16 @@ if TYPE_CHECKING:
         ARTICULATION_CHANCE,
         Articulation,
         BallPlace,
+        RestingTouch,
         articulate,
         handle_axis,
+        joint_covariance,
         place_of_ball,
+        range_limit,
+        shared_covariance,
+        tips_of,
+        touch_of,
     )
-    from ocmm_core.calibration.guided._chance import range_limit
     from ocmm_core.calibration.guided._collecting import (
         AVERAGING,
         PLACE_DONE,
@@ -42,19 +47,9 @@ if TYPE_CHECKING:
         Findings,
         build_outcome,
         hash_of,
-    )
-    from ocmm_core.calibration.guided._coverage import coverage, viewer_axes
-    from ocmm_core.calibration.guided._length_precision import (
         length_sigma,
         location_gains,
         random_lines,
-    )
-    from ocmm_core.calibration.guided._outcome import (
-        CalibrationComparison,
-        CalibrationOutcome,
-        CameraChange,
-        CameraResiduals,
-        VerificationOutcome,
     )
     from ocmm_core.calibration.guided._procedure import (
         OPEN,
@@ -68,31 +63,36 @@ if TYPE_CHECKING:
         Step,
     )
     from ocmm_core.calibration.guided._procedure_views import (
+        CalibrationComparison,
+        CalibrationOutcome,
+        CameraChange,
+        CameraResiduals,
         KnownPoint,
         KnownPointsView,
         LinePlan,
         RelocationView,
         Tilt,
+        VerificationOutcome,
         VerificationView,
         VolumeCoverage,
+        coverage,
+        viewer_axes,
     )
     from ocmm_core.calibration.guided._repeats import (
+        SEAT_MM,
+        SEATS,
         JudgedRepeat,
         Repeat,
         RestingPosition,
-        judge_repeats,
-        repeat_finding,
-    )
-    from ocmm_core.calibration.guided._seats import (
-        SEAT_MM,
-        SEATS,
         SeatVisited,
         again_gate,
         again_instruction,
         first_gate,
         first_instruction,
         judge_first_visit,
+        judge_repeats,
         judge_visit_again,
+        repeat_finding,
     )
     from ocmm_core.calibration.guided._session import (
         CameraProcedure,
@@ -109,12 +109,12 @@ if TYPE_CHECKING:
         session_changes,
     )
     from ocmm_core.calibration.guided._session_events import (
-        Begun,
         CommonEvent,
         Decided,
         Entered,
         SessionEvent,
         SessionFormat,
+        SessionHeader,
         SessionLine,
         Spots,
         from_spots,
@@ -130,147 +130,60 @@ if TYPE_CHECKING:
         require_no_doubt_since,
     )
     from ocmm_core.calibration.guided._shot_table import Shot, load_shots
-    from ocmm_core.calibration.guided._touches import (
-        RestingTouch,
-        joint_covariance,
-        shared_covariance,
-        tips_of,
-        touch_of,
-    )
 else:
     __getattr__ = door(
         __name__,
         _articulation=(
-            "ARTICULATION_CHANCE Articulation BallPlace articulate handle_axis place_of_ball"
+            "ARTICULATION_CHANCE Articulation BallPlace RestingTouch articulate handle_axis "
+            "joint_covariance place_of_ball range_limit shared_covariance tips_of touch_of"
         ),
-        _chance="range_limit",
         _collecting=(
             "AVERAGING Average PLACE_DONE ProbeSpotAverager STILL_FRAMES STRANGE "
             "StaticSpotAverager WAVED_FRAMES sigma_of_mean"
         ),
-        _conclusion="CalibrationContext Findings build_outcome hash_of",
-        _coverage="coverage viewer_axes",
-        _length_precision="length_sigma location_gains random_lines",
-        _outcome=(
-            "CalibrationComparison CalibrationOutcome CameraChange CameraResiduals "
-            "VerificationOutcome"
+        _conclusion=(
+            "CalibrationContext Findings build_outcome hash_of length_sigma location_gains "
+            "random_lines"
         ),
         _procedure=(
             "CameraLive Gate Live OPEN Procedure ProcedureDecision ProcedureKind ProcedureView Step"
         ),
         _procedure_views=(
-            "KnownPoint KnownPointsView LinePlan RelocationView Tilt VerificationView "
-            "VolumeCoverage"
+            "CalibrationComparison CalibrationOutcome CameraChange CameraResiduals KnownPoint "
+            "KnownPointsView LinePlan RelocationView Tilt VerificationOutcome VerificationView "
+            "VolumeCoverage coverage viewer_axes"
         ),
-        _repeats="JudgedRepeat Repeat RestingPosition judge_repeats repeat_finding",
-        _seats=(
-            "SEATS SEAT_MM SeatVisited again_gate again_instruction first_gate first_instruction "
-            "judge_first_visit judge_visit_again"
+        _repeats=(
+            "JudgedRepeat Repeat RestingPosition SEATS SEAT_MM SeatVisited again_gate "
+            "again_instruction first_gate first_instruction judge_first_visit judge_repeats "
+            "judge_visit_again repeat_finding"
         ),
         _session="CameraProcedure O ProbeProcedure require_fresh_temperature",
         _session_drift="Rest SessionChange TimeCourse change_findings rest_of session_changes",
         _session_events=(
-            "Begun CommonEvent Decided Entered SessionEvent SessionFormat SessionLine Spots "
-            "from_spots is_ended require_probe sessions to_spots utc_text"
+            "CommonEvent Decided Entered SessionEvent SessionFormat SessionHeader SessionLine "
+            "Spots from_spots is_ended require_probe sessions to_spots utc_text"
         ),
         _shocks="ShockDetector record_shock require_no_doubt_since",
         _shot_table="Shot load_shots",
-        _touches="RestingTouch joint_covariance shared_covariance tips_of touch_of",
     )
 
 __all__ = [
-    "ARTICULATION_CHANCE",
-    "AVERAGING",
-    "OPEN",
-    "PLACE_DONE",
-    "SEATS",
-    "SEAT_MM",
-    "STILL_FRAMES",
-    "STRANGE",
-    "WAVED_FRAMES",
-    "Articulation",
-    "Average",
-    "BallPlace",
-    "Begun",
-    "CalibrationComparison",
-    "CalibrationContext",
-    "CalibrationOutcome",
-    "CameraChange",
-    "CameraLive",
-    "CameraProcedure",
-    "CameraResiduals",
-    "CommonEvent",
-    "Decided",
-    "Entered",
-    "Findings",
-    "Gate",
-    "JudgedRepeat",
-    "KnownPoint",
-    "KnownPointsView",
-    "LinePlan",
-    "Live",
-    "O",
-    "ProbeProcedure",
-    "ProbeSpotAverager",
-    "Procedure",
-    "ProcedureDecision",
-    "ProcedureKind",
-    "ProcedureView",
-    "RelocationView",
-    "Repeat",
-    "Rest",
-    "RestingPosition",
-    "RestingTouch",
-    "SeatVisited",
-    "SessionChange",
-    "SessionEvent",
-    "SessionFormat",
-    "SessionLine",
-    "ShockDetector",
-    "Shot",
-    "Spots",
-    "StaticSpotAverager",
-    "Step",
-    "Tilt",
-    "TimeCourse",
-    "VerificationOutcome",
-    "VerificationView",
-    "VolumeCoverage",
-    "again_gate",
-    "again_instruction",
-    "articulate",
-    "build_outcome",
-    "change_findings",
-    "coverage",
-    "first_gate",
-    "first_instruction",
-    "from_spots",
-    "handle_axis",
-    "hash_of",
-    "is_ended",
-    "joint_covariance",
-    "judge_first_visit",
-    "judge_repeats",
-    "judge_visit_again",
-    "length_sigma",
-    "load_shots",
-    "location_gains",
-    "place_of_ball",
-    "random_lines",
-    "range_limit",
-    "record_shock",
-    "repeat_finding",
-    "require_fresh_temperature",
-    "require_no_doubt_since",
-    "require_probe",
-    "rest_of",
-    "session_changes",
-    "sessions",
-    "shared_covariance",
-    "sigma_of_mean",
-    "tips_of",
-    "to_spots",
-    "touch_of",
-    "utc_text",
-    "viewer_axes",
+    "ARTICULATION_CHANCE", "AVERAGING", "OPEN", "PLACE_DONE", "SEATS", "SEAT_MM",
+    "STILL_FRAMES", "STRANGE", "WAVED_FRAMES", "Articulation", "Average", "BallPlace",
+    "CalibrationComparison", "CalibrationContext", "CalibrationOutcome", "CameraChange",
+    "CameraLive", "CameraProcedure", "CameraResiduals", "CommonEvent", "Decided", "Entered",
+    "Findings", "Gate", "JudgedRepeat", "KnownPoint", "KnownPointsView", "LinePlan", "Live", "O",
+    "ProbeProcedure", "ProbeSpotAverager", "Procedure", "ProcedureDecision", "ProcedureKind",
+    "ProcedureView", "RelocationView", "Repeat", "Rest", "RestingPosition", "RestingTouch",
+    "SeatVisited", "SessionChange", "SessionEvent", "SessionFormat", "SessionHeader",
+    "SessionLine", "ShockDetector", "Shot", "Spots", "StaticSpotAverager", "Step", "Tilt",
+    "TimeCourse", "VerificationOutcome", "VerificationView", "VolumeCoverage", "again_gate",
+    "again_instruction", "articulate", "build_outcome", "change_findings", "coverage",
+    "first_gate", "first_instruction", "from_spots", "handle_axis", "hash_of", "is_ended",
+    "joint_covariance", "judge_first_visit", "judge_repeats", "judge_visit_again", "length_sigma",
+    "load_shots", "location_gains", "place_of_ball", "random_lines", "range_limit", "record_shock",
+    "repeat_finding", "require_fresh_temperature", "require_no_doubt_since", "require_probe",
+    "rest_of", "session_changes", "sessions", "shared_covariance", "sigma_of_mean", "tips_of",
+    "to_spots", "touch_of", "utc_text", "viewer_axes",
 ]  # fmt: skip

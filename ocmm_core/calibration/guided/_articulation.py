@@ -2,7 +2,9 @@
 
 Single point articulation (ASME B89.4.22): a geometry error of the probe, which cancels at constant
 attitude, turns with the attitude and shows. The tips t_i = k - R_i d of a resting ball at k
-determine the displacement d of the ball from its calibration, in the probe frame.
+determine the displacement d of the ball from its calibration, in the probe frame. Ball centres of
+single observations come with their contributions, and tests with critical values from the
+covariance of their inputs.
 """
 
 from __future__ import annotations
@@ -11,13 +13,117 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.optimize import brentq
+from scipy.special import chdtri, ndtr
 
-from ocmm_core.calibration.guided._chance import range_limit, square_limit
-from ocmm_core.calibration.guided._touches import RestingTouch, joint_covariance, tips_of
 from ocmm_core.camera import Rig
 from ocmm_core.errors import CalibrationError
 from ocmm_core.geometry import Float, Points3, unit
-from ocmm_core.tracking import ProbeBody
+from ocmm_core.tracking import ProbeBody, tip_sensitivity
+
+
+def square_limit(covariance: Float, probability: float) -> float:
+    """Return the value that a sum of squares exceeds with a probability.
+
+    Chi-square of the same three moments (Pearson; J. P. Imhof, Biometrika 48, 1961, 419-426,
+    equation 4.1). ``covariance`` (n, n): of the squared normal numbers of mean zero.
+    """
+    values = np.maximum(np.linalg.eigvalsh(covariance), 0.0)
+    first, second, third = (float(np.sum(values**power)) for power in (1, 2, 3))
+    if third <= 0.0:
+        return 0.0
+    freedom = second**3 / third**2
+    deviation = (float(chdtri(freedom, probability)) - freedom) / np.sqrt(freedom)
+    return float(first + deviation * np.sqrt(second))
+
+
+def range_limit(covariance: Float, probability: float) -> float:
+    """Return the range that normal numbers exceed with at most a probability.
+
+    Sum of the probabilities of all pairs, nearly sharp far out. ``covariance`` (n, n), mean zero.
+    """
+    variances = np.diag(covariance)
+    upper = np.triu_indices(len(variances), 1)
+    sigmas = np.sqrt(
+        np.maximum((variances[:, None] + variances[None] - 2.0 * covariance)[upper], 0.0)
+    )
+    largest = float(np.max(sigmas, initial=0.0))
+    if largest == 0.0:
+        return 0.0
+    sigmas = sigmas[sigmas > 1e-6 * largest] / largest
+
+    def excess(limit: float) -> float:
+        return float(np.sum(2.0 * ndtr(-limit / sigmas))) - probability
+
+    return largest * float(brentq(excess, 0.1, 40.0, xtol=1e-6))
+
+
+@dataclass(frozen=True, slots=True)
+class RestingTouch:
+    """Pose of the probe at rest."""
+
+    tip_world: Float
+    """(3,), mm: centre of the ball by the calibration of the probe."""
+    rotation_world_from_probe: Float
+    """(3, 3)."""
+    noise: Float
+    """(3, 3), mm^2: covariance by the spots of this observation alone."""
+    by_cameras: Float
+    """(3, 14 C): derivatives by the cameras' parameters, which all observations share."""
+    by_geometry: Float
+    """(3, 3 L + 3): by the LEDs and the tip of the probe; they turn with the attitude."""
+
+
+def touch_of(uv: Float, sigma_px: float, rig: Rig, body: ProbeBody) -> RestingTouch:
+    """Return the touch of averaged spots (C, L, 2), px; TrackingError without a pose."""
+    found = tip_sensitivity(uv, rig, body)
+    by_spots = found.by_spots.reshape(3, -1)
+    return RestingTouch(
+        tip_world=found.tip_world,
+        # The true tip moves against the estimated one as the probe is turned.
+        rotation_world_from_probe=-found.by_geometry[:, -3:],
+        noise=sigma_px**2 * by_spots @ by_spots.T,
+        by_cameras=found.by_cameras,
+        by_geometry=found.by_geometry,
+    )
+
+
+def tips_of(touches: Sequence[RestingTouch]) -> Points3:
+    """Return the ball centres (n, 3), mm, world."""
+    return np.array([one.tip_world for one in touches]).reshape(-1, 3)
+
+
+def shared_covariance(by_cameras: Float, by_geometry: Float, rig: Rig, body: ProbeBody) -> Float:
+    """Return the covariance (3, 3), mm^2, of a tip due to cameras and probe.
+
+    Derivatives as in `RestingTouch`, or their difference between touches: shared effects cancel.
+    """
+    covariance: Float = (
+        by_cameras @ rig.parameter_covariance @ by_cameras.T
+        + by_geometry @ body.geometry_covariance @ by_geometry.T
+    )
+    return covariance
+
+
+def joint_covariance(
+    touches: Sequence[RestingTouch], directions: Float, rig: Rig, body: ProbeBody
+) -> Float:
+    """Return the covariance, mm^2, (n k, n k), of n tips projected on ``directions`` (n, k, 3)."""
+    n, k, _ = directions.shape
+    noise = np.array([one.noise for one in touches])
+    cameras = np.array([one.by_cameras for one in touches])
+    geometry = np.array([one.by_geometry for one in touches])
+    covariance = np.zeros((n, k, n, k))
+    own = directions @ noise @ directions.transpose(0, 2, 1)
+    covariance[np.arange(n), :, np.arange(n), :] = own
+    flat: Float = covariance.reshape(n * k, n * k)
+    for jacobian, shared in (
+        (cameras, rig.parameter_covariance), (geometry, body.geometry_covariance)
+    ):  # fmt: skip
+        rows = (directions @ jacobian).reshape(n * k, -1)
+        flat = flat + rows @ shared @ rows.T
+    return 0.5 * (flat + flat.T)
+
 
 ARTICULATION_CHANCE = 1e-3
 """Probability that the spread exceeds its limit by chance."""

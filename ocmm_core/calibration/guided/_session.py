@@ -22,7 +22,6 @@ from ocmm_core.calibration.guided._procedure import (
     Step,
 )
 from ocmm_core.calibration.guided._session_events import (
-    Begun,
     CommonEvent,
     Decided,
     Dropped,
@@ -30,6 +29,7 @@ from ocmm_core.calibration.guided._session_events import (
     Entered,
     Forced,
     Reread,
+    SessionHeader,
     SessionLine,
     Warmed,
     reread,
@@ -89,7 +89,7 @@ class GuidedProcedure(ABC, Generic[E, O]):
     step_names: tuple[str, ...]
 
     def __init__(
-        self, chain: ChainFile[SessionLine[E]], begun: Begun, rig: Rig, store: Store
+        self, chain: ChainFile[SessionLine[E]], begun: SessionHeader, rig: Rig, store: Store
     ) -> None:
         if begun.rig_identity != rig.identity:
             raise CalibrationError(
@@ -392,7 +392,11 @@ class CameraProcedure(GuidedProcedure[E, O]):
     """Base of procedures for the cameras of a rig; see `GuidedProcedure`."""
 
     def __init__(
-        self, chain: ChainFile[SessionLine[E]], begun: Begun, rig: Rig, store: CalibrationStore
+        self,
+        chain: ChainFile[SessionLine[E]],
+        begun: SessionHeader,
+        rig: Rig,
+        store: CalibrationStore,
     ) -> None:
         super().__init__(chain, begun, rig, store)
         self._store = store
@@ -405,7 +409,12 @@ class ProbeProcedure(GuidedProcedure[E, O]):
     """Base of procedures for a probe with one of its tips; see `GuidedProcedure`."""
 
     def __init__(
-        self, chain: ChainFile[SessionLine[E]], begun: Begun, rig: Rig, store: ProbeStore, tip: str
+        self,
+        chain: ChainFile[SessionLine[E]],
+        begun: SessionHeader,
+        rig: Rig,
+        store: ProbeStore,
+        tip: str,
     ) -> None:
         super().__init__(chain, begun, rig, store)
         self._store = store

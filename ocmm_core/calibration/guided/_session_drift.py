@@ -21,9 +21,8 @@ import numpy as np
 from scipy.linalg import cho_factor, cho_solve, qr
 from scipy.special import chdtri
 
-from ocmm_core.calibration.guided._articulation import SEAT_SIGMA_MM
+from ocmm_core.calibration.guided._articulation import SEAT_SIGMA_MM, RestingTouch, touch_of
 from ocmm_core.calibration.guided._repeats import shown_moment
-from ocmm_core.calibration.guided._touches import RestingTouch, touch_of
 from ocmm_core.calibration.records import Finding
 from ocmm_core.camera import N_PARAMETERS, Rig, projection_jacobians
 from ocmm_core.geometry import Float, skew

@@ -32,7 +32,7 @@ class SessionEvent(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fie
     """ISO 8601 text."""
 
 
-class Begun(SessionEvent, frozen=True, kw_only=True):
+class SessionHeader(SessionEvent, frozen=True, kw_only=True):
     """First line: data fixed for the whole session; procedures extend it."""
 
     rig: str
@@ -131,7 +131,7 @@ class SessionLine(msgspec.Struct, Generic[E], frozen=True, forbid_unknown_fields
     event: E | CommonEvent
 
 
-B = TypeVar("B", bound=Begun)
+B = TypeVar("B", bound=SessionHeader)
 
 
 def reread(begun: B, readings: Sequence[Reread]) -> B:

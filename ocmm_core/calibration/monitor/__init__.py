@@ -1,12 +1,12 @@
 """Monitor a calibration in use for motion of a camera, the probe or the part.
 
-In: residuals of tracked frames during measuring, and a baseline learnt before. Out: a verdict with
-its score: unchanged, or the kind of change and the camera.
+In: residuals of tracked frames during measuring, and a baseline learnt before.
+Out: a verdict with its score: unchanged, or the kind of change and the camera.
 
-Read `_residual_samples` (residuals averaged during little motion), `_baseline` with `_pattern_fit`
-and `_baseline_file` (normal residuals of these sensors), `_drift_design_matrix` (derivatives of the
-spots), `_drift_statistic` and `_drift_decision`; `_monitor` runs it. The package is independent of
-station, threads and jobs: `station` decides on holding points back.
+Read `_residual_samples` (residuals averaged during little motion, and their derivatives),
+`_baseline` (normal residuals of these sensors), `_drift_statistic` and `_drift_decision`;
+`_monitor` runs it. The package is independent of station, threads and jobs: `station` decides on
+holding points back.
 """
 
 from __future__ import annotations
@@ -17,17 +17,26 @@ from ocmm_core.door import door
 
 if TYPE_CHECKING:
     from ocmm_core.calibration.monitor._baseline import Baseline, learn_baseline
-    from ocmm_core.calibration.monitor._baseline_file import load_baseline, save_baseline
     from ocmm_core.calibration.monitor._drift_decision import ChangeCause, DriftReport
-    from ocmm_core.calibration.monitor._drift_design_matrix import N_MOTIONS, camera_changes
-    from ocmm_core.calibration.monitor._monitor import CalibrationMonitor
-    from ocmm_core.calibration.monitor._residual_samples import ResidualAccumulator, ResidualSample
+    from ocmm_core.calibration.monitor._monitor import (
+        CalibrationMonitor,
+        load_baseline,
+        save_baseline,
+    )
+    from ocmm_core.calibration.monitor._residual_samples import (
+        N_MOTIONS,
+        ResidualAccumulator,
+        ResidualSample,
+        camera_changes,
+    )
 else:
     __getattr__ = door(
-        __name__, _baseline="Baseline learn_baseline", _baseline_file="load_baseline save_baseline",
-        _drift_design_matrix="N_MOTIONS camera_changes", _drift_decision="ChangeCause DriftReport",
-        _residual_samples="ResidualSample ResidualAccumulator", _monitor="CalibrationMonitor",
-    )  # fmt: skip
+        __name__,
+        _baseline="Baseline learn_baseline",
+        _drift_decision="ChangeCause DriftReport",
+        _monitor="CalibrationMonitor load_baseline save_baseline",
+        _residual_samples="N_MOTIONS ResidualAccumulator ResidualSample camera_changes",
+    )
 
 __all__ = [
     "N_MOTIONS", "Baseline", "CalibrationMonitor", "ChangeCause", "DriftReport",

@@ -13,9 +13,13 @@ from enum import Enum
 import numpy as np
 from scipy.special import chdtrc
 
-from ocmm_core.calibration.monitor._drift_design_matrix import CAMERA_CHANGES, N_MOTIONS, Belief
 from ocmm_core.calibration.monitor._drift_statistic import PossibleChange, Scores, score_changes
-from ocmm_core.calibration.monitor._residual_samples import ResidualSample
+from ocmm_core.calibration.monitor._residual_samples import (
+    CAMERA_CHANGES,
+    N_MOTIONS,
+    Belief,
+    ResidualSample,
+)
 from ocmm_core.camera import Rig
 from ocmm_core.geometry import Float
 from ocmm_core.tracking import ProbeBody

@@ -17,16 +17,16 @@ import numpy as np
 from scipy.linalg import cho_factor, cho_solve, solve_triangular
 from scipy.sparse import csc_array
 
-from ocmm_core.calibration.monitor._drift_design_matrix import (
+from ocmm_core.calibration.monitor._residual_samples import (
     N_MOTIONS,
     Belief,
+    ResidualSample,
     SpotRows,
     camera_changes,
     spot_rows,
     spot_weights,
     tips_world,
 )
-from ocmm_core.calibration.monitor._residual_samples import ResidualSample
 from ocmm_core.camera import N_PARAMETERS, Rig
 from ocmm_core.geometry import Float, skew
 from ocmm_core.tracking import ProbeBody

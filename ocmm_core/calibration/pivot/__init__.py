@@ -1,12 +1,12 @@
 """Probe geometry from a sweep about its ball, with its uncertainty.
 
-In: spots of a probe that is turned about its resting ball, and calibrated cameras. Out: LED
-positions about the ball, the covariance of the tip, and findings.
+In: spots of a probe that is turned about its resting ball, and calibrated cameras.
+Out: LED positions about the ball, the covariance of the tip, and findings.
 
 Read `_data` (input and output), `_centre` and `_start` (first values), `_bundle` with `_kernel`
-(one rotation a pose), `_robust` (wrong frames), `_covariance` and `_pattern`, then `_pivot`, which
-combines them. `_guards`, `_coverage`, and `_validation` (a second sweep) judge. The package is
-independent of steps, sessions and screens; the guided form is `sweeping`.
+(one rotation a pose), `_robust` (wrong frames), `_covariance`, then `_pivot`, which combines them.
+`_guards` and `_validation` (a second sweep) judge. The package is independent of steps, sessions
+and screens; the guided form is `sweeping`.
 """
 
 from __future__ import annotations
@@ -24,13 +24,14 @@ if TYPE_CHECKING:
         sphere_centres,
         thesis_pivot,
     )
-    from ocmm_core.calibration.pivot._coverage import preview_pivot
+    from ocmm_core.calibration.pivot._covariance import preview_pivot
     from ocmm_core.calibration.pivot._data import (
         PivotCalibration,
         PivotLimits,
         PivotOptions,
         PivotSweep,
         SweepCoverage,
+        load_sweeps,
     )
     from ocmm_core.calibration.pivot._guards import (
         find_jump,
@@ -40,10 +41,13 @@ if TYPE_CHECKING:
         tips_by_cameras,
     )
     from ocmm_core.calibration.pivot._pivot import LEAST_FRAMES, calibrate_probe
-    from ocmm_core.calibration.pivot._poses import pivot_of_poses
     from ocmm_core.calibration.pivot._robust import free_poses
-    from ocmm_core.calibration.pivot._start import locate_targets, mean_shape, start_pivot
-    from ocmm_core.calibration.pivot._sweep_table import load_sweeps
+    from ocmm_core.calibration.pivot._start import (
+        locate_targets,
+        mean_shape,
+        pivot_of_poses,
+        start_pivot,
+    )
     from ocmm_core.calibration.pivot._validation import (
         OTHER_ATTITUDE,
         OTHER_PLACE_MM,
@@ -56,14 +60,12 @@ else:
         __name__,
         _bundle="PivotState adjust_pivot",
         _centre="common_centre group_average moments_of sphere_centres thesis_pivot",
-        _coverage="preview_pivot",
-        _data="SweepCoverage PivotCalibration PivotLimits PivotOptions PivotSweep",
+        _covariance="preview_pivot",
+        _data="PivotCalibration PivotLimits PivotOptions PivotSweep SweepCoverage load_sweeps",
         _guards="find_jump judge_jump judge_shape shared_part tips_by_cameras",
         _pivot="LEAST_FRAMES calibrate_probe",
-        _poses="pivot_of_poses",
         _robust="free_poses",
-        _start="locate_targets mean_shape start_pivot",
-        _sweep_table="load_sweeps",
+        _start="locate_targets mean_shape pivot_of_poses start_pivot",
         _validation="OTHER_ATTITUDE OTHER_PLACE_MM PivotValidation attitude_between validate_pivot",
     )
 

@@ -17,9 +17,8 @@ from ocmm_core.calibration.pivot._bundle import (
     solve_pinned,
     spots_of_cameras,
 )
-from ocmm_core.calibration.pivot._covariance import LEAST_BLOCKS
-from ocmm_core.calibration.pivot._data import LeftOut, PivotLimits, PivotSweep, SweepCoverage
-from ocmm_core.calibration.pivot._pattern import random_wave
+from ocmm_core.calibration.pivot._covariance import LEAST_BLOCKS, random_wave
+from ocmm_core.calibration.pivot._data import ExcludedFrame, PivotLimits, PivotSweep, SweepCoverage
 from ocmm_core.calibration.pivot._robust import FreePoses, free_poses
 from ocmm_core.calibration.records import Finding
 from ocmm_core.camera import Rig
@@ -158,7 +157,7 @@ def judge_coverage(coverage: SweepCoverage, limits: PivotLimits) -> Iterator[Fin
 
 
 def judge_left_out(
-    left_out: tuple[LeftOut, ...], frames: int, limits: PivotLimits
+    left_out: tuple[ExcludedFrame, ...], frames: int, limits: PivotLimits
 ) -> Iterator[Finding]:
     if not left_out:
         return

@@ -26,8 +26,7 @@ from ocmm_core.calibration.bundle import (
 )
 from ocmm_core.calibration.pivot._bundle import chi2_of_cameras, residuals
 from ocmm_core.calibration.pivot._centre import thesis_pivot
-from ocmm_core.calibration.pivot._covariance import geometry_in, pivot_uncertainty
-from ocmm_core.calibration.pivot._coverage import coverage_of
+from ocmm_core.calibration.pivot._covariance import coverage_of, geometry_in, pivot_uncertainty
 from ocmm_core.calibration.pivot._data import PivotCalibration, PivotOptions, PivotSweep
 from ocmm_core.calibration.pivot._guards import (
     find_jump,

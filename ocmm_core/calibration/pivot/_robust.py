@@ -15,7 +15,7 @@ from scipy.special import chdtri
 
 from ocmm_core.calibration.cameras import OUTLIER_PROBABILITY
 from ocmm_core.calibration.pivot._bundle import PivotMinimum, PivotState, adjust_pivot
-from ocmm_core.calibration.pivot._data import LeftOut, PivotSweep
+from ocmm_core.calibration.pivot._data import ExcludedFrame, PivotSweep
 from ocmm_core.calibration.pivot._start import PivotStart, lay
 from ocmm_core.camera import Rig
 from ocmm_core.errors import CalibrationError
@@ -61,7 +61,7 @@ class RobustPivot:
     """With the rotations of the used frames only, in order."""
     used: NDArray[np.bool_]
     """(n,): frames used."""
-    left_out: tuple[LeftOut, ...]
+    left_out: tuple[ExcludedFrame, ...]
     free: FreePoses
     """Independent poses of all frames."""
     iterations: int
@@ -112,7 +112,7 @@ def adjust_pivot_robustly(
 
 def _judge(
     sweep: PivotSweep, centre: Points3, slack_mm: float, free: FreePoses, among: NDArray[np.bool_]
-) -> tuple[NDArray[np.bool_], tuple[LeftOut, ...]]:
+) -> tuple[NDArray[np.bool_], tuple[ExcludedFrame, ...]]:
     n = len(sweep.uv)
     probability = OUTLIER_PROBABILITY / max(n, 1)
     scale = free.spot_scale
@@ -132,12 +132,12 @@ def _judge(
     left_out = []
     for frame in np.flatnonzero(~good):
         if not solved[frame]:
-            left_out.append(LeftOut(int(frame), "few", 0.0))
+            left_out.append(ExcludedFrame(int(frame), "few", 0.0))
         elif not fits[frame]:
             ratio = float(free.chi2[frame] / free.dof[frame])
-            left_out.append(LeftOut(int(frame), "spots", ratio))
+            left_out.append(ExcludedFrame(int(frame), "spots", ratio))
         else:
-            left_out.append(LeftOut(int(frame), "tip", float(np.linalg.norm(off[frame]))))
+            left_out.append(ExcludedFrame(int(frame), "tip", float(np.linalg.norm(off[frame]))))
     return good, tuple(left_out)
 
 

@@ -3,10 +3,9 @@
 In: a document of sections, materials and LEDs; temperatures, weight and force; a rig.
 Out: displacements of LEDs and tip, least possible tip uncertainty, possible LED confusions.
 
-Read `_design` (the document), `_definition` (definition of a new probe), `_beam` (bending) and
-`_thermal` (growth), `_shape` (both together, and the computed tip), then `_layout` and
-`_layout_labels` (accuracy with a rig), `_own_view` (obstruction by the body). It imports no other
-package of calibration, and is independent of records and procedures.
+Read `_design` (the document), `_definition` (definition of a new probe), `_beam` (bending and
+growth), `_shape` (both together, and the computed tip), then `_layout` (accuracy with a rig). It
+imports no other package of calibration, and is independent of records and procedures.
 """
 
 from __future__ import annotations
@@ -17,11 +16,21 @@ from ocmm_core.door import door
 
 if TYPE_CHECKING:
     from ocmm_core.calibration.probe_design._beam import (
+        HIGHEST_C,
+        LARGEST_U_K,
+        LOWEST_C,
+        REFERENCE_C,
+        UNMEASURED_K,
         Bar,
+        MaterialExpansion,
         Panel,
+        Temperature,
+        certified_at,
         compression,
+        require_temperature,
         sag,
         side_load,
+        stated_temperature,
         upright_shortening,
     )
     from ocmm_core.calibration.probe_design._definition import (
@@ -32,18 +41,23 @@ if TYPE_CHECKING:
         read_definition,
         save_definition,
     )
-    from ocmm_core.calibration.probe_design._design import ProbeDesign, load_design, shipped_design
+    from ocmm_core.calibration.probe_design._design import (
+        ProbeDesign,
+        leds_behind_body,
+        load_design,
+        shipped_design,
+    )
     from ocmm_core.calibration.probe_design._layout import (
         Postures,
         TipMap,
         TipNumber,
         View,
+        WrongLabels,
         tilt_map,
         tip_number,
         volume_map,
+        wrong_labels,
     )
-    from ocmm_core.calibration.probe_design._layout_labels import WrongLabels, wrong_labels
-    from ocmm_core.calibration.probe_design._own_view import leds_behind_body
     from ocmm_core.calibration.probe_design._shape import (
         ContactForce,
         TemperatureState,
@@ -56,45 +70,33 @@ if TYPE_CHECKING:
         sag_shape,
         tip_shift,
     )
-    from ocmm_core.calibration.probe_design._thermal import (
-        HIGHEST_C,
-        LARGEST_U_K,
-        LOWEST_C,
-        REFERENCE_C,
-        UNMEASURED_K,
-        Expansion,
-        Temperature,
-        certified_at,
-        require_temperature,
-        stated_temperature,
-    )
 else:
     __getattr__ = door(
         __name__,
-        _beam="Bar Panel compression sag side_load upright_shortening",
+        _beam=(
+            "Bar MaterialExpansion HIGHEST_C LARGEST_U_K LOWEST_C Panel REFERENCE_C Temperature "
+            "UNMEASURED_K certified_at compression require_temperature sag side_load "
+            "stated_temperature upright_shortening"
+        ),
         _definition=(
             "DefinitionCheck definition_of examine probe_text read_definition save_definition"
         ),
-        _design="ProbeDesign load_design shipped_design",
-        _layout="Postures TipMap TipNumber View tilt_map tip_number volume_map",
-        _layout_labels="WrongLabels wrong_labels",
-        _own_view="leds_behind_body",
-        _shape=(
-            "ContactForce TemperatureState body_in_use bow_shape check_temperature contact_force "
-            "force_shapes growth_shape sag_shape tip_shift"
+        _design="ProbeDesign leds_behind_body load_design shipped_design",
+        _layout=(
+            "Postures TipMap TipNumber View WrongLabels tilt_map tip_number volume_map wrong_labels"
         ),
-        _thermal=(
-            "Expansion HIGHEST_C LARGEST_U_K LOWEST_C REFERENCE_C Temperature UNMEASURED_K "
-            "certified_at require_temperature stated_temperature"
+        _shape=(
+            "ContactForce TemperatureState body_in_use bow_shape check_temperature "
+            "contact_force force_shapes growth_shape sag_shape tip_shift"
         ),
     )
 
 __all__ = [
     "HIGHEST_C", "LARGEST_U_K", "LOWEST_C", "REFERENCE_C", "UNMEASURED_K", "Bar", "ContactForce",
-    "DefinitionCheck", "Expansion", "Panel", "Postures", "ProbeDesign", "Temperature",
+    "DefinitionCheck", "MaterialExpansion", "Panel", "Postures", "ProbeDesign", "Temperature",
     "TemperatureState", "TipMap", "TipNumber", "View", "WrongLabels", "body_in_use", "bow_shape",
-    "certified_at", "check_temperature", "compression", "contact_force", "definition_of", "examine",
-    "force_shapes", "growth_shape", "leds_behind_body", "load_design", "probe_text",
+    "certified_at", "check_temperature", "compression", "contact_force", "definition_of",
+    "examine", "force_shapes", "growth_shape", "leds_behind_body", "load_design", "probe_text",
     "read_definition", "require_temperature", "sag", "sag_shape", "save_definition",
     "shipped_design", "side_load", "stated_temperature", "tilt_map", "tip_number", "tip_shift",
     "upright_shortening", "volume_map", "wrong_labels",

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ocmm_core.calibration.probe_design._layout_labels import WrongLabels, wrong_labels
+from ocmm_core.calibration.probe_design._layout import WrongLabels, wrong_labels
 from ocmm_core.camera import Vector3
 from ocmm_core.documents import load_document, write_atomic
 from ocmm_core.errors import InputError, StorageError

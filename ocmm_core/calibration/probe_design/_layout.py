@@ -1,7 +1,8 @@
-"""Least possible tip error of an LED layout as seen by a rig.
+"""Least possible tip error of an LED layout as seen by a rig, and ambiguity of its labels.
 
 Cramer-Rao bound of the pose for white spot noise and exact cameras and LEDs. The product's
-estimator reaches it within two per cent, so no simulated frames are needed.
+estimator reaches it within two per cent, so no simulated frames are needed. Labels are compared
+also with hidden LEDs.
 """
 
 from __future__ import annotations
@@ -14,8 +15,36 @@ from numpy.typing import NDArray
 
 from ocmm_core.camera import Rig, on_sensor, project, projection_jacobians
 from ocmm_core.geometry import Float, rotation_xyz
-from ocmm_core.tracking import ProbeBody
+from ocmm_core.tracking import AMBIGUITY_LIMIT_MM, Ambiguity, ProbeBody, nearest_ambiguity
 from ocmm_core.tracking.kernels import MAX_TIP_SIGMA
+
+
+@dataclass(frozen=True, slots=True)
+class WrongLabels:
+    """The wrong labelling closest to the body."""
+
+    hidden: int
+    """Number of the unseen LED, from 1; 0 if all are seen."""
+    ambiguity: Ambiguity | None
+    """LEDs assigned to the places of the visible ones; None if the rules exclude all."""
+
+    @property
+    def is_safe(self) -> bool:
+        """Return whether the labels cannot be confused."""
+        found = self.ambiguity
+        return found is None or found.residual_mm >= AMBIGUITY_LIMIT_MM
+
+
+def wrong_labels(body: ProbeBody) -> tuple[WrongLabels, ...]:
+    """Return the nearest wrong labelling with all LEDs and with each hidden (none of three)."""
+    everything = tuple(range(body.n_leds))
+    found = [WrongLabels(0, nearest_ambiguity(body))]
+    if body.n_leds > 3:
+        for hidden in everything:
+            seen = tuple(led for led in everything if led != hidden)
+            found.append(WrongLabels(hidden + 1, nearest_ambiguity(body, seen)))
+    return tuple(found)
+
 
 _CHUNK = 1000
 _AT_ONCE = 24

@@ -11,13 +11,17 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ocmm_core.calibration.probe_design._beam import Deflection, bow, compression, sag, side_load
-from ocmm_core.calibration.probe_design._design import ProbeDesign
-from ocmm_core.calibration.probe_design._thermal import (
+from ocmm_core.calibration.probe_design._beam import (
+    Deflection,
     Temperature,
+    bow,
+    compression,
     require_temperature,
+    sag,
+    side_load,
     strain_shapes,
 )
+from ocmm_core.calibration.probe_design._design import ProbeDesign
 from ocmm_core.camera import ThermalShare
 from ocmm_core.errors import InputError
 from ocmm_core.geometry import Float, rigid_fit

@@ -4,12 +4,12 @@ In: outcomes of procedures, certificates of artefacts, events such as a shock or
 Out: records in force, their status with its reason, their history, and whether points may be
 recorded.
 
-Read `_sealed` (write-once records), `_chain_seal` and `_event_folder` (chain of events),
-`_record_store` and `_events` (common part of both stores; status of a record), then the specific
-parts: `_records` and `_history` (cameras), `_probe_records` and `_probe_store` (probe and tips).
-`_usable` decides whether records may be used now, for `_in_use` and `_probe_in_use`. `_evidence`
-finds exchanged files; `_findings`, `_artefacts`, `_trends`, `_overview` serve the pages. The
-package is independent of how calibrations are computed.
+Read `_sealed` (write-once records, exchanged files), `_chain_seal` and `_event_folder` (chain of
+events), `_record_store` and `_events` (common part of both stores; status of a record), then the
+specific parts: `_records` and `_history` (cameras), `_probe_records` and `_probe_store` (probe and
+tips). `_usable` decides whether records may be used now, for `_in_use` and `_probe_in_use`;
+`_artefacts` and `_overview` serve the pages. The package is independent of how calibrations are
+computed.
 """
 
 from __future__ import annotations
@@ -21,17 +21,14 @@ from ocmm_core.door import door
 if TYPE_CHECKING:
     from ocmm_core.calibration.records._artefacts import (
         Artefact,
+        Finding,
         LengthBar,
         Sphere,
+        let_pass,
         load_bar,
         load_sphere,
         rests_on,
         same_serial,
-    )
-    from ocmm_core.calibration.records._camera_memory import (
-        check_camera_temperature,
-        compare_with_cameras,
-        write_to_cameras,
     )
     from ocmm_core.calibration.records._chain_seal import NAME
     from ocmm_core.calibration.records._events import (
@@ -42,7 +39,6 @@ if TYPE_CHECKING:
         TipRecords,
         judgements,
     )
-    from ocmm_core.calibration.records._findings import Finding, let_pass
     from ocmm_core.calibration.records._history import CalibrationStore
     from ocmm_core.calibration.records._in_use import (
         CalibrationInUse,
@@ -56,7 +52,9 @@ if TYPE_CHECKING:
     )
     from ocmm_core.calibration.records._overview import (
         CalibrationOverview,
+        Course,
         ProbeOverview,
+        Sample,
         TipState,
         overview,
         probe_overview,
@@ -113,30 +111,34 @@ if TYPE_CHECKING:
         seal,
         seal_signed,
     )
-    from ocmm_core.calibration.records._trends import Course, Sample
     from ocmm_core.calibration.records._usable import (
         PRACTICE,
         Blocker,
         CalibrationStatus,
+        check_camera_temperature,
+        compare_with_cameras,
         is_practice,
         judge,
         practice_name,
         require_real_name,
+        write_to_cameras,
     )
 else:
     __getattr__ = door(
         __name__,
-        _artefacts="Artefact LengthBar Sphere load_bar load_sphere rests_on same_serial",
-        _camera_memory="compare_with_cameras check_camera_temperature write_to_cameras",
+        _artefacts=(
+            "Artefact Finding LengthBar Sphere let_pass load_bar load_sphere rests_on same_serial"
+        ),
         _chain_seal="NAME",
         _events="Event EventKind TipEvent TipEventKind TipRecords judgements",
-        _findings="Finding let_pass",
         _history="CalibrationStore",
         _in_use=(
             "CalibrationInUse CalibrationView default_folder open_calibration open_design "
             "require_record rig_in_force store_folder"
         ),
-        _overview="CalibrationOverview ProbeOverview TipState overview probe_overview",
+        _overview=(
+            "CalibrationOverview Course ProbeOverview Sample TipState overview probe_overview"
+        ),
         _probe_in_use=(
             "ProbeInUse ProbeText ProbeView TEXT_SCHEMA default_probe_folder open_probe "
             "open_probe_design probe_store_folder require_records"
@@ -149,15 +151,15 @@ else:
         _record_store="RecordStore State",
         _records=(
             "ArtefactUse CameraRecord Check Corner ErrorInterval Method Objection RepeatedSeat "
-            "ResidualMap "
-            "SCHEMA VERIFICATION_SCHEMA ThermalTerm VerificationRecord entry_of rig_from_record"
+            "ResidualMap SCHEMA ThermalTerm VERIFICATION_SCHEMA VerificationRecord entry_of "
+            "rig_from_record"
         ),
         _sealed=(
             "SignedRecord canonical load load_named load_signed record_hash save seal seal_signed"
         ),
-        _trends="Course Sample",
         _usable=(
-            "PRACTICE Blocker CalibrationStatus is_practice judge practice_name require_real_name"
+            "Blocker CalibrationStatus PRACTICE check_camera_temperature compare_with_cameras "
+            "is_practice judge practice_name require_real_name write_to_cameras"
         ),
     )
 

@@ -2,13 +2,13 @@
 
 User documents. An artefact is refused if its certificate has expired or does not cover the
 temperature or length; also if its uncertainty exceeds a third of the permissible error (above a
-fifth: warning).
+fifth: warning). Such findings have remedies, and some of them may be overruled.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from itertools import pairwise
 from pathlib import Path
@@ -22,10 +22,37 @@ from ocmm_core.calibration.probe_design import (
     certified_at,
     require_temperature,
 )
-from ocmm_core.calibration.records._findings import Finding
 from ocmm_core.calibration.records._records import ArtefactUse
 from ocmm_core.documents import Document, digest, load_document
-from ocmm_core.errors import InputError
+from ocmm_core.errors import CalibrationError, InputError
+
+
+@dataclass(frozen=True, slots=True)
+class Finding:
+    """Finding against a calibration."""
+
+    code: str
+    what: str
+    remedy: str
+    """`code`, `what`, `remedy`: As in `OcmmError`."""
+    refuses: bool
+    forcible: bool = False
+    """The user may overrule it."""
+
+
+def let_pass(findings: Sequence[Finding], force: bool) -> tuple[Finding, ...]:
+    """Return the warnings; with ``force`` also the overruled refusals.
+
+    CalibrationError if a finding refuses, first of all one that cannot be forced.
+    """
+    hard = [one for one in findings if one.refuses and not (one.forcible and force)]
+    hard.sort(key=lambda one: one.forcible)
+    if hard:
+        remedy = hard[0].remedy
+        if hard[0].forcible:
+            remedy += " If you know why this is right, you can override it with a reason."
+        raise CalibrationError(hard[0].code, hard[0].what, remedy)
+    return tuple(replace(one, refuses=False) for one in findings)
 
 
 def same_serial(one: str, other: str) -> bool:

@@ -4,20 +4,29 @@ A chain (`chain_file`) reveals every change except lines cut off at its end; the
 end. It is written before each line, with its coming hash, and after it: a crash at any moment
 leaves a matching pair; a truncated chain or outdated seal does not match. The last hash covers all
 lines, so the signature (`seals`) covers the whole history and needs the station's key.
+
+The folder is locked between processes, and the entries that this program knows are saved if the
+file is lost.
 """
 
 from __future__ import annotations
 
 import contextlib
+import os
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
 import msgspec
 
-from ocmm_core.calibration.records._sealed import canonical, seal, unseal
+from ocmm_core.calibration.records._sealed import Stamp, canonical, seal, stamp_of, unseal
 from ocmm_core.chain_file import ChainFile
 from ocmm_core.documents import read_bytes, write_atomic
-from ocmm_core.errors import CalibrationError, StorageError
+from ocmm_core.errors import CalibrationError, OcmmError, StorageError
+from ocmm_core.host import HOST
+from ocmm_core.named_file import write_rescued
 from ocmm_core.seals import (
     KeyFolder,
     SealState,
@@ -154,4 +163,92 @@ def stranger(folder: Path, found: SealState) -> StorageError | None:
         f"(key {shown_key(found.fingerprint)}).",
         "If that is a station of yours and shows the same key (ocmm key show), type ocmm key "
         "trust; otherwise verify the calibration or check the tip here.",
+    )
+
+
+class KeptHistory:
+    """The longest known chain of a folder, compared with the file under its name.
+
+    Additions by other programs, or a backup with all entries, lose nothing.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self._path = path
+        self._chain: ChainFile[Any] | None = None
+        self._seal: SignedSeal | None = None
+        self._saved_seal: Path | None = None
+        self._whole: Stamp | None = None
+
+    def note(self, chain: ChainFile[Any], found: SignedSeal | None) -> None:
+        """Keep a chain and its seal, unless known entries are missing in it."""
+        kept = self._chain
+        if kept is None or kept.links == chain.links[: len(kept.links)]:
+            self._chain, self._seal = chain, found
+
+    def loss(self) -> StorageError | None:
+        """Return why entries are missing (saved elsewhere with their seal), or None."""
+        kept, stamp = self._chain, None
+        if kept is None or not kept.links:
+            return None
+        with contextlib.suppress(OSError, OcmmError):
+            stamp = stamp_of(self._path)
+            if stamp is not None and stamp != self._whole:
+                content = read_bytes(self._path, follow=False)
+                self._whole = None if kept.begins(content) is None else stamp
+        if stamp is not None and stamp == self._whole:
+            return None
+        lost = kept.lost("another program has written into it or replaced it")
+        if self._seal is not None and self._saved_seal is None:
+            self._saved_seal = write_rescued(NAME, seal(self._seal))
+        also = f" Its seal is saved in {self._saved_seal}." if self._saved_seal else ""
+        return StorageError(
+            lost.code,
+            lost.what + also,
+            f"Copy the saved files back as {self._path.name} and {NAME}, then repeat the last "
+            "step.",
+        )
+
+
+_READING_S, _WRITING_S = 5.0, 20.0
+"""Longest waits. A write takes milliseconds; many processes may want to write at once."""
+_BETWEEN_S = 0.002
+
+
+@contextmanager
+def locked_folder(folder: Path, *, shared: bool = False) -> Iterator[None]:
+    """Keep other processes from writing meanwhile; StorageError if one writes for too long."""
+    try:
+        if not shared:
+            folder.mkdir(parents=True, exist_ok=True)
+        descriptor = HOST.open_to_lock(folder)
+    except OSError as error:
+        raise StorageError(
+            "events.folder",
+            f"{folder}: the folder cannot be opened ({error.strerror}).",
+            "Restore it, or give one with read and write permission, then repeat.",
+        ) from error
+    try:
+        _lock(folder, descriptor, shared=shared)
+        yield
+    finally:
+        os.close(descriptor)
+
+
+def _lock(folder: Path, descriptor: int, *, shared: bool) -> None:
+    patience_s = _READING_S if shared else _WRITING_S
+    end = time.monotonic() + patience_s
+    while time.monotonic() < end:
+        try:
+            HOST.lock(descriptor, shared=shared)
+        except BlockingIOError:
+            time.sleep(_BETWEEN_S)
+            continue
+        except OSError:
+            # A file system without locks.
+            return
+        return
+    raise StorageError(
+        "events.busy",
+        f"{folder}: another program has been writing the history for {patience_s:g} s.",
+        "Wait until it has ended, or close it, then repeat.",
     )

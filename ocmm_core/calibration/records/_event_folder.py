@@ -21,17 +21,17 @@ import msgspec
 from ocmm_core.calibration.records._chain_seal import (
     NAME,
     RESTORE,
+    KeptHistory,
     SignedSeal,
     fault_of,
     forgery,
+    locked_folder,
     read_seal,
     signer_of,
     stranger,
     write_seal,
 )
-from ocmm_core.calibration.records._evidence import KeptFile, Stamp, stamp_of
-from ocmm_core.calibration.records._folder_lock import locked_folder
-from ocmm_core.calibration.records._kept_history import KeptHistory
+from ocmm_core.calibration.records._sealed import KeptFile, Stamp, stamp_of
 from ocmm_core.chain_file import ChainFile
 from ocmm_core.errors import OcmmError, StorageError
 from ocmm_core.seals import (

@@ -12,10 +12,9 @@ from datetime import datetime
 from pathlib import Path
 
 from ocmm_core.calibration.records._events import Event, EventKind, last_good, status
-from ocmm_core.calibration.records._evidence import KeptFile, record_file
 from ocmm_core.calibration.records._record_store import THIS_COMPUTER, RecordStatus, RecordStore
 from ocmm_core.calibration.records._records import CameraRecord, VerificationRecord
-from ocmm_core.calibration.records._sealed import load_named, record_hash
+from ocmm_core.calibration.records._sealed import KeptFile, load_named, record_file, record_hash
 from ocmm_core.calibration.records._usable import PRACTICE, is_practice
 from ocmm_core.errors import CalibrationError, OcmmError
 

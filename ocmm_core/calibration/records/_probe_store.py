@@ -12,11 +12,10 @@ from datetime import datetime
 from pathlib import Path
 
 from ocmm_core.calibration.records._events import TipEvent, TipEventKind, TipRecords, status_of_tip
-from ocmm_core.calibration.records._evidence import KeptFile, record_file
 from ocmm_core.calibration.records._probe_records import ProbeRecord, TipCheckRecord, TipRecord
 from ocmm_core.calibration.records._record_store import THIS_COMPUTER, RecordStatus, RecordStore
 from ocmm_core.calibration.records._records import Check
-from ocmm_core.calibration.records._sealed import load_named, record_hash
+from ocmm_core.calibration.records._sealed import KeptFile, load_named, record_file, record_hash
 from ocmm_core.calibration.records._usable import PRACTICE, is_practice
 from ocmm_core.errors import CalibrationError, OcmmError
 

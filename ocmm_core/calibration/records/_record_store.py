@@ -17,13 +17,14 @@ from typing import Any, TypeVar
 import msgspec
 
 from ocmm_core.calibration.records._event_folder import EventFolder, StoredEvent
-from ocmm_core.calibration.records._evidence import (
+from ocmm_core.calibration.records._sealed import (
     EvidenceCheck,
     KeptFile,
+    load_named,
     record_file,
+    save,
     session_files,
 )
-from ocmm_core.calibration.records._sealed import load_named, save
 from ocmm_core.errors import CalibrationError
 
 THIS_COMPUTER = "this computer"

@@ -4,9 +4,9 @@ In: frames of a waved probe, placements of a length bar, two seats visited first
 Out: cameras in the chosen world, their covariance, findings, and a record to accept.
 
 Read `_data` (input and output), `_problem` (from observations to a bundle), `_relocation` (the
-adjustment), `_frame` (the world), `_guards`, `_findings`, `_repeats` and `_culprit` (acceptance,
-and faulty elements). `_procedure_relocation` with `_steps` and `_state` is the guided form. The
-adjustment itself is in `bundle`. The package is independent of the probe's own calibration.
+adjustment), `_frame` (the world), `_guards`, `_findings` and `_culprit` (acceptance, and faulty
+elements). `_procedure_relocation` with `_steps` and `_state` is the guided form. The adjustment
+itself is in `bundle`. The package is independent of the probe's own calibration.
 """
 
 from __future__ import annotations
@@ -17,10 +17,10 @@ from ocmm_core.door import door
 
 if TYPE_CHECKING:
     from ocmm_core.calibration.relocation._data import (
+        BarDistance,
         GeometryMode,
         KeptByCameras,
         KeptByPoints,
-        LengthBar,
         LensMode,
         Observations,
         ProbeFrames,
@@ -38,8 +38,8 @@ else:
     __getattr__ = door(
         __name__,
         _data=(
-            "GeometryMode KeptByCameras KeptByPoints LengthBar LensMode Observations ProbeFrames "
-            "RelocationOptions ShownBar"
+            "GeometryMode KeptByCameras KeptByPoints BarDistance LensMode Observations "
+            "ProbeFrames RelocationOptions ShownBar"
         ),
         _guards="judge_residuals",
         _problem="RelocationProblem build",
@@ -51,8 +51,8 @@ else:
     )
 
 __all__ = [
-    "BAR", "BARS_WANTED", "LENGTH_LIMIT_MM", "POSES_WANTED", "GeometryMode", "KeptByCameras",
-    "KeptByPoints", "LengthBar", "LensMode", "Observations", "ProbeFrames", "RelocationOptions",
-    "RelocationProblem", "RelocationProcedure", "ShownBar", "World", "build", "judge_residuals",
-    "relocate",
+    "BAR", "BARS_WANTED", "LENGTH_LIMIT_MM", "POSES_WANTED", "BarDistance", "GeometryMode",
+    "KeptByCameras", "KeptByPoints", "LensMode", "Observations", "ProbeFrames",
+    "RelocationOptions", "RelocationProblem", "RelocationProcedure", "ShownBar", "World", "build",
+    "judge_residuals", "relocate",
 ]  # fmt: skip

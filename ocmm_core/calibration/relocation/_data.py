@@ -47,7 +47,7 @@ class ProbeFrames:
 
 
 @dataclass(frozen=True, slots=True)
-class LengthBar:
+class BarDistance:
     """A certified distance between two LEDs, or between two seats of the ball."""
 
     name: str
@@ -63,7 +63,7 @@ class LengthBar:
 class ShownBar:
     """A bar with an LED at each end, in several placements."""
 
-    bar: LengthBar
+    bar: BarDistance
     uv: Pixels
     """(m, C, 2, 2), px: placement, camera, end; NaN if unseen."""
     sigma_px: Float
@@ -74,7 +74,7 @@ class ShownBar:
 class TouchedBar:
     """A bar with two seats touched by the ball of the probe, in several placements."""
 
-    bar: LengthBar
+    bar: BarDistance
     """Certified distance between the centres of a ball in both seats."""
     seats: tuple[tuple[str, str], ...]
     """Names of the end seats of each placement; every placement has its own."""
@@ -95,7 +95,7 @@ class Observations:
     """mm per axis: seating repeatability of the ball."""
 
     @property
-    def bars(self) -> tuple[LengthBar, ...]:
+    def bars(self) -> tuple[BarDistance, ...]:
         """Return all certified lengths, those of the shown bars first."""
         shown = tuple(one.bar for one in self.shown_bars)
         return shown + tuple(one.bar for one in self.touched_bars)

@@ -50,9 +50,8 @@ from ocmm_core.calibration.records import (
     rig_from_record,
 )
 from ocmm_core.calibration.relocation._data import GeometryMode, LensMode, RelocationResult
-from ocmm_core.calibration.relocation._findings import bar_ends, findings_of
+from ocmm_core.calibration.relocation._findings import bar_ends, findings_of, seat_findings
 from ocmm_core.calibration.relocation._relocation import relocate
-from ocmm_core.calibration.relocation._repeats import seat_findings
 from ocmm_core.calibration.relocation._state import (
     BarTaken,
     PoseTaken,

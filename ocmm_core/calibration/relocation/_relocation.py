@@ -23,9 +23,9 @@ from ocmm_core.calibration.guided import location_gains
 from ocmm_core.calibration.records import Finding, let_pass
 from ocmm_core.calibration.relocation._culprit import accuse_in_relocation, accuse_points, lone_bar
 from ocmm_core.calibration.relocation._data import (
+    BarDistance,
     BarResidual,
     KeptByPoints,
-    LengthBar,
     Observations,
     RelocationOptions,
     RelocationResult,
@@ -73,7 +73,7 @@ def judge_bars(
 
 
 def _residual(
-    bar: LengthBar, placement: int, measured: float, sigma: float, used: bool
+    bar: BarDistance, placement: int, measured: float, sigma: float, used: bool
 ) -> BarResidual:
     return BarResidual(bar.name, placement, measured, measured - bar.length, sigma, used)
 

@@ -8,9 +8,9 @@ from typing import Literal, TypeAlias
 import numpy as np
 
 from ocmm_core.calibration.guided import (
-    Begun,
     SeatVisited,
     SessionEvent,
+    SessionHeader,
     Spots,
     VolumeCoverage,
     coverage,
@@ -21,10 +21,10 @@ from ocmm_core.calibration.guided import (
 from ocmm_core.calibration.probe_design import UNMEASURED_K
 from ocmm_core.calibration.records import LengthBar as BarArtefact
 from ocmm_core.calibration.relocation._data import (
+    BarDistance,
     GeometryMode,
     KeptByCameras,
     KeptByPoints,
-    LengthBar,
     LensMode,
     Observations,
     ProbeFrames,
@@ -47,7 +47,7 @@ LENGTH_TOLERANCE = 0.08
 SET_NAMES = ("origin", "on X", "in XY")
 
 
-class RelocationBegun(Begun, frozen=True, kw_only=True):
+class RelocationBegun(SessionHeader, frozen=True, kw_only=True):
     """First line."""
 
     probe_identity: str
@@ -238,7 +238,7 @@ class RelocationState:
         places = begun.bar.leds if self.shown else (begun.bar.nests[0], begun.bar.nests[-1])
         certified, expanded = begun.bar.artefact.at(places[1] - places[0], begun.temperature)
         per_k = (places[1] - places[0]) * begun.bar.artefact.expansion
-        bar = LengthBar(begun.bar.artefact.use.name, certified, 0.5 * expanded, per_k)
+        bar = BarDistance(begun.bar.artefact.use.name, certified, 0.5 * expanded, per_k)
         shown: tuple[ShownBar, ...] = ()
         if self.bars:
             uv = np.array([from_spots(one.uv) for one in self.bars])

@@ -1,12 +1,11 @@
 """Guided pivot calibration: two sweeps in a cone, recorded, judged and concluded.
 
-In: frames of a probe swept about its ball, in one cone and in a second one. Out: snapshots with the
-map of directions, then a record of the probe awaiting acceptance.
+In: frames of a probe swept about its ball, in one cone and in a second one.
+Out: snapshots with the map of directions, then a record of the probe awaiting acceptance.
 
-Read `_procedure_pivot` (the procedure) with `_state`, `_watch` (selection of poses), `_map` and
-`_progress` (completeness), `_repeat` (motion of the cone), `_session` (its file), `_views`
-(snapshots) and `_conclusion` (the record). The computation is in `pivot`. No other package of
-calibration imports this one.
+Read `_procedure_pivot` (the procedure) with `_state`, `_watch` (selection of poses), `_progress`
+(completeness), `_views` (snapshots, its file) and `_conclusion` (motion of the cone, the record).
+The computation is in `pivot`. No other package of calibration imports this one.
 """
 
 from __future__ import annotations
@@ -16,10 +15,12 @@ from typing import TYPE_CHECKING
 from ocmm_core.door import door
 
 if TYPE_CHECKING:
-    from ocmm_core.calibration.sweeping._map import CELL_RAD
     from ocmm_core.calibration.sweeping._procedure_pivot import PivotProcedure
-    from ocmm_core.calibration.sweeping._session import AGAIN, SECOND, SWEEPS
+    from ocmm_core.calibration.sweeping._progress import CELL_RAD
     from ocmm_core.calibration.sweeping._views import (
+        AGAIN,
+        SECOND,
+        SWEEPS,
         MapCell,
         PivotChange,
         PivotOutcome,
@@ -33,12 +34,14 @@ if TYPE_CHECKING:
 else:
     __getattr__ = door(
         __name__,
-        _map="CELL_RAD",
         _procedure_pivot="PivotProcedure",
-        _session="AGAIN SECOND SWEEPS",
-        _views="MapCell PivotChange PivotOutcome PivotView SweepPhase SweepView led_paths",
-        _watch="BATCH COUNTDOWN_S",
+        _progress="CELL_RAD",
+        _views=(
+            "AGAIN MapCell PivotChange PivotOutcome PivotView SECOND SWEEPS SweepPhase "
+            "SweepView led_paths"
+        ),
         _wanted="CHANGE_LIMIT_MM POSES_WANTED VALID_DAYS",
+        _watch="BATCH COUNTDOWN_S",
     )
 
 __all__ = [

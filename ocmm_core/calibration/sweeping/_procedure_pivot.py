@@ -34,7 +34,8 @@ from ocmm_core.calibration.pivot import OTHER_ATTITUDE, OTHER_PLACE_MM
 from ocmm_core.calibration.probe_design import Temperature
 from ocmm_core.calibration.records import ArtefactUse, ProbeRecord, ProbeStore, load_named
 from ocmm_core.calibration.sweeping._conclusion import expected_tip
-from ocmm_core.calibration.sweeping._session import (
+from ocmm_core.calibration.sweeping._state import SweepingState
+from ocmm_core.calibration.sweeping._views import (
     AGAIN,
     FIRST,
     PREPARE,
@@ -44,11 +45,13 @@ from ocmm_core.calibration.sweeping._session import (
     ConeVisited,
     PivotBegun,
     PivotEvent,
+    PivotOutcome,
+    PivotView,
     PosesTaken,
     SweepDiscarded,
+    SweepPhase,
+    SweepView,
 )
-from ocmm_core.calibration.sweeping._state import SweepingState
-from ocmm_core.calibration.sweeping._views import PivotOutcome, PivotView, SweepPhase, SweepView
 from ocmm_core.calibration.sweeping._wanted import CHANGE_LIMIT_MM, POSES_WANTED, VALID_DAYS
 from ocmm_core.camera import Rig
 from ocmm_core.chain_file import ChainFile

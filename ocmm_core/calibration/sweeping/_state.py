@@ -11,7 +11,14 @@ import numpy as np
 from ocmm_core.calibration.guided import OPEN, SEAT_MM, STILL_FRAMES, Gate, ProbeSpotAverager, Step
 from ocmm_core.calibration.pivot import OTHER_ATTITUDE, OTHER_PLACE_MM, attitude_between
 from ocmm_core.calibration.records import ProbeRecord
-from ocmm_core.calibration.sweeping._conclusion import PivotMaterial, conclude_pivot
+from ocmm_core.calibration.sweeping._conclusion import (
+    ALIKE,
+    LEAST_ALIKE,
+    ConeVisits,
+    PivotMaterial,
+    conclude_pivot,
+    turns_from,
+)
 from ocmm_core.calibration.sweeping._progress import (
     SweepProgress,
     gate_of,
@@ -19,8 +26,7 @@ from ocmm_core.calibration.sweeping._progress import (
     progress_of,
     view_of,
 )
-from ocmm_core.calibration.sweeping._repeat import ALIKE, LEAST_ALIKE, ConeVisits, turns_from
-from ocmm_core.calibration.sweeping._session import (
+from ocmm_core.calibration.sweeping._views import (
     AGAIN,
     FIRST,
     PREPARE,
@@ -29,11 +35,13 @@ from ocmm_core.calibration.sweeping._session import (
     SWEEPS,
     ConeVisited,
     PivotBegun,
+    PivotOutcome,
     PosesTaken,
     SweepDiscarded,
+    SweepPhase,
     SweepPoses,
+    SweepView,
 )
-from ocmm_core.calibration.sweeping._views import PivotOutcome, SweepPhase, SweepView
 from ocmm_core.calibration.sweeping._watch import SweepWatch
 from ocmm_core.camera import Rig
 from ocmm_core.errors import CalibrationError

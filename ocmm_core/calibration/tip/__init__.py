@@ -1,12 +1,12 @@
 """Tip qualification and quick check on a calibrated sphere and in a cone.
 
-In: frames of a probe touching a calibrated sphere and resting in a cone. Out: diameter of the ball
-with its uncertainty and form, or whether the tip is unchanged.
+In: frames of a probe touching a calibrated sphere and resting in a cone.
+Out: diameter of the ball with its uncertainty and form, or whether the tip is unchanged.
 
-Read `_sphere_layout` (places), `_fit` (the ball from its points) and `_errors` (uncertainty
-contributions), `_qualification` and `_check` (requirements). `_touch_session` is the guided
-procedure; `_procedure_tip` and `_procedure_tip_check` are its two variants. The package is
-independent of bundle, relocation and pivot; cameras are given.
+Read `_sphere_layout` (places), `_fit` (the ball from its points, uncertainty contributions),
+`_qualification` and `_check` (requirements). `_touch_session` is the guided procedure;
+`_procedure_tip` and `_procedure_tip_check` are its two variants. The package is independent of
+bundle, relocation and pivot; cameras are given.
 """
 
 from __future__ import annotations

@@ -22,8 +22,7 @@ from ocmm_core.calibration.guided import (
 )
 from ocmm_core.calibration.probe_design import Temperature
 from ocmm_core.calibration.records import Check, Finding, Sphere, TipRecord
-from ocmm_core.calibration.tip._errors import sigma_of_difference
-from ocmm_core.calibration.tip._fit import BallFit, fit_ball_on
+from ocmm_core.calibration.tip._fit import BallFit, fit_ball_on, sigma_of_difference
 from ocmm_core.calibration.tip._qualification import articulation_check, form_checks
 from ocmm_core.calibration.tip._views import CheckVerdict
 from ocmm_core.camera import Rig

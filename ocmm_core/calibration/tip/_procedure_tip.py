@@ -29,14 +29,14 @@ from ocmm_core.calibration.records import (
     Sphere,
     TipRecord,
 )
-from ocmm_core.calibration.tip._errors import sigma_with_sphere
-from ocmm_core.calibration.tip._events import TipBegun, TouchEvent
-from ocmm_core.calibration.tip._fit import fit_ball_on
-from ocmm_core.calibration.tip._opening import mounted_records
+from ocmm_core.calibration.tip._fit import fit_ball_on, sigma_with_sphere
 from ocmm_core.calibration.tip._qualification import (
+    TipBegun,
     TipLimits,
+    TouchEvent,
     conforms,
     doubtful_warning,
+    mounted_records,
     nearest_to_limit,
     qualification_checks,
 )
@@ -46,8 +46,8 @@ from ocmm_core.calibration.tip._sphere_layout import (
     frame_about,
     sphere_layout,
 )
-from ocmm_core.calibration.tip._state import Wanted
-from ocmm_core.calibration.tip._touch_hints import attitudes_gate
+from ocmm_core.calibration.tip._state import TouchPlan
+from ocmm_core.calibration.tip._steps import attitudes_gate
 from ocmm_core.calibration.tip._touch_session import POLE, TouchProcedure
 from ocmm_core.calibration.tip._views import TipOutcome, TipView
 from ocmm_core.calibration.tip._wanted import VALID_DAYS
@@ -105,9 +105,9 @@ class TipQualificationProcedure(TouchProcedure[TipOutcome, TipBegun]):
         with self._lock:
             return self._snapshot(TipView, outcome=self._outcome)
 
-    def _wanting(self, rig: Rig, calibrated: ProbeBody) -> Wanted:
+    def _wanting(self, rig: Rig, calibrated: ProbeBody) -> TouchPlan:
         begun, frame = self._begun, frame_about(POLE, rig)
-        return Wanted(
+        return TouchPlan(
             frame=frame,
             places=sphere_layout(QUALIFICATION_RINGS, frame),
             attitudes=cone_layout(frame),

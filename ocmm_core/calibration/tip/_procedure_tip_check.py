@@ -33,18 +33,22 @@ from ocmm_core.calibration.tip._check import (
     decide_check,
     never_conclusive,
 )
-from ocmm_core.calibration.tip._errors import sigma_of_difference
-from ocmm_core.calibration.tip._events import TipCheckBegun, TouchEvent
-from ocmm_core.calibration.tip._opening import mounted_records
-from ocmm_core.calibration.tip._qualification import doubtful_warning, nearest_to_limit
+from ocmm_core.calibration.tip._fit import sigma_of_difference
+from ocmm_core.calibration.tip._qualification import (
+    TipCheckBegun,
+    TouchEvent,
+    doubtful_warning,
+    mounted_records,
+    nearest_to_limit,
+)
 from ocmm_core.calibration.tip._sphere_layout import (
     CHECK_RINGS,
     cone_layout,
     frame_about,
     sphere_layout,
 )
-from ocmm_core.calibration.tip._state import Wanted
-from ocmm_core.calibration.tip._touch_hints import attitudes_gate, places_gate
+from ocmm_core.calibration.tip._state import TouchPlan
+from ocmm_core.calibration.tip._steps import attitudes_gate, places_gate
 from ocmm_core.calibration.tip._touch_session import POLE, TouchProcedure
 from ocmm_core.calibration.tip._views import CheckVerdict, TipCheckOutcome, TipCheckView
 from ocmm_core.camera import Rig
@@ -110,11 +114,11 @@ class TipCheckProcedure(TouchProcedure[TipCheckOutcome, TipCheckBegun]):
             self._decision = (self._version, decision)
         return self._decision[1]
 
-    def _wanting(self, rig: Rig, calibrated: ProbeBody) -> Wanted:
+    def _wanting(self, rig: Rig, calibrated: ProbeBody) -> TouchPlan:
         begun, frame = self._begun, frame_about(POLE, rig)
         places = sphere_layout(CHECK_RINGS, frame)
         self._qualification = qualified = _qualified(self._records, begun.qualification)
-        return Wanted(
+        return TouchPlan(
             frame=frame,
             places=places,
             attitudes=cone_layout(frame),

@@ -1,20 +1,29 @@
-"""Requirements of a tip qualification, and the checks of its record."""
+"""Requirements of a tip qualification, the checks of its record, and its session events.
+
+Both procedures start or resume with the records in force for a tip.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from pathlib import Path
+from typing import TypeAlias
 
-from ocmm_core.calibration.guided import Articulation
+from ocmm_core.calibration.guided import Articulation, SessionEvent, SessionHeader, Spots
 from ocmm_core.calibration.records import (
+    ArtefactUse,
     CameraRecord,
     Check,
     Finding,
+    ProbeStore,
     Sphere,
+    TipRecords,
     VerificationRecord,
     rests_on,
 )
 from ocmm_core.calibration.tip._fit import BallFit
+from ocmm_core.errors import CalibrationError
 
 
 @dataclass(frozen=True, slots=True)
@@ -127,3 +136,81 @@ def doubtful_warning(ball: BallFit) -> tuple[Finding, ...]:
             refuses=False,
         ),
     )
+
+
+class TouchBegun(SessionHeader, frozen=True, kw_only=True):
+    """Common first line of both procedures."""
+
+    tip: str
+    probe_identity: str
+    sphere: Sphere
+    cone: ArtefactUse | None
+    nominal_mm: float
+
+
+class TipBegun(TouchBegun, frozen=True, kw_only=True):
+    """First line of a qualification, with its limits and validity."""
+
+    limits: TipLimits
+    valid_days: int
+
+
+class TipCheckBegun(TouchBegun, frozen=True, kw_only=True):
+    """First line of a check, with the hash of the checked qualification."""
+
+    qualification: str
+
+
+class BallOnSphere(SessionEvent, frozen=True, kw_only=True):
+    """The ball at one point of the sphere: averaged spots (C, L), px, and their sigma."""
+
+    uv: Spots
+    sigma_px: float
+
+
+class BallInCone(SessionEvent, frozen=True, kw_only=True):
+    """The ball in the cone in one attitude; see `BallOnSphere`."""
+
+    uv: Spots
+    sigma_px: float
+
+
+class TakenBack(SessionEvent, frozen=True, kw_only=True):
+    """Any one observation of a step was removed."""
+
+    step: str
+    point: int
+
+
+TouchEvent: TypeAlias = TipBegun | TipCheckBegun | BallOnSphere | BallInCone | TakenBack
+
+
+def mounted_records(store: ProbeStore, tip: str) -> TipRecords:
+    """Return a tip's records; CalibrationError if never calibrated, or not mounted."""
+    store.refresh()
+    records = store.active(tip)
+    if records is None:
+        raise CalibrationError(
+            "probe_record.none",
+            f"The probe was never calibrated with tip '{tip}'.",
+            "Calibrate the probe with this tip.",
+        )
+    if store.mounted != tip:
+        raise CalibrationError(
+            "tip.not_mounted",
+            f"The mounted tip is recorded as '{store.mounted}', not '{tip}'.",
+            "Confirm which tip is mounted.",
+        )
+    return records
+
+
+def continued_records(store: ProbeStore, begun: TouchBegun, path: Path) -> TipRecords:
+    """Return the session's records; raise CalibrationError if no longer in force."""
+    records = store.active(begun.tip)
+    if records is None or store.active_hash(begun.tip) != begun.running:
+        raise CalibrationError(
+            "session.calibration",
+            f"{path}: this session was started with a probe calibration that is no longer active.",
+            "Start a new session.",
+        )
+    return records

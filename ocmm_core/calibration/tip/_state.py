@@ -17,16 +17,16 @@ from ocmm_core.calibration.guided import (
     tips_of,
     touch_of,
 )
-from ocmm_core.calibration.tip._errors import DiameterErrors
-from ocmm_core.calibration.tip._events import BallInCone, BallOnSphere, TouchBegun
 from ocmm_core.calibration.tip._fit import (
     LEAST_POINTS,
     BallFit,
+    DiameterErrors,
     centre_of_few,
     fit_ball_on,
     predicted_covariance,
     predicted_errors,
 )
+from ocmm_core.calibration.tip._qualification import BallInCone, BallOnSphere, TouchBegun
 from ocmm_core.calibration.tip._sphere_layout import (
     CONE_TOLERANCE,
     Layout,
@@ -47,7 +47,7 @@ _NEIGHBOUR = np.radians(6.0)
 
 
 @dataclass(frozen=True, slots=True)
-class Wanted:
+class TouchPlan:
     """Requirements of a procedure."""
 
     frame: LayoutFrame
@@ -73,7 +73,7 @@ class TouchState:
     rig: Rig
     body: ProbeBody
     begun: TouchBegun
-    wanted: Wanted
+    wanted: TouchPlan
     """`rig`, `body`, `begun`, `wanted`: Context; the body is the calibrated one."""
     on_sphere: list[tuple[BallOnSphere, RestingTouch]] = field(default_factory=list)
     in_cone: list[tuple[BallInCone, RestingTouch]] = field(default_factory=list)

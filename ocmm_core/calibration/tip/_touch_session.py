@@ -42,19 +42,26 @@ from ocmm_core.calibration.records import (
     probe_from_records,
     record_hash,
 )
-from ocmm_core.calibration.tip._events import (
+from ocmm_core.calibration.tip._qualification import (
     BallInCone,
     BallOnSphere,
     TakenBack,
     TouchBegun,
     TouchEvent,
+    continued_records,
+    sphere_warnings,
 )
-from ocmm_core.calibration.tip._opening import continued_records
-from ocmm_core.calibration.tip._qualification import sphere_warnings
-from ocmm_core.calibration.tip._sight import Sight
-from ocmm_core.calibration.tip._state import TouchState, Wanted
-from ocmm_core.calibration.tip._steps import CONE, PREPARE, RESULT, SPHERE, TAKING, steps_of
-from ocmm_core.calibration.tip._touch_hints import places_gate
+from ocmm_core.calibration.tip._state import TouchPlan, TouchState
+from ocmm_core.calibration.tip._steps import (
+    CONE,
+    PREPARE,
+    RESULT,
+    SPHERE,
+    TAKING,
+    RestingBall,
+    places_gate,
+    steps_of,
+)
 from ocmm_core.calibration.tip._views import TipCheckOutcome, TipOutcome, TouchView
 from ocmm_core.camera import Rig
 from ocmm_core.chain_file import ChainFile
@@ -100,7 +107,7 @@ class TouchProcedure(ProbeProcedure[TouchEvent, Q], Generic[Q, B]):
         super().__init__(chain, begun, rig, store, begun.tip)
         require_probe(chain.path, begun.probe_identity, body)
         self._state = TouchState(rig, calibrated, begun, self._wanted)
-        self._sight = Sight(self._state, hold_s)
+        self._sight = RestingBall(self._state, hold_s)
         self._shocks = ShockDetector()
         self._fold()
 
@@ -185,7 +192,7 @@ class TouchProcedure(ProbeProcedure[TouchEvent, Q], Generic[Q, B]):
             self._append(TakenBack(utc=utc_text(now), step=self._step, point=point))
 
     @abstractmethod
-    def _wanting(self, rig: Rig, calibrated: ProbeBody) -> Wanted:
+    def _wanting(self, rig: Rig, calibrated: ProbeBody) -> TouchPlan:
         """Return layouts and limits; called once, before the state exists."""
 
     @abstractmethod

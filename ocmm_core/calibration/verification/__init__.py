@@ -1,11 +1,11 @@
 """Verification of a calibration with lengths and spheres (after VDI/VDE 2634 part 1).
 
-In: a calibration, calibrated bars and spheres, averaged spots of them in the volume. Out: errors
-against the limit, a verdict, and possible causes of a failure.
+In: a calibration, calibrated bars and spheres, averaged spots of them in the volume.
+Out: errors against the limit, a verdict, and possible causes of a failure.
 
-Read `_line_planning` (placements),
-`_verification` (errors), `_verdict` (checks, and motion in between). `_procedure_verification` with
-`_state` is the guided procedure. The package is independent of the calibration method.
+Read `_line_planning` (placements), `_verification` (errors), `_verdict` (checks, and motion in
+between). `_procedure_verification` with `_state` is the guided procedure. The package is
+independent of the calibration method.
 """
 
 from __future__ import annotations

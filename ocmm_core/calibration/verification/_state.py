@@ -10,11 +10,11 @@ import numpy as np
 from ocmm_core.calibration.guided import (
     OPEN,
     SEATS,
-    Begun,
     Gate,
     Rest,
     SeatVisited,
     SessionEvent,
+    SessionHeader,
     Spots,
     again_gate,
     first_gate,
@@ -49,7 +49,7 @@ _MOST_GAIN = 1.0
 """Standard deviation of diameter over point; beyond, points are too close to the pole."""
 
 
-class VerificationBegun(Begun, frozen=True, kw_only=True):
+class VerificationBegun(SessionHeader, frozen=True, kw_only=True):
     """First line."""
 
     probe_identity: str

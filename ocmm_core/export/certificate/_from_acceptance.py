@@ -7,7 +7,13 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Literal
 
-from ocmm_core.acceptance import AcceptanceRecord, JudgedValue, RoomAir, Verdict, load_signed_record
+from ocmm_core.acceptance import (
+    AcceptanceRecord,
+    AcceptanceVerdict,
+    JudgedValue,
+    RoomAir,
+    load_signed_record,
+)
 from ocmm_core.calibration.records import record_hash
 from ocmm_core.documents import files_of_folder
 from ocmm_core.errors import InputError, OcmmError
@@ -26,10 +32,10 @@ _SAME = 1e-9
 _MM = "\\milli\\metre"
 
 _JUDGED = {
-    Verdict.PASS: Conformity.CONFORM,
-    Verdict.FAIL: Conformity.NOT_CONFORM,
-    Verdict.LEANING_IN: Conformity.LEANING_IN,
-    Verdict.LEANING_OUT: Conformity.LEANING_OUT,
+    AcceptanceVerdict.PASS: Conformity.CONFORM,
+    AcceptanceVerdict.FAIL: Conformity.NOT_CONFORM,
+    AcceptanceVerdict.LEANING_IN: Conformity.LEANING_IN,
+    AcceptanceVerdict.LEANING_OUT: Conformity.LEANING_OUT,
 }
 
 
@@ -51,7 +57,7 @@ def certificate_of_acceptance(
     the same machine and procedure.
     """
     tested = record.instrument
-    void = record.verdict is Verdict.VOID
+    void = record.verdict is AcceptanceVerdict.VOID
     adjusted = record.condition == AFTER
     if found is not None:
         why = mismatch(record, found)
@@ -109,7 +115,7 @@ def certificate_of_acceptance(
 
 
 def _acceptance_run(record: AcceptanceRecord) -> CertificateRun:
-    void = record.verdict is Verdict.VOID
+    void = record.verdict is AcceptanceVerdict.VOID
     return CertificateRun(
         status="afterAdjustment" if record.condition == AFTER else "beforeAdjustment",
         made_utc=record.ended_utc,
@@ -118,7 +124,7 @@ def _acceptance_run(record: AcceptanceRecord) -> CertificateRun:
         air=record.air or RoomAir(),
         rule=f"{record.wording}, rule {record.procedure.rule}",
         lines=tuple(_judged(one) for one in record.values if one.verdict in _JUDGED),
-        passed=record.verdict is Verdict.PASS,
+        passed=record.verdict is AcceptanceVerdict.PASS,
         record=record_hash(record),
         data_sha256=record.chain_head,
         notes=(

@@ -1,10 +1,11 @@
 """Least-squares fits by orthogonal distance, one module a shape, with a registry.
 
-In: points (n, 3), mm. Out: a `Fit`: geometry vector, residuals, Jacobian by all points.
+In: points (n, 3), mm.
+Out: a `Fit`: geometry vector, residuals, Jacobian by all points.
 
-Read `_line` and `_plane` (closed form), `_ball` with `_circle` and `_sphere`, then `_cylinder`,
-`_cone` and `_torus` (cold start without an axis), `_flat` with `_ellipse` and `_slot`. `_oriented`
-and `_oriented_search` fit with a given direction; `_distances` has derivatives of residuals;
+Read `_plane` (point, line, plane and sphere) with `_ball`, then `_cylinder`, `_cone` and `_torus`
+(cold start without an axis), `_flat` (also circles) with `_ellipse` and `_slot`. `_oriented` and
+`_oriented_search` fit with a given direction; `_distances` has derivatives of residuals;
 `_registry` lists all. The package is independent of nominals and tolerances, so that the plan
 cannot influence a fit.
 """
@@ -17,55 +18,45 @@ from ocmm_core.door import door
 
 if TYPE_CHECKING:
     from ocmm_core.features.elements._ball import LARGEST_RADIUS
-    from ocmm_core.features.elements._circle import (
-        fit_circle,
-        fit_circle_free,
-        fit_circle_projected,
-    )
     from ocmm_core.features.elements._cone import fit_cone
     from ocmm_core.features.elements._cylinder import fit_cylinder
     from ocmm_core.features.elements._ellipse import fit_ellipse, fit_ellipse_projected
-    from ocmm_core.features.elements._line import fit_line
+    from ocmm_core.features.elements._flat import fit_circle, fit_circle_free, fit_circle_projected
     from ocmm_core.features.elements._oriented import (
         fit_oriented,
         fixed_direction,
         turned_direction,
     )
-    from ocmm_core.features.elements._plane import fit_plane
-    from ocmm_core.features.elements._point import fit_point
+    from ocmm_core.features.elements._plane import fit_line, fit_plane, fit_point, fit_sphere
     from ocmm_core.features.elements._registry import (
         ELEMENTS,
         ElementSpec,
-        Known,
+        FitPrior,
         distance_derivatives,
         nominal_distances,
         surface_normals,
     )
     from ocmm_core.features.elements._slot import fit_slot, fit_slot_projected
-    from ocmm_core.features.elements._sphere import fit_sphere
     from ocmm_core.features.elements._torus import fit_torus
 else:
     __getattr__ = door(
         __name__,
         _ball="LARGEST_RADIUS",
-        _circle="fit_circle fit_circle_free fit_circle_projected",
         _cone="fit_cone",
         _cylinder="fit_cylinder",
         _ellipse="fit_ellipse fit_ellipse_projected",
-        _line="fit_line",
+        _flat="fit_circle fit_circle_free fit_circle_projected",
         _oriented="fit_oriented fixed_direction turned_direction",
-        _plane="fit_plane",
-        _point="fit_point",
+        _plane="fit_line fit_plane fit_point fit_sphere",
         _registry=(
-            "ELEMENTS ElementSpec Known distance_derivatives nominal_distances surface_normals"
+            "ELEMENTS ElementSpec FitPrior distance_derivatives nominal_distances surface_normals"
         ),
         _slot="fit_slot fit_slot_projected",
-        _sphere="fit_sphere",
         _torus="fit_torus",
     )
 
 __all__ = [
-    "ELEMENTS", "LARGEST_RADIUS", "ElementSpec", "Known", "distance_derivatives", "fit_circle",
+    "ELEMENTS", "LARGEST_RADIUS", "ElementSpec", "FitPrior", "distance_derivatives", "fit_circle",
     "fit_circle_free", "fit_circle_projected", "fit_cone", "fit_cylinder", "fit_ellipse",
     "fit_ellipse_projected", "fit_line", "fit_oriented", "fit_plane", "fit_point", "fit_slot",
     "fit_slot_projected", "fit_sphere", "fit_torus", "fixed_direction", "nominal_distances",

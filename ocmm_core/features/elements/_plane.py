@@ -1,23 +1,89 @@
-"""A plane: the two greater principal axes of its points span it."""
+"""Points, lines, planes and spheres.
+
+Principal axes give a line, and the two greater ones span a plane; a sphere is the ball in three
+dimensions.
+"""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
+from ocmm_core.features.elements._ball import Ball, fit_balls
 from ocmm_core.features.search import (
     FLAT,
     centred,
     checked_points,
+    covered,
     degenerate,
+    line_distances,
+    narrowest_tube,
     oriented,
     places,
     principal_axes,
+    spread,
     spread_alike,
 )
-from ocmm_core.features.shapes import DIRECTION, GEOMETRY_SIZE, POINT, Fit, Shape, element, make_fit
+from ocmm_core.features.shapes import (
+    DIRECTION,
+    GEOMETRY_SIZE,
+    POINT,
+    RADIUS,
+    Fit,
+    Shape,
+    element,
+    make_fit,
+)
 from ocmm_core.geometry import Float, Points3
+
+
+def fit_point(points: Points3) -> Fit:
+    """Return the mean of ``points`` (n, 3), mm, with nonnegative residuals; or raise FitError."""
+    points = checked_points(Shape.POINT, points)
+    n = len(points)
+    geometry = np.zeros(GEOMETRY_SIZE)
+    geometry[:3] = points.mean(axis=0)
+    jacobian = np.zeros((GEOMETRY_SIZE, 3 * n))
+    jacobian[:3] = np.tile(np.eye(3) / n, n)
+    residuals = np.linalg.norm(points - geometry[:3], axis=1)
+    return make_fit(Shape.POINT, geometry, jacobian, residuals)
+
+
+ROUNDEST = 0.5
+"""Ratio of second to first extent beyond which points have no direction."""
+
+
+def fit_line(points: Points3, direction_hint: Float | None = None) -> Fit:
+    """Return the orthogonal-distance line through ``points`` (n, 3), mm.
+
+    A line in space has no sides; residuals are signed along the direction of most scatter across
+    the line. `Fit.form` is the diameter of the thinnest cylinder along the line about the points,
+    an upper bound of the smallest zone. FitError if the points do not determine a direction.
+    """
+    points = checked_points(Shape.LINE, points)
+    centroid, about, size = centred(Shape.LINE, points)
+    extents, axes = principal_axes(about)
+    if len(about) > 2 and extents[1] > ROUNDEST * extents[0]:
+        raise degenerate(
+            Shape.LINE,
+            "they are nearly as broad as they are long",
+            "Take the points further apart along the line.",
+        )
+    axes[0] = oriented(axes[0], direction_hint)
+    n = len(points)
+    along, residuals = np.empty((n, 1)), np.empty(n)
+    line_distances(about, axes, along[:, 0], residuals)
+
+    # A point moves the direction by its component across the line.
+    turning, constant = np.zeros((GEOMETRY_SIZE, 1, 3)), np.zeros((GEOMETRY_SIZE, 3))
+    turning[DIRECTION, 0] = axes[1:].T @ axes[1:] / (size * extents[0] ** 2)
+    constant[POINT].flat[::4] = 1.0 / n
+    jacobian = np.empty((GEOMETRY_SIZE, 3 * n))
+    spread_alike(turning, along, constant, jacobian)
+    fit = make_fit(Shape.LINE, element(centroid, axes[0]), jacobian, size * residuals)
+    return replace(fit, form=size * float(narrowest_tube(about, axes)))
+
 
 THICKEST = 0.5
 """Third extent against the second beyond which a cloud of points has no plane."""
@@ -75,3 +141,22 @@ def own_plane(shape: Shape, points: Points3, direction_hint: Float | None) -> Ow
     places(about, axes, shifts)
     tilt = axes[:2].T / (-size * extents[:2] ** 2)
     return OwnPlane(centroid, about, size, axes, shifts, tilt)
+
+
+def fit_sphere(points: Points3) -> Fit:
+    """Return the sphere of ``points`` (n, 3), mm; residuals positive outside; or raise FitError."""
+    points = checked_points(Shape.SPHERE, points)
+    centroid, about, size = centred(Shape.SPHERE, points)
+    fits = [_fit(ball, centroid, size) for ball in fit_balls(Shape.SPHERE, about)]
+    first, *others = fits
+    return replace(first, rival=next((fit for fit in others if not covered(first, fit)), None))
+
+
+def _fit(ball: Ball, centroid: Float, size: float) -> Fit:
+    n = len(ball.residuals)
+    gain = np.zeros((GEOMETRY_SIZE, ball.gain.shape[1]))
+    gain[POINT], gain[RADIUS] = ball.gain[:3], ball.gain[3]
+    jacobian = np.zeros((GEOMETRY_SIZE, 3 * n))
+    spread(gain, ball.shifts, ball.normals, np.zeros((GEOMETRY_SIZE, 3)), jacobian)
+    geometry = element(centroid + size * ball.centre, radius=size * ball.radius)
+    return make_fit(Shape.SPHERE, geometry, jacobian, size * ball.residuals)

@@ -9,15 +9,12 @@ from typing import NamedTuple, TypeAlias
 import numpy as np
 
 from ocmm_core.features.elements import _distances as distances
-from ocmm_core.features.elements._circle import fit_circle, fit_circle_free, fit_circle_projected
 from ocmm_core.features.elements._cone import fit_cone
 from ocmm_core.features.elements._cylinder import fit_cylinder
 from ocmm_core.features.elements._ellipse import fit_ellipse, fit_ellipse_projected
-from ocmm_core.features.elements._line import fit_line
-from ocmm_core.features.elements._plane import fit_plane
-from ocmm_core.features.elements._point import fit_point
+from ocmm_core.features.elements._flat import fit_circle, fit_circle_free, fit_circle_projected
+from ocmm_core.features.elements._plane import fit_line, fit_plane, fit_point, fit_sphere
 from ocmm_core.features.elements._slot import fit_slot, fit_slot_projected
-from ocmm_core.features.elements._sphere import fit_sphere
 from ocmm_core.features.elements._torus import fit_torus
 from ocmm_core.features.search import (
     BALL,
@@ -33,7 +30,7 @@ from ocmm_core.features.shapes import GEOMETRY_SIZE, POINT, Fit, Shape
 from ocmm_core.geometry import Float, Points3
 
 
-class Known(NamedTuple):
+class FitPrior(NamedTuple):
     """Prior information for a fit. A named tuple, as one is made for every fit."""
 
     direction: Float | None = None
@@ -65,9 +62,9 @@ Signed: TypeAlias = Callable[[Float, Float], tuple[Float, Points3]]
 class ElementSpec:
     """Computation for one shape."""
 
-    fit: Callable[[Points3, Known], Fit]
+    fit: Callable[[Points3, FitPrior], Fit]
     """Least squares, from points (n, 3), mm."""
-    projected: Callable[[Points3, Float, Known], tuple[Fit, Float]] | None
+    projected: Callable[[Points3, Float, FitPrior], tuple[Fit, Float]] | None
     """The same in a plane of a normal (3,), with its derivatives (12, 3); None without a plane."""
     jacobian: Slopes
     """Derivatives of signed distances, see `distance_derivatives`."""

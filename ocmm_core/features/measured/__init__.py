@@ -3,10 +3,11 @@
 In: ball centres with their joint covariance, the nominal, the probe side, other features.
 Out: measured features: geometry, Jacobian by every point of the job, outliers.
 
-Read `_fit` (a fit by the name of its shape), `_actual` (a feature from ball centres) with
-`_oriented`, `_outliers`, `_influence` and `_second_order` (does first order hold). Constructions:
-`_construct`, `_construct_checks`, `_construct_geometry`, `_construct_fit`, `_constructed`.
-`_verify` and `_verify_files` run certified reference pairs.
+Read `_fit` (a fit by the name of its shape, outliers), `_actual` (a feature from ball centres),
+`_each` (many, cached), `_influence` and `_second_order` (does first order hold). Constructions:
+`_construct`, `_construct_geometry`, `_construct_fit`, `_constructed`. `_verify` and `_verify_files`
+run certified reference pairs.
+
 It must not know alignment or tolerances.
 """
 
@@ -25,6 +26,9 @@ if TYPE_CHECKING:
         actual_features,
     )
     from ocmm_core.features.measured._construct import (
+        AXIAL,
+        CENTRED,
+        LONG,
         Bisector,
         Construction,
         FitThrough,
@@ -32,29 +36,30 @@ if TYPE_CHECKING:
         Midpoint,
         Offset,
         PartOf,
+        construction_fault,
         in_order,
         needed_features,
         probed_features,
-    )
-    from ocmm_core.features.measured._construct_checks import (
-        AXIAL,
-        CENTRED,
-        LONG,
-        construction_fault,
         shapes_with,
     )
     from ocmm_core.features.measured._construct_geometry import gauge_point
     from ocmm_core.features.measured._constructed import constructed_features, nominal_geometries
-    from ocmm_core.features.measured._each import Each, Instead, geometries_of, measured_of
-    from ocmm_core.features.measured._fit import Certificate, certificate, fit_shape
+    from ocmm_core.features.measured._each import (
+        Each,
+        Instead,
+        Orientation,
+        can_be_oriented,
+        geometries_of,
+        measured_of,
+        oriented_feature,
+    )
+    from ocmm_core.features.measured._fit import ZoneProof, certificate, fit_shape, outliers
     from ocmm_core.features.measured._influence import (
         CommandingPoints,
         commanding_points,
         commanding_rows,
         commanding_touches,
     )
-    from ocmm_core.features.measured._oriented import Orientation, can_be_oriented, oriented_feature
-    from ocmm_core.features.measured._outliers import outliers
     from ocmm_core.features.measured._second_order import beyond_first_order, solver_start
     from ocmm_core.features.measured._verify import (
         APEX_LIMIT,
@@ -71,29 +76,26 @@ else:
         __name__,
         _actual="ActualFeature ResidualSlopes SAME_RADIUS Touches actual_features",
         _construct=(
-            "Bisector Construction FitThrough Intersection Midpoint Offset PartOf in_order "
-            "needed_features probed_features"
+            "AXIAL Bisector CENTRED Construction FitThrough Intersection LONG Midpoint Offset "
+            "PartOf construction_fault in_order needed_features probed_features shapes_with"
         ),
-        _construct_checks="AXIAL CENTRED LONG construction_fault shapes_with",
         _construct_geometry="gauge_point",
         _constructed="constructed_features nominal_geometries",
-        _each="Each Instead geometries_of measured_of",
-        _fit="Certificate certificate fit_shape",
+        _each="Each Instead Orientation can_be_oriented geometries_of measured_of oriented_feature",
+        _fit="ZoneProof certificate fit_shape outliers",
         _influence="CommandingPoints commanding_points commanding_rows commanding_touches",
-        _oriented="Orientation can_be_oriented oriented_feature",
-        _outliers="outliers",
         _second_order="beyond_first_order solver_start",
         _verify=(
-            "APEX_LIMIT Convention DIRECTION_LIMIT POSITION_LIMIT PairResult SIZE_LIMIT SetReport "
-            "verify_folder"
+            "APEX_LIMIT Convention DIRECTION_LIMIT POSITION_LIMIT PairResult SIZE_LIMIT "
+            "SetReport verify_folder"
         ),
     )
 
 __all__ = [
     "APEX_LIMIT", "AXIAL", "CENTRED", "DIRECTION_LIMIT", "LONG", "POSITION_LIMIT", "SAME_RADIUS",
-    "SIZE_LIMIT", "ActualFeature", "Bisector", "Certificate", "CommandingPoints", "Construction",
+    "SIZE_LIMIT", "ActualFeature", "Bisector", "CommandingPoints", "Construction",
     "Convention", "Each", "FitThrough", "Instead", "Intersection", "Midpoint", "Offset",
-    "Orientation", "PairResult", "PartOf", "ResidualSlopes", "SetReport", "Touches",
+    "Orientation", "PairResult", "PartOf", "ResidualSlopes", "SetReport", "Touches", "ZoneProof",
     "actual_features", "beyond_first_order", "can_be_oriented", "certificate", "commanding_points",
     "commanding_rows", "commanding_touches", "constructed_features", "construction_fault",
     "fit_shape", "gauge_point", "geometries_of", "in_order", "measured_of", "needed_features",

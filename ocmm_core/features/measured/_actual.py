@@ -18,7 +18,7 @@ from typing import assert_never
 import numpy as np
 
 from ocmm_core.errors import FitError
-from ocmm_core.features.elements import ELEMENTS, Known, distance_derivatives, surface_normals
+from ocmm_core.features.elements import ELEMENTS, FitPrior, distance_derivatives, surface_normals
 from ocmm_core.features.measured._fit import fit_shape
 from ocmm_core.features.search import unambiguous
 from ocmm_core.features.shapes import (
@@ -301,7 +301,7 @@ def fit_projected(
     if projected is None:
         # Plans that request it are refused (`shapes.shape_fault`).
         raise TypeError(nominal.shape)
-    known = Known(
+    known = FitPrior(
         radius=0.5 * nominal.length + offset, second=0.5 * nominal.width + offset, offset=offset
     )
     return projected(touches.tips, plane_normal, known)

@@ -1,14 +1,17 @@
-"""Constructions of features from others, as in a plan (docs/quality/alignment.md)."""
+"""Constructions of features from others, as stored in a plan; table in ``docs/quality/alignment.md``.
+
+Their permitted inputs and the resulting shapes are checked here.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Literal, TypeAlias
 
 import msgspec
 
 from ocmm_core.errors import InputError
-from ocmm_core.features.shapes import Shape
+from ocmm_core.features.shapes import MINIMUM_POINTS, Shape, shapes_where
 
 
 class _Construction(
@@ -157,3 +160,192 @@ def probed_features(name: str, constructions: Sequence[Construction]) -> tuple[s
         seen.update(new)
         waiting += new
     return tuple(found)
+
+
+CENTRED = shapes_where(lambda spec: spec.centred)
+"""Shapes with a centre as point, not an arbitrary one."""
+
+LONG = shapes_where(lambda spec: spec.is_long)
+"""Lines, and shapes with an axis probed over a length."""
+
+AXIAL = shapes_where(lambda spec: spec.is_axial)
+"""Shapes with an axis or normal line."""
+
+RADIAL = shapes_where(lambda spec: spec.is_radial)
+"""Shapes that grow in radius."""
+
+
+class _FaultError(Exception):
+    """A faulty field of a construction."""
+
+    def __init__(self, field: str, fault: str) -> None:
+        super().__init__(field, fault)
+        self.field = field
+        self.fault = fault
+
+
+def construction_fault(
+    probed: Mapping[str, Shape], constructions: Sequence[Construction]
+) -> tuple[str, str] | None:
+    """Return field and fault of the first impossible construction, else None."""
+    names = [item.name for item in constructions]
+    places = {name: index for index, name in enumerate(names)}
+    for index, item in enumerate(constructions):
+        at = f"constructions[{index}]"
+        if item.name in probed or names.index(item.name) != index:
+            return f"{at}.name", f"repeats the name {item.name!r}"
+    for index, item in enumerate(constructions):
+        at = f"constructions[{index}]"
+        for name in needed_features(item):
+            if name not in probed and name not in places:
+                return f"{at}.features", f"names {name!r}, which is not a feature of the plan"
+    try:
+        ordered = in_order(constructions)
+    except InputError as error:
+        return "constructions", f"cannot be made: {error.what}"
+    shapes = dict(probed)
+    for item in ordered:
+        try:
+            shapes[item.name] = _result(item, shapes, probed)
+        except _FaultError as error:
+            return f"constructions[{places[item.name]}].{error.field}", error.fault
+    return None
+
+
+def shapes_with(
+    probed: Mapping[str, Shape], constructions: Sequence[Construction]
+) -> dict[str, Shape]:
+    """Return the shapes of all features of a checked plan, by name."""
+    shapes = dict(probed)
+    for item in in_order(constructions):
+        shapes[item.name] = _result(item, shapes, probed)
+    return shapes
+
+
+def _result(item: Construction, known: Mapping[str, Shape], probed: Mapping[str, Shape]) -> Shape:
+    if len(set(item.features)) < len(item.features):
+        raise _FaultError("features", "names one feature twice")
+    shapes = [known[name] for name in item.features]
+    match item:
+        case Intersection():
+            return _intersection(shapes)
+        case Projection():
+            return _projection(shapes)
+        case Midpoint() | HiddenPoint():
+            _count(shapes, 2)
+            _all(shapes, CENTRED)
+            return Shape.POINT
+        case Bisector():
+            _count(shapes, 2)
+            plane = shapes[0] is Shape.PLANE
+            _all(shapes, (Shape.PLANE,) if plane else LONG)
+            return Shape.PLANE if plane else Shape.LINE
+        case Symmetry():
+            if shapes and shapes[0] is Shape.PLANE:
+                _count(shapes, 2)
+                _all(shapes, (Shape.PLANE,))
+            else:
+                _all(shapes, CENTRED)
+                if len(shapes) < 2 or len(shapes) % 2:
+                    raise _FaultError("features", f"names {len(shapes)}, but pairs are needed")
+            return Shape.PLANE
+        case Offset():
+            return _offset(item, shapes)
+        case FitThrough():
+            return _fit_through(item, shapes, probed)
+        case BoltCircle():
+            _least(shapes, 3, "a bolt circle")
+            _all(shapes, CENTRED)
+            return Shape.CIRCLE
+        case ConeSection():
+            return _cone_section(item, shapes)
+        case PartOf():
+            _count(shapes, 1)
+            if item.part == "all":
+                return shapes[0]
+            _all(shapes, AXIAL if item.part == "axis" else CENTRED)
+            return Shape.LINE if item.part == "axis" else Shape.POINT
+
+
+def _intersection(shapes: Sequence[Shape]) -> Shape:
+    planes = sum(shape is Shape.PLANE for shape in shapes)
+    if len(shapes) == 3:
+        _all(shapes, (Shape.PLANE,))
+        return Shape.POINT
+    _count(shapes, 2)
+    _all(shapes, (Shape.PLANE, *AXIAL))
+    return Shape.LINE if planes == 2 else Shape.POINT
+
+
+def _projection(shapes: Sequence[Shape]) -> Shape:
+    _count(shapes, 2)
+    what, onto = shapes
+    if onto is not Shape.PLANE:
+        _all([onto], (Shape.PLANE, *AXIAL))
+        _all([what], CENTRED)
+        return Shape.POINT
+    _all([what], (*CENTRED, *LONG))
+    if what is Shape.CIRCLE:
+        return Shape.CIRCLE
+    return Shape.POINT if what in CENTRED else Shape.LINE
+
+
+def _offset(item: Offset, shapes: Sequence[Shape]) -> Shape:
+    if len(shapes) == 1:
+        _all(shapes, (Shape.PLANE, *RADIAL))
+        return shapes[0]
+    _count(shapes, 2)
+    _all(shapes[1:], (Shape.PLANE, *AXIAL))
+    if not shapes[1].spec.has_sense and not item.towards:
+        raise _FaultError(
+            "towards",
+            f"is missing: a {shapes[1].value.lower()} does not define a positive direction",
+        )
+    return shapes[0]
+
+
+def _fit_through(item: FitThrough, shapes: Sequence[Shape], probed: Mapping[str, Shape]) -> Shape:
+    if item.shape is Shape.POINT:
+        raise _FaultError("shape", "is a point, which cannot be fitted")
+    if item.through == "points":
+        for name in item.features:
+            if name not in probed:
+                raise _FaultError("features", f"names {name!r}, which has no points of its own")
+        _least(shapes, 1, "a best fit")
+        return item.shape
+    _all(shapes, CENTRED)
+    _least(shapes, MINIMUM_POINTS[item.shape], f"a {item.shape.value.lower()}")
+    return item.shape
+
+
+def _cone_section(item: ConeSection, shapes: Sequence[Shape]) -> Shape:
+    if len(shapes) == 1:
+        _all(shapes, (Shape.CONE,))
+        if not item.diameter > 0.0:
+            raise _FaultError("diameter", f"is {item.diameter:g}, but must be greater than zero")
+        return Shape.CIRCLE
+    _count(shapes, 2)
+    _all(shapes[:1], (Shape.CONE,))
+    _all(shapes[1:], (Shape.PLANE,))
+    if item.diameter != 0.0:
+        raise _FaultError("diameter", "is given, but with a plane the distance applies")
+    return Shape.CIRCLE
+
+
+def _count(shapes: Sequence[Shape], count: int) -> None:
+    if len(shapes) != count:
+        raise _FaultError("features", f"names {len(shapes)} feature(s), but needs {count}")
+
+
+def _least(shapes: Sequence[Shape], count: int, what: str) -> None:
+    if len(shapes) < count:
+        raise _FaultError(
+            "features", f"names {len(shapes)} feature(s), but {what} needs at least {count}"
+        )
+
+
+def _all(shapes: Sequence[Shape], wanted: Sequence[Shape]) -> None:
+    for shape in shapes:
+        if shape not in wanted:
+            words = ", ".join(item.value.lower() for item in wanted)
+            raise _FaultError("features", f"names a {shape.value.lower()}, but needs: {words}")

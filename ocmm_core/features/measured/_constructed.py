@@ -15,6 +15,7 @@ from ocmm_core.errors import FitError
 from ocmm_core.features.measured import _construct_geometry as geometry_of
 from ocmm_core.features.measured._actual import ActualFeature
 from ocmm_core.features.measured._construct import (
+    CENTRED,
     Bisector,
     BoltCircle,
     ConeSection,
@@ -29,8 +30,8 @@ from ocmm_core.features.measured._construct import (
     Symmetry,
     in_order,
     needed_features,
+    shapes_with,
 )
-from ocmm_core.features.measured._construct_checks import CENTRED, shapes_with
 from ocmm_core.features.measured._construct_fit import (
     Through,
     fit_through_centres,

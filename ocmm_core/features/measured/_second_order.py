@@ -11,7 +11,7 @@ from __future__ import annotations
 import numpy as np
 
 from ocmm_core.errors import FitError
-from ocmm_core.features.elements import ELEMENTS, Known
+from ocmm_core.features.elements import ELEMENTS, FitPrior
 from ocmm_core.features.search import BALL, CONE, DISC, TORUS, minimise
 from ocmm_core.features.shapes import (
     ACROSS,
@@ -72,7 +72,9 @@ def beyond_first_order(fit: Fit, points: Points3, moves: Float, offset: float = 
 
 def _fitted_again(fit: Fit, points: Points3, moves: Float, offset: float) -> Float:
     """Return the same for a shape without a compiled solver: by complete fits."""
-    known = Known(fit.direction, fit.radius, fit.second, fit.half_angle or None, fit.free, offset)
+    known = FitPrior(
+        fit.direction, fit.radius, fit.second, fit.half_angle or None, fit.free, offset
+    )
     linear = moves.reshape(len(moves), -1) @ fit.jacobian.T
     beyond = np.full((len(moves), GEOMETRY_SIZE), np.nan)
     for row, move in enumerate(moves):

@@ -1,13 +1,13 @@
 """Common part of the fits: starts, guarded Newton steps, rivals, compiled loops.
 
-In: points, centred and scaled, and a kind of distance. Out: the best minimum, and its rivals.
+In: points, centred and scaled, and a kind of distance.
+Out: the best minimum, and its rivals.
 
-Read `_common` (checked points, centring), `_axes` and `_curvature` (starts), `_solver` and
-`_newton_kernel` (guarded steps), `_search` (many starts, the best minimum), `_rivals` (elements
-that the points cannot exclude). `_lanes_kernel` runs many starts in parallel, `_places_kernel`
-identifies equal ends. The distances are in `_axis_kernel`, `_flat_kernel`, `_ellipse_kernel`,
-`_tube_kernel` and `_point_kernel`. The package is independent of specific fits, which are in
-`elements`.
+Read `_common` (checked points, centring, starts), `_solver` and `_newton_kernel` (guarded steps,
+rivals that the points cannot exclude), `_search` (many starts, the best minimum). `_lanes_kernel`
+runs many starts in parallel, `_places_kernel` identifies equal ends. The distances are in
+`_axis_kernel`, `_flat_kernel`, `_ellipse_kernel`, `_tube_kernel` and `_point_kernel`. The package
+is independent of specific fits, which are in `elements`.
 """
 
 from __future__ import annotations
@@ -21,25 +21,23 @@ if TYPE_CHECKING:
     from ocmm_core.features.search import _ellipse_kernel as ellipse_kernel
     from ocmm_core.features.search import _flat_kernel as flat_kernel
     from ocmm_core.features.search import _newton_kernel as newton_kernel
-    from ocmm_core.features.search._axes import (
-        across_axes,
-        few_axes,
-        many_axes,
-        quadric_axes,
-        trial_axes,
-    )
     from ocmm_core.features.search._axis_kernel import CONE, CYLINDER, RING, TORUS, across, tubes
     from ocmm_core.features.search._common import (
         FLAT,
+        across_axes,
         centred,
         centred_solid,
         checked_points,
+        curved_patch,
         degenerate,
+        few_axes,
+        many_axes,
         oriented,
         principal_axes,
+        quadric_axes,
         refuse_masked,
+        trial_axes,
     )
-    from ocmm_core.features.search._curvature import curved_patch
     from ocmm_core.features.search._ellipse_kernel import conics, ellipse_foot, of_conic
     from ocmm_core.features.search._flat_kernel import BALL, DISC, ELLIPSE, ROUND_ENDS, SQUARE_ENDS
     from ocmm_core.features.search._newton_kernel import STEP_SIZE, move, solve_step, terms
@@ -49,18 +47,6 @@ if TYPE_CHECKING:
         spread,
         spread_alike,
         taubin,
-    )
-    from ocmm_core.features.search._rivals import (
-        COVERAGE,
-        NEAR,
-        candidates,
-        covered,
-        decided,
-        same,
-        sizes_in_words,
-        unambiguous,
-        undecided,
-        with_rival,
     )
     from ocmm_core.features.search._search import (
         Family,
@@ -72,33 +58,40 @@ if TYPE_CHECKING:
         sampled,
     )
     from ocmm_core.features.search._solver import (
+        COVERAGE,
+        NEAR,
         Solution,
+        candidates,
+        covered,
+        decided,
         derivatives,
         gains,
         minimise,
+        same,
         sensitivity,
+        sizes_in_words,
+        unambiguous,
+        undecided,
+        with_rival,
     )
     from ocmm_core.features.search._tube_kernel import narrowest_tube
 else:
     __getattr__ = door(
         __name__,
-        _axes="across_axes few_axes many_axes quadric_axes trial_axes",
         _axis_kernel="CONE CYLINDER RING TORUS across axis_kernel tubes",
         _common=(
-            "FLAT centred centred_solid checked_points degenerate oriented principal_axes "
-            "refuse_masked"
+            "FLAT across_axes centred centred_solid checked_points curved_patch degenerate "
+            "few_axes many_axes oriented principal_axes quadric_axes refuse_masked trial_axes"
         ),
-        _curvature="curved_patch",
         _ellipse_kernel="conics ellipse_foot ellipse_kernel of_conic",
         _flat_kernel="BALL DISC ELLIPSE ROUND_ENDS SQUARE_ENDS flat_kernel",
         _newton_kernel="STEP_SIZE move newton_kernel solve_step terms",
         _point_kernel="line_distances places spread spread_alike taubin",
-        _rivals=(
-            "COVERAGE NEAR candidates covered decided same sizes_in_words unambiguous undecided "
-            "with_rival"
-        ),
         _search="Family best_ends is_open minima nearest_minimum planned sampled",
-        _solver="Solution derivatives gains minimise sensitivity",
+        _solver=(
+            "COVERAGE NEAR Solution candidates covered decided derivatives gains minimise same "
+            "sensitivity sizes_in_words unambiguous undecided with_rival"
+        ),
         _tube_kernel="narrowest_tube",
     )
 

@@ -17,8 +17,7 @@ import numpy as np
 from ocmm_core.features.search._axis_kernel import RING
 from ocmm_core.features.search._newton_kernel import STEP_SIZE, descend, rank
 from ocmm_core.features.search._places_kernel import seen
-from ocmm_core.features.search._rivals import undecided
-from ocmm_core.features.search._solver import Solution, derivatives, gains, minimise
+from ocmm_core.features.search._solver import Solution, derivatives, gains, minimise, undecided
 from ocmm_core.geometry import Float
 
 SAMPLE = 60

@@ -4,16 +4,37 @@ Orthogonal-distance problems have few parameters and cheap second derivatives, w
 converge quadratically even for large residuals or short arcs, where Gauss-Newton alone is slow.
 Source: J. Nocedal and S. Wright, Numerical Optimization (2nd ed.), chapter 10; the damping is
 Marquardt's. The loops are those of `newton_kernel`.
+
+Rival elements that the points cannot exclude: two minima of the same problem are compared by their
+likelihoods. For n points with normal noise of unknown size (integrated out) and an element of k
+parameters, the ratio is (second cost / first cost) to the power of (n - k) / 2. Below `ODDS`, the
+second element is a rival: noise of the observed size may have made it the worse one. With n = k the
+noise is unknown; there a rival passes through all points.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
+from ocmm_core.errors import FitError
 from ocmm_core.features.search._axis_kernel import RING
+from ocmm_core.features.search._common import degenerate
 from ocmm_core.features.search._newton_kernel import STEP_SIZE, gain_of, move, newton, terms
+from ocmm_core.features.shapes import (
+    ACROSS,
+    DIRECTION,
+    HALF_ANGLE,
+    MINIMUM_POINTS,
+    POINT,
+    RADIUS,
+    SECOND,
+    Criterion,
+    Fit,
+    Shape,
+)
 from ocmm_core.geometry import Float
 
 WELL_CONDITIONED = 1e-10
@@ -83,3 +104,141 @@ def sensitivity(jacobian: Float) -> tuple[Float, float]:
     gain, shifts, condition = gains(jacobian)
     inverse: Float = gain @ shifts.T
     return inverse, condition
+
+
+ODDS = 100.0
+"""Odds from which an element excludes another."""
+EXACT = 1e-10
+"""Residual, relative to the size of the points, of an element through a point."""
+NEAR = 0.05
+"""Allowed relative difference from the plan."""
+CLEARLY = 2.0
+"""Multiple of `NEAR` by which all others must differ for the plan to decide."""
+COVERAGE = 2.0
+"""Expanded uncertainty in standard deviations; elements within it are no rivals."""
+
+Distance = Callable[[Float], float]
+"""Distance of parameters (8,) from the plan, in units of the allowed one (`NEAR`)."""
+
+
+def undecided(least: float, other: float, n: int, numbers: int) -> bool:
+    """Return whether noise leaves two costs undecided, the smaller one first.
+
+    They are sums of squares of ``n`` scaled points, for an element with ``numbers`` parameters.
+    """
+    if other < n * EXACT**2:
+        return True
+    return n > numbers and other < least * ODDS ** (2.0 / (n - numbers))
+
+
+def candidates(
+    shape: Shape, solutions: Sequence[Solution], n: int, expected: Distance | None
+) -> list[Solution]:
+    """Return the best solution and its possible rivals, best first.
+
+    ``solutions``, at least one, are best first, of ``n`` points; ``expected``, the distance from
+    the plan, decides only if one is near and all others are clearly not: that one is returned
+    alone. FitError if the best one did not converge.
+    """
+    best, numbers = solutions[0], MINIMUM_POINTS[shape]
+    if not best.converged:
+        raise degenerate(
+            shape,
+            "ever larger elements fit them better",
+            "Spread the points over more of the feature.",
+        )
+    possible = [best]
+    possible += [item for item in solutions[1:] if undecided(best.cost, item.cost, n, numbers)]
+    if expected is not None and len(possible) > 1:
+        nearest, *others = sorted(possible, key=lambda item: expected(item.parameters))
+        clearly = all(expected(other.parameters) >= CLEARLY for other in others)
+        if expected(nearest.parameters) <= 1.0 and clearly:
+            return [nearest]
+    return possible
+
+
+def decided(possible: Sequence[Solution], build: Callable[[Float], Fit]) -> Fit:
+    """Return the fit of the first of `candidates`, with its rival if there is one.
+
+    FitError from ``build``: points that do not determine a rival determine no element.
+    """
+    first = build(possible[0].parameters.copy())
+    for solution in possible[1:]:
+        second = build(solution.parameters.copy())
+        if not covered(first, second):
+            return replace(first, rival=second)
+    return first
+
+
+def covered(first: Fit, second: Fit) -> bool:
+    """Return whether the second element is within the first one's uncertainty, from its scatter."""
+    n, numbers = len(first.residuals), MINIMUM_POINTS[first.shape]
+    if n <= numbers:
+        return False
+    sigma = float(np.sqrt(first.residuals @ first.residuals / (n - numbers)))
+    expanded = COVERAGE * sigma * np.linalg.norm(first.jacobian, axis=1)
+    apart = _turned(first, second) - first.geometry
+    return bool(np.all(np.abs(apart) <= expanded))
+
+
+def same(first: Fit, second: Fit, tolerance: float = 1e-6) -> bool:
+    """Return whether two fits of the same points are the same element."""
+    apart = np.abs(_turned(first, second) - first.geometry)
+    lengths = np.r_[POINT, RADIUS, SECOND]
+    scale = max(first.radius, first.second, second.radius, second.second, 1e-300)
+    return bool(
+        np.all(apart[lengths] < tolerance * scale)
+        and np.all(apart[np.r_[DIRECTION, ACROSS, HALF_ANGLE]] < tolerance)
+    )
+
+
+def _turned(first: Fit, second: Fit) -> Float:
+    """Return the geometry (12,) of the second fit, with directions aligned to the first."""
+    geometry, spec = second.geometry.copy(), first.shape.spec
+    # A shape open to one side changes when reversed.
+    opens = spec.has_sense and spec.is_curved
+    for place in (DIRECTION, ACROSS):
+        if not opens and first.geometry[place] @ geometry[place] < 0.0:
+            geometry[place] *= -1.0
+    return geometry
+
+
+def with_rival(first: Fit, second: Fit) -> Fit:
+    """Return the better of two fits by another criterion than least squares, with rival.
+
+    A zone counts with its squared width as cost (uniform noise, to the power of n - k). Widths do
+    not decide between inscribed or circumscribed elements.
+    """
+    if first.criterion is Criterion.MINIMUM_ZONE:
+        first, second = sorted((first, second), key=lambda fit: fit.form)
+        n, numbers = len(first.residuals), MINIMUM_POINTS[first.shape]
+        if not undecided(first.form**2, second.form**2, n, numbers):
+            return first
+    if same(first, second):
+        return first
+    return replace(first, rival=second)
+
+
+def unambiguous(fit: Fit) -> Fit:
+    """Return the fit; FitError `fit.ambiguous`, with both elements' sizes, if it has a rival."""
+    if fit.rival is None:
+        return fit
+    first, second = sizes_in_words(fit), sizes_in_words(fit.rival)
+    if first == second:
+        first, second = f"one at {_place(fit)} ({first})", f"one at {_place(fit.rival)} ({second})"
+    raise FitError(
+        "fit.ambiguous",
+        f"The {len(fit.residuals)} points fit two different elements of the shape "
+        f"{fit.shape.value.lower()}, and their noise cannot tell which: {first}, or {second}.",
+        "Take more points, spread over more of the feature.",
+    )
+
+
+def sizes_in_words(fit: Fit) -> str:
+    """Return the sizes of a fit in display form."""
+    angle = 2.0 * float(np.degrees(fit.half_angle))
+    return fit.shape.spec.sizes_text.format(2.0 * fit.radius, 2.0 * fit.second, angle)
+
+
+def _place(fit: Fit) -> str:
+    return ", ".join(f"{value:.3f}" for value in fit.point)

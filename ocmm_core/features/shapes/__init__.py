@@ -1,9 +1,10 @@
 """Terms of shapes and of nominal features.
 
-In: a feature of a plan. Out: checked nominals, arrays in mm.
+In: a feature of a plan.
+Out: checked nominals, arrays in mm.
 
-Read `_shapes` (shapes, geometry vector, form of every fit), `_nominal` and `_nominal_checks`
-(plausibility of nominals). It is the first package of features and independent of all fits.
+Read `_shapes` (shapes, geometry vector, form of every fit), `_nominal` (nominals and their
+plausibility). It is the first package of features and independent of all fits.
 """
 
 from __future__ import annotations
@@ -13,8 +14,12 @@ from typing import TYPE_CHECKING
 from ocmm_core.door import door
 
 if TYPE_CHECKING:
-    from ocmm_core.features.shapes._nominal import CRITERIA, NominalFeature, nominal_geometry
-    from ocmm_core.features.shapes._nominal_checks import shape_fault
+    from ocmm_core.features.shapes._nominal import (
+        CRITERIA,
+        NominalFeature,
+        nominal_geometry,
+        shape_fault,
+    )
     from ocmm_core.features.shapes._points_file import PointsFile, read_points_file
     from ocmm_core.features.shapes._shape import Shape
     from ocmm_core.features.shapes._shape_spec import (
@@ -42,8 +47,7 @@ if TYPE_CHECKING:
 else:
     __getattr__ = door(
         __name__,
-        _nominal="CRITERIA NominalFeature nominal_geometry",
-        _nominal_checks="shape_fault",
+        _nominal="CRITERIA NominalFeature nominal_geometry shape_fault",
         _points_file="PointsFile read_points_file",
         _shape="Shape",
         _shape_spec=(

@@ -1,10 +1,10 @@
 """Minimum zones and bounding elements, each with a proof of optimality.
 
-In: points and the least-squares fit to start from. Out: the minimum zone or the bounding element,
-with contact points and balanced forces.
+In: points and the least-squares fit to start from.
+Out: the minimum zone or the bounding element, with contact points and balanced forces.
 
-Read `_zone` and `_bounded` (entry points), `_elements` (from a fit to a zone element), `_solver`
-with `_settle_kernel`, `_place_kernel` and `_kernel` (a dual simplex step), `_surfaces`,
+Read `_zone` (entry points), `_elements` (from a fit to a zone element), `_solver` with
+`_settle_kernel`, `_place_kernel` and `_kernel` (a dual simplex step), `_surfaces`,
 `_distance_kernel` and `_steps` (distances), `_levels`, then `_certificate`, `_settled` and
 `_rescue` (proof, and fallbacks). An unproven zone is refused. The package is independent of
 tolerances and datums.
@@ -17,24 +17,22 @@ from typing import TYPE_CHECKING
 from ocmm_core.door import door
 
 if TYPE_CHECKING:
-    from ocmm_core.features.zones._bounded import fit_bounded
-    from ocmm_core.features.zones._certificate import Certificate, certificate
+    from ocmm_core.features.zones._certificate import ZoneProof, certificate
     from ocmm_core.features.zones._elements import ZONES, task_of
     from ocmm_core.features.zones._solver import best_zone
     from ocmm_core.features.zones._surfaces import distances
-    from ocmm_core.features.zones._zone import fit_zone, fit_zone_line_in_plane
+    from ocmm_core.features.zones._zone import fit_bounded, fit_zone, fit_zone_line_in_plane
 else:
     __getattr__ = door(
         __name__,
-        _bounded="fit_bounded",
-        _certificate="Certificate certificate",
+        _certificate="ZoneProof certificate",
         _elements="ZONES task_of",
         _solver="best_zone",
         _surfaces="distances",
-        _zone="fit_zone fit_zone_line_in_plane",
+        _zone="fit_bounded fit_zone fit_zone_line_in_plane",
     )
 
 __all__ = [
-    "ZONES", "Certificate", "best_zone", "certificate", "distances", "fit_bounded", "fit_zone",
+    "ZONES", "ZoneProof", "best_zone", "certificate", "distances", "fit_bounded", "fit_zone",
     "fit_zone_line_in_plane", "task_of",
 ]  # fmt: skip

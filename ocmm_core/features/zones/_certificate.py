@@ -26,7 +26,7 @@ from ocmm_core.features.shapes import Criterion, Fit
 from ocmm_core.features.zones._elements import BOUNDED, ZoneTask, task_of, zone_surface
 from ocmm_core.features.zones._rescue import slid
 from ocmm_core.features.zones._solver import Zone, by_bounds, natural_steps, zone_at
-from ocmm_core.features.zones._surfaces import Placed, distances, second_derivatives
+from ocmm_core.features.zones._surfaces import ElementPose, distances, second_derivatives
 from ocmm_core.geometry import Float, Int, Points3
 
 MOST_SETS = 5000
@@ -130,7 +130,7 @@ class Balance:
 
 
 @dataclass(frozen=True, slots=True)
-class Certificate:
+class ZoneProof:
     """Proof for a zone."""
 
     certified: bool
@@ -145,22 +145,22 @@ class Certificate:
     """Neighbouring elements are all worse."""
 
 
-def certificate(fit: Fit, points: Points3, offset: float = 0.0) -> Certificate:
+def certificate(fit: Fit, points: Points3, offset: float = 0.0) -> ZoneProof:
     """Recompute the certificate of a fit of points (n, 3), mm; ``offset`` as in `zone.fit_zone`."""
     refuse_masked(fit.shape.value.lower(), points)
     if fit.criterion is Criterion.LEAST_SQUARES:
-        return Certificate(False, "Not certified: a least-squares element has no contacts.")
+        return ZoneProof(False, "Not certified: a least-squares element has no contacts.")
     if fit.criterion is Criterion.MINIMUM_ZONE:
         surface = zone_surface(fit)
     else:
         surface = BOUNDED[fit.shape, fit.criterion]
     if surface is None:
-        return Certificate(False, "Not certified: the shape has no minimum zone.")
+        return ZoneProof(False, "Not certified: the shape has no minimum zone.")
     task = task_of(fit, np.asarray(points, dtype=np.float64), surface, offset)
     found, _ = distances(surface, task.start.local(task.points), task.start.sizes)
     noise = 8.0 * task.noise * max(1.0, float(np.abs(found).max()))
     if formless(task, zone_at(surface, task.points, task.start), found, noise):
-        return Certificate(
+        return ZoneProof(
             True, "certified: every point lies on the element to rounding", unbalanced=0.0
         )
     balance = balance_of(task, task.start, noise)
@@ -178,7 +178,7 @@ def certificate(fit: Fit, points: Points3, offset: float = 0.0) -> Certificate:
         sentence = f"certified: {count} contacts in balance ({balance.unbalanced:.1e})"
         if not balance.unique:
             sentence += ", others nearby are as good"
-    return Certificate(
+    return ZoneProof(
         balance.holds, sentence, tuple(int(i) for i in balance.contacts),
         tuple(float(f) for f in balance.forces), balance.unbalanced, balance.unique,
     )  # fmt: skip
@@ -191,7 +191,7 @@ def formless(task: ZoneTask, zone: Zone, found: Float, noise: float) -> bool:
     return bool(np.ptp(found) <= noise)
 
 
-def balance_of(task: ZoneTask, placed: Placed, noise: float) -> Balance:
+def balance_of(task: ZoneTask, placed: ElementPose, noise: float) -> Balance:
     """Return the forces that hold the zone about an element; ``noise`` rounds distances."""
     surface = task.surface
     local = placed.local(task.points)
@@ -234,7 +234,7 @@ def balance_of(task: ZoneTask, placed: Placed, noise: float) -> Balance:
 
 
 def _least_curvature(
-    task: ZoneTask, placed: Placed, local: Float, weights: Float, touch: Float, steps: Float
+    task: ZoneTask, placed: ElementPose, local: Float, weights: Float, touch: Float, steps: Float
 ) -> tuple[float, Float]:
     """Return the least curvature with loaded points at their bounds, and its direction."""
     free = list(task.surface.free)
@@ -261,7 +261,7 @@ def _loose(touch: Float, k: int) -> Float:
 
 
 def _held_by_others(
-    task: ZoneTask, placed: Placed, local: Float, signs: Float, forces: Float, touch: Float,
+    task: ZoneTask, placed: ElementPose, local: Float, signs: Float, forces: Float, touch: Float,
     steps: Float,
 ) -> float:  # fmt: skip
     """Return the least curvature with direction-dependent forces, else minus infinity."""

@@ -35,7 +35,7 @@ from ocmm_core.features.zones._surfaces import (
     TORUS,
     DistanceKind,
     ElementFamily,
-    Placed,
+    ElementPose,
     circumscribed,
     inscribed,
 )
@@ -81,7 +81,7 @@ class ZoneTask:
     surface: ElementFamily
     points: Float
     """(n, 3), about their centroid, divided by ``size``."""
-    start: Placed
+    start: ElementPose
     centroid: Float
     size: float
     """`centroid`: (3,), mm; `size`: mm."""
@@ -125,12 +125,12 @@ def task_of(fit: Fit, points: Points3, surface: ElementFamily, offset: float = 0
         sizes[0] = fit.radius / size
     elif surface.outline:
         sizes[:] = fit.radius / size, fit.second / size, offset / size
-    start = Placed(frame, (fit.point - centroid) / size, sizes)
+    start = ElementPose(frame, (fit.point - centroid) / size, sizes)
     return ZoneTask(fit.shape, surface, about, start, centroid, size)
 
 
 def geometry_of(
-    task: ZoneTask, placed: Placed, step: Values, offset: complex, centroid: Values
+    task: ZoneTask, placed: ElementPose, step: Values, offset: complex, centroid: Values
 ) -> Values:
     """Return the geometry vector (12,), scaled, of an element after a step (8,).
 
@@ -182,7 +182,7 @@ def geometry_of(
 
 
 def geometry_derivatives(
-    task: ZoneTask, placed: Placed, offset: float
+    task: ZoneTask, placed: ElementPose, offset: float
 ) -> tuple[Float, Float, Float, Float]:
     """Return geometry (12,), derivatives by step (., 8), offset (.,), centroid (., 3)."""
     none, middle = np.zeros(STEP_SIZE), np.zeros(3)

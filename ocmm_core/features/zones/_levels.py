@@ -18,7 +18,7 @@ from ocmm_core.features.zones._elements import ZoneTask
 from ocmm_core.features.zones._kernel import narrowest_zone
 from ocmm_core.features.zones._settle_kernel import SETTLED
 from ocmm_core.features.zones._solver import after, natural_steps, zone_at
-from ocmm_core.features.zones._surfaces import Placed, distances, possible, second_derivatives
+from ocmm_core.features.zones._surfaces import ElementPose, distances, possible, second_derivatives
 from ocmm_core.geometry import Float, Int
 
 MAX_STEPS = 60
@@ -43,7 +43,9 @@ class ZoneLevel:
     half: float
 
 
-def levels_of(task: ZoneTask, placed: Placed, balance: Balance) -> tuple[Placed, list[ZoneLevel]]:
+def levels_of(
+    task: ZoneTask, placed: ElementPose, balance: Balance
+) -> tuple[ElementPose, list[ZoneLevel]]:
     """Return the fully determined outline, and contacts by level, widest zone first.
 
     For a family with a symmetric zone.
@@ -68,7 +70,7 @@ def levels_of(task: ZoneTask, placed: Placed, balance: Balance) -> tuple[Placed,
     return settled, levels
 
 
-def response(task: ZoneTask, placed: Placed, levels: list[ZoneLevel]) -> tuple[Int, Float]:
+def response(task: ZoneTask, placed: ElementPose, levels: list[ZoneLevel]) -> tuple[Int, Float]:
     """Return the contact points (c,), and the derivatives of free entries by them (k, 3 c)."""
     rows = np.concatenate([level.rows for level in levels])
     matrix, _, pins = _system(task, placed, np.eye(len(task.surface.free)), levels)
@@ -90,7 +92,7 @@ def response(task: ZoneTask, placed: Placed, levels: list[ZoneLevel]) -> tuple[I
 
 
 def _loose(
-    task: ZoneTask, placed: Placed, steps: Float, levels: list[ZoneLevel]
+    task: ZoneTask, placed: ElementPose, steps: Float, levels: list[ZoneLevel]
 ) -> tuple[Float, list[Float], list[Float]]:
     """Return the free directions (k, f), pinned curvature of each level, and Hessians (k, k)."""
     local = placed.local(task.points)
@@ -113,8 +115,8 @@ def _loose(
 
 
 def _next_level(
-    task: ZoneTask, placed: Placed, steps: Float, levels: list[ZoneLevel]
-) -> tuple[Placed, ZoneLevel | None]:
+    task: ZoneTask, placed: ElementPose, steps: Float, levels: list[ZoneLevel]
+) -> tuple[ElementPose, ZoneLevel | None]:
     """Return the outline that minimises the greatest distance of the other points, and these."""
     surface, places = task.surface, list(task.surface.free)
     held = np.concatenate([level.rows for level in levels])
@@ -165,8 +167,8 @@ def _next_level(
 
 
 def _restored(
-    task: ZoneTask, placed: Placed, steps: Float, levels: list[ZoneLevel]
-) -> Placed | None:
+    task: ZoneTask, placed: ElementPose, steps: Float, levels: list[ZoneLevel]
+) -> ElementPose | None:
     """Return the outline with the levels' points at their bounds, by minimum-norm steps."""
     rows = np.concatenate([level.rows for level in levels])
     bounds = np.concatenate([level.signs * level.half for level in levels])
@@ -183,7 +185,7 @@ def _restored(
 
 
 def _system(
-    task: ZoneTask, placed: Placed, steps: Float, levels: list[ZoneLevel]
+    task: ZoneTask, placed: ElementPose, steps: Float, levels: list[ZoneLevel]
 ) -> tuple[Float, Float, list[Float]]:
     """Return matrix, gaps and pins of the conditions: contacts touch, curvature at rest."""
     surface, places = task.surface, list(task.surface.free)
@@ -206,7 +208,9 @@ def _system(
     return matrix.reshape(-1, k + len(levels)), np.concatenate(gaps), pins
 
 
-def _polished(task: ZoneTask, placed: Placed, steps: Float, levels: list[ZoneLevel]) -> Placed:
+def _polished(
+    task: ZoneTask, placed: ElementPose, steps: Float, levels: list[ZoneLevel]
+) -> ElementPose:
     """Return the outline after Newton steps, with contacts exact to rounding."""
     for _ in range(POLISHES):
         matrix, gaps, _ = _system(task, placed, steps, levels)

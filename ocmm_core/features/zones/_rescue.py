@@ -20,7 +20,7 @@ from ocmm_core.features.zones._solver import (
     settle,
     zone_at,
 )
-from ocmm_core.features.zones._surfaces import ElementFamily, Placed, distances, full_step
+from ocmm_core.features.zones._surfaces import ElementFamily, ElementPose, distances, full_step
 from ocmm_core.geometry import Float, Int
 
 NEAREST = 40
@@ -158,7 +158,7 @@ def _quadratic_round(surface: ElementFamily, points: Float, zone: Zone) -> Zone:
     return zone_at(surface, points, after(surface, placed, steps @ result.x[:k]))
 
 
-def _nearest(surface: ElementFamily, local: Float, placed: Placed) -> Int:
+def _nearest(surface: ElementFamily, local: Float, placed: ElementPose) -> Int:
     order = np.argsort(distances(surface, local, placed.sizes)[0])
     if not surface.lower:
         return np.asarray(order[-NEAREST:])

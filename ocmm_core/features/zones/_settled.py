@@ -32,7 +32,13 @@ from ocmm_core.features.zones._solver import (
     settle,
     zone_at,
 )
-from ocmm_core.features.zones._surfaces import CONE, TORUS, Placed, distances, second_derivatives
+from ocmm_core.features.zones._surfaces import (
+    CONE,
+    TORUS,
+    ElementPose,
+    distances,
+    second_derivatives,
+)
 from ocmm_core.geometry import Float, Int
 
 STARTS = 12
@@ -103,7 +109,7 @@ def _opened(task: ZoneTask, zone: Zone) -> Zone:
     # Each of the two changes reverses the axis.
     turns = [1.0, -1.0, -1.0] if (whole < 0.0) != beyond else [1.0, 1.0, 1.0]
     sizes = np.array([np.pi - abs(whole) if beyond else abs(whole), *placed.sizes[1:]])
-    turned = Placed(placed.frame * turns, placed.origin, sizes)
+    turned = ElementPose(placed.frame * turns, placed.origin, sizes)
     return replace(zone_at(task.surface, task.points, turned), settled=zone.settled)
 
 
@@ -217,14 +223,14 @@ def unproven(shape: Shape, balance: Balance) -> FitError:
     )
 
 
-def _upright(placed: Placed) -> Placed:
+def _upright(placed: ElementPose) -> ElementPose:
     """Return the same outline with its longer size first, its length as `flat` orients it."""
     frame, (long, short, offset) = placed.frame, placed.sizes
     x, y, z = frame.T
     if short > long:
         long, short, x = short, long, y
     x = oriented(x, None)
-    return Placed(np.stack([x, np.cross(z, x), z], axis=1), placed.origin,
+    return ElementPose(np.stack([x, np.cross(z, x), z], axis=1), placed.origin,
                   np.array([long, short, offset]))  # fmt: skip
 
 
@@ -235,7 +241,7 @@ def _offset(task: ZoneTask, zone: Zone) -> float:
     return 0.0 if task.tube or task.surface.even else task.surface.sign * zone.upper
 
 
-def _sides(task: ZoneTask, placed: Placed, contact: int) -> Float:
+def _sides(task: ZoneTask, placed: ElementPose, contact: int) -> Float:
     """Return the side, +1 or -1 (n,), of every point of a line, relative to one contact.
 
     Forces at the contacts balance, so contacts are on either side of the first, and the signed
@@ -245,7 +251,7 @@ def _sides(task: ZoneTask, placed: Placed, contact: int) -> Float:
     return np.where(across @ across[contact] < 0.0, -1.0, 1.0)
 
 
-def held_response(task: ZoneTask, placed: Placed, balance: Balance) -> Float:
+def held_response(task: ZoneTask, placed: ElementPose, balance: Balance) -> Float:
     """Return d(free entries and bounds)/d(contacts), (k + 1 or 2, 3 c), scaled.
 
     The optimality conditions (contacts touch, forces balance) are differentiated.
@@ -272,7 +278,7 @@ def held_response(task: ZoneTask, placed: Placed, balance: Balance) -> Float:
 
 
 def zone_derivatives(
-    task: ZoneTask, placed: Placed, offset: float, rows: Int, answer: Float
+    task: ZoneTask, placed: ElementPose, offset: float, rows: Int, answer: Float
 ) -> tuple[Float, Float]:
     """Return geometry (12,) and its derivatives by points (12, 3 n), both scaled.
 

@@ -23,7 +23,7 @@ from ocmm_core.features.zones._surfaces import (
     ANGLES,
     DistanceKind,
     ElementFamily,
-    Placed,
+    ElementPose,
     distances,
     full_step,
     possible,
@@ -47,7 +47,7 @@ NEARLY_FLAT = 1e-4
 class Zone:
     """An element with the bounds of its zone; centred and scaled."""
 
-    placed: Placed
+    placed: ElementPose
     upper: float
     lower: float
     """`upper`, `lower`: Greatest and smallest distance (with the sign of the surface); ``lower`` is
@@ -63,7 +63,7 @@ class Zone:
         return self.upper - self.lower
 
 
-def zone_at(surface: ElementFamily, points: Float, placed: Placed) -> Zone:
+def zone_at(surface: ElementFamily, points: Float, placed: ElementPose) -> Zone:
     """Return the zone of ``points`` (n, 3) about a fixed element."""
     if not possible(surface, placed):
         return Zone(placed, np.inf, 0.0, settled=False)
@@ -83,7 +83,7 @@ def middle_of(surface: ElementFamily, zone: Zone) -> float:
     return 0.5 * (zone.upper + zone.lower) if surface.lower else zone.upper
 
 
-def natural_steps(surface: ElementFamily, points: Float, placed: Placed) -> Float:
+def natural_steps(surface: ElementFamily, points: Float, placed: ElementPose) -> Float:
     """Return steps (k, k), columns, each with an RMS effect of one on the distances.
 
     Near an axis or circle through all points, the sign of distances is undefined; there a step
@@ -110,7 +110,7 @@ def natural_steps(surface: ElementFamily, points: Float, placed: Placed) -> Floa
 
 
 def settle(
-    surface: ElementFamily, points: Float, start: Placed, steps: Float, radius: float,
+    surface: ElementFamily, points: Float, start: ElementPose, steps: Float, radius: float,
     most: int = MAX_STEPS,
 ) -> Zone:  # fmt: skip
     """Return the local optimum reached from ``start``.
@@ -128,8 +128,8 @@ def _greatest(delicate: NDArray[np.bool_], steps: Float) -> float:
 
 
 def _by_few(
-    surface: ElementFamily, points: Float, start: Placed, steps: Float, radii: tuple[float, float],
-    most: int, chosen: Int | None,
+    surface: ElementFamily, points: Float, start: ElementPose, steps: Float,
+    radii: tuple[float, float], most: int, chosen: Int | None,
 ) -> tuple[Zone, Int | None]:  # fmt: skip
     """Return the result of `settle`, and indices used, or None for all; guess: ``chosen``."""
     if len(points) <= ALL_POINTS:
@@ -161,8 +161,8 @@ def _extremes(surface: ElementFamily, found: Float, count: int) -> Int:
 
 
 def _settled(
-    surface: ElementFamily, points: Float, start: Placed, steps: Float, radii: tuple[float, float],
-    most: int,
+    surface: ElementFamily, points: Float, start: ElementPose, steps: Float,
+    radii: tuple[float, float], most: int,
 ) -> Zone:  # fmt: skip
     frame, origin, sizes = start.frame.copy(order="C"), start.origin.copy(), start.sizes.copy()
     upper, lower, settled = settle_zone(
@@ -170,7 +170,7 @@ def _settled(
         np.ascontiguousarray(points), frame, origin, sizes,
         np.ascontiguousarray(steps), min(radii), radii[1], most,
     )  # fmt: skip
-    return Zone(Placed(frame, origin, sizes), upper, lower, settled=settled)
+    return Zone(ElementPose(frame, origin, sizes), upper, lower, settled=settled)
 
 
 def _delicate(surface: ElementFamily) -> NDArray[np.bool_]:
@@ -178,7 +178,7 @@ def _delicate(surface: ElementFamily) -> NDArray[np.bool_]:
     return np.isin(surface.free, (TURN,) if surface.outline else ANGLES)
 
 
-def after(surface: ElementFamily, placed: Placed, free_step: Float) -> Placed:
+def after(surface: ElementFamily, placed: ElementPose, free_step: Float) -> ElementPose:
     """Return the element after a step (k,) of the free entries of its family."""
     return placed.moved(full_step(surface, free_step))
 
@@ -204,7 +204,7 @@ def start_pattern(k: int, count: int) -> Float:
 
 
 def best_zone(
-    surface: ElementFamily, points: Float, start: Placed, starts: int, reach: float = 1.0
+    surface: ElementFamily, points: Float, start: ElementPose, starts: int, reach: float = 1.0
 ) -> Zone:
     """Return the narrowest zone found from the least-squares element and around it.
 

@@ -98,7 +98,7 @@ def inscribed(surface: ElementFamily) -> ElementFamily:
 
 
 @dataclass(frozen=True, slots=True)
-class Placed:
+class ElementPose:
     """Position of an element among centred and scaled points."""
 
     frame: Float
@@ -117,7 +117,7 @@ class Placed:
         arms: Float = (points - self.origin) @ self.frame
         return arms
 
-    def moved(self, step: Float) -> Placed:
+    def moved(self, step: Float) -> ElementPose:
         """Return the element after ``step`` (8,), its origin at the foot of the centroid.
 
         The foot keeps numbers small; w of elements that depend on it is subtracted.
@@ -125,10 +125,10 @@ class Placed:
         frame, origin, sizes = np.empty((3, 3)), np.empty(3), np.empty(3)
         own = np.ascontiguousarray(self.frame)
         move_zone(own, self.origin, self.sizes, step, frame, origin, sizes)
-        return Placed(frame, origin, sizes)
+        return ElementPose(frame, origin, sizes)
 
 
-def possible(surface: ElementFamily, placed: Placed) -> bool:
+def possible(surface: ElementFamily, placed: ElementPose) -> bool:
     return bool(possible_sizes(surface.code, placed.sizes))
 
 
@@ -144,7 +144,7 @@ def distances(
 ) -> tuple[Values, Values]:
     """Return distances (n,) and their jacobian (n, 8) at ``step`` (8,) from the element.
 
-    ``local`` (n, 3) are points in its frame; ``sizes`` (3,) see `Placed`.
+    ``local`` (n, 3) are points in its frame; ``sizes`` (3,) see `ElementPose`.
     """
     step = np.zeros(STEP_SIZE) if step is None else step
     kind = np.result_type(local, step)

@@ -1,6 +1,14 @@
-"""Minimum-zone elements (Chebyshev) with their contact points as proof.
+"""Minimum-zone elements (Chebyshev) with their contact points as proof, and bounding elements.
 
 The search starts from the least-squares element; the result is never wider than its zone.
+
+Largest inscribed and smallest circumscribed circle, sphere and cylinder: circumscribed circle and
+sphere are convex problems with one optimum. An inscribed element is a local optimum, as outside of
+the points it could grow without limit: the largest one surrounded by its contacts is meant. For
+circle and sphere every such element is the circumcircle of a Delaunay triangle, or circumsphere of
+a tetrahedron, that contains its own centre; all of them are examined, and the largest is the global
+optimum. For cylinders, inscribed and circumscribed, it is the best of the optima around the
+least-squares cylinder.
 """
 
 from __future__ import annotations
@@ -8,6 +16,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+from scipy.spatial import Delaunay, QhullError
 
 from ocmm_core.errors import FitError
 from ocmm_core.features.search import centred, checked_points, degenerate
@@ -21,9 +30,11 @@ from ocmm_core.features.shapes import (
     element,
     make_fit,
 )
-from ocmm_core.features.zones._elements import task_of, zone_surface
-from ocmm_core.features.zones._settled import search, settled_fit
-from ocmm_core.features.zones._surfaces import FLAT_LINE
+from ocmm_core.features.zones._elements import BOUNDED, ZoneTask, task_of, zone_surface
+from ocmm_core.features.zones._kernel import narrowest_zone
+from ocmm_core.features.zones._settled import balanced, search, settled_fit
+from ocmm_core.features.zones._solver import Zone, natural_steps, settle
+from ocmm_core.features.zones._surfaces import FLAT_LINE, ElementPose
 from ocmm_core.geometry import Float, Points3, unit
 
 ONE_PLANE = 1e-11
@@ -113,3 +124,115 @@ def _in_one_plane(points: Points3) -> bool:
     extents = np.linalg.svd(about, compute_uv=False)
     rounding = ONE_PLANE * (1.0 + 1e-3 * float(np.abs(centroid).max()) / size)
     return len(points) > 2 and bool(extents[1] > 1e3 * rounding and extents[2] < rounding)
+
+
+SURROUNDED = 1e-6
+"""Least sine of the angle by which points extend beyond any half space through the centre."""
+OWN_CENTRE = -1e-9
+"""Least barycentric coordinate of a centre counted as inside its simplex."""
+TRIED = 3
+"""Number of largest circumcircles to refine; rounding may have swapped their order."""
+
+
+def fit_bounded(start: Fit, points: Points3, criterion: Criterion) -> Fit:
+    """Return the largest inscribed or smallest circumscribed element.
+
+    ``start`` is the least-squares circle, sphere or cylinder of ``points`` (n, 3), mm; a circle
+    must not be fitted in space as one problem, and stays in its plane. Residuals are signed
+    distances, positive outside: nonnegative for an inscribed element, nonpositive for a
+    circumscribed one. Contacts and jacobian as in `zone.fit_zone`.
+
+    FitError if the shape has no such element, the points do not surround the axis or centre (an arc
+    up to 180 degrees), so that no inscribed element exists, or no contacts hold one.
+    """
+    points = checked_points(start.shape, points)
+    surface = BOUNDED.get((start.shape, criterion))
+    if surface is None or start.free:
+        raise FitError(
+            "fit.no_criterion",
+            f"The criterion {criterion.value} is not available for a "
+            f"{start.shape.value.lower()}{' in space' if start.free else ''}.",
+            "Choose least squares, or a circle in its own plane, sphere or cylinder.",
+        )
+    task = task_of(start, points, surface)
+    inside = criterion is Criterion.INSCRIBED
+    if inside and not _surround(task, task.start):
+        raise _not_around(start.shape)
+    if start.shape is Shape.CYLINDER:
+        zone = search(task)
+    elif inside:
+        zone = _largest_held(task)
+    else:
+        # Convex, so any start suffices; the least-squares centre of a small patch is far away.
+        middle = ElementPose(task.start.frame, np.zeros(3))
+        steps = natural_steps(surface, task.points, middle)
+        zone = balanced(task, settle(surface, task.points, middle, steps, 1.0))
+    if inside and not _surround(task, zone.placed):
+        raise _not_around(start.shape)
+    return settled_fit(task, start, criterion, zone)
+
+
+def _not_around(shape: Shape) -> FitError:
+    return FitError(
+        "fit.not_around",
+        f"No largest inscribed {shape.value.lower()}: the points lie on one side of it, so it "
+        "could grow without limit.",
+        "Take points on more than half of the circumference, or choose least squares.",
+    )
+
+
+def _arms(task: ZoneTask, placed: ElementPose) -> Float:
+    """Return points in the relevant coordinates: two across an axis, or three."""
+    local = placed.local(task.points)
+    return local if task.shape is Shape.SPHERE else local[:, :2]
+
+
+def _surround(task: ZoneTask, placed: ElementPose) -> bool:
+    """Return whether every half space through the centre contains points."""
+    arms = _arms(task, placed)
+    outward = arms / np.maximum(np.linalg.norm(arms, axis=1), 1e-12)[:, None]
+    d = outward.shape[1]
+    solution, basis, multipliers = np.zeros(d + 1), np.zeros(d + 1, dtype=np.int64), np.zeros(d + 1)
+    narrowest_zone(
+        np.zeros(len(arms)), np.ascontiguousarray(outward), np.ones(d), False, 0.0,
+        solution, basis, multipliers,
+    )  # fmt: skip
+    return float(np.max(outward @ solution[:d])) > -SURROUNDED
+
+
+def _largest_held(task: ZoneTask) -> Zone:
+    """Return the largest empty circle or sphere held by points around its centre."""
+    arms = _arms(task, task.start)
+    starts = [np.zeros(3)]
+    for centre in _held_centres(arms)[:TRIED]:
+        starts.append(np.append(centre, np.zeros(3 - len(centre))))
+    steps = natural_steps(task.surface, task.points, task.start)
+    zones = []
+    for centre in starts:
+        there = ElementPose(task.start.frame, task.start.origin + task.start.frame @ centre)
+        zone = settle(task.surface, task.points, there, steps, 0.01)
+        if zone.settled and _surround(task, zone.placed):
+            zones.append(zone)
+    if not zones:
+        raise _not_around(task.shape)
+    return balanced(task, min(zones, key=lambda zone: zone.width))
+
+
+def _held_centres(points: Float) -> Float:
+    """Return centres (m, d) of empty circumspheres inside their own simplex, largest first."""
+    d = points.shape[1]
+    try:
+        simplices = points[Delaunay(points).simplices]
+    except QhullError:
+        # Degenerate, such as points on one exact circle; start from the least-squares centre.
+        return np.zeros((0, d))
+    edges = simplices[:, 1:] - simplices[:, :1]
+    flat = np.abs(np.linalg.det(edges)) < 1e-12
+    edges[flat] = np.eye(d)
+    half_squares = 0.5 * np.sum(edges**2, axis=2)
+    arms = np.linalg.solve(edges, half_squares[:, :, None])[:, :, 0]
+    shares = np.linalg.solve(np.swapaxes(edges, 1, 2), arms[:, :, None])[:, :, 0]
+    held = ~flat & (shares.min(axis=1) > OWN_CENTRE) & (shares.sum(axis=1) < 1.0 - OWN_CENTRE)
+    order = np.argsort(-np.sum(arms[held] ** 2, axis=1), kind="stable")
+    centres: Float = (simplices[held, 0] + arms[held])[order]
+    return centres

@@ -1,12 +1,13 @@
 """Bus operation: bring-up, cycles, validation and supervision.
 
-In: answers of one cycle, and the clock. Out: new frames of each camera with a freshness verdict,
-counters in which every cycle is counted once, and the reaction to faults.
+In: answers of one cycle, and the clock.
+Out: new frames of each camera with a freshness verdict, counters in which every cycle is counted
+once, and the reaction to faults.
 
-Start with `_bus` (bring-up and cycles); then `_bringup`, `_health` (freshness and
-integrity) and `_clock` (pure arithmetic), `_accounts` (counters), `_supervisor` (wait, lift or
-restart: a pure state machine), `_watch` and `_port_errors` (camera states, port errors), `_journal`
-(events).
+Start with `_bus` (bring-up and cycles); then `_bringup`, `_health` (freshness and integrity) and
+`_clock` (pure arithmetic), `_accounts` (counters, events), `_supervisor` (wait, lift or restart: a
+pure state machine), `_watch` (camera states, port errors).
+
 It must not import the ring or its process.
 """
 
@@ -17,7 +18,7 @@ from typing import TYPE_CHECKING
 from ocmm_core.door import door
 
 if TYPE_CHECKING:
-    from ocmm_core.fieldbus.cycle._accounts import BusAccounts
+    from ocmm_core.fieldbus.cycle._accounts import ERROR_OVER, OPERATION, BusAccounts
     from ocmm_core.fieldbus.cycle._bringup import BusSettings
     from ocmm_core.fieldbus.cycle._bus import CameraBus
     from ocmm_core.fieldbus.cycle._clock import CyclePacer
@@ -31,20 +32,18 @@ if TYPE_CHECKING:
         first_frame,
         judge,
     )
-    from ocmm_core.fieldbus.cycle._journal import ERROR_OVER, OPERATION
     from ocmm_core.fieldbus.cycle._supervisor import Next, Supervisor
     from ocmm_core.fieldbus.cycle._watch import CameraView, WatchView
 else:
     __getattr__ = door(
         __name__,
-        _accounts="BusAccounts",
+        _accounts="BusAccounts ERROR_OVER OPERATION",
         _bringup="BusSettings",
         _bus="CameraBus",
         _clock="CyclePacer",
-        _watch="CameraView WatchView",
-        _health="CycleAnswer CameraPast CycleFault Schedule Trouble advance first_frame judge",
-        _journal="ERROR_OVER OPERATION",
+        _health="CameraPast CycleAnswer CycleFault Schedule Trouble advance first_frame judge",
         _supervisor="Next Supervisor",
+        _watch="CameraView WatchView",
     )
 
 __all__ = [

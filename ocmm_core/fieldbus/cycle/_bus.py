@@ -9,8 +9,7 @@ from ocmm_core.errors import BusError
 from ocmm_core.fieldbus.cycle._bringup import BusSettings, Session, bring_up
 from ocmm_core.fieldbus.cycle._clock import BusClock
 from ocmm_core.fieldbus.cycle._health import CycleAnswer, Schedule
-from ocmm_core.fieldbus.cycle._port_errors import PortTrouble
-from ocmm_core.fieldbus.cycle._watch import StateWatch, WatchView
+from ocmm_core.fieldbus.cycle._watch import PortTrouble, StateWatch, WatchView
 from ocmm_core.fieldbus.device import COUNTER_MODULUS
 from ocmm_core.fieldbus.objects import ObjectService
 from ocmm_core.fieldbus.report import BusPhase

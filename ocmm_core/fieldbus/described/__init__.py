@@ -1,12 +1,13 @@
 """Cameras of other makers, described by a file and read like our own.
 
-In: a document `ocmm.device/1` and the bytes of such a camera. Out: inputs in the layout of our own
-cameras, and a list of what the camera cannot prove.
+In: a document `ocmm.device/1` and the bytes of such a camera.
+Out: inputs in the layout of our own cameras, and a list of what the camera cannot prove.
 
 Start with `_device_file` (document), `_device_check` and `_device_places` (its checks), `_proof`
 (missing proofs and their cost), `_esi_reader` and `_esi_conversion` (descriptions from ESI files),
-`_process_image` (process data layout), `_lens` (corrected millimetres back to pixels),
-`_translator` (conversion of inputs).
+`_process_image` (process data layout), `_translator` (conversion of inputs, corrected millimetres
+back to pixels).
+
 It must not import sockets or cycles.
 """
 
@@ -33,7 +34,6 @@ if TYPE_CHECKING:
         missing_statements,
     )
     from ocmm_core.fieldbus.described._esi_reader import EsiDevice, choose_device
-    from ocmm_core.fieldbus.described._lens import corrected_from_pixels, pixels_from_corrected
     from ocmm_core.fieldbus.described._process_image import ProcessImage
     from ocmm_core.fieldbus.described._proof import (
         UNPROVEN_CAMERAS,
@@ -48,7 +48,12 @@ if TYPE_CHECKING:
         refuse_unproven,
         resting_doubt_mm,
     )
-    from ocmm_core.fieldbus.described._translator import InputTranslator, Timing
+    from ocmm_core.fieldbus.described._translator import (
+        InputTranslator,
+        Timing,
+        corrected_from_pixels,
+        pixels_from_corrected,
+    )
 else:
     __getattr__ = door(
         __name__,
@@ -56,13 +61,12 @@ else:
         _device_file="Clock DeviceDescription Entry ProcessObject Role Sends StartUp",
         _esi_conversion="EsiStatements describe_esi missing_statements",
         _esi_reader="EsiDevice choose_device",
-        _lens="corrected_from_pixels pixels_from_corrected",
         _process_image="ProcessImage",
         _proof=(
             "AllowedBy Doubt UNPROVEN_CAMERAS age_doubts doubt_line doubt_sentences "
             "doubts_by_name doubts_of refuse_coarse refuse_unproven resting_doubt_mm"
         ),
-        _translator="InputTranslator Timing",
+        _translator="InputTranslator Timing corrected_from_pixels pixels_from_corrected",
     )
 
 __all__ = [

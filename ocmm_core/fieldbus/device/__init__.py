@@ -1,12 +1,14 @@
 """Device model of the smart camera: objects, identity, ESI file, and its page.
 
-In: only the tables here. Out: one model for master, software camera, ESI file and page.
+In: only the tables here.
+Out: one model for master, software camera, ESI file and page.
 
 Start with `_camera_objects` (object dictionary), `_object_entries` and `_profile_objects`; then
 `_camera_slave` (process data and configuration), `_input_layout` (header by revision),
-`_controller` (EEPROM and clock), `_identity` (device to camera assignment), `_intrinsics` (block
-stored in a camera), `_firmware` (file), `_diagnosis`, `_esi`, and `_object_page` with
-`_page_of_the_wire` and `_page_of_the_protocol`, which writes docs/integrator/camera_objects.md.
+`_controller` (EEPROM and clock), `_identity` (device to camera assignment), `_firmware` (blocks in
+a camera), `_diagnosis`, `_esi`, and `_object_page` with `_page_of_the_wire` and
+`_page_of_the_protocol`, which writes docs/integrator/camera_objects.md.
+
 It must not import sockets, cycles or the virtual rig.
 """
 
@@ -92,7 +94,7 @@ if TYPE_CHECKING:
         ClockMode,
     )
     from ocmm_core.fieldbus.device._diagnosis import DATA_BYTES, DiagnosisMessage
-    from ocmm_core.fieldbus.device._firmware import Firmware
+    from ocmm_core.fieldbus.device._firmware import BLOB_BYTES, Firmware, Intrinsics
     from ocmm_core.fieldbus.device._identity import (
         CameraIdentity,
         FoundDevice,
@@ -109,7 +111,6 @@ if TYPE_CHECKING:
         InputLayout,
         data_mark,
     )
-    from ocmm_core.fieldbus.device._intrinsics import BLOB_BYTES, Intrinsics
     from ocmm_core.fieldbus.device._object_entries import Access, DictionaryObject, ObjectEntry
     from ocmm_core.fieldbus.device._profile_objects import (
         BLACK_IMAGE,
@@ -134,28 +135,29 @@ else:
         __name__,
         _camera_objects=(
             "ERROR_REGISTER ErrorCode ErrorRegister HISTORY HISTORY_FIRST HISTORY_MESSAGES "
-            "IDENTITY IDENTITY_SERIAL INPUT_SYNC OUTPUT_SYNC SM_ASSIGNMENT SYNC_CYCLE SYNC_ERROR "
-            "SYNC_EXCEEDED SYNC_MISSED SYNC_MODE TIMESTAMP configuration_values object_dictionary"
+            "IDENTITY IDENTITY_SERIAL INPUT_SYNC OUTPUT_SYNC SM_ASSIGNMENT SYNC_CYCLE "
+            "SYNC_ERROR SYNC_EXCEEDED SYNC_MISSED SYNC_MODE TIMESTAMP configuration_values "
+            "object_dictionary"
         ),
         _camera_slave=(
-            "COUNTER_MODULUS CameraConfig CameraMode CameraStatus Control DEFAULT_FRAME_PERIOD_NS "
-            "DEVICE_NAME DataType FRAMES_PER_CYCLE FRAME_DTYPE HEADER_STRUCT INPUT_DTYPE "
-            "INPUT_PDOS INPUT_START MAILBOX_BYTES MAILBOX_IN_START MAILBOX_OUT_START N_SLOTS "
-            "OUTPUT_DTYPE OUTPUT_PDO OUTPUT_START OUTPUT_STRUCT PRODUCT_CODE Pdo REVISION "
-            "SM_INPUTS SM_MAILBOX_IN SM_MAILBOX_OUT SM_OUTPUTS SUBPIXELS SYNC0_NS SYNC1_NS "
-            "SYNC_MANAGERS VENDOR_ID VENDOR_NAME Window decode_spots encode_frames require_raw"
+            "COUNTER_MODULUS CameraConfig CameraMode CameraStatus Control "
+            "DEFAULT_FRAME_PERIOD_NS DEVICE_NAME DataType FRAMES_PER_CYCLE FRAME_DTYPE "
+            "HEADER_STRUCT INPUT_DTYPE INPUT_PDOS INPUT_START MAILBOX_BYTES MAILBOX_IN_START "
+            "MAILBOX_OUT_START N_SLOTS OUTPUT_DTYPE OUTPUT_PDO OUTPUT_START OUTPUT_STRUCT "
+            "PRODUCT_CODE Pdo REVISION SM_INPUTS SM_MAILBOX_IN SM_MAILBOX_OUT SM_OUTPUTS "
+            "SUBPIXELS SYNC0_NS SYNC1_NS SYNC_MANAGERS VENDOR_ID VENDOR_NAME Window "
+            "decode_spots encode_frames require_raw"
         ),
         _controller=(
-            "CLOCK_MODES CONTROLLERS DC_ACTIVATE DEVICE_GROUP MAILBOX_REPEATS MEMORY_END "
-            "PHYSICAL_PORTS SII_BYTES SII_CONFIGURATION ClockMode"
+            "CLOCK_MODES CONTROLLERS ClockMode DC_ACTIVATE DEVICE_GROUP MAILBOX_REPEATS "
+            "MEMORY_END PHYSICAL_PORTS SII_BYTES SII_CONFIGURATION"
         ),
         _diagnosis="DATA_BYTES DiagnosisMessage",
-        _firmware="Firmware",
+        _firmware="BLOB_BYTES Firmware Intrinsics",
         _identity="CameraIdentity FoundDevice assign check_sensor",
         _input_layout=(
             "DATA_CRC DATA_CRC_AT Header INPUT_LAYOUTS InputLayout NEWEST_LAYOUT NO_MARK data_mark"
         ),
-        _intrinsics="BLOB_BYTES Intrinsics",
         _object_entries="Access DictionaryObject ObjectEntry",
         _profile_objects=(
             "BLACK_IMAGE BlackCommand BlackImage CALIBRATION CHUNK_BYTES CONFIGURATION COUNTERS "

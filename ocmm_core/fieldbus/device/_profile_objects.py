@@ -12,8 +12,8 @@ from ocmm_core.fieldbus.device._camera_slave import (
     DataType,
     Pdo,
 )
+from ocmm_core.fieldbus.device._firmware import BLOB_BYTES
 from ocmm_core.fieldbus.device._input_layout import InputLayout
-from ocmm_core.fieldbus.device._intrinsics import BLOB_BYTES
 from ocmm_core.fieldbus.device._object_entries import (
     Access,
     DictionaryObject,

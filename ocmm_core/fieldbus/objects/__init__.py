@@ -1,10 +1,11 @@
 """Acyclic camera objects: mailboxes, transfers, images, temperatures.
 
-In: requests for objects. Out: their values, images and emergencies, without delaying the cycle.
+In: requests for objects.
+Out: their values, images and emergencies, without delaying the cycle.
 
 Start with `_requests` (one JSON line each) and `_objects` (acyclic service); then `_mailbox_line`
-and `_sdo` (transfers), `_emergency`. Host side: `_object_access`, `_camera_client`,
-`_camera_pictures`, `_thermometer`.
+and `_sdo` (transfers). Host side: `_camera_client`, `_maintenance`.
+
 It must not import bring-up or supervision; `cycle` provides the channel.
 """
 
@@ -16,31 +17,35 @@ from ocmm_core.door import door
 
 if TYPE_CHECKING:
     from ocmm_core.fieldbus.objects._camera_client import (
-        blink,
-        clear_error_history,
-        read_error_history,
-        read_intrinsics,
-        write_intrinsics,
-    )
-    from ocmm_core.fieldbus.objects._camera_pictures import (
         BlackImageState,
+        ObjectAccess,
+        Progress,
+        blink,
         clear_black_image,
+        clear_error_history,
         load_black_image,
         measure_black_image,
         read_black_image,
+        read_error_history,
+        read_intrinsics,
         store_black_image,
         take_snapshot,
+        write_intrinsics,
     )
-    from ocmm_core.fieldbus.objects._emergency import Emergency
-    from ocmm_core.fieldbus.objects._foe import FIRMWARE_NAME, FoeWrite
     from ocmm_core.fieldbus.objects._mailbox_line import (
         SYNC_MANAGER_BYTES,
         SYNC_MANAGERS,
+        Emergency,
         MailboxAreas,
     )
-    from ocmm_core.fieldbus.objects._maintenance import find_camera, update_firmware, write_alias
-    from ocmm_core.fieldbus.objects._object_access import ObjectAccess, Progress
-    from ocmm_core.fieldbus.objects._objects import ObjectService, RequestPort
+    from ocmm_core.fieldbus.objects._maintenance import (
+        FIRMWARE_NAME,
+        FoeWrite,
+        find_camera,
+        update_firmware,
+        write_alias,
+    )
+    from ocmm_core.fieldbus.objects._objects import ObjectService, RequestPort, Thermometer
     from ocmm_core.fieldbus.objects._requests import (
         MAX_EEPROM_WORDS,
         MAX_LINE_BYTES,
@@ -55,29 +60,22 @@ if TYPE_CHECKING:
         encode_line,
     )
     from ocmm_core.fieldbus.objects._sdo import SERVICE_SDO_RESPONSE, coe_content
-    from ocmm_core.fieldbus.objects._thermometer import Thermometer
 else:
     __getattr__ = door(
         __name__,
         _camera_client=(
-            "blink clear_error_history read_error_history read_intrinsics write_intrinsics"
+            "BlackImageState ObjectAccess Progress blink clear_black_image clear_error_history "
+            "load_black_image measure_black_image read_black_image read_error_history "
+            "read_intrinsics store_black_image take_snapshot write_intrinsics"
         ),
-        _camera_pictures=(
-            "BlackImageState clear_black_image load_black_image measure_black_image "
-            "read_black_image store_black_image take_snapshot"
-        ),
-        _emergency="Emergency",
-        _foe="FIRMWARE_NAME FoeWrite",
-        _maintenance="find_camera update_firmware write_alias",
-        _mailbox_line="MailboxAreas SYNC_MANAGERS SYNC_MANAGER_BYTES",
-        _object_access="ObjectAccess Progress",
-        _objects="ObjectService RequestPort",
+        _mailbox_line="Emergency MailboxAreas SYNC_MANAGERS SYNC_MANAGER_BYTES",
+        _maintenance="FIRMWARE_NAME FoeWrite find_camera update_firmware write_alias",
+        _objects="ObjectService RequestPort Thermometer",
         _requests=(
             "CancelRequest EepromRequest MAX_EEPROM_WORDS MAX_LINE_BYTES MAX_VALUE_BYTES "
             "ObjectReply ObjectRequest Request decode_reply decode_request encode_line"
         ),
         _sdo="SERVICE_SDO_RESPONSE coe_content",
-        _thermometer="Thermometer",
     )
 
 __all__ = [

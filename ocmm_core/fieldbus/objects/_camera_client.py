@@ -1,14 +1,27 @@
-"""Host access to one camera's objects: intrinsics, black image, snapshot, errors."""
+"""Host access to one camera's objects: intrinsics, black image, snapshot, errors.
+
+The access is independent of the transport.
+"""
 
 from __future__ import annotations
 
 import hashlib
+import struct
+import time
+import zlib
+from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
 
 from ocmm_core.errors import BusError, InputError
 from ocmm_core.fieldbus.device import (
+    BLACK_IMAGE,
     BLOB_BYTES,
     CALIBRATION,
+    CHUNK_BYTES,
     COUNTERS,
     HISTORY,
     HISTORY_FIRST,
@@ -16,28 +29,214 @@ from ocmm_core.fieldbus.device import (
     IDENTIFY,
     IDENTITY,
     INFORMATION,
+    MAX_BLACK_FRAMES,
     NOTE_BYTES,
+    SNAPSHOT,
     VERSIONS,
+    BlackCommand,
+    BlackImage,
     DiagnosisMessage,
     Intrinsics,
+    SnapshotCommand,
+    Window,
+    Work,
 )
-from ocmm_core.fieldbus.objects._camera_pictures import BlackImageState as BlackImageState
-from ocmm_core.fieldbus.objects._camera_pictures import clear_black_image as clear_black_image
-from ocmm_core.fieldbus.objects._camera_pictures import load_black_image as load_black_image
-from ocmm_core.fieldbus.objects._camera_pictures import measure_black_image as measure_black_image
-from ocmm_core.fieldbus.objects._camera_pictures import read_black_image as read_black_image
-from ocmm_core.fieldbus.objects._camera_pictures import store_black_image as store_black_image
-from ocmm_core.fieldbus.objects._camera_pictures import take_snapshot as take_snapshot
-from ocmm_core.fieldbus.objects._object_access import (
-    STRING_BYTES,
-    read_exactly,
-    read_number,
-    read_text,
-    unfit,
-)
-from ocmm_core.fieldbus.objects._object_access import ObjectAccess as ObjectAccess
 
+Progress = Callable[[int, int], None]
+"""Called with the amount done and in total; its exceptions abort the operation."""
+
+STRING_BYTES = 64
+"""Maximum length of texts in a camera."""
+
+
+class ObjectAccess(Protocol):
+    """Objects of one camera; calls block."""
+
+    def read(
+        self, index: int, sub: int, *, room: int = ..., progress: Progress | None = None
+    ) -> bytes:
+        """Return the value of an entry of at most `room` bytes."""
+        ...
+
+    def write(
+        self, index: int, sub: int, value: bytes, *, progress: Progress | None = None
+    ) -> None: ...
+
+
+def read_exactly(access: ObjectAccess, index: int, sub: int, size: int) -> bytes:
+    """Return a value of exactly `size` bytes, or raise BusError."""
+    value = access.read(index, sub, room=size)
+    if len(value) != size:
+        raise unfit(index, sub, f"it has {len(value)} bytes instead of {size}")
+    return value
+
+
+def read_number(access: ObjectAccess, index: int, sub: int, size: int) -> int:
+    """Return an unsigned number of `size` bytes, or raise BusError."""
+    return int.from_bytes(read_exactly(access, index, sub, size), "little")
+
+
+def read_text(access: ObjectAccess, index: int, sub: int) -> str:
+    """Return a text, or raise BusError."""
+    try:
+        return access.read(index, sub, room=STRING_BYTES).rstrip(b"\x00").decode("ascii")
+    except UnicodeDecodeError as error:
+        raise unfit(index, sub, "not text") from error
+
+
+def unfit(index: int, sub: int, why: str) -> BusError:
+    """Return the error for an unusable entry."""
+    return BusError(
+        "bus.object",
+        f"Object {index:#06x}:{sub:02x} of the camera cannot be used: {why}.",
+        "Install the camera firmware that matches this program.",
+    )
+
+
+_POLL_S = 0.02
+_STALL_S = 10.0
+"""Time limit without progress of a camera command."""
 _HASH_BYTES = 32
+_LARGEST_PX = 1 << 26
+"""Sizes up to 4.3 gigapixels can be encoded; no smart camera has 67 million."""
+
+
+@dataclass(frozen=True, slots=True)
+class BlackImageState:
+    """Available black images of a camera."""
+
+    images: BlackImage
+    sha256: str
+    """SHA-256 of the active pixels, hexadecimal; empty without one."""
+    mean: float
+
+
+def measure_black_image(
+    access: ObjectAccess, frames: int, progress: Progress | None = None
+) -> BlackImageState:
+    """Average `frames` exposures without light, and apply the mean.
+
+    No spots are sent meanwhile. The image is volatile until `store_black_image`. Raises BusError
+    ``bus.black_image`` if the camera fails or stalls.
+    """
+    if not 1 <= frames <= MAX_BLACK_FRAMES:
+        raise InputError(
+            "bus.black_image",
+            f"A black image cannot be the mean of {frames} exposures.",
+            f"Give 1 to {MAX_BLACK_FRAMES}.",
+        )
+    access.write(BLACK_IMAGE, 2, struct.pack("<H", frames))
+    return _black_command(access, BlackCommand.MEASURE, progress)
+
+
+def store_black_image(access: ObjectAccess) -> BlackImageState:
+    """Store the active black image permanently."""
+    return _black_command(access, BlackCommand.STORE)
+
+
+def load_black_image(access: ObjectAccess) -> BlackImageState:
+    """Apply the stored black image."""
+    return _black_command(access, BlackCommand.LOAD)
+
+
+def clear_black_image(access: ObjectAccess) -> BlackImageState:
+    """Disable and delete the black image."""
+    return _black_command(access, BlackCommand.CLEAR)
+
+
+def read_black_image(access: ObjectAccess) -> BlackImageState:
+    """Return the available black images."""
+    return BlackImageState(
+        BlackImage(read_number(access, BLACK_IMAGE, 5, 1)),
+        access.read(BLACK_IMAGE, 6, room=_HASH_BYTES).hex(),
+        read_number(access, BLACK_IMAGE, 8, 2) / 10.0,
+    )
+
+
+def take_snapshot(
+    access: ObjectAccess, region: Window | None = None, progress: Progress | None = None
+) -> NDArray[np.uint16]:
+    """Capture a raw image and fetch it: (height, width), grey levels.
+
+    ``region``: left, top, width and height, px; None for the whole sensor. Exceptions of
+    ``progress`` abort, and the camera releases the image. BusError ``bus.snapshot`` if the camera
+    fails or stalls, or the image differs from the captured one.
+    """
+    for sub, value in enumerate(region or (0, 0, 0, 0), start=1):
+        access.write(SNAPSHOT, sub, struct.pack("<H", value))
+    try:
+        access.write(SNAPSHOT, 5, bytes([SnapshotCommand.TAKE]))
+        _wait(access, SNAPSHOT, 6, "snapshot", None if progress is None else _before(progress))
+        width, height = (read_number(access, SNAPSHOT, sub, 2) for sub in (12, 13))
+        total = read_number(access, SNAPSHOT, 8, 4)
+        if total != 2 * width * height or not total or (region and region[2:] != (width, height)):
+            raise _failed("snapshot", "its size does not match the request")
+        if width * height > _LARGEST_PX:
+            raise _failed("snapshot", f"it says that it has {width} x {height} pixels")
+        content = bytearray()
+        while len(content) < total:
+            if progress is not None:
+                progress(len(content), total)
+            access.write(SNAPSHOT, 9, struct.pack("<I", len(content)))
+            chunk = access.read(SNAPSHOT, 10, room=CHUNK_BYTES)
+            if len(chunk) != min(CHUNK_BYTES, total - len(content)):
+                raise _failed("snapshot", f"a chunk has {len(chunk)} bytes")
+            content += chunk
+        if zlib.crc32(content) != read_number(access, SNAPSHOT, 11, 4):
+            raise _failed("snapshot", "its checksum is wrong")
+        if progress is not None:
+            progress(total, total)
+    except BaseException:
+        _release_after_failure(access)
+        raise
+    access.write(SNAPSHOT, 5, bytes([SnapshotCommand.RELEASE]))
+    return np.frombuffer(bytes(content), "<u2").reshape(height, width).astype(np.uint16)
+
+
+def _before(progress: Progress) -> Progress:
+    return lambda _done, _total: progress(0, 0)
+
+
+def _release_after_failure(access: ObjectAccess) -> None:
+    try:
+        access.write(SNAPSHOT, 5, bytes([SnapshotCommand.RELEASE]))
+    except BusError:
+        # The first error is more specific; the next capture releases the image.
+        return
+
+
+def _black_command(
+    access: ObjectAccess, command: BlackCommand, progress: Progress | None = None
+) -> BlackImageState:
+    access.write(BLACK_IMAGE, 1, bytes([command]))
+    _wait(access, BLACK_IMAGE, 3, "black image", progress)
+    return read_black_image(access)
+
+
+def _wait(
+    access: ObjectAccess, index: int, state_sub: int, what: str, progress: Progress | None
+) -> None:
+    """Wait for the end of a command; the entry after the state is the progress in %."""
+    last, moved = -1, time.monotonic()
+    while (state := read_number(access, index, state_sub, 1)) == Work.BUSY:
+        percent = read_number(access, index, state_sub + 1, 1)
+        if progress is not None:
+            progress(percent, 100)
+        if percent != last:
+            last, moved = percent, time.monotonic()
+        if time.monotonic() - moved > _STALL_S:
+            raise _failed(what, f"no progress for {_STALL_S:.0f} s")
+        time.sleep(_POLL_S)
+    if state != Work.DONE:
+        raise _failed(what, "the camera reports a failure")
+
+
+def _failed(what: str, why: str) -> BusError:
+    return BusError(
+        f"bus.{what.replace(' ', '_')}",
+        f"The {what} of the camera failed: {why}.",
+        "Retry; see the error history of the camera.",
+    )
 
 
 @dataclass(frozen=True, slots=True)

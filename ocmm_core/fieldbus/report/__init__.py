@@ -1,9 +1,11 @@
 """Bus report: alarms, a snapshot, and their texts.
 
-In: counters and events of the bus process. Out: JSON, sentences, and a text to mail.
+In: counters and events of the bus process.
+Out: JSON, sentences, and a text to mail.
 
-Start with `_alarms` (title and remedy of each) and `_report` (snapshot and JSON); then `_messages`
-(sentences and shares), `_formatting` (plain text), `_statistics` (figures for other programs).
+Start with `_alarms` (title and remedy of each) and `_report` (snapshot and JSON); then
+`_formatting` (sentences, plain text, figures for other programs).
+
 It must not import the wire or the device: another computer can display a report.
 """
 
@@ -21,14 +23,16 @@ if TYPE_CHECKING:
         alarm_of_code,
         alarm_of_error,
     )
-    from ocmm_core.fieldbus.report._formatting import report_text
-    from ocmm_core.fieldbus.report._messages import (
+    from ocmm_core.fieldbus.report._formatting import (
         Link,
         WirePicture,
         is_present,
         microseconds,
         pace_words,
+        report_text,
         shares,
+        statistics_csv,
+        statistics_json,
         trouble_words,
         unaccounted,
         wire_picture,
@@ -45,20 +49,17 @@ if TYPE_CHECKING:
         decode_report,
         encode_report,
     )
-    from ocmm_core.fieldbus.report._statistics import statistics_csv, statistics_json
 else:
     __getattr__ = door(
         __name__,
-        _alarms="Alarm AlarmSpec AlarmResponse alarm_of_code alarm_of_error",
-        _report=(
-            "BusEvent BusPhase BusReport CameraReport EDGES_US Histogram MAX_EVENTS decode_report "
-            "encode_report"
+        _alarms="Alarm AlarmResponse AlarmSpec alarm_of_code alarm_of_error",
+        _formatting=(
+            "Link WirePicture is_present microseconds pace_words report_text shares "
+            "statistics_csv statistics_json trouble_words unaccounted wire_picture within_us"
         ),
-        _formatting="report_text",
-        _statistics="statistics_csv statistics_json",
-        _messages=(
-            "Link WirePicture is_present microseconds pace_words shares trouble_words "
-            "unaccounted wire_picture within_us"
+        _report=(
+            "BusEvent BusPhase BusReport CameraReport EDGES_US Histogram MAX_EVENTS "
+            "decode_report encode_report"
         ),
     )
 

@@ -1,12 +1,13 @@
 """Frames and datagrams, sockets, the service channel, and the pysoem wrapper.
 
-In: bytes of an interface. Out: matched answers, EEPROM words, and the devices on the wire.
+In: bytes of an interface.
+Out: matched answers, EEPROM words, and the devices on the wire.
 
 Start with `_datagrams` (EtherCAT bytes), `_sockets` and `_port` (raw sockets); then `_interface`
 (admissible interfaces), `_host_time` (clocks), `_master` (the only file that imports pysoem) with
-`_fuse`, `_service` (one own frame per cycle), `_tally` (answers received), `_scan`, `_mapping`,
-`_eeprom`, `_other_masters`; `_virtual_link` (cables without hardware); `_tap` and `_pcapng` (frames
-for Wireshark).
+`_object_calls`, `_service` (one own frame per cycle), `_tally` (answers received), `_scan`,
+`_other_masters`; `_virtual_link` (cables without hardware); `_tap` (frames for Wireshark).
+
 It must not import objects or alarms, nor decide on faults.
 """
 
@@ -25,17 +26,15 @@ if TYPE_CHECKING:
         frame_index,
         has_passed,
     )
-    from ocmm_core.fieldbus.wire._eeprom import EepromRead
     from ocmm_core.fieldbus.wire._host_time import HostTime
     from ocmm_core.fieldbus.wire._interface import (
         check_interface,
         is_virtual_cable,
         is_virtual_interface,
     )
-    from ocmm_core.fieldbus.wire._mapping import check_mapping
     from ocmm_core.fieldbus.wire._master import OP, PREOP, SAFEOP, STATE_NAMES, Master, al_text
+    from ocmm_core.fieldbus.wire._object_calls import check_mapping
     from ocmm_core.fieldbus.wire._other_masters import MasterWatch
-    from ocmm_core.fieldbus.wire._pcapng import pcapng_end, pcapng_frame, pcapng_head
     from ocmm_core.fieldbus.wire._port import Passage, Port
     from ocmm_core.fieldbus.wire._scan import (
         Exchange,
@@ -47,10 +46,10 @@ if TYPE_CHECKING:
         scan_devices,
         write_word,
     )
-    from ocmm_core.fieldbus.wire._service import Job, ServiceChannel
+    from ocmm_core.fieldbus.wire._service import EepromRead, Job, ServiceChannel
     from ocmm_core.fieldbus.wire._sockets import LinkWatch
     from ocmm_core.fieldbus.wire._tally import OWN_TOKEN
-    from ocmm_core.fieldbus.wire._tap import Tap, TappedFrame
+    from ocmm_core.fieldbus.wire._tap import Tap, TappedFrame, pcapng_end, pcapng_frame, pcapng_head
     from ocmm_core.fieldbus.wire._virtual_link import (
         make_link,
         namespace_command,
@@ -62,23 +61,21 @@ else:
     __getattr__ = door(
         __name__,
         _datagrams="Command Datagram decode_frame encode_frame frame_index has_passed",
-        _eeprom="EepromRead",
         _host_time="HostTime",
         _interface="check_interface is_virtual_cable is_virtual_interface",
-        _mapping="check_mapping",
         _master="Master OP PREOP SAFEOP STATE_NAMES al_text",
+        _object_calls="check_mapping",
         _other_masters="MasterWatch",
-        _pcapng="pcapng_end pcapng_frame pcapng_head",
         _port="Passage Port",
         _scan=(
             "Exchange RawLine ScannedDevice decode_scan encode_scan read_words scan_devices "
             "write_word"
         ),
-        _service="Job ServiceChannel",
-        _tally="OWN_TOKEN",
-        _tap="Tap TappedFrame",
+        _service="EepromRead Job ServiceChannel",
         _sockets="LinkWatch",
         _virtual_link="make_link namespace_command remove_link set_link tool",
+        _tally="OWN_TOKEN",
+        _tap="Tap TappedFrame pcapng_end pcapng_frame pcapng_head",
     )
 
 __all__ = [

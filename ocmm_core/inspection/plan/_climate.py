@@ -4,19 +4,19 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from ocmm_core.calibration.probe_design import Expansion
+from ocmm_core.calibration.probe_design import MaterialExpansion
 from ocmm_core.inspection.plan._plan import Plan
 from ocmm_core.measuring import Climate, check_part
 
 _PPM = 1e-6
 
 
-def material_expansion(plan: Plan) -> Expansion | None:
+def material_expansion(plan: Plan) -> MaterialExpansion | None:
     """Return the expansion of the plan's material; None without material."""
     material = plan.material
     if material is None:
         return None
-    return Expansion(
+    return MaterialExpansion(
         material.name, _PPM * material.expansion_ppm, _PPM * material.expansion_sigma_ppm
     )
 

@@ -1,10 +1,10 @@
 """Verdicts from values and their uncertainties, and their combination.
 
-In: evaluated characteristics with their spread, limits, a decision rule. Out: results with U and
-verdict, the verdict of a feature and of the part, capability.
+In: evaluated characteristics with their spread, limits, a decision rule.
+Out: results with U and verdict, the verdict of a feature and of the part, capability.
 
-Read `_decision` (one value, its U, a verdict), `_result` (result of one characteristic), `_results`
-(all of a plan, with their U), `_verdict` (of a feature and of the part), `_deviations` (picture of
+Read `_decision` (one value, its U, a verdict), `_results` (all of a plan, with their U), `_verdict`
+(result of one characteristic, verdict of a feature and of the part), `_deviations` (picture of
 touched places), `_capability` (several parts: control chart, Cp, Cpk). All screens and reports show
 this verdict. The package is independent of `monte_carlo`.
 """
@@ -41,20 +41,18 @@ if TYPE_CHECKING:
         Whisker,
         deviation_picture,
     )
-    from ocmm_core.tolerances.decisions._result import (
+    from ocmm_core.tolerances.decisions._results import FeatureLookup, evaluate_all, evaluate_one
+    from ocmm_core.tolerances.decisions._verdict import (
         LOWEST_TUR,
+        NO_VERDICT,
         U_LABEL,
         U_WORDS,
-        CharacteristicResult,
-        Verdict,
-    )
-    from ocmm_core.tolerances.decisions._results import Known, evaluate_all, evaluate_one
-    from ocmm_core.tolerances.decisions._verdict import (
-        NO_VERDICT,
         WORST_FIRST,
+        CharacteristicResult,
         PartVerdict,
         PartWord,
         RequirementCount,
+        Verdict,
         VerdictSummary,
         judge_part,
         summarise,
@@ -62,24 +60,23 @@ if TYPE_CHECKING:
 else:
     __getattr__ = door(
         __name__,
-        _capability="ProcessCapability ControlChart Signal capability control_chart",
+        _capability="ControlChart ProcessCapability Signal capability control_chart",
         _decision=(
             "RULES Rule decide make_result not_measured not_proven provisional rule_id rule_words"
         ),
         _deviations="DeviationClass DeviationPicture NO_DEVIATIONS Whisker deviation_picture",
-        _result="CharacteristicResult LOWEST_TUR U_LABEL U_WORDS Verdict",
-        _results="Known evaluate_all evaluate_one",
+        _results="FeatureLookup evaluate_all evaluate_one",
         _verdict=(
-            "NO_VERDICT PartVerdict PartWord RequirementCount VerdictSummary WORST_FIRST "
-            "judge_part summarise"
+            "CharacteristicResult LOWEST_TUR NO_VERDICT PartVerdict PartWord RequirementCount "
+            "U_LABEL U_WORDS Verdict VerdictSummary WORST_FIRST judge_part summarise"
         ),
     )
 
 __all__ = [
     "LOWEST_TUR", "NO_DEVIATIONS", "NO_VERDICT", "RULES", "U_LABEL", "U_WORDS", "WORST_FIRST",
-    "CharacteristicResult", "ControlChart", "DeviationClass", "DeviationPicture", "Known",
-    "PartVerdict", "PartWord", "ProcessCapability", "RequirementCount", "Rule", "Signal", "Verdict",
-    "VerdictSummary", "Whisker", "capability", "control_chart", "decide", "deviation_picture",
-    "evaluate_all", "evaluate_one", "judge_part", "make_result", "not_measured", "not_proven",
-    "provisional", "rule_id", "rule_words", "summarise",
+    "CharacteristicResult", "ControlChart", "DeviationClass", "DeviationPicture", "FeatureLookup",
+    "PartVerdict", "PartWord", "ProcessCapability", "RequirementCount", "Rule", "Signal",
+    "Verdict", "VerdictSummary", "Whisker", "capability", "control_chart", "decide",
+    "deviation_picture", "evaluate_all", "evaluate_one", "judge_part", "make_result",
+    "not_measured", "not_proven", "provisional", "rule_id", "rule_words", "summarise",
 ]  # fmt: skip

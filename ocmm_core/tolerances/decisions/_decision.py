@@ -22,7 +22,7 @@ from dataclasses import dataclass, replace
 from typing import Literal
 
 from ocmm_core.errors import MeasuringError
-from ocmm_core.tolerances.decisions._result import LOWEST_TUR, CharacteristicResult, Verdict
+from ocmm_core.tolerances.decisions._verdict import LOWEST_TUR, CharacteristicResult, Verdict
 from ocmm_core.tolerances.kinds import spec_of
 from ocmm_core.tolerances.uncertainty import ONE_SIDED, Spread, Spreads, expanded
 from ocmm_core.tolerances.zones import Characteristic, Evaluation

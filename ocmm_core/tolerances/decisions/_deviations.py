@@ -14,8 +14,12 @@ from enum import Enum
 import numpy as np
 
 from ocmm_core.geometry import Float
-from ocmm_core.tolerances.decisions._result import CharacteristicResult, Verdict
-from ocmm_core.tolerances.decisions._verdict import WORST_FIRST, summarise
+from ocmm_core.tolerances.decisions._verdict import (
+    WORST_FIRST,
+    CharacteristicResult,
+    Verdict,
+    summarise,
+)
 
 _LONGEST = 0.1
 """Drawn length of the longer of limit and greatest deviation, relative to the size of the part."""

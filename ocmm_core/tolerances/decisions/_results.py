@@ -18,7 +18,7 @@ from ocmm_core.tolerances.decisions._decision import (
     not_proven,
     without_uncertainty,
 )
-from ocmm_core.tolerances.decisions._result import CharacteristicResult
+from ocmm_core.tolerances.decisions._verdict import CharacteristicResult
 from ocmm_core.tolerances.kinds import evaluate, involved_features, needs_part_frame, spec_of
 from ocmm_core.tolerances.uncertainty import (
     NOT_DETERMINED,
@@ -54,7 +54,7 @@ def evaluate_all(
     return tuple(evaluate_one(item, alignment, known, frames, rule) for item in characteristics)
 
 
-class Known(Protocol):
+class FeatureLookup(Protocol):
     """Access to the features of a job by name and by point."""
 
     @property
@@ -117,7 +117,7 @@ def _missing(
 def evaluate_one(
     characteristic: Characteristic,
     alignment: AnyAlignment | None,
-    known: Known,
+    known: FeatureLookup,
     frames: Frames,
     rule: Rule,
 ) -> CharacteristicResult:

@@ -1,12 +1,13 @@
 """All kinds of characteristics: value, and its gradient by every point.
 
-In: measured features, datums, the frame. Out: a value with its gradient by all ball centres.
+In: measured features, datums, the frame.
+Out: a value with its gradient by all ball centres.
 
-Read `_spec` (form of an entry) and `_registry` (all entries), then `_evaluate`, `_checks` and
-`_drawn` (values of a part as drawn), which are driven by the entries. The kinds, each file with its
-entries at the end: `_size`, `_distance`, `_angle`, and those with a zone: `_form`, `_orientation`,
-`_location`, `_profile`, `_runout`, `_symmetry`. Code outside does not compare kind names; `spec_of`
-refuses unknown ones. The package is independent of uncertainty.
+Read `_spec` (form of an entry) and `_registry` (all entries), then `_evaluate` (also for a part as
+drawn) and `_checks`, which are driven by the entries. The kinds, each file with its entries at the
+end: `_size`, `_distance`, `_angle`, and those with a zone: `_form`, `_orientation`, `_location`,
+`_profile`, `_runout`, `_symmetry`. Code outside does not compare kind names; `spec_of` refuses
+unknown ones. The package is independent of uncertainty.
 """
 
 from __future__ import annotations
@@ -17,8 +18,8 @@ from ocmm_core.door import door
 
 if TYPE_CHECKING:
     from ocmm_core.tolerances.kinds._checks import characteristic_fault
-    from ocmm_core.tolerances.kinds._drawn import drawn_value
     from ocmm_core.tolerances.kinds._evaluate import (
+        drawn_value,
         evaluate,
         geometry_value,
         involved_features,
@@ -32,8 +33,9 @@ else:
     __getattr__ = door(
         __name__,
         _checks="characteristic_fault",
-        _drawn="drawn_value",
-        _evaluate="evaluate geometry_value involved_features needs_part_frame taken_again",
+        _evaluate=(
+            "drawn_value evaluate geometry_value involved_features needs_part_frame taken_again"
+        ),
         _registry="KINDS spec_for spec_of symbol_of",
         _size="own_association",
         _spec="KindSpec MonteCarlo Symbol",

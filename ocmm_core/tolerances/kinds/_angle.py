@@ -17,9 +17,15 @@ from ocmm_core.errors import FitError
 from ocmm_core.features.measured import ActualFeature
 from ocmm_core.features.shapes import DIRECTION, HALF_ANGLE, Shape
 from ocmm_core.geometry import Float, perpendicular_pair
-from ocmm_core.tolerances.kinds._differences import by_differences
-from ocmm_core.tolerances.kinds._shape_groups import DIRECTED
-from ocmm_core.tolerances.kinds._spec import Asked, Fault, KindSpec, MonteCarlo, QifWords
+from ocmm_core.tolerances.kinds._spec import (
+    DIRECTED,
+    Fault,
+    KindSpec,
+    MonteCarlo,
+    PlannedCharacteristic,
+    QifWords,
+    by_differences,
+)
 from ocmm_core.tolerances.zones import Characteristic, Evaluation, Frames, vector_evaluation
 
 _PREFERRED_DEG = 5.0
@@ -241,7 +247,7 @@ def _between(first: Float, second: Float) -> float:
     return float(np.degrees(np.arctan2(sine, float(first @ second))))
 
 
-def _cone_fault(asked: Asked) -> Fault | None:
+def _cone_fault(asked: PlannedCharacteristic) -> Fault | None:
     if len(asked.item.features) == 1 and asked.first is not Shape.CONE:
         return "features", "names one feature; an angle needs two, or one cone"
     return None

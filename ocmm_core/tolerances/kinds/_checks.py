@@ -9,8 +9,7 @@ from ocmm_core.features.shapes import Shape
 from ocmm_core.geometry import Float
 from ocmm_core.part_model import face_fault
 from ocmm_core.tolerances.kinds._registry import KINDS
-from ocmm_core.tolerances.kinds._shape_groups import ALL
-from ocmm_core.tolerances.kinds._spec import Asked, Fault, KindSpec
+from ocmm_core.tolerances.kinds._spec import ALL, Fault, KindSpec, PlannedCharacteristic
 from ocmm_core.tolerances.zones import AXES, Characteristic
 
 _MODIFIED = re.compile(r"(?P<name>.+?)\s*(?:[ⓂⓁ]|\((?:M|L|MMB|LMB|MMC|LMC)\))", re.IGNORECASE)
@@ -32,7 +31,7 @@ def characteristic_fault(
     spec = KINDS.get(item.kind)
     if spec is None:
         return "kind", f"is {item.kind!r}; known kinds: {', '.join(KINDS)}"
-    asked = Asked(item, shapes, nominals, probed, aligned)
+    asked = PlannedCharacteristic(item, shapes, nominals, probed, aligned)
     fault = _names_fault(asked, spec) or _limits_fault(item, spec)
     if fault is None and item.association:
         fault = spec.association_fault(asked)
@@ -43,7 +42,7 @@ def characteristic_fault(
     return fault
 
 
-def _names_fault(asked: Asked, spec: KindSpec) -> Fault | None:
+def _names_fault(asked: PlannedCharacteristic, spec: KindSpec) -> Fault | None:
     item, shapes = asked.item, asked.shapes
     for field, names, (least, most), wanted in (
         ("features", item.features, spec.features, spec.shapes),
@@ -88,7 +87,7 @@ def _limits_fault(item: Characteristic, spec: KindSpec) -> Fault | None:
     return None
 
 
-def _axis_fault(asked: Asked, spec: KindSpec) -> Fault | None:
+def _axis_fault(asked: PlannedCharacteristic, spec: KindSpec) -> Fault | None:
     # For kinds with a choice of zones, the axis orients two planes.
     may = "axis" in spec.takes and (asked.of_planes or not spec.zones)
     if asked.item.axis and not may:
@@ -99,7 +98,7 @@ def _axis_fault(asked: Asked, spec: KindSpec) -> Fault | None:
     return None
 
 
-def _zone_fault(asked: Asked, spec: KindSpec) -> Fault | None:
+def _zone_fault(asked: PlannedCharacteristic, spec: KindSpec) -> Fault | None:
     zone = asked.item.zone
     if not zone:
         return None
@@ -112,7 +111,7 @@ def _zone_fault(asked: Asked, spec: KindSpec) -> Fault | None:
     return None
 
 
-def _number_fault(asked: Asked, spec: KindSpec) -> Fault | None:
+def _number_fault(asked: PlannedCharacteristic, spec: KindSpec) -> Fault | None:
     item = asked.item
     if item.modifier and "modifier" not in spec.takes:
         return "modifier", "goes with the position of a feature that has a size only"
@@ -132,7 +131,7 @@ def _number_fault(asked: Asked, spec: KindSpec) -> Fault | None:
     return None
 
 
-def _faces_fault(asked: Asked, spec: KindSpec) -> Fault | None:
+def _faces_fault(asked: PlannedCharacteristic, spec: KindSpec) -> Fault | None:
     faces = asked.item.faces
     if faces and "faces" not in spec.takes:
         return "faces", "go with the profile of a surface only"
@@ -144,7 +143,7 @@ def _faces_fault(asked: Asked, spec: KindSpec) -> Fault | None:
     return None
 
 
-def _known_fault(asked: Asked, spec: KindSpec) -> Fault | None:
+def _known_fault(asked: PlannedCharacteristic, spec: KindSpec) -> Fault | None:
     """Return a fault for missing points or nominals required by the kind."""
     item = asked.item
     flat = spec.probed == "faces" and asked.first is Shape.PLANE

@@ -12,10 +12,16 @@ from ocmm_core.features.measured import ActualFeature
 from ocmm_core.features.shapes import DIRECTION, POINT, Shape
 from ocmm_core.geometry import Float
 from ocmm_core.measuring import Rows
-from ocmm_core.tolerances.kinds._differences import by_differences
-from ocmm_core.tolerances.kinds._shape_groups import ALL
 from ocmm_core.tolerances.kinds._size import distance_of_faces, two_point_fault
-from ocmm_core.tolerances.kinds._spec import Asked, Fault, KindSpec, MonteCarlo, QifWords
+from ocmm_core.tolerances.kinds._spec import (
+    ALL,
+    Fault,
+    KindSpec,
+    MonteCarlo,
+    PlannedCharacteristic,
+    QifWords,
+    by_differences,
+)
 from ocmm_core.tolerances.zones import (
     AXES,
     CENTRES,
@@ -159,7 +165,7 @@ def _refuse_folded(characteristic: Characteristic, value: float) -> None:
         )
 
 
-def _faces_fault(asked: Asked) -> Fault | None:
+def _faces_fault(asked: PlannedCharacteristic) -> Fault | None:
     item = asked.item
     if item.axis or any(asked.shapes[name] is not Shape.PLANE for name in item.features):
         return "association", "of a distance needs two opposite planes, and no 'axis'"
@@ -174,13 +180,13 @@ def _always(item: Characteristic) -> bool:
     return True
 
 
-def _axis_missing(asked: Asked) -> Fault | None:
+def _axis_missing(asked: PlannedCharacteristic) -> Fault | None:
     if not asked.item.axis:
         return "axis", "is missing: a coordinate is x, y or z"
     return None
 
 
-def _frame_missing(asked: Asked) -> Fault | None:
+def _frame_missing(asked: PlannedCharacteristic) -> Fault | None:
     item = asked.item
     if item.axis and not asked.aligned:
         return "axis", f"needs a part frame: the plan has no 'alignment' for this {item.kind}"

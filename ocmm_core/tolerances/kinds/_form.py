@@ -27,12 +27,12 @@ from ocmm_core.features.shapes import (
 from ocmm_core.geometry import RigidTransform, perpendicular_pair
 from ocmm_core.measuring import Rows
 from ocmm_core.tolerances.kinds._form_zone import form_range, form_zone
-from ocmm_core.tolerances.kinds._shape_groups import ALL
 from ocmm_core.tolerances.kinds._spec import (
-    Asked,
+    ALL,
     Fault,
     KindSpec,
     MonteCarlo,
+    PlannedCharacteristic,
     QifWords,
     Symbol,
     Zone,
@@ -179,7 +179,7 @@ def _worst_section(feature: ActualFeature, *, smallest: bool) -> Evaluation:
     return replace(found[worst], note=note)
 
 
-def _form_fault(asked: Asked) -> Fault | None:
+def _form_fault(asked: PlannedCharacteristic) -> Fault | None:
     if asked.item.association in ("minimum zone", "least squares"):
         return None
     return "association", "of form is 'minimum zone' or 'least squares'"

@@ -14,13 +14,17 @@ from ocmm_core.features.measured import ActualFeature
 from ocmm_core.features.shapes import DIRECTION, POINT, RADIUS, SECOND, Shape, nominal_geometry
 from ocmm_core.geometry import Float, perpendicular_pair
 from ocmm_core.measuring import Rows
-from ocmm_core.tolerances.kinds._shape_groups import ALL, ROUND_AXES, SLOTS, SPHERICAL, WITH_SIZE
 from ocmm_core.tolerances.kinds._size import associated_size, own_association, size_words
 from ocmm_core.tolerances.kinds._spec import (
-    Asked,
+    ALL,
+    ROUND_AXES,
+    SLOTS,
+    SPHERICAL,
+    WITH_SIZE,
     Fault,
     KindSpec,
     MonteCarlo,
+    PlannedCharacteristic,
     QifWords,
     Symbol,
     Zone,
@@ -191,19 +195,19 @@ def _without_datums(item: Characteristic) -> bool:
     return not item.datums
 
 
-def _axis_missing(asked: Asked) -> Fault | None:
+def _axis_missing(asked: PlannedCharacteristic) -> Fault | None:
     if asked.of_planes and not asked.item.axis:
         return "axis", "is missing: it defines the direction of the position tolerance"
     return None
 
 
-def _frame_missing(asked: Asked) -> Fault | None:
+def _frame_missing(asked: PlannedCharacteristic) -> Fault | None:
     if not asked.item.datums and not asked.aligned:
         return "datums", "is empty, and the plan has no 'alignment' to use instead"
     return None
 
 
-def _modifier_fault(asked: Asked) -> Fault | None:
+def _modifier_fault(asked: PlannedCharacteristic) -> Fault | None:
     if asked.item.modifier and asked.first not in WITH_SIZE:
         return "modifier", "goes with the position of a feature that has a size only"
     return None

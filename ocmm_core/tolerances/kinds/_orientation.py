@@ -11,12 +11,12 @@ from ocmm_core.errors import FitError
 from ocmm_core.features.measured import ActualFeature
 from ocmm_core.features.shapes import DIRECTION, Shape, element, nominal_geometry
 from ocmm_core.geometry import Float, perpendicular_pair, unit
-from ocmm_core.tolerances.kinds._shape_groups import DIRECTED
 from ocmm_core.tolerances.kinds._spec import (
-    Asked,
+    DIRECTED,
     Fault,
     KindSpec,
     MonteCarlo,
+    PlannedCharacteristic,
     Polygon,
     QifWords,
     Symbol,
@@ -142,7 +142,7 @@ def _zone_of(item: Characteristic | None, shape: Shape | None, datums: tuple[Sha
     return _zone_of_axis(item, datums[0])
 
 
-def _direction_fault(asked: Asked) -> Fault | None:
+def _direction_fault(asked: PlannedCharacteristic) -> Fault | None:
     names = (asked.item.features[0], asked.item.datums[0])
     flat = [asked.shapes[name] is Shape.PLANE for name in names]
     own, base = (asked.nominals[name][DIRECTION] for name in names)

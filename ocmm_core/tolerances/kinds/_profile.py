@@ -12,8 +12,14 @@ from ocmm_core.errors import FitError
 from ocmm_core.features.measured import ActualFeature
 from ocmm_core.features.shapes import DIRECTION, Shape, nominal_geometry
 from ocmm_core.geometry import Float, unit
-from ocmm_core.tolerances.kinds._shape_groups import OF_A_LINE, OF_A_SURFACE
-from ocmm_core.tolerances.kinds._spec import KindSpec, MonteCarlo, QifWords, Symbol
+from ocmm_core.tolerances.kinds._spec import (
+    OF_A_LINE,
+    OF_A_SURFACE,
+    KindSpec,
+    MonteCarlo,
+    QifWords,
+    Symbol,
+)
 from ocmm_core.tolerances.zones import (
     Characteristic,
     Evaluation,

@@ -11,8 +11,14 @@ from ocmm_core.features.measured import ActualFeature
 from ocmm_core.features.shapes import DIRECTION, POINT, Shape
 from ocmm_core.geometry import Float, Int
 from ocmm_core.measuring import Rows
-from ocmm_core.tolerances.kinds._shape_groups import ROUND_AXES
-from ocmm_core.tolerances.kinds._spec import KindSpec, MonteCarlo, Polygon, QifWords, Symbol
+from ocmm_core.tolerances.kinds._spec import (
+    ROUND_AXES,
+    KindSpec,
+    MonteCarlo,
+    Polygon,
+    QifWords,
+    Symbol,
+)
 from ocmm_core.tolerances.zones import (
     Characteristic,
     Evaluation,

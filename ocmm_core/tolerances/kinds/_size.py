@@ -21,15 +21,20 @@ from ocmm_core.features.shapes import (
 )
 from ocmm_core.geometry import Float
 from ocmm_core.measuring import Rows
-from ocmm_core.tolerances.kinds._differences import by_differences
-from ocmm_core.tolerances.kinds._shape_groups import (
+from ocmm_core.tolerances.kinds._spec import (
     LONG_AND_WIDE,
     SLOTS,
     WITH_DIAMETER,
     WITH_RADIUS,
     WITH_WIDTH,
+    Fault,
+    KindSpec,
+    MonteCarlo,
+    PlannedCharacteristic,
+    QifWords,
+    Symbol,
+    by_differences,
 )
-from ocmm_core.tolerances.kinds._spec import Asked, Fault, KindSpec, MonteCarlo, QifWords, Symbol
 from ocmm_core.tolerances.zones import (
     TWO_POINT,
     Association,
@@ -167,7 +172,7 @@ def _radius(feature: ActualFeature, criterion: Criterion) -> tuple[float, Rows]:
     return fit.radius - sign * touches.tip_radius, gradient
 
 
-def two_point_fault(asked: Asked) -> Fault | None:
+def two_point_fault(asked: PlannedCharacteristic) -> Fault | None:
     """Return the fault of an association that is not a two-point one."""
     if asked.item.association not in TWO_POINT:
         words = ", ".join(repr(word) for word in TWO_POINT)
@@ -175,13 +180,13 @@ def two_point_fault(asked: Asked) -> Fault | None:
     return None
 
 
-def _round_fault(asked: Asked) -> Fault | None:
+def _round_fault(asked: PlannedCharacteristic) -> Fault | None:
     if asked.first in WITH_RADIUS:
         return None
     return "association", "is only for circle, sphere and cylinder"
 
 
-def _oblong_fault(asked: Asked) -> Fault | None:
+def _oblong_fault(asked: PlannedCharacteristic) -> Fault | None:
     kind = asked.item.kind
     if asked.first not in SLOTS:
         return "association", f"of a {kind} is only for slots and rectangles"
@@ -190,7 +195,7 @@ def _oblong_fault(asked: Asked) -> Fault | None:
     return two_point_fault(asked)
 
 
-def _cone_fault(asked: Asked) -> Fault | None:
+def _cone_fault(asked: PlannedCharacteristic) -> Fault | None:
     if (asked.first is Shape.CONE) != bool(asked.item.datums):
         return "datums", "goes with the diameter of a cone, which needs the plane it is taken from"
     return None

@@ -1,4 +1,8 @@
-"""Specification of a kind of characteristic: its traits and computations."""
+"""Specification of a kind of characteristic: its traits and computations.
+
+Also groups of shapes by trait, and the value from geometry with its gradient by central
+differences, for the entries of kinds.
+"""
 
 from __future__ import annotations
 
@@ -7,12 +11,33 @@ from dataclasses import dataclass, field
 from enum import Enum
 from typing import Literal, get_args
 
+import numpy as np
+
 from ocmm_core.alignment import AnyAlignment
 from ocmm_core.features.measured import ActualFeature
-from ocmm_core.features.shapes import Shape
+from ocmm_core.features.shapes import GEOMETRY_SIZE, Shape, shapes_where
 from ocmm_core.geometry import Float
-from ocmm_core.tolerances.kinds._shape_groups import ALL
-from ocmm_core.tolerances.zones import Characteristic, Evaluation, Frames
+from ocmm_core.measuring import Rows
+from ocmm_core.tolerances.zones import AXES, Characteristic, Evaluation, Frames, moved_geometry
+
+ALL = tuple(Shape)
+WITH_RADIUS = shapes_where(lambda spec: spec.is_radial)
+WITH_DIAMETER = shapes_where(lambda spec: spec.has_size("diameter"))
+SLOTS = shapes_where(lambda spec: spec.has_sides)
+"""Shapes with two long sides, hence a middle plane."""
+WITH_SIZE = (*WITH_RADIUS, *SLOTS)
+LONG_AND_WIDE = shapes_where(lambda spec: spec.has_size("length"))
+WITH_WIDTH = shapes_where(lambda spec: spec.has_size("width"))
+DIRECTED = (Shape.PLANE, *AXES)
+ROUND_AXES = (*AXES, Shape.CIRCLE)
+SPHERICAL = shapes_where(lambda spec: spec.centred and not spec.has_direction)
+"""Shapes with a centre and without a direction."""
+OF_A_LINE = shapes_where(lambda spec: spec.is_flat or not spec.has_normals)
+"""Shapes that can be touched as a line on a surface: points, edges and outlines."""
+OF_A_SURFACE = shapes_where(
+    lambda spec: not spec.is_flat and (spec.has_normals or spec.located == "everywhere")
+)
+"""Shapes that can be touched as a surface, including points."""
 
 Fault = tuple[str, str]
 """Faulty field of the characteristic, and the fault."""
@@ -32,7 +57,7 @@ OfGeometry = Callable[
 
 
 @dataclass(frozen=True, slots=True)
-class Asked:
+class PlannedCharacteristic:
     """A characteristic in the context of its plan."""
 
     item: Characteristic
@@ -53,7 +78,7 @@ class Asked:
         return self.item.zone == "planes" and self.first is not Shape.PLANE
 
 
-Check = Callable[[Asked], Fault | None]
+Check = Callable[[PlannedCharacteristic], Fault | None]
 
 
 class MonteCarlo(Enum):
@@ -92,7 +117,7 @@ class Symbol:
     """Half a circle open at the bottom; ``"closed"`` with the line below."""
 
 
-def no_association(asked: Asked) -> Fault | None:
+def no_association(asked: PlannedCharacteristic) -> Fault | None:
     """Refuse every association."""
     return "association", "goes with sizes, distances of faces and form only"
 
@@ -182,3 +207,27 @@ class KindSpec:
             **{field: field in self.takes for field in get_args(_Taken)},
         }
         return frozenset(field for field, is_used in used.items() if not is_used)
+
+
+STEP = 1e-5
+"""Step of the central differences over geometry: mm, and for directions a fraction of one."""
+
+
+def by_differences(
+    characteristic: Characteristic,
+    actual: Mapping[str, ActualFeature],
+    value_of: Callable[[Mapping[str, Float]], float],
+) -> Evaluation:
+    """Return the value of geometry vectors (12,) by name, with its gradient by points."""
+    geometries = {name: feature.fit.geometry for name, feature in actual.items()}
+    gradient = Rows.nothing()
+    for name in (*characteristic.features, *characteristic.datums):
+        feature = actual[name]
+        slope = np.zeros(GEOMETRY_SIZE)
+        for k in np.flatnonzero(feature.jacobian.moving()).tolist():
+            ahead, behind = (
+                value_of(moved_geometry(geometries, name, k, step)) for step in (STEP, -STEP)
+            )
+            slope[k] = (ahead - behind) / (2.0 * STEP)
+        gradient += slope @ feature.jacobian
+    return Evaluation(value_of(geometries), gradient)

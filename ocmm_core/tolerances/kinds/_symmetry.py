@@ -12,8 +12,16 @@ from ocmm_core.features.measured import ActualFeature
 from ocmm_core.features.shapes import ACROSS, DIRECTION, GEOMETRY_SIZE, POINT, RADIUS, Shape
 from ocmm_core.geometry import Float, unit
 from ocmm_core.measuring import Rows
-from ocmm_core.tolerances.kinds._shape_groups import DIRECTED, SLOTS
-from ocmm_core.tolerances.kinds._spec import Asked, Fault, KindSpec, MonteCarlo, QifWords, Symbol
+from ocmm_core.tolerances.kinds._spec import (
+    DIRECTED,
+    SLOTS,
+    Fault,
+    KindSpec,
+    MonteCarlo,
+    PlannedCharacteristic,
+    QifWords,
+    Symbol,
+)
 from ocmm_core.tolerances.zones import (
     Characteristic,
     Evaluation,
@@ -124,7 +132,7 @@ def _of_faces(first: ActualFeature, second: ActualFeature, datum: ActualFeature)
     )
 
 
-def _pair_fault(asked: Asked) -> Fault | None:
+def _pair_fault(asked: PlannedCharacteristic) -> Fault | None:
     item = asked.item
     if (len(item.features) == 1) != (asked.first in SLOTS):
         return "features", "needs one slot or rectangle, or two opposite planes"

@@ -1,7 +1,7 @@
 """Propagation of distributions by Monte Carlo (JCGM 101).
 
-In: the task of a job: points with their covariance, elements, characteristics, a seed. Out: the
-distribution of every value, and validation of the first-order uncertainty.
+In: the task of a job: points with their covariance, elements, characteristics, a seed.
+Out: the distribution of every value, and validation of the first-order uncertainty.
 
 Read `_model` (one trial), `_trials` (many of them, quickly if possible) with `_refit_kernel` (the
 same element through moved points), `_monte_carlo` (convergence and comparison), `_process` (in a

@@ -1,11 +1,12 @@
 """Distribution of a value about the true one: noise, few points, form, budget.
 
-In: the gradient of a value and the joint covariance of the points. Out: U and its contributions.
+In: the gradient of a value and the joint covariance of the points.
+Out: U and its contributions.
 
-Read `_spread` (from an evaluation to its distribution), `_first_order` (validity of linearity, and
-correction), `_sampling` (form between few points), `_floor` (noise floor), `_extent` and
-`_interval` (form and lengths, which are not normal), `_fit_uncertainty` (a fit from points alone),
-`_budget` (the table). The package is independent of kinds of characteristics and verdicts.
+Read `_spread` (from an evaluation to its distribution, noise floor), `_first_order` (validity of
+linearity, and correction), `_sampling` (form between few points), `_interval` (form and lengths,
+which are not normal), `_fit_uncertainty` (a fit from points alone), `_budget` (the table). The
+package is independent of kinds of characteristics and verdicts.
 """
 
 from __future__ import annotations
@@ -22,7 +23,6 @@ if TYPE_CHECKING:
         Stated,
         fit_uncertainty,
     )
-    from ocmm_core.tolerances.uncertainty._floor import noise_floor
     from ocmm_core.tolerances.uncertainty._interval import (
         ONE_SIDED,
         TWO_SIDED,
@@ -39,6 +39,7 @@ if TYPE_CHECKING:
     from ocmm_core.tolerances.uncertainty._spread import (
         Spreads,
         gradients_of,
+        noise_floor,
         of_own_form,
         spreads_of,
     )
@@ -48,10 +49,9 @@ else:
         _budget="Budget BudgetRow budget_of",
         _first_order="NOT_DETERMINED WHAT_TO_DO",
         _fit_uncertainty="FitUncertainty Stated fit_uncertainty",
-        _floor="noise_floor",
         _interval="Normal ONE_SIDED Spread TWO_SIDED expanded",
         _sampling="FormSample form_samples sample_of widened",
-        _spread="Spreads gradients_of of_own_form spreads_of",
+        _spread="Spreads gradients_of noise_floor of_own_form spreads_of",
     )
 
 __all__ = [

@@ -9,7 +9,7 @@ measured value about a supposed true one:
 - it does not if a value as great would be improbable for a part at the limit, including the noise
   that increases it.
 
-Ranges and ranks of many deviations are in `_extent`.
+Ranges and ranks of many deviations are in `_spread`.
 """
 
 from __future__ import annotations

@@ -1,13 +1,12 @@
 """Elements of characteristics: surface points, derived elements, zones, local sizes.
 
-In: measured features and the frame. Out: widths of zones, axes and centres, local sizes, each with
-its gradient by the points.
+In: measured features and the frame.
+Out: widths of zones, axes and centres, local sizes, each with its gradient by the points.
 
-Read `_characteristic` (entry of a plan) and `_evaluation` (value before uncertainty), then
-`_surface` (points under the ball), `_model_surface` (ball centres against faces of the model),
-`_derived` (centres, axes), `_zone_frame` and `_frames` (poses of zones), `_zones`, `_minimax` and
-`_associated` (smallest ones), `_two_point` (local sizes), `_points` (sufficiency of points). It is
-the first package of tolerances and independent of specific kinds.
+Read `_characteristic` (entry of a plan), `_evaluation` (its value), then `_surface` (points under
+the ball, also against faces of the model), `_derived` (centres, axes), `_zone_frame` (pose,
+smallest zone), `_frames` (caches), `_zones` and `_two_point` (local sizes). It is the first package
+of tolerances and independent of specific kinds.
 """
 
 from __future__ import annotations
@@ -17,8 +16,12 @@ from typing import TYPE_CHECKING
 from ocmm_core.door import door
 
 if TYPE_CHECKING:
-    from ocmm_core.tolerances.zones._associated import associated
-    from ocmm_core.tolerances.zones._characteristic import TWO_POINT, Association, Characteristic
+    from ocmm_core.tolerances.zones._characteristic import (
+        TWO_POINT,
+        Association,
+        Characteristic,
+        points_note,
+    )
     from ocmm_core.tolerances.zones._derived import (
         AXES,
         CENTRES,
@@ -31,10 +34,15 @@ if TYPE_CHECKING:
         sections,
     )
     from ocmm_core.tolerances.zones._evaluation import Evaluation, FormNoise, Ranked, Seen
-    from ocmm_core.tolerances.zones._frames import Frames, HeldFrame, Keep, no_part_frame
-    from ocmm_core.tolerances.zones._model_surface import ModelSurface
-    from ocmm_core.tolerances.zones._points import points_note
+    from ocmm_core.tolerances.zones._frames import (
+        Frames,
+        HeldFrame,
+        Keep,
+        associated,
+        no_part_frame,
+    )
     from ocmm_core.tolerances.zones._surface import (
+        ModelSurface,
         SurfacePoints,
         kept_offset,
         least_squares,
@@ -56,7 +64,7 @@ if TYPE_CHECKING:
     from ocmm_core.tolerances.zones._zones import (
         DerivedPoint,
         Surface,
-        TouchedSurface,
+        SurfaceTouches,
         derived_zone,
         form_noise,
         surface_zone,
@@ -65,21 +73,18 @@ if TYPE_CHECKING:
 else:
     __getattr__ = door(
         __name__,
-        _associated="associated",
-        _characteristic="Association Characteristic TWO_POINT",
+        _characteristic="Association Characteristic TWO_POINT points_note",
+        _evaluation="Evaluation FormNoise Ranked Seen",
         _derived=(
             "AXES CENTRES Section axis_sections derived_points few_in_a_section median_line "
             "section_circle sections"
         ),
-        _evaluation="Evaluation FormNoise Ranked Seen",
-        _points="points_note",
-        _frames="Frames HeldFrame Keep no_part_frame",
-        _model_surface="ModelSurface",
-        _surface="SurfacePoints kept_offset least_squares own_fit surface_points",
+        _frames="Frames HeldFrame Keep associated no_part_frame",
+        _surface="ModelSurface SurfacePoints kept_offset least_squares own_fit surface_points",
         _two_point="across_slot around between_faces slot_envelope",
         _zone_frame="BEST_FIT ZoneFrame free_frame moved_geometry",
         _zones=(
-            "DerivedPoint Surface TouchedSurface derived_zone form_noise surface_zone "
+            "DerivedPoint Surface SurfaceTouches derived_zone form_noise surface_zone "
             "vector_evaluation"
         ),
     )
@@ -87,7 +92,7 @@ else:
 __all__ = [
     "AXES", "BEST_FIT", "CENTRES", "TWO_POINT", "Association", "Characteristic", "DerivedPoint",
     "Evaluation", "FormNoise", "Frames", "HeldFrame", "Keep", "ModelSurface", "Ranked", "Section",
-    "Seen", "Surface", "SurfacePoints", "TouchedSurface", "ZoneFrame", "across_slot", "around",
+    "Seen", "Surface", "SurfacePoints", "SurfaceTouches", "ZoneFrame", "across_slot", "around",
     "associated", "axis_sections", "between_faces", "derived_points", "derived_zone",
     "few_in_a_section", "form_noise", "free_frame", "kept_offset", "least_squares", "median_line",
     "moved_geometry", "no_part_frame", "own_fit", "points_note", "section_circle", "sections",

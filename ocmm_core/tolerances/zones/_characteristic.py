@@ -1,12 +1,20 @@
-"""Toleranced characteristics of a plan."""
+"""Toleranced characteristics of a plan.
+
+Recommended numbers of points for form: BS 7172, NPL guide 41.
+"""
 
 from __future__ import annotations
 
-from typing import Literal
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Literal
 
 import msgspec
 
 from ocmm_core.part_model import NominalFace
+
+if TYPE_CHECKING:
+    # Loads what computes; the Start page reads the words of this file.
+    from ocmm_core.features.measured import ActualFeature
 
 Association = Literal[
     "",
@@ -60,3 +68,28 @@ class Characteristic(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_f
     """mm: distance from the datum plane, along its normal, of the diameter of a cone."""
     faces: tuple[NominalFace, ...] = ()
     """Faces that ball centres are compared with; default: the nominal surface of each feature."""
+
+
+def points_note(features: Sequence[ActualFeature], *, of_form: bool) -> str:
+    """Return a note on too few points, or nothing.
+
+    Form from fewer points than recommended misses most of it; other quantities then do not reveal
+    form at all. With ``of_form`` the measurand is the form of the surface.
+    """
+    few = [
+        feature
+        for feature in features
+        if feature.touches is not None
+        and len(feature.numbers) < feature.fit.shape.spec.recommended_points
+    ]
+    if not few:
+        return ""
+    gaps = [
+        f"{feature.nominal.name} has {len(feature.numbers)} of "
+        f"{feature.fit.shape.spec.recommended_points} recommended"
+        for feature in few
+    ]
+    # One sentence each: lists would be ambiguous in other languages.
+    if of_form:
+        return " ".join(f"Few points: {gap}." for gap in gaps)
+    return " ".join(f"Form not evaluated: {gap}." for gap in gaps)

@@ -18,9 +18,13 @@ from ocmm_core.features.shapes import Shape
 from ocmm_core.geometry import Float, skew
 from ocmm_core.measuring import Rows
 from ocmm_core.tolerances.zones._evaluation import Evaluation, FormNoise, Seen
-from ocmm_core.tolerances.zones._minimax import Smallest, smallest_length, smallest_zone
 from ocmm_core.tolerances.zones._surface import SurfacePoints, own_fit
-from ocmm_core.tolerances.zones._zone_frame import ZoneFrame
+from ocmm_core.tolerances.zones._zone_frame import (
+    Smallest,
+    ZoneFrame,
+    smallest_length,
+    smallest_zone,
+)
 
 _OUTER_STEPS = 6
 _FOLLOWED = 1e-7
@@ -29,7 +33,7 @@ _SETTLED = 1e-5
 """Motion, mm, above which the linearisation is repeated at the new place."""
 
 
-class TouchedSurface(Protocol):
+class SurfaceTouches(Protocol):
     """Touches of a surface with their true geometry."""
 
     @property
@@ -126,7 +130,7 @@ class DerivedPoint:
     """3 rows."""
 
 
-def surface_zone(surfaces: Sequence[TouchedSurface], frame: ZoneFrame) -> Evaluation:
+def surface_zone(surfaces: Sequence[SurfaceTouches], frame: ZoneFrame) -> Evaluation:
     """Return twice the greatest distance from true geometry; FitError without a solution."""
     worlds = [surface.world for surface in surfaces]
 
@@ -182,7 +186,7 @@ def surface_zone(surfaces: Sequence[TouchedSurface], frame: ZoneFrame) -> Evalua
     )
 
 
-def _all_seen(surfaces: Sequence[TouchedSurface], values: Float, normals: Float) -> Seen:
+def _all_seen(surfaces: Sequence[SurfaceTouches], values: Float, normals: Float) -> Seen:
     found, first = [], 0
     for surface in surfaces:
         own = slice(first, first + len(surface.world))
@@ -218,7 +222,7 @@ def form_noise(distances: Float, by_coordinates: Rows, free: Float) -> FormNoise
     )
 
 
-def _by_own_points(surfaces: Sequence[TouchedSurface], normals: Float) -> Rows:
+def _by_own_points(surfaces: Sequence[SurfaceTouches], normals: Float) -> Rows:
     """Return derivatives of distances by their own ball centres and the ball, n rows."""
     places = [place for surface in surfaces for place in surface.places]
     by_radius, first = [], 0

@@ -11,7 +11,7 @@ import numpy as np
 
 from ocmm_core.acceptance import (
     AcceptanceSession,
-    Instrument,
+    InstrumentState,
     PlannedPosition,
     Stage,
     UsedArtefact,
@@ -59,7 +59,7 @@ ARTEFACTS = (
     artefact("gauge block", 25.0003, expanded=0.0002),
 )
 
-INSTRUMENT = Instrument(
+INSTRUMENT = InstrumentState(
     rig="recommended", calibration="c" * 64, calibration_status="VALID", probe="standard",
     tip="ball 6", tip_record="t" * 64, ball_radius=3.0, ball_sigma=0.0003,
     cameras=("A", "B", "C"), volume_min=(-200.0, -100.0, -200.0),

@@ -11,9 +11,9 @@ import pytest
 
 from ocmm_core.acceptance import (
     AcceptanceSession,
+    AcceptanceVerdict,
     PlannedPosition,
     Stage,
-    Verdict,
     plan_of,
     values_of,
 )
@@ -87,9 +87,9 @@ def test_an_error_of_the_ball_shows_in_the_block_alone(tmp_path: Path) -> None:
     session = run(tmp_path / "s", BlockMachine(ball_error=0.030))
     np.testing.assert_allclose(blocks(session), 0.060, atol=1e-9)
     record = session.finish(BEGIN.replace(hour=12), ROOM)
-    assert record.verdict is Verdict.FAIL
+    assert record.verdict is AcceptanceVerdict.FAIL
     bars = [v for v in record.values if v.quantity == "E" and "space" in v.position]
-    assert all(v.verdict is Verdict.PASS for v in bars)
+    assert all(v.verdict is AcceptanceVerdict.PASS for v in bars)
 
 
 def test_a_block_that_lies_askew_has_its_length(tmp_path: Path) -> None:
@@ -195,7 +195,7 @@ def test_a_set_of_a_block_with_one_value_outside_is_measured_again(tmp_path: Pat
     machine.ball_error = 0.0
     machine.run(session)
     record = session.finish(machine.now, ROOM)
-    assert record.verdict is Verdict.PASS
+    assert record.verdict is AcceptanceVerdict.PASS
     assert sum(v.superseded for v in record.values) == 3
 
 
@@ -254,4 +254,4 @@ def test_placements_that_would_leave_an_octant_empty_are_taken_anew(tmp_path: Pa
     assert session.view.current < 0
     assert hints
     record = session.finish(machine.now, ROOM)
-    assert record.verdict is Verdict.PASS
+    assert record.verdict is AcceptanceVerdict.PASS

@@ -11,10 +11,10 @@ import pytest
 from ocmm_core.acceptance import (
     AcceptanceRecord,
     AcceptanceSession,
+    AcceptanceVerdict,
     InterimHistory,
     InterimWord,
     Stage,
-    Verdict,
     finished_tests,
     note_check,
     offered_artefacts,
@@ -197,7 +197,9 @@ def test_a_check_that_is_out_twice_holds_points_back_until_a_verification(tmp_pa
 
 def test_a_void_check_is_not_on_the_chart(tmp_path: Path) -> None:
     record = _check(tmp_path / "checks", 1, "c" * 64, 1.0, BEGIN)
-    void = msgspec.structs.replace(record, void_reasons=("too warm",), verdict=Verdict.VOID)
+    void = msgspec.structs.replace(
+        record, void_reasons=("too warm",), verdict=AcceptanceVerdict.VOID
+    )
     assert note_check(InterimHistory(tmp_path), void, None, BEGIN).points == ()
 
 

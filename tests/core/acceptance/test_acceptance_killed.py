@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from ocmm_core.acceptance import AcceptanceSession, Verdict
+from ocmm_core.acceptance import AcceptanceSession, AcceptanceVerdict
 from ocmm_core.errors import StorageError
 from tests.core.acceptance.acceptance_site import ROOM, Machine, begin
 from tests.core.acceptance.kill_guided import bench_in
@@ -48,7 +48,7 @@ def test_kills_lose_no_point_that_was_told(tmp_path: Path, repeats: Callable[...
     session = AcceptanceSession.resume(path)
     machine = Machine(sigma=0.001)
     machine.run(session)
-    assert session.finish(machine.now, ROOM).verdict is Verdict.PASS
+    assert session.finish(machine.now, ROOM).verdict is AcceptanceVerdict.PASS
 
 
 def test_a_line_cut_at_any_byte_leaves_what_was_stored(tmp_path: Path) -> None:

@@ -8,7 +8,7 @@ import pytest
 
 from ocmm_core.acceptance import (
     AcceptanceSession,
-    Verdict,
+    AcceptanceVerdict,
     differences,
     load_record,
     procedure_files,
@@ -27,7 +27,7 @@ def test_a_good_machine_passes_every_procedure_and_the_record_gives_the_same_num
     machine = Machine(seed=1, sigma=0.001)
     machine.run(session)
     record = session.finish(machine.now, room(20.2))
-    assert record.verdict is Verdict.PASS, record.quantities
+    assert record.verdict is AcceptanceVerdict.PASS, record.quantities
     assert record.wording.startswith("modelled on")
     path = save_record(tmp_path, record)
     loaded = load_record(path)
@@ -60,12 +60,12 @@ def test_one_line_that_failed_is_repeated_once_and_both_stay_in_the_record(tmp_p
     bad = session.view.positions[3].name
     machine = Machine(per_position={bad: 1.0 + 3e-4})
     machine.run(session)
-    assert session.view.verdict is Verdict.FAIL
+    assert session.view.verdict is AcceptanceVerdict.FAIL
     again = session.retest(machine.now)
     assert [one.name for one in again] == [f"{bad}, again"]
     machine.run(session)
     record = session.finish(machine.now, ROOM)
-    assert record.verdict is Verdict.PASS
+    assert record.verdict is AcceptanceVerdict.PASS
     assert len(record.values) == 40
     assert sum(one.superseded for one in record.values) == 5
     assert all(one.position == bad for one in record.values if one.superseded)
@@ -83,7 +83,7 @@ def test_a_retest_that_fails_too_fails(tmp_path: Path) -> None:
     machine.run(session)
     with pytest.raises(OcmmError, match="1 of 1 retests"):
         session.retest(machine.now)
-    assert session.finish(machine.now, ROOM).verdict is Verdict.FAIL
+    assert session.finish(machine.now, ROOM).verdict is AcceptanceVerdict.FAIL
 
 
 def test_two_lines_that_failed_are_not_repeated(tmp_path: Path) -> None:
@@ -93,7 +93,7 @@ def test_two_lines_that_failed_are_not_repeated(tmp_path: Path) -> None:
     machine.run(session)
     with pytest.raises(OcmmError, match="2 lines failed"):
         session.retest(machine.now)
-    assert session.finish(machine.now, ROOM).verdict is Verdict.FAIL
+    assert session.finish(machine.now, ROOM).verdict is AcceptanceVerdict.FAIL
 
 
 def test_a_set_of_e0_with_one_value_outside_is_measured_again(tmp_path: Path) -> None:
@@ -111,12 +111,12 @@ def test_a_set_of_e0_with_one_value_outside_is_measured_again(tmp_path: Path) ->
             session.note_temperature(ROOM, machine.now)
         session.take(tip, machine.now)
         count += 1
-    assert session.view.verdict is Verdict.FAIL
+    assert session.view.verdict is AcceptanceVerdict.FAIL
     again = session.retest(machine.now)
     assert [len(one.points_world) * one.repeats for one in again] == [6]
     machine.run(session)
     record = session.finish(machine.now, ROOM)
-    assert record.verdict is Verdict.PASS
+    assert record.verdict is AcceptanceVerdict.PASS
     assert recompute(record) == record
 
 
@@ -133,13 +133,16 @@ def test_a_temperature_that_drifts_makes_the_test_void_not_failed(tmp_path: Path
     machine = Machine()
     machine.run(session)
     record = session.finish(machine.now, room(22.5))
-    assert record.verdict is Verdict.VOID
+    assert record.verdict is AcceptanceVerdict.VOID
     assert "2.5 K within an hour" in record.void_reasons[0]
     assert recompute(record) == record
 
 
 def test_the_uncertainty_of_the_artefact_counts_against_who_wants_to_prove(tmp_path: Path) -> None:
-    for rule, verdict in (("guarded", Verdict.LEANING_IN), ("simple", Verdict.PASS)):
+    for rule, verdict in (
+        ("guarded", AcceptanceVerdict.LEANING_IN),
+        ("simple", AcceptanceVerdict.PASS),
+    ):
         session = begin(tmp_path / rule, "LENGTH-7x5", rule=rule)
         machine = Machine(scale=1.0 + 0.0599 / 400.0)
         machine.run(session)

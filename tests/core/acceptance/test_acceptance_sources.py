@@ -8,7 +8,13 @@ from pathlib import Path
 
 import pytest
 
-from ocmm_core.acceptance import AcceptanceProcedure, Verdict, differences, load_record, recompute
+from ocmm_core.acceptance import (
+    AcceptanceProcedure,
+    AcceptanceVerdict,
+    differences,
+    load_record,
+    recompute,
+)
 from ocmm_core.acquisition.recording import ReplaySource
 from ocmm_core.composition import AcceptanceBench, Conditions, StationRequest, open_test_site
 from ocmm_core.documents import resource
@@ -69,7 +75,7 @@ def test_a_short_test_runs_over_the_virtual_wire_as_the_window_does(tmp_path: Pa
     procedure = _begun(bench, "INTERIM")
     assert _measured(bench, procedure) == []
     record = procedure.session.finish(datetime.now(UTC), ROOM)
-    assert (record.verdict, len(record.observations)) == (Verdict.PASS, 10)
+    assert (record.verdict, len(record.observations)) == (AcceptanceVerdict.PASS, 10)
     assert differences(record, recompute(record)) == []
     # Spots came over the wire: they are those of the cameras, quantised as the cameras send them.
     assert all(one.uv is not None for one in record.observations)

@@ -10,7 +10,13 @@ import msgspec
 import numpy as np
 import pytest
 
-from ocmm_core.acceptance import AcceptanceSession, Stage, UsedArtefact, Verdict, spots_hash
+from ocmm_core.acceptance import (
+    AcceptanceSession,
+    AcceptanceVerdict,
+    Stage,
+    UsedArtefact,
+    spots_hash,
+)
 from ocmm_core.errors import OcmmError
 from tests.core.acceptance.acceptance_site import (
     ARTEFACTS,
@@ -316,7 +322,7 @@ def two_lines_failed(path: Path, rng: np.random.Generator) -> str:
     machine.run(session)
     with pytest.raises(OcmmError) as error:
         session.retest(machine.now)
-    assert session.finish(machine.now, ROOM).verdict is Verdict.FAIL
+    assert session.finish(machine.now, ROOM).verdict is AcceptanceVerdict.FAIL
     return error.value.what
 
 
@@ -342,7 +348,7 @@ def drift(path: Path, rng: np.random.Generator) -> str:
     record = session.finish(
         machine.now, room(20.0 + float(rng.choice([-1, 1]) * rng.uniform(1.1, 5.0)))
     )
-    assert record.verdict is Verdict.VOID
+    assert record.verdict is AcceptanceVerdict.VOID
     return record.void_reasons[0]
 
 

@@ -6,7 +6,7 @@ import os
 
 import pytest
 
-from ocmm_core.acquisition.bus_process._realtime import take_processor
+from ocmm_core.acquisition.bus_process._rights import take_processor
 
 
 @pytest.mark.parametrize(

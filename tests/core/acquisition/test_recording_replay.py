@@ -412,7 +412,7 @@ import os, runpy, sys
 from ocmm_core.acquisition.recording._recorder import FrameRecorder
 from ocmm_core.acquisition.recording._recording import Recording
 from ocmm_core.errors import AcquisitionError
-from ocmm_core.acquisition.frames._source import SourceDescription
+from ocmm_core.acquisition.frames._frames import SourceDescription
 samples = runpy.run_path(sys.argv[2])
 periods = (125_000, 1_000_000)
 description = SourceDescription("bench", (1001, 1002), *periods, live=True, simulated=False)

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ocmm_core.calibration.pivot._covariance import block_length
-from ocmm_core.calibration.pivot._poses import PosePivot
+from ocmm_core.calibration.pivot._start import PosePivot
 from ocmm_core.camera import N_PARAMETERS, Rig, on_sensor, project, projection_jacobians
 from ocmm_core.geometry import Float, Points3
 

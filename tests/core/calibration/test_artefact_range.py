@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from ocmm_core.calibration.guided import Begun
+from ocmm_core.calibration.guided import SessionHeader
 from ocmm_core.calibration.probe_design import Temperature, require_temperature
 from ocmm_core.calibration.records import load_bar, load_sphere
 from ocmm_core.composition import ClimateRequest, climate_in_use
@@ -79,9 +79,9 @@ def at(celsius: float | None) -> Temperature | None:
     return None if celsius is None else Temperature(celsius, 0.3, "")
 
 
-def begun(celsius: float | None) -> Begun:
+def begun(celsius: float | None) -> SessionHeader:
     """Return the first line of a session."""
-    return Begun(
+    return SessionHeader(
         utc="", rig="", rig_identity="", running="", who="", software="", temperature_c=celsius
     )
 

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from ocmm_core.calibration.monitor import Baseline, load_baseline, save_baseline
-from ocmm_core.calibration.monitor._baseline_file import baseline_path
-from ocmm_core.calibration.monitor._drift_design_matrix import Belief
+from ocmm_core.calibration.monitor._monitor import baseline_path
+from ocmm_core.calibration.monitor._residual_samples import Belief
 from ocmm_core.calibration.records import ResidualMap
 from ocmm_core.errors import CalibrationError
 

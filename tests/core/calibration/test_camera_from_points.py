@@ -10,11 +10,10 @@ from scipy.stats import kstest
 
 from ocmm_core.calibration.cameras import LensCamera, cloud_of, fit_camera
 from ocmm_core.calibration.cameras._dlt import camera_of_dlt, dlt, pose_of_dlt, pose_of_plane
-from ocmm_core.calibration.cameras._guards import ratio_of
+from ocmm_core.calibration.cameras._guards import judge_lens_terms, ratio_of
 from ocmm_core.calibration.cameras._least_squares import covariance_of, minimise
 from ocmm_core.calibration.cameras._lens import ALL_PARAMETERS, by_point, project_with_jacobian
-from ocmm_core.calibration.cameras._lens_terms import judge_lens_terms
-from ocmm_core.calibration.cameras._problem import CameraProblem, free_parameters, whitening_of
+from ocmm_core.calibration.cameras._model_fit import CameraProblem, free_parameters, whitening_of
 from ocmm_core.camera import N_PARAMETERS, PARAMETERS, CameraModel, project, projection_jacobians
 from ocmm_core.errors import CalibrationError
 from ocmm_core.geometry import Float, RigidTransform, rotation_from_vector

@@ -19,9 +19,8 @@ from ocmm_core.calibration.monitor import (
 )
 from ocmm_core.calibration.monitor._baseline import pattern_maps
 from ocmm_core.calibration.monitor._drift_decision import MonitorOptions, examine
-from ocmm_core.calibration.monitor._drift_design_matrix import Belief
 from ocmm_core.calibration.monitor._drift_statistic import score_changes
-from ocmm_core.calibration.monitor._residual_samples import look_of
+from ocmm_core.calibration.monitor._residual_samples import Belief, look_of
 from ocmm_core.calibration.records import ResidualMap
 from ocmm_core.camera import N_PARAMETERS, Rig, project
 from ocmm_core.errors import CalibrationError

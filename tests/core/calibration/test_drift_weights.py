@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from ocmm_core.calibration.monitor._drift_design_matrix import SpotRows, spot_weights
+from ocmm_core.calibration.monitor._residual_samples import SpotRows, spot_weights
 
 
 def spots_of(n_looks: int, n_leds: int, seed: int) -> SpotRows:

@@ -27,8 +27,8 @@ from ocmm_core.calibration.records import (
     open_calibration,
     record_hash,
 )
-from ocmm_core.calibration.records import _evidence as evidence
-from ocmm_core.calibration.records._evidence import EvidenceCheck, KeptFile
+from ocmm_core.calibration.records import _sealed as evidence
+from ocmm_core.calibration.records._sealed import EvidenceCheck, KeptFile
 from ocmm_core.chain_file import ChainFile
 from ocmm_core.errors import StorageError
 from tests.core.calibration.made_records import MADE, make_record, make_verification

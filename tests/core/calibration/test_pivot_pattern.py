@@ -16,7 +16,7 @@ from ocmm_core.calibration.pivot import (
     start_pivot,
 )
 from ocmm_core.calibration.pivot._bundle import inverse_pinned, normals_at
-from ocmm_core.calibration.pivot._pattern import spot_influences
+from ocmm_core.calibration.pivot._covariance import spot_influences
 from tests.core.calibration.swept_probe import (
     CONE_WORLD,
     SIGMA_PX,

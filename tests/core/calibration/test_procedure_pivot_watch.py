@@ -11,7 +11,7 @@ import pytest
 
 from ocmm_core.calibration.pivot import PivotSweep, attitude_between, load_sweeps
 from ocmm_core.calibration.sweeping import BATCH, CELL_RAD, PivotProcedure, SweepPhase
-from ocmm_core.calibration.sweeping._map import sphere_map, where_missing
+from ocmm_core.calibration.sweeping._progress import sphere_map, where_missing
 from ocmm_core.calibration.sweeping._watch import POSE_TURN, SweepWatch
 from ocmm_core.documents import resource
 from ocmm_core.errors import InputError

@@ -9,9 +9,9 @@ import pytest
 
 from ocmm_core.calibration.guided import length_sigma
 from ocmm_core.calibration.relocation import (
+    BarDistance,
     GeometryMode,
     KeptByPoints,
-    LengthBar,
     LensMode,
     Observations,
     ProbeFrames,
@@ -230,12 +230,12 @@ def test_a_wrong_length_of_the_bar_is_noticed() -> None:
     true = world(13)
     observed = observe(true, 150)
     shown = observed.shown_bars[0]
-    wrong = replace(shown, bar=LengthBar("bar", 400.08, 0.001))
+    wrong = replace(shown, bar=BarDistance("bar", 400.08, 0.001))
     with pytest.raises(CalibrationError) as refusal:
         relocate(rig(), true.body, replace(observed, shown_bars=(wrong,)), FREE)
     assert refusal.value.code == "relocation.bar_contradicts"
     # By so little every placement fits, but not all of them together.
-    near = replace(shown, bar=LengthBar("bar", 400.03, 0.001))
+    near = replace(shown, bar=BarDistance("bar", 400.03, 0.001))
     with pytest.raises(CalibrationError) as refusal:
         relocate(rig(), true.body, replace(observed, shown_bars=(near,)), FREE)
     assert refusal.value.code == "relocation.bar_contradicts"

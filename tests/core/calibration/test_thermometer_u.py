@@ -13,7 +13,7 @@ from benchmarks.lie_scenes import honest
 from benchmarks.thermometers import run
 from ocmm_core.acceptance import ARTEFACT_SCHEMA, ArtefactEntry, ArtefactRegister, read_temperature
 from ocmm_core.calibration.guided._session import require_fresh_temperature
-from ocmm_core.calibration.guided._session_events import Begun, Reread, reread
+from ocmm_core.calibration.guided._session_events import Reread, SessionHeader, reread
 from ocmm_core.calibration.probe_design import Temperature, certified_at, stated_temperature
 from ocmm_core.calibration.relocation import relocate
 from ocmm_core.errors import CalibrationError, InputError
@@ -74,7 +74,7 @@ def test_old_reading_is_asked_again() -> None:
 
 
 def test_range_of_readings_widens_temperature() -> None:
-    begun = Begun(
+    begun = SessionHeader(
         utc=NOW.isoformat(), rig="", rig_identity="", running="", who="", software="",
         temperature_c=20.0, temperature_u=0.2,
     )  # fmt: skip
@@ -85,9 +85,9 @@ def test_range_of_readings_widens_temperature() -> None:
     assert replace_u(begun).temperature == Temperature(20.0, 2.0, "")
 
 
-def replace_u(begun: Begun) -> Begun:
+def replace_u(begun: SessionHeader) -> SessionHeader:
     """Return a first line of an earlier version, without U."""
-    return Begun(
+    return SessionHeader(
         utc=begun.utc, rig="", rig_identity="", running="", who="", software="",
         temperature_c=begun.temperature_c,
     )  # fmt: skip

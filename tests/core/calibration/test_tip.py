@@ -15,7 +15,7 @@ from ocmm_core.calibration.guided import (
     place_of_ball,
     range_limit,
 )
-from ocmm_core.calibration.guided._chance import square_limit
+from ocmm_core.calibration.guided._articulation import square_limit
 from ocmm_core.calibration.records import Check, Finding, TipRecord
 from ocmm_core.calibration.tip import (
     CHECK_RINGS,
@@ -28,8 +28,7 @@ from ocmm_core.calibration.tip import (
     sphere_layout,
 )
 from ocmm_core.calibration.tip._check import Judged, decide_check
-from ocmm_core.calibration.tip._errors import sigma_of_difference
-from ocmm_core.calibration.tip._fit import fit_ball_on, predicted_covariance
+from ocmm_core.calibration.tip._fit import fit_ball_on, predicted_covariance, sigma_of_difference
 from ocmm_core.calibration.tip._qualification import sphere_warnings
 from ocmm_core.calibration.tip._sphere_layout import TOLERANCE, cone_layout, match_places
 from ocmm_core.calibration.verification import fit_sphere

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from ocmm_core.calibration.records import rig_from_record
-from ocmm_core.calibration.records._trends import trends
+from ocmm_core.calibration.records._overview import trends
 from ocmm_core.camera import N_PARAMETERS
 from tests.core.calibration.made_records import MADE, RIG, make_record, make_verification
 

@@ -22,8 +22,13 @@ from ocmm_core.calibration.tip import (
     sphere_layout,
 )
 from ocmm_core.calibration.tip._check import DIAMETER_SIGMA_MM, TipCheckDecision, decide_check
-from ocmm_core.calibration.tip._errors import sigma_of_difference, sigma_with_sphere
-from ocmm_core.calibration.tip._fit import BallFit, fit_ball_on, predicted_errors
+from ocmm_core.calibration.tip._fit import (
+    BallFit,
+    fit_ball_on,
+    predicted_errors,
+    sigma_of_difference,
+    sigma_with_sphere,
+)
 from ocmm_core.calibration.tip._sphere_layout import Rings, cone_layout, round_equator
 from ocmm_core.camera import Rig, load_rig, project
 from ocmm_core.documents import resource

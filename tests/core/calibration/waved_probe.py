@@ -12,8 +12,8 @@ from scipy.spatial.transform import Rotation
 from ocmm_core.calibration.bundle import BundleState
 from ocmm_core.calibration.guided import random_lines
 from ocmm_core.calibration.relocation import (
+    BarDistance,
     KeptByCameras,
-    LengthBar,
     Observations,
     ProbeFrames,
     ShownBar,
@@ -41,7 +41,7 @@ LED_SIGMA = 0.0005
 
 VOLUME = np.array([[-200.0, -150.0, -200.0], [200.0, 150.0, 200.0]])
 TILTS = np.radians([45.0, 30.0, 45.0])
-BAR = LengthBar("bar", 400.0, 0.001)
+BAR = BarDistance("bar", 400.0, 0.001)
 
 
 def rig() -> Rig:

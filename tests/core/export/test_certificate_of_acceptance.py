@@ -8,7 +8,7 @@ import msgspec
 import pytest
 from lxml import etree
 
-from ocmm_core.acceptance import AcceptanceRecord, RoomAir, Verdict, save_record
+from ocmm_core.acceptance import AcceptanceRecord, AcceptanceVerdict, RoomAir, save_record
 from ocmm_core.errors import InputError
 from ocmm_core.export.certificate import certificate_facts, certificate_of_folder, dcc_bytes
 from ocmm_core.export.template import plain_paper
@@ -49,10 +49,10 @@ def test_values_limits_and_verdicts_are_those_of_the_record(
         assert line.error == pytest.approx(value.error_mm, abs=1e-9)
         assert (line.expanded, line.limit) == (value.expanded_mm, value.limit_mm)
     words = {
-        Verdict.PASS: "pass",
-        Verdict.FAIL: "fail",
-        Verdict.LEANING_IN: "conditionalPass",
-        Verdict.LEANING_OUT: "conditionalFail",
+        AcceptanceVerdict.PASS: "pass",
+        AcceptanceVerdict.FAIL: "fail",
+        AcceptanceVerdict.LEANING_IN: "conditionalPass",
+        AcceptanceVerdict.LEANING_OUT: "conditionalFail",
     }
     assert run.word == words[record.verdict]
     stated = [one.text for one in root.iterfind(f".//{Q}result//{Q}conformity")]
@@ -74,7 +74,7 @@ def test_the_words_come_with_the_accreditation_of_the_procedure(
     paper = certificate_of_folder(kept(tmp_path, record, **real(record)), plain_paper())
     assert paper.title.startswith("Calibration certificate: ")
     assert paper.accreditation == "D-K-00000-00"
-    void = kept(tmp_path / "void", record, **real(record), verdict=Verdict.VOID,
+    void = kept(tmp_path / "void", record, **real(record), verdict=AcceptanceVerdict.VOID,
                 void_reasons=("The temperature ran away.",))  # fmt: skip
     paper = certificate_of_folder(void, plain_paper())
     assert paper.title.startswith("Test report (in-house)")

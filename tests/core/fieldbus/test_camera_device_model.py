@@ -22,7 +22,7 @@ from ocmm_core.fieldbus.device import (
     object_dictionary,
 )
 from ocmm_core.fieldbus.device import _camera_slave as model
-from ocmm_core.fieldbus.wire._mapping import check_room
+from ocmm_core.fieldbus.wire._object_calls import check_room
 from ocmm_sim.slave import OVERRUN_FLAG, SoftwareCamera, TestPattern, sii
 
 

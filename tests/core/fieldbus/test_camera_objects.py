@@ -24,7 +24,7 @@ from ocmm_core.fieldbus.device import (
     object_dictionary,
 )
 from ocmm_core.fieldbus.device import _camera_slave as model
-from ocmm_core.fieldbus.objects._emergency import parse_emergency
+from ocmm_core.fieldbus.objects._mailbox_line import parse_emergency
 from ocmm_sim.slave import CameraStore
 from ocmm_sim.slave import registers as reg
 from tests.core.fieldbus.direct_camera import SERIAL, STEP_NS, DirectCamera

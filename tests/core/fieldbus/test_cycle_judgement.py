@@ -20,8 +20,7 @@ from ocmm_core.fieldbus.cycle import (
     judge,
 )
 from ocmm_core.fieldbus.cycle._health import all_sound, frames_complaint
-from ocmm_core.fieldbus.cycle._port_errors import PortTrouble
-from ocmm_core.fieldbus.cycle._watch import CameraView, WatchView
+from ocmm_core.fieldbus.cycle._watch import CameraView, PortTrouble, WatchView
 from ocmm_core.fieldbus.device import (
     DATA_CRC_AT,
     FRAME_DTYPE,

@@ -14,8 +14,8 @@ import pytest
 
 from ocmm_core.errors import OcmmError
 from ocmm_core.fieldbus.objects import _camera_client as client
-from ocmm_core.fieldbus.objects import _camera_pictures as pictures
-from ocmm_core.fieldbus.objects._object_access import ObjectAccess, Progress
+from ocmm_core.fieldbus.objects import _camera_client as pictures
+from ocmm_core.fieldbus.objects._camera_client import ObjectAccess, Progress
 from ocmm_core.fieldbus.wire import Command, Datagram, _scan, check_mapping, encode_frame
 from ocmm_sim.slave import Segment, SoftwareCamera, TestPattern
 from tests.core.fieldbus.fuzzing import spoiled

@@ -41,8 +41,7 @@ from ocmm_core.fieldbus.device import (
 )
 from ocmm_core.fieldbus.device._object_entries import Access, octets, variable
 from ocmm_core.fieldbus.objects import MailboxAreas
-from ocmm_core.fieldbus.objects._emergency import parse_emergency
-from ocmm_core.fieldbus.objects._mailbox_line import MailboxLine
+from ocmm_core.fieldbus.objects._mailbox_line import MailboxLine, parse_emergency
 from ocmm_core.fieldbus.objects._sdo import MAX_COUNTER, SdoRead, SdoTransfer, SdoWrite
 from ocmm_core.fieldbus.wire import (
     Command,

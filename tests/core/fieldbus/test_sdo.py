@@ -9,7 +9,7 @@ import pytest
 
 from ocmm_core.errors import BusError
 from ocmm_core.fieldbus.device import DataType, DictionaryObject, ObjectEntry
-from ocmm_core.fieldbus.objects._emergency import parse_emergency
+from ocmm_core.fieldbus.objects._mailbox_line import parse_emergency
 from ocmm_core.fieldbus.objects._sdo import (
     MAX_COUNTER,
     SdoRead,

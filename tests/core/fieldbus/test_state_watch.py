@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from ocmm_core.fieldbus.cycle._port_errors import PORT_ERRORS_BYTES, PortTrouble, port_trouble
-from ocmm_core.fieldbus.cycle._watch import StateWatch
+from ocmm_core.fieldbus.cycle._watch import PORT_ERRORS_BYTES, PortTrouble, StateWatch, port_trouble
 from ocmm_core.fieldbus.wire import decode_frame, encode_frame
 from ocmm_sim.slave import Segment, SoftwareCamera, TestPattern
 from ocmm_sim.slave import registers as reg

@@ -8,8 +8,7 @@ import pytest
 
 from ocmm_core.errors import OcmmError
 from ocmm_core.fieldbus.objects import ObjectReply, ObjectRequest, Thermometer, decode_request
-from ocmm_core.fieldbus.objects._objects import Request
-from ocmm_core.fieldbus.objects._thermometer import INTERVAL_NS
+from ocmm_core.fieldbus.objects._objects import INTERVAL_NS, Request
 
 
 class Queue:

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from ocmm_core.calibration.probe_design import (
-    Expansion,
+    MaterialExpansion,
     Temperature,
     TemperatureState,
     body_in_use,
@@ -33,7 +33,7 @@ from ocmm_core.tracking import ProbeBody, TrackingPipeline
 from ocmm_sim.scene import VirtualRig, load_part
 from tests.core.inspection.conftest import FRAME_RATE_HZ, Bench
 
-STEEL = Expansion("steel", 11.5e-6, 1.0e-6)
+STEEL = MaterialExpansion("steel", 11.5e-6, 1.0e-6)
 
 
 def part_at(celsius: float) -> Climate:

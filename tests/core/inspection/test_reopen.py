@@ -16,7 +16,7 @@ from typer.testing import CliRunner
 
 from ocmm_cli import app
 from ocmm_core.calibration.probe_design import (
-    Expansion,
+    MaterialExpansion,
     Temperature,
     TemperatureState,
     body_in_use,
@@ -217,7 +217,7 @@ def test_temperatures_and_the_design_of_the_probe_come_from_the_file(bench: Benc
     warm = Temperature(23.0, 0.5, "given by the operator")
     climate = Climate(
         TemperatureState(warm, Temperature(20.0, 0.5, "design of the probe")),
-        PartTemperature(warm, Expansion("steel", 11.5e-6, 1e-6), compensated=True),
+        PartTemperature(warm, MaterialExpansion("steel", 11.5e-6, 1e-6), compensated=True),
         design.text,
     )
     body = body_in_use(bench.body, design, climate.probe)

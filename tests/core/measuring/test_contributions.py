@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from ocmm_core.calibration.probe_design import (
-    Expansion,
+    MaterialExpansion,
     ProbeDesign,
     Temperature,
     TemperatureState,
@@ -36,7 +36,7 @@ from tests.core.measuring.test_temperature import point
 
 TIPS = np.array([[20.0, 0.0, 10.0], [40.0, 5.0, 10.0], [30.0, 60.0, -20.0]])
 WARM = PartTemperature(
-    Temperature(25.0, 0.5, "test"), Expansion("steel", 11.5e-6, 1e-6), compensated=True
+    Temperature(25.0, 0.5, "test"), MaterialExpansion("steel", 11.5e-6, 1e-6), compensated=True
 )
 
 

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from ocmm_core.calibration.probe_design import Expansion, Temperature
+from ocmm_core.calibration.probe_design import MaterialExpansion, Temperature
 from ocmm_core.camera import Rig, project
 from ocmm_core.geometry import Float, rotation_from_vector
 from ocmm_core.measuring import (
@@ -25,7 +25,7 @@ from ocmm_core.tracking import ProbeBody, TipSensitivity, tip_sensitivity
 from tests.core.measuring.test_temperature import point
 
 WARM = PartTemperature(
-    Temperature(25.0, 0.5, "test"), Expansion("steel", 11.5e-6, 1e-6), compensated=True
+    Temperature(25.0, 0.5, "test"), MaterialExpansion("steel", 11.5e-6, 1e-6), compensated=True
 )
 COUNT = 60
 

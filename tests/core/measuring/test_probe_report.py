@@ -30,8 +30,7 @@ from ocmm_core.measuring import (
     label_words,
     map_range,
 )
-from ocmm_core.measuring._probe_messages import mechanics_words
-from ocmm_core.measuring._probe_report import mechanics_of
+from ocmm_core.measuring._probe_report import mechanics_of, mechanics_words
 from ocmm_core.tracking import Ambiguity, ProbeBody, load_probe
 
 POSTURES = Postures((20.0, 20.0, 20.0), np.array([[-50.0, -50.0, -50.0], [50.0, 50.0, 50.0]]))

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from ocmm_core.calibration.probe_design import Expansion, Temperature, TemperatureState
+from ocmm_core.calibration.probe_design import MaterialExpansion, Temperature, TemperatureState
 from ocmm_core.errors import InputError
 from ocmm_core.geometry import Float
 from ocmm_core.measuring import (
@@ -21,7 +21,7 @@ from ocmm_core.measuring import (
 )
 from ocmm_core.measuring._temperature import scale_movement
 
-ALUMINIUM = Expansion("aluminium", 23.1e-6, 1.0e-6)
+ALUMINIUM = MaterialExpansion("aluminium", 23.1e-6, 1.0e-6)
 WARM = PartTemperature(Temperature(25.0, 0.5, "test"), ALUMINIUM, compensated=True)
 
 

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from ocmm_core.calibration.probe_design import Expansion, Temperature
+from ocmm_core.calibration.probe_design import MaterialExpansion, Temperature
 from ocmm_core.camera import ThermalShare
 from ocmm_core.measuring import PartTemperature
 from ocmm_core.measuring._contributions import (
@@ -26,7 +26,7 @@ def test_one_thermometer_cancels_between_bar_and_part() -> None:
     share = ThermalShare("T-1", sigma, np.array([1.0]))
     cameras = replace(rig(), thermal=share)
     now = Temperature(22.0, sigma, "T-1")
-    part = PartTemperature(now, Expansion("steel", steel, 0.0), compensated=True)
+    part = PartTemperature(now, MaterialExpansion("steel", steel, 0.0), compensated=True)
     length = np.array([[400.0]])
     found = [
         Contribution(CAMERAS, steel * length, np.array([[sigma**2]])),

@@ -9,7 +9,7 @@ from pathlib import Path
 import msgspec
 import pytest
 
-from ocmm_core.calibration.probe_design import Expansion, Temperature
+from ocmm_core.calibration.probe_design import MaterialExpansion, Temperature
 from ocmm_core.composition import BuiltStation, StationRequest, build_station
 from ocmm_core.documents import resource
 from ocmm_core.errors import InputError
@@ -144,7 +144,7 @@ def test_the_growth_of_the_part_is_that_of_its_plan(built: BuiltStation) -> None
     )
     changed = climate_for(Climate(part=warm), plan, steel)
     assert changed.part.expansion == material_expansion(steel)
-    given = Climate(part=replace(warm, expansion=Expansion("given", 2e-5, 1e-6)))
+    given = Climate(part=replace(warm, expansion=MaterialExpansion("given", 2e-5, 1e-6)))
     assert climate_for(given, plan, steel) == given
     compensated = Climate(part=replace(changed.part, compensated=True))
     with pytest.raises(InputError, match="expansion of the part, which is unknown"):

@@ -29,7 +29,7 @@ from ocmm_core.tracking import (
     relative_sensitivity,
     simultaneous,
 )
-from ocmm_core.tracking._reference_home import HOME_NS
+from ocmm_core.tracking._reference import HOME_NS
 from ocmm_sim.scene import ScriptedNudge, ScriptedOcclusion, VirtualRig, WorldOptions
 
 NUDGE = ScriptedNudge(4000, 0, (0.6e-3, -0.6e-3, 0.6e-3), (0.6, -0.6, 0.6))
