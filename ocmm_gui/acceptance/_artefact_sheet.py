@@ -17,7 +17,7 @@ from ocmm_core.errors import InputError
 from ocmm_core.export.certificate import artefact_fields, read_dcc, trusted_signers
 from ocmm_core.failure import contained
 from ocmm_core.seals import KeyFolder
-from ocmm_gui.acceptance._start_parts import kind_word
+from ocmm_gui.acceptance._start_page import kind_word
 from ocmm_gui.kit import (
     DEFAULT_THEME,
     THEMES,

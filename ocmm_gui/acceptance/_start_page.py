@@ -5,12 +5,20 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
-from PySide6.QtCore import Signal
+from PySide6.QtCore import QSize, Signal
 from PySide6.QtGui import QKeySequence, QShortcut
-from PySide6.QtWidgets import QGridLayout, QHBoxLayout, QHeaderView, QLineEdit, QVBoxLayout, QWidget
+from PySide6.QtWidgets import (
+    QGridLayout,
+    QHBoxLayout,
+    QHeaderView,
+    QLineEdit,
+    QListWidget,
+    QListWidgetItem,
+    QVBoxLayout,
+    QWidget,
+)
 
 from ocmm_core.acceptance import ArtefactOffer, OpenTest, ProcedureOffer
-from ocmm_gui.acceptance._start_parts import ROW_PX, add_line, choice_list, kind_word
 from ocmm_gui.kit import (
     DEFAULT_THEME,
     THEMES,
@@ -27,12 +35,52 @@ from ocmm_gui.kit import (
     localised,
     panel,
     said,
+    said_word,
     sentence_label,
     text_font,
     tr,
     tr_all,
 )
 from ocmm_gui.wizards.parts import THERMOMETER
+
+ROW_PX = 34
+KIND_WORDS = {
+    "sphere": later("sphere"), "bar": later("bar"), "gauge block": later("gauge block"),
+    "part": later("part"), "plate": later("plate"), "dumbbell": later("dumbbell"),
+    "cone": later("cone"),
+}  # fmt: skip
+"""Displayed kinds of artefacts and roles in a test."""
+
+
+def kind_word(kind: str) -> str:
+    return tr(KIND_WORDS[kind]) if kind in KIND_WORDS else kind
+
+
+def limits_text(offer: ProcedureOffer) -> str:
+    one = offer.procedure
+    limits = ", ".join(
+        localised(f"{said_word(key)} {limit.describe()}") for key, limit in one.limits.items()
+    )
+    return tr("{wording}; rule: {rule}; limits: {limits}").format(
+        wording=said(one.wording), rule=said_word(one.rule), limits=limits
+    )
+
+
+def choice_list(name: str) -> QListWidget:
+    """Return an empty list with its name."""
+    found = QListWidget()
+    found.setAccessibleName(name)
+    found.setFont(text_font(15))
+    found.setWordWrap(True)
+    return found
+
+
+def add_line(where: QListWidget, text: str) -> None:
+    """Add a line, with a tool tip in case it is cut."""
+    item = QListWidgetItem(text, where)
+    item.setToolTip(literal(text))
+    item.setSizeHint(QSize(100, ROW_PX))
+
 
 _COLUMNS = (
     (later("Procedure"), later("Title of the procedure")),

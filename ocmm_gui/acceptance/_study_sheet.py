@@ -17,7 +17,13 @@ from ocmm_core.studies import (
     store_plan,
 )
 from ocmm_core.typed_numbers import PARTS, REFERENCE, SEED, TRIALS
-from ocmm_gui.acceptance._study_work import Analysing, AnalysingOne, Looking, StudyProgress, TypeOne
+from ocmm_gui.acceptance._study_work import (
+    StudyProgress,
+    StudyProgressTask,
+    StudyTask,
+    TypeOneStudy,
+    TypeOneTask,
+)
 from ocmm_gui.charts import ComponentsPlot, OperatorsPlot, RunPlot
 from ocmm_gui.kit import (
     DEFAULT_THEME,
@@ -120,7 +126,7 @@ class StudySheet(WorkSheet):
         self._plan: StudyPlan | None = None
         self._jobs: Path | None = None
         self._report: StudyReport | None = None
-        self._type1: TypeOne | None = None
+        self._type1: TypeOneStudy | None = None
         self.fields: dict[str, FormField] = {}
         self.store = PathPanel(
             tr("Store the plan in the file"), tr("File of the plan"), tr("Store")
@@ -202,13 +208,13 @@ class StudySheet(WorkSheet):
     def look(self) -> None:
         plan = self._required()
         if plan is not None:
-            self._begin(tr("Reading the jobs"), Looking(plan, self._folder()))
+            self._begin(tr("Reading the jobs"), StudyProgressTask(plan, self._folder()))
 
     def analyse(self) -> None:
         """Compute the studies of all characteristics, without blocking."""
         plan = self._required()
         if plan is not None:
-            self._begin(tr("Analysing"), Analysing(plan, self._folder(), *self._records))
+            self._begin(tr("Analysing"), StudyTask(plan, self._folder(), *self._records))
 
     def analyse_one(self) -> None:
         """Compute Cg and Cgk of the selected characteristic."""
@@ -217,7 +223,7 @@ class StudySheet(WorkSheet):
             row, name = self.table.currentRow(), ""
             if self._report is not None and row >= 0:
                 name = self._report.characteristics[row].name
-            work = AnalysingOne(self._folder(), name, reference, *self._records)
+            work = TypeOneTask(self._folder(), name, reference, *self._records)
             self._begin(tr("Analysing"), work)
 
     def set_theme(self, theme: Theme) -> None:
@@ -252,7 +258,7 @@ class StudySheet(WorkSheet):
         elif isinstance(answer, StudyReport):
             self._report = answer
             self._fill(answer)
-        elif isinstance(answer, TypeOne):
+        elif isinstance(answer, TypeOneStudy):
             self._type1 = answer
             self.run.show_run(answer.study, answer.values, answer.reference, answer.width)
             self.tabs.show_plot(2)

@@ -10,7 +10,7 @@ from PySide6.QtGui import QColor, QPainter, QPaintEvent, QPen
 
 from ocmm_core.acceptance import AcceptanceView, PlannedPosition
 from ocmm_core.geometry import Float, unit
-from ocmm_gui.kit import SCENE_LEAST, Painted, Theme, text_font, tr
+from ocmm_gui.kit import SCENE_LEAST, PaintedWidget, Theme, text_font, tr
 from ocmm_gui.scene import Dots, Item, Lines, Tag
 from ocmm_gui.wizards.parts import BarPlace, Contents, bars
 
@@ -19,7 +19,7 @@ _TILT = np.radians(25.0)
 """The view is tilted, so that the sphere's pole is visible."""
 
 
-class TouchPicture(Painted):
+class TouchPicture(PaintedWidget):
     """A sphere with touch points, the next highlighted; ``away`` (3,), unit: cameras to volume."""
 
     def __init__(self, away: Float) -> None:

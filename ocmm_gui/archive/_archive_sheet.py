@@ -15,10 +15,17 @@ from ocmm_core.archive.records import USES, shown_text
 from ocmm_core.errors import OcmmError
 from ocmm_core.inspection.archive import RecallRecord
 from ocmm_core.tolerances.decisions import PartWord, Verdict
-from ocmm_gui.archive._asking import Answered, Asking
-from ocmm_gui.archive._labelled import labelled
+from ocmm_gui.archive._archive_words import (
+    FIELDS,
+    KEYS,
+    TITLES,
+    USE_WORDS,
+    ArchiveResult,
+    ArchiveTask,
+    labelled,
+    read_day,
+)
 from ocmm_gui.archive._recall_panel import RecallPanel
-from ocmm_gui.archive._sheet_texts import FIELDS, KEYS, TITLES, USE_WORDS, read_day
 from ocmm_gui.charts import TrendChart
 from ocmm_gui.kit import (
     ChoiceBox,
@@ -200,7 +207,7 @@ class ArchiveSheet(WorkSheet):
         question = QUESTIONS[self.question.currentIndex()]
         missing = [key for key in question.needs if not self.fields[key].text().strip()]
         name = "" if missing else question.name
-        self._begin(tr("Asking the archive"), Asking(place, name, asked))
+        self._begin(tr("Asking the archive"), ArchiveTask(place, name, asked))
         if missing:
             self.say(tr("Fill in what it is about, then ask (F8)."))
             self.fields[missing[0]].setFocus()
@@ -255,7 +262,7 @@ class ArchiveSheet(WorkSheet):
             self.say(self.recall.show_record(answer))
         elif isinstance(answer, Path):
             self.say(tr("Recall written to {path}.").format(path=answer))
-        if not isinstance(answer, Answered):
+        if not isinstance(answer, ArchiveResult):
             return
         self._known = answer.parts
         self._parts.setStringList(sorted({part for part, _ in answer.parts}))

@@ -36,7 +36,7 @@ _MOST = 500
 _ROW_PX = 40
 
 
-class Wanted(Enum):
+class FileType(Enum):
     """File types, by suffix."""
 
     ANY = ()
@@ -47,7 +47,7 @@ class Wanted(Enum):
 
 
 @dataclass(frozen=True, slots=True)
-class Listing:
+class FolderListing:
     """Contents of a folder by name, and whether there is more than shown."""
 
     folder: Path
@@ -67,7 +67,7 @@ class FileBrowser(QWidget):
         super().__init__()
         self.setAccessibleName(tr("Files"))
         self._recent = recent or RecentPlaces()
-        self._wanted = Wanted.ANY
+        self._wanted = FileType.ANY
         self._folder = Path.home()
         self._worker = Worker("ocmm-files", self)
         self.title = PlainLabel()
@@ -102,11 +102,11 @@ class FileBrowser(QWidget):
             one.itemActivated.connect(self._on_activated)
             one.itemClicked.connect(self._on_clicked)
 
-    def ask(self, title: str, wanted: Wanted, at: Path | None = None) -> None:
+    def ask(self, title: str, wanted: FileType, at: Path | None = None) -> None:
         """Start browsing at a file or folder, or at the last used place."""
         self._wanted = wanted
         self.title.setText(title)
-        self.take.setVisible(wanted is Wanted.FOLDER)
+        self.take.setVisible(wanted is FileType.FOLDER)
         places = self._recent.folders()
         start = at if at is not None else next(iter(places), Path.home())
         folder = start if start.is_dir() else start.parent
@@ -137,7 +137,7 @@ class FileBrowser(QWidget):
             lambda: listing(folder, wanted), self._show, lambda error: self.told.setText(str(error))
         )
 
-    def _show(self, found: Listing) -> None:
+    def _show(self, found: FolderListing) -> None:
         if found.folder != self._folder:
             return
         self.files.clear()
@@ -170,7 +170,7 @@ class FileBrowser(QWidget):
     def _open(self, path: Path) -> None:
         if path.is_dir():
             self._go(path)
-        elif path.is_file() and self._wanted is not Wanted.FOLDER:
+        elif path.is_file() and self._wanted is not FileType.FOLDER:
             self._give(path)
         else:
             self.told.setText(tr("{path}: not there, or not what is looked for.").format(path=path))
@@ -179,7 +179,7 @@ class FileBrowser(QWidget):
         self.chosen.emit(path)
 
 
-def listing(folder: Path, wanted: Wanted) -> Listing:
+def listing(folder: Path, wanted: FileType) -> FolderListing:
     """Return the visible contents of a folder; errors are part of it, not raised."""
     folders, files = [], []
     more = False
@@ -195,8 +195,8 @@ def listing(folder: Path, wanted: Wanted) -> Listing:
                 more = True
                 break
     except OSError as error:
-        return Listing(folder, fault=f"{folder}: {error.strerror}")
-    return Listing(folder, tuple(sorted(folders)), tuple(sorted(files)), more)
+        return FolderListing(folder, fault=f"{folder}: {error.strerror}")
+    return FolderListing(folder, tuple(sorted(folders)), tuple(sorted(files)), more)
 
 
 def _drives() -> tuple[Path, ...]:

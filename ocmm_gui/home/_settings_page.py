@@ -29,11 +29,9 @@ from ocmm_core.settings import (
     spec_of,
 )
 from ocmm_gui.access import RulerLine
-from ocmm_gui.home._file_browser import FileBrowser, Wanted
-from ocmm_gui.home._key_list import KeyList
-from ocmm_gui.home._setting_row import HIGH_PX, SettingRow
-from ocmm_gui.home._sounds_page import SoundsPage
-from ocmm_gui.home._template_preview import TemplatePreview
+from ocmm_gui.home._file_browser import FileBrowser, FileType
+from ocmm_gui.home._setting_row import HIGH_PX, SettingRow, TemplatePreview
+from ocmm_gui.home._settings_parts import KeyList, SoundsPage
 from ocmm_gui.kit import (
     ActionInfo,
     NarrowButton,
@@ -222,7 +220,7 @@ class SettingsPage(Sheet):
 
     def _browse(self, key: str) -> None:
         spec, value = spec_of(key), self.loaded.values[key]
-        wanted = Wanted.FOLDER if spec.kind is Kind.FOLDER else Wanted.ANY
+        wanted = FileType.FOLDER if spec.kind is Kind.FOLDER else FileType.ANY
         self._browsed = key
         self._whole.setCurrentWidget(self.browser)
         self.browser.ask(said_word(spec.label), wanted, value if isinstance(value, Path) else None)

@@ -10,7 +10,7 @@ from PySide6.QtCore import Qt, Signal
 from PySide6.QtGui import QAction, QKeySequence
 from PySide6.QtWidgets import QGridLayout, QHBoxLayout, QLabel, QPushButton, QVBoxLayout, QWidget
 
-from ocmm_gui.home._job_cards import JobCards
+from ocmm_gui.home._start_lists import JobCards
 from ocmm_gui.kit import (
     ActionInfo,
     PlainLabel,

@@ -1,11 +1,11 @@
-"""Sheets: pages opened during measuring and closed with Esc, without loss."""
+"""Sheets: pages opened during measuring and closed with Esc without loss, and parts made late."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from typing import TypeVar
 
-from PySide6.QtCore import QEvent, QPointF, Qt, Signal
+from PySide6.QtCore import QEvent, QObject, QPointF, Qt, Signal
 from PySide6.QtGui import QAction, QColor, QKeyEvent, QKeySequence, QPainter, QPaintEvent, QPolygonF
 from PySide6.QtWidgets import (
     QComboBox,
@@ -19,8 +19,8 @@ from PySide6.QtWidgets import (
 
 from ocmm_core.errors import OcmmError
 from ocmm_gui.kit._actions import ActionInfo
+from ocmm_gui.kit._panels import OwnKeysField
 from ocmm_gui.kit._parts import sentence_label
-from ocmm_gui.kit._path_panel import OwnKeysField
 from ocmm_gui.kit._shortcuts import key_words, make_button
 from ocmm_gui.kit._texts import PlainLabel, later, literal, tr
 from ocmm_gui.kit._theme import DEFAULT_THEME, THEMES, Theme, text_font, use_role
@@ -30,6 +30,15 @@ _BUTTON_PX = 42
 _MOST_IN_ROW = 10
 
 T = TypeVar("T")
+
+
+class LateParts(QObject):
+    """Base of objects with late parts, each a `cached_property`."""
+
+    def is_made(self, name: str) -> bool:
+        """Return whether the part of this name was used before."""
+        # `cached_property` stores its value under its name.
+        return name in self.__dict__
 
 
 class Sheet(QWidget):

@@ -18,7 +18,7 @@ DEBOUNCE_S = 0.15
 """Faster presses count once: contacts bounce for some 20 ms, feet need 250 ms."""
 
 
-class Debounced:
+class DebouncedCommand:
     """Call ``command`` unless called less than `DEBOUNCE_S` ago."""
 
     def __init__(
@@ -136,7 +136,7 @@ def bind_actions(actions: Mapping[str, QAction], calls: Mapping[str, Callable[[]
     """Connect every action to its command; KeyError if ``calls`` lacks one."""
     for info in ACTIONS:
         call = calls[info.key]
-        command = Debounced(call) if info.is_trigger else call
+        command = DebouncedCommand(call) if info.is_trigger else call
         # QAction sends its checked state, which no command needs.
         actions[info.key].triggered.connect(lambda _checked, command=command: command())
 

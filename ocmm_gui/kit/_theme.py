@@ -67,7 +67,7 @@ DEFAULT_THEME = "dark"
 
 
 @runtime_checkable
-class Themed(Protocol):
+class ThemedWidget(Protocol):
     """A widget painted in theme colours."""
 
     def set_theme(self, theme: Theme) -> None:
@@ -245,7 +245,7 @@ def dress_application(theme: Theme) -> None:
 def dress(whole: QWidget, theme: Theme) -> None:
     """Set the theme of every self-painted widget in `whole`."""
     for widget in (whole, *whole.findChildren(QWidget)):
-        if isinstance(widget, Themed):
+        if isinstance(widget, ThemedWidget):
             widget.set_theme(theme)
 
 

@@ -32,7 +32,7 @@ from ocmm_gui.kit import (
     THEMES,
     FitText,
     Mark,
-    Painted,
+    PaintedWidget,
     PlainLabel,
     Theme,
     digit_font,
@@ -47,8 +47,7 @@ from ocmm_gui.kit import (
     tr,
     value_label,
 )
-from ocmm_gui.maintain._bus_tables import BusEventTable, CameraTable
-from ocmm_gui.maintain._wire_view import WireView
+from ocmm_gui.maintain._wire_view import BusEventTable, CameraTable, WireView
 
 _ROW_PX = 19.0
 _BAR_PX = 12.0
@@ -57,7 +56,7 @@ _LEFT = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter
 _RIGHT = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
 
 
-class CycleAccounts(Painted):
+class CycleAccounts(PaintedWidget):
     """A bar of the four verdicts, a line per verdict, and their sum."""
 
     def __init__(self) -> None:

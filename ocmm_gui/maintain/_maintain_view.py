@@ -1,8 +1,12 @@
-"""Maintain mode: a list of pages, the selected page, and the machine's status."""
+"""Maintain mode: a list of pages, the selected page, the machine's status, irreversible actions.
+
+Irreversible actions need their key pressed twice.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+import time
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 from PySide6.QtCore import QSize, Qt
@@ -17,11 +21,13 @@ from PySide6.QtWidgets import (
 )
 
 from ocmm_core.inspection.evaluation import LiveView
+from ocmm_gui.bridge import StationBridge
 from ocmm_gui.kit import (
     DEFAULT_THEME,
     THEMES,
     FitText,
     NarrowItems,
+    NoticeCentre,
     PlainLabel,
     Theme,
     literal,
@@ -33,6 +39,7 @@ from ocmm_gui.kit import (
     text_font,
     tr,
 )
+from ocmm_gui.maintain._probe_page import ProbePage
 
 _SIDE_PX = 170
 _ROW_PX = 48
@@ -151,3 +158,57 @@ def _large_buttons(actions: Sequence[QAction]) -> QHBoxLayout:
         button.setMinimumHeight(_LARGE_PX)
         row.addWidget(button, 1)
     return row
+
+
+TWICE_S = 8.0
+"""Time limit of the second press."""
+
+
+class ConfirmedActions:
+    """Write intrinsics to the cameras, and record a tip change."""
+
+    def __init__(
+        self,
+        bridge: StationBridge,
+        notices: NoticeCentre,
+        probe: ProbePage,
+        clock: Callable[[], float] = time.monotonic,
+    ) -> None:
+        self._bridge = bridge
+        self._notices = notices
+        self._probe = probe
+        self._clock = clock
+        self._asked = ("", -float("inf"))
+
+    def write_cameras(self) -> None:
+        """Store the intrinsics of the calibration in the cameras."""
+        asked = tr(
+            "This overwrites the intrinsics stored in the cameras with those of the active "
+            "calibration. Press W again to confirm."
+        )
+        if self._is_meant("cameras", asked):
+            self._bridge.maintenance.write_to_cameras()
+
+    def mount_tip(self) -> None:
+        tip = self._probe.tips.chosen()
+        if tip is None:
+            self._notices.inform(tr("No tip calibrated yet: calibrate the probe with this tip."))
+            return
+        asked = tr(
+            "Confirm that tip '{tip}' is now mounted? It must be checked before points "
+            "are taken. Press N again to confirm."
+        ).format(tip=tip)
+        if self._is_meant(tr("tip {tip}").format(tip=tip), asked):
+            self._bridge.maintenance.mount_tip(tip)
+            self._probe.forget()
+
+    def _is_meant(self, what: str, asked: str) -> bool:
+        """Return whether the same was requested a moment before; otherwise request it."""
+        now = self._clock()
+        before, when = self._asked
+        if before == what and now - when <= TWICE_S:
+            self._asked = ("", -float("inf"))
+            return True
+        self._asked = (what, now)
+        self._notices.inform(asked)
+        return False

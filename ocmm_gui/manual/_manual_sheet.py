@@ -29,8 +29,7 @@ from ocmm_gui.kit import (
     text_font,
     tr,
 )
-from ocmm_gui.manual._places import FIRST
-from ocmm_gui.manual._reading import Reading
+from ocmm_gui.manual._reading import FIRST, DocumentView
 
 
 class SearchField(FormField):
@@ -120,7 +119,7 @@ class ManualSheet(Sheet):
         left.setLayout(side)
         side.setContentsMargins(0, 0, 0, 0)
         left.setFixedWidth(_SIDE_PX)
-        self.text = Reading(self._manual) if self._manual is not None else None
+        self.text = DocumentView(self._manual) if self._manual is not None else None
         both = QHBoxLayout()
         both.setSpacing(10)
         both.addWidget(left)

@@ -38,11 +38,10 @@ from ocmm_gui.kit import (
     tr,
 )
 from ocmm_gui.operator._feature_panel import FeaturePanel
-from ocmm_gui.operator._guidance import Guidance
 from ocmm_gui.operator._part_view import PartVerdictView
-from ocmm_gui.operator._plan_list import PlanList
+from ocmm_gui.operator._plan_list import FeatureList
 from ocmm_gui.operator._readout import CoachedView, Readout
-from ocmm_gui.operator._status_strip import StatusStrip
+from ocmm_gui.operator._status_strip import Guidance, StatusStrip
 from ocmm_gui.views import CameraViews, PointView, StepPicture
 
 _MOST_NAMED = 4
@@ -123,7 +122,7 @@ class DeskView(CoachedView):
     def __init__(self, rig: Rig, body: ProbeBody, actions: dict[str, QAction]) -> None:
         super().__init__()
         self.strip = StatusStrip(len(rig.cameras), body.n_leds)
-        self.plan = PlanList()
+        self.plan = FeatureList()
         self.points = PointView(rig, body, animated=_animated())
         self.readout = Readout()
         self.coach = CoachPanel()

@@ -29,7 +29,7 @@ from ocmm_gui.kit import (
     THEMES,
     FitText,
     Mark,
-    Painted,
+    PaintedWidget,
     Theme,
     far_type,
     feature_title,
@@ -52,11 +52,10 @@ from ocmm_gui.kit import (
     verdict_line,
     verdict_mark,
 )
-from ocmm_gui.operator._coverage_view import CoverageView
-from ocmm_gui.operator._far_message import FarMessage
+from ocmm_gui.operator._far_parts import FarMessage, TargetRing
+from ocmm_gui.operator._feature_details import CoverageView
 from ocmm_gui.operator._part_view import PartVerdictView
 from ocmm_gui.operator._readout import CoachedView, Readout
-from ocmm_gui.operator._target_ring import TargetRing
 
 _VALUES = (
     ("measured", later("Measured"), "0000.000"),
@@ -162,7 +161,7 @@ class FarView(CoachedView):
             grid.setRowStretch(line, stretch)
         self._airs = [_Air(layout) for layout in self.findChildren(QLayout)]
         for child in self.findChildren(QWidget):
-            if isinstance(child, Painted | Readout):
+            if isinstance(child, PaintedWidget | Readout):
                 # Relative to the window: enlarged twice it has 360 lines.
                 child.setMinimumSize(1, 1)
 

@@ -25,7 +25,7 @@ from ocmm_gui.kit import (
     DEFAULT_THEME,
     THEMES,
     FitText,
-    Painted,
+    PaintedWidget,
     PlainLabel,
     Theme,
     basis_words,
@@ -47,8 +47,7 @@ from ocmm_gui.kit import (
     verdict_line,
     verdict_mark,
 )
-from ocmm_gui.operator._coverage_view import CoverageView
-from ocmm_gui.operator._feature_details import CharacteristicList, PointDots
+from ocmm_gui.operator._feature_details import CharacteristicList, CoverageView, PointDots
 
 _LINE_PX = 22.0
 _TALLEST_PX = 90.0
@@ -57,7 +56,7 @@ _LEFT = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter
 _RIGHT = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
 
 
-class ResidualChart(Painted):
+class ResidualChart(PaintedWidget):
     """Distances of points from the fitted feature; outliers red, selection framed."""
 
     point_chosen = Signal(int)

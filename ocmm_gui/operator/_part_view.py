@@ -8,7 +8,7 @@ from PySide6.QtGui import QColor, QFontMetricsF, QPaintEvent
 from ocmm_core.inspection.evaluation import NOISY_LINE, SIMULATED_LINE, JobView
 from ocmm_gui.kit import (
     Mark,
-    Painted,
+    PaintedWidget,
     fitted,
     paint_mark,
     said,
@@ -24,7 +24,7 @@ _WORD_SHARE = 0.46
 _LEFT = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter
 
 
-class PartVerdictView(Painted):
+class PartVerdictView(PaintedWidget):
     """Sign and word of the verdict, counts, and names of failed or missing features.
 
     `least`: Minimum pixel size of a reason: names that do not fit are counted.

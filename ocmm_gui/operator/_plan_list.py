@@ -33,7 +33,7 @@ _VERDICT = Qt.ItemDataRole(_ROLE + 1)
 _ROW_PX = 46
 
 
-class PlanList(QListWidget):
+class FeatureList(QListWidget):
     """List of the features; a click activates one."""
 
     feature_chosen = Signal(str)

@@ -2,12 +2,10 @@
 
 In: a plan, keys, tables, STEP files, a job to teach from. Out: a plan that is checked and saved.
 
-Read `_plan_sheet` (the editor), `_draft` (the edited plan, with undo), `_plan_items` (the list);
-the form of one item is package `form`.
-`_plan_changes` and `_plan_parts` are the actions of its keys, and its parts.
-`_from_models` is the import from models and tables: `_importing` reads, `_model_choice` selects (a
-`_part_choice`), `_tolerance_account` confirms.
-`_plan_checks`, `_proposals`, `_teaching` and `_drawn` are named by their content.
+Read `_plan_sheet` (the editor), `_plan_checks` (the edited plan, with undo and its errors),
+`_plan_items` (the list); the form of one item is package `form`. `_plan_changes` and `_plan_parts`
+are the actions of its keys, and its parts. `_from_models` imports from models and tables:
+`_importing` reads, `_part_choice` selects.
 Rules of plans are in `inspection.plan`. It must not know the other sheets.
 """
 

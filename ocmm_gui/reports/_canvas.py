@@ -63,7 +63,7 @@ class PageField:
 
 
 @dataclass(slots=True)
-class Canvas:
+class PageCanvas:
     """Pages under construction."""
 
     speech: Speech = field(default_factory=Speech)

@@ -8,7 +8,7 @@ from PySide6.QtGui import QColor, QPaintEvent, QPen
 from ocmm_core.tolerances.uncertainty import Budget, BudgetRow
 from ocmm_gui.kit import (
     NumberTable,
-    Painted,
+    PaintedWidget,
     digit_font,
     later,
     literal,
@@ -76,7 +76,7 @@ def shown_rows(budget: Budget | None) -> tuple[BudgetRow, ...]:
     return tuple(row for row in budget.rows if row.share >= _LEAST_SHARE)[:_MOST_ROWS]
 
 
-class BudgetBars(Painted):
+class BudgetBars(PaintedWidget):
     """One bar per source, as long as its standard uncertainty; below them the total."""
 
     def __init__(self) -> None:

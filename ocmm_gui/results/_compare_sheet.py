@@ -32,7 +32,7 @@ from ocmm_gui.kit import (
     tr_all,
     with_unit,
 )
-from ocmm_gui.reports import BatchPrinting
+from ocmm_gui.reports import BatchTask
 from ocmm_gui.work import Tell, WorkSheet
 
 _KEYS = (
@@ -204,7 +204,7 @@ class CompareSheet(WorkSheet):
             return
         self.target.hide()
         if path.suffix.lower() == ".pdf":
-            self._begin(tr("Writing the pages"), BatchPrinting(self._shown, path))
+            self._begin(tr("Writing the pages"), BatchTask(self._shown, path))
             return
         try:
             write_atomic(path, batch_table(self._shown))

@@ -31,10 +31,9 @@ from ocmm_gui.kit import (
     text_font,
     tr,
 )
-from ocmm_gui.reports import FormatText, PagePicture, PagePreview, Previewing
+from ocmm_gui.reports import FormatText, PagePicture, PagePreview, PreviewTask
 from ocmm_gui.results._job_source import JobSource
-from ocmm_gui.results._paper_form import PaperForm
-from ocmm_gui.results._report_writer import ReportWriter
+from ocmm_gui.results._report_writer import PaperForm, ReportWriter
 from ocmm_gui.work import SideProcess, WorkLine
 
 _KEYS = (
@@ -174,7 +173,7 @@ class ReportSheet(Sheet):
             self.paper.show_fault(None)
             self._keep()
             width = self.pages.width_in(self.shown.width())
-            self._previewing.start(Previewing(replace(data, paper=paper), width))
+            self._previewing.start(PreviewTask(replace(data, paper=paper), width))
 
         def failed(error: Exception) -> None:
             if asked == self._asked:

@@ -30,10 +30,9 @@ from ocmm_gui.kit import (
     verdict_colour,
     verdict_mark,
 )
-from ocmm_gui.results._deviation_view import DeviationView
-from ocmm_gui.results._job_source import JobSource, OpenedJob, opened_job
+from ocmm_gui.results._job_source import JobFileData, JobSource, opened_job
 from ocmm_gui.results._result_detail import ResultDetail
-from ocmm_gui.results._result_table import ResultTable
+from ocmm_gui.results._result_table import DeviationView, ResultTable
 from ocmm_gui.scene import Diamonds, Item, Orbit, OrbitView, Tag, paint_scene
 from ocmm_gui.views import job_items
 from ocmm_gui.work import SideProcess, WorkLine
@@ -265,7 +264,7 @@ class ResultsSheet(Sheet):
 
     def _on_opened(self, opened: object) -> None:
         self.opening.end()
-        if isinstance(opened, OpenedJob):
+        if isinstance(opened, JobFileData):
             self.show_source(JobSource.of_opened(opened))
 
     def show_source(self, source: JobSource) -> None:

@@ -60,7 +60,7 @@ class StillScene:
         return self.part is not None and self.part is other.part and self.is_seen_as(other)
 
 
-class KeptScene:
+class SceneCache:
     """Returns the same scene for unchanged inputs, for comparison by identity."""
 
     def __init__(self) -> None:

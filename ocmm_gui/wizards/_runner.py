@@ -1,4 +1,4 @@
-"""Running procedure: rail, instruction, page, gate, and buttons."""
+"""One guided procedure at a time: start page, then rail, instruction, page, gate and buttons."""
 
 from __future__ import annotations
 
@@ -25,6 +25,7 @@ from ocmm_gui.kit import (
     NarrowButton,
     Sound,
     Theme,
+    ThemedWidget,
     key_words,
     literal,
     mark_colour,
@@ -35,13 +36,11 @@ from ocmm_gui.kit import (
     tr,
     use_role,
 )
-from ocmm_gui.wizards._decision_bar import DecisionBar
 from ocmm_gui.wizards._driver import WizardDriver
-from ocmm_gui.wizards._keys import WIZARD_ACTIONS, make_wizard_actions
-from ocmm_gui.wizards._rail import Rail
+from ocmm_gui.wizards._runner_parts import WIZARD_ACTIONS, DecisionBar, Rail, make_wizard_actions
 from ocmm_gui.wizards.parts import (
-    Seen,
     StepPage,
+    StepSnapshot,
     WizardTexts,
     gate_words,
     is_unstored,
@@ -83,7 +82,7 @@ class Runner(QWidget):
         self.driver = driver
         self.pages = dict(pages)
         self._texts, self._practice = texts, practice
-        self._seen: Seen | None = None
+        self._seen: StepSnapshot | None = None
         self._entered: StepPage | None = None
         self._was_open = False
         self._go_on = QTimer(self)
@@ -131,7 +130,7 @@ class Runner(QWidget):
         assert isinstance(page, StepPage)  # noqa: S101 - nothing else is in the stack
         return page
 
-    def show_seen(self, seen: Seen) -> None:
+    def show_seen(self, seen: StepSnapshot) -> None:
         self._seen = seen
         base = seen.view.base
         page = self.pages[base.step.name]
@@ -213,12 +212,12 @@ class Runner(QWidget):
             self.driver.keep(reason)
         self.setFocus()
 
-    def _has_to_be_calculated(self, seen: Seen) -> bool:
+    def _has_to_be_calculated(self, seen: StepSnapshot) -> bool:
         base = seen.view.base
         nothing = seen.view.outcome is None and base.error is None and seen.calculating_s is None
         return nothing and (base.decision is ProcedureDecision.OPEN or is_unstored(base))
 
-    def _enable(self, seen: Seen, page: StepPage) -> None:
+    def _enable(self, seen: StepSnapshot, page: StepPage) -> None:
         base = seen.view.base
         is_open = base.decision is ProcedureDecision.OPEN
         calculating = seen.calculating_s is not None
@@ -253,7 +252,7 @@ class Runner(QWidget):
         for key, word in (("accept", tr(ends.accept)), ("keep", tr(ends.keep))):
             self.buttons[key].setText(f"{word}\n[{key[0].upper()}]")
 
-    def _show_gate(self, seen: Seen) -> None:
+    def _show_gate(self, seen: StepSnapshot) -> None:
         accepted = tr("Practice: the records of this station are unchanged.")
         if not self._practice:
             accepted = tr(self._texts.accepted)
@@ -320,3 +319,54 @@ class Runner(QWidget):
 
 def _nothing() -> None:
     """Do nothing: the page has no such command."""
+
+
+class GuidedStack(QStackedWidget):
+    left = Signal()
+    """Left; the procedure has ended and can be resumed."""
+    taken = Signal()
+    sounded = Signal(object)
+    told = Signal(str)
+    """Emits a note for resumed sessions."""
+    failed = Signal(object)
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._theme = THEMES[DEFAULT_THEME]
+        self.runner: Runner | None = None
+
+    def leave(self) -> None:
+        """Stop the procedure and leave; the session can be resumed."""
+        self.close_runner()
+        self.left.emit()
+
+    def close_runner(self) -> bool:
+        """Stop the procedure in bounded time; return whether it ended."""
+        runner, self.runner = self.runner, None
+        if runner is None:
+            return True
+        ended = runner.close_driver()
+        self.removeWidget(runner)
+        runner.deleteLater()
+        return ended
+
+    def set_theme(self, theme: Theme) -> None:
+        """Store the theme for later pages."""
+        self._theme = theme
+
+    def _show_runner(self, runner: Runner, driver: WizardDriver, torn: str) -> None:
+        """Run a procedure; ``torn`` describes data lost by an interruption."""
+        runner.left.connect(self.leave)
+        runner.sounded.connect(self.sounded)
+        driver.taken.connect(self.taken)
+        driver.failed.connect(self.failed)
+        self.runner = runner
+        for widget in (runner, *runner.findChildren(QWidget)):
+            if isinstance(widget, ThemedWidget):
+                widget.set_theme(self._theme)
+        self.addWidget(runner)
+        self.setCurrentWidget(runner)
+        driver.start()
+        runner.setFocus()
+        if torn:
+            self.told.emit(torn)

@@ -32,13 +32,13 @@ from ocmm_gui.kit import (
     tr,
     use_role,
 )
-from ocmm_gui.wizards._site import Offer
+from ocmm_gui.wizards._site import UnfinishedSession
 from ocmm_gui.wizards.parts import Field, practice_title
 
 _ROW_PX = 58
 
 
-class StartPage(QWidget):
+class WizardStart(QWidget):
     """Fields of a new session on the left, unfinished sessions on the right."""
 
     begun = Signal(object)
@@ -50,7 +50,7 @@ class StartPage(QWidget):
     def __init__(self) -> None:
         super().__init__()
         self._theme = THEMES[DEFAULT_THEME]
-        self._offers: tuple[Offer, ...] = ()
+        self._offers: tuple[UnfinishedSession, ...] = ()
         self._title = PlainLabel()
         self._title.setAccessibleName(tr("Wizard"))
         self._title.setFont(text_font(28, bold=True))
@@ -90,8 +90,8 @@ class StartPage(QWidget):
         layout.addLayout(row)
 
     def ask(
-        self, title: str, purpose: str, fields: Sequence[Field], offers: Sequence[Offer],
-        *, practice: bool = False,
+        self, title: str, purpose: str, fields: Sequence[Field],
+        offers: Sequence[UnfinishedSession], *, practice: bool = False,
     ) -> None:  # fmt: skip
         """Show fields and unfinished sessions, which are proposed first."""
         self._title.setText(practice_title(tr(title)) if practice else tr(title))
@@ -191,7 +191,7 @@ class StartPage(QWidget):
             use_role(button, "primary" if primary else "plain")
         self._paint()
 
-    def _offer(self) -> Offer | None:
+    def _offer(self) -> UnfinishedSession | None:
         row = self.list.currentRow()
         return self._offers[row] if 0 <= row < len(self._offers) else None
 

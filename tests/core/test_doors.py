@@ -160,7 +160,7 @@ def test_a_door_of_no_room_refuses_every_name() -> None:
         ("tests/gui/test_a.py", "from ocmm_core.camera._rig import Rig", "ocmm_core.camera"),
         ("benchmarks/a.py", "def f():\n    from ocmm_core.camera._rig import Rig",
          "ocmm_core.camera"),
-        ("docs/images/a.py", "from ocmm_gui.wizards.parts._messages import Gate",
+        ("docs/images/a.py", "from ocmm_gui.wizards.parts._shown import Gate",
          "ocmm_gui.wizards.parts"),
         ("installer/a.py", "from ocmm_core.camera._rig import Rig", "ocmm_core.camera"),
     ],

@@ -199,7 +199,7 @@ _OF_TYPE: Mapping[str, Mapping[str, Words]] = {
 _UNIT = re.compile(r"\bmm\b")
 
 
-class Measure(Enum):
+class FieldUnit(Enum):
     """Kind of a field's numbers."""
 
     NONE = "no lengths"
@@ -211,19 +211,19 @@ def words_of(struct: type[msgspec.Struct], field: str) -> Words:
     """Return label and explanation of a field; KeyError if missing."""
     own = _OF_TYPE.get(struct.__name__, {})
     label, tip = tr_all(own[field] if field in own else _ALL[field])
-    if measure_of(struct, field) is Measure.NONE or "digest" in struct.__struct_fields__:
+    if measure_of(struct, field) is FieldUnit.NONE or "digest" in struct.__struct_fields__:
         return label, tip
     # The unit is at the end of the label, or in the explanation.
     return _UNIT.sub(unit_word(), label), _UNIT.sub(unit_word(), tip)
 
 
-def measure_of(struct: type[msgspec.Struct], field: str) -> Measure:
+def measure_of(struct: type[msgspec.Struct], field: str) -> FieldUnit:
     own = _OF_TYPE.get(struct.__name__, {})
     label, tip = own[field] if field in own else _ALL[field]
     if struct is Characteristic and field in ("nominal", "lower", "upper"):
-        return Measure.BY_KIND
+        return FieldUnit.BY_KIND
     is_length = label.endswith(", mm") or tip.endswith(", mm")
-    return Measure.LENGTH if is_length else Measure.NONE
+    return FieldUnit.LENGTH if is_length else FieldUnit.NONE
 
 
 def choices_of(struct: type[msgspec.Struct], field: str) -> tuple[str, ...]:

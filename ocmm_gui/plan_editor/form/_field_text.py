@@ -20,7 +20,7 @@ from ocmm_gui.kit import (
     typed_value,
     unit_word,
 )
-from ocmm_gui.plan_editor.form._field_labels import Measure
+from ocmm_gui.plan_editor.form._field_labels import FieldUnit
 from ocmm_gui.plan_editor.form._form_lines import FieldKind, FormLine
 
 _YES, _NO = "yes", "no"
@@ -106,7 +106,7 @@ def value_of(line: FormLine, text: str, *, angle: bool = False) -> Any:
 
 
 def _is_length(line: FormLine, *, angle: bool) -> bool:
-    return line.measure is Measure.LENGTH or (line.measure is Measure.BY_KIND and not angle)
+    return line.measure is FieldUnit.LENGTH or (line.measure is FieldUnit.BY_KIND and not angle)
 
 
 def _in_inch(line: FormLine, value: Any) -> str:

@@ -16,7 +16,13 @@ from typing import Any, Literal, Union, get_args, get_origin
 import msgspec
 
 from ocmm_core.part_model import NominalFace
-from ocmm_gui.plan_editor.form._field_labels import Measure, Words, choices_of, measure_of, words_of
+from ocmm_gui.plan_editor.form._field_labels import (
+    FieldUnit,
+    Words,
+    choices_of,
+    measure_of,
+    words_of,
+)
 
 GIVEN = "given"
 """Pseudo field: whether an optional struct without a tag is present."""
@@ -51,7 +57,7 @@ class FormLine:
     """Other lines depend on its choice."""
     parts: tuple[str, ...] = ()
     """Fields of every line of `FieldKind.PLACES`: of the name, and of the numbers."""
-    measure: Measure = Measure.NONE
+    measure: FieldUnit = FieldUnit.NONE
     """Whether its numbers are lengths."""
 
 
@@ -179,7 +185,7 @@ def _line(struct: type[msgspec.Struct], item: msgspec.structs.FieldInfo, at: str
         # The hash covers all of the document except the fields edited here.
         kind = FieldKind.FIXED
     neutral = msgspec.to_builtins(neutral)
-    measure = Measure.NONE if kind is FieldKind.FIXED else measure_of(struct, item.name)
+    measure = FieldUnit.NONE if kind is FieldKind.FIXED else measure_of(struct, item.name)
     return FormLine(
         at + item.name, label, tip, kind, choices, neutral, parts=parts, measure=measure
     )

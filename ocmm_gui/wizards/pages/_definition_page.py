@@ -41,7 +41,7 @@ from ocmm_gui.kit import (
     tr,
 )
 from ocmm_gui.wizards.pages._definition_form import DefinitionForm, LedTable
-from ocmm_gui.wizards.parts import ProbePicture
+from ocmm_gui.wizards.parts import ProbeDrawing
 from ocmm_gui.work import SideProcess
 
 SETTLE_MS = 500
@@ -68,7 +68,7 @@ class DefinitionPage(QWidget):
         self._measured: ProbeRecord | None = None
         self.form = DefinitionForm()
         self.leds = LedTable()
-        self.picture = ProbePicture()
+        self.picture = ProbeDrawing()
         self._word = FitText(tr("Verdict"), limit=34)
         self._word.setFixedHeight(44)
         self.sentence = sentence_label(tr("Meaning of the verdict"), 17)

@@ -17,7 +17,7 @@ from ocmm_gui.kit import (
     SCENE_LEAST,
     SCENE_SIZE,
     Mark,
-    Painted,
+    PaintedWidget,
     fitted,
     later,
     localised,
@@ -26,7 +26,7 @@ from ocmm_gui.kit import (
     text_font,
     tr,
 )
-from ocmm_gui.wizards.parts import BarPlace, CollectPage, Score, Seen, bars, volume_coverage
+from ocmm_gui.wizards.parts import BarPlace, CollectPage, Score, StepSnapshot, bars, volume_coverage
 
 _TILT_PX, _ROOMY_PX = 86, 112
 _LEAN = {"leaning left": -32.0, "leaning right": 32.0}
@@ -45,7 +45,7 @@ _EXAMPLES = (
 """Middle and direction of placements, in halves of the volume: advice only."""
 
 
-class TiltRow(Painted):
+class TiltRow(PaintedWidget):
     """Probe attitudes used, and those missing."""
 
     def __init__(self) -> None:
@@ -139,7 +139,7 @@ class WavePage(CollectPage):
         self.beside.insertLayout(0, column, 1)
         self._shown: object = None
 
-    def show_seen(self, seen: Seen) -> None:
+    def show_seen(self, seen: StepSnapshot) -> None:
         super().show_seen(seen)
         view = seen.view_as(RelocationView)
         step, fraction = view.base.step, view.coverage.fraction
@@ -173,7 +173,7 @@ class BarPage(CollectPage):
         self.side.setStretch(1, 4)
         self._shown: object = None
 
-    def show_seen(self, seen: Seen) -> None:
+    def show_seen(self, seen: StepSnapshot) -> None:
         super().show_seen(seen)
         view = seen.view_as(RelocationView)
         show_prediction(self.length, view)
@@ -186,7 +186,7 @@ class BarPage(CollectPage):
             self.picture.show_contents(bars(places, current), words)
 
 
-class SeatPicture(Painted):
+class SeatPicture(PaintedWidget):
     """Points to put the ball into, in order."""
 
     def __init__(self) -> None:
@@ -247,7 +247,7 @@ class WorldPage(CollectPage):
         self.beside.replaceWidget(self.picture, self.seats)
         self.picture.hide()
 
-    def show_seen(self, seen: Seen) -> None:
+    def show_seen(self, seen: StepSnapshot) -> None:
         super().show_seen(seen)
         view = seen.view_as(RelocationView)
         self.seats.show_seats(view.world_wanted, len(view.world_points))

@@ -27,7 +27,7 @@ from ocmm_gui.kit import (
     tr_all,
 )
 from ocmm_gui.wizards.pages._touch_pages import TipScatter
-from ocmm_gui.wizards.parts import ResultFrame, Said
+from ocmm_gui.wizards.parts import ResultFrame, ResultVerdict
 
 _SCALE_PX = 58.0
 _CHECKED = (
@@ -142,11 +142,11 @@ class TipResultPage(ResultFrame):
         super().__init__(tuple(zip(tr_all(self.plots), views, strict=True)))
         self.chart, self.form, self.cone, self.compared = views
 
-    def judge(self, outcome: object) -> Said:
+    def judge(self, outcome: object) -> ResultVerdict:
         if not isinstance(outcome, TipOutcome):
-            return Said("", Mark.OPEN, "")
+            return ResultVerdict("", Mark.OPEN, "")
         if outcome.record.passed:
-            return Said(
+            return ResultVerdict(
                 tr("PASSED"),
                 Mark.GOOD,
                 tr(
@@ -154,7 +154,7 @@ class TipResultPage(ResultFrame):
                     "Ctrl+P in Maintain, page Probe."
                 ),
             )
-        return Said(
+        return ResultVerdict(
             tr("FAILED"),
             Mark.BAD,
             tr(
@@ -199,11 +199,11 @@ class TipCheckResultPage(ResultFrame):
         super().__init__(((tr("Limits"), chart),))
         self.chart = chart
 
-    def judge(self, outcome: object) -> Said:
+    def judge(self, outcome: object) -> ResultVerdict:
         if not isinstance(outcome, TipCheckOutcome):
-            return Said("", Mark.OPEN, "")
+            return ResultVerdict("", Mark.OPEN, "")
         if outcome.record.passed:
-            return Said(
+            return ResultVerdict(
                 tr("PASSED"),
                 Mark.GOOD,
                 tr(
@@ -212,7 +212,7 @@ class TipCheckResultPage(ResultFrame):
                     "Maintain, page Probe."
                 ),
             )
-        return Said(
+        return ResultVerdict(
             tr("FAILED"),
             Mark.BAD,
             tr(

@@ -12,7 +12,7 @@ from ocmm_core.geometry import Float, Points3, unit
 from ocmm_gui.charts import Bars, Mapped, Plot, Row
 from ocmm_gui.kit import Mark, digit_font, localised, said, said_word, text_font, tr
 from ocmm_gui.views import upright
-from ocmm_gui.wizards.parts import HandsPage, Score, Seen, Told
+from ocmm_gui.wizards.parts import BannerMessage, HandsPage, Score, StepSnapshot
 
 _SPHERE_SPACING, _CONE_SPACING = float(np.radians(16.0)), float(np.radians(14.0))
 _KEYS = ("back", "drop", "automatic", "take", "next")
@@ -30,7 +30,7 @@ class SpherePage(HandsPage):
         self.scores.addWidget(self.ball, 3)
         self.scores.addWidget(self.bars, 3)
 
-    def show_seen(self, seen: Seen) -> None:
+    def show_seen(self, seen: StepSnapshot) -> None:
         view = seen.view_as(TouchView)
         self.show_cameras(view.base.live)
         sphere = view.sphere
@@ -76,7 +76,7 @@ class ConePage(HandsPage):
         self.scores.addWidget(self.spread, 2)
         self.scores.addWidget(self.tips, 4)
 
-    def show_seen(self, seen: Seen) -> None:
+    def show_seen(self, seen: StepSnapshot) -> None:
         view = seen.view_as(TouchView)
         self.show_cameras(view.base.live)
         cone = view.cone
@@ -165,21 +165,21 @@ class TipScatter(Plot):
         painter.drawText(foot, Qt.AlignmentFlag.AlignCenter, names)
 
 
-def told_of(view: TouchView, word: str, where: str, *, automatic: bool) -> Told:
+def told_of(view: TouchView, word: str, where: str, *, automatic: bool) -> BannerMessage:
     """Return the banner before an observation: ``word`` until the ball is near."""
     countdown, hint = view.countdown, said(view.base.live.hint)
     if not where:
-        return Told(tr("COMPLETE"), tr("Nothing is missing."), Mark.GOOD, 1.0)
+        return BannerMessage(tr("COMPLETE"), tr("Nothing is missing."), Mark.GOOD, 1.0)
     if countdown.phase is Phase.RESTING:
         still = tr("HOLD STILL  {seconds_left:.1f}").format(seconds_left=countdown.seconds_left)
-        return Told(still, _sentence(where), Mark.ACTIVE, countdown.fraction)
+        return BannerMessage(still, _sentence(where), Mark.ACTIVE, countdown.fraction)
     if countdown.phase is Phase.READY:
         note = tr("Taken automatically.") if automatic else tr("Press Space to take it.")
-        return Told(tr("READY"), note, Mark.GOOD, 1.0)
+        return BannerMessage(tr("READY"), note, Mark.GOOD, 1.0)
     if countdown.phase is Phase.TAKEN:
-        return Told(tr("TAKEN"), tr("Next: {where}").format(where=where), Mark.GOOD, 0.0)
+        return BannerMessage(tr("TAKEN"), tr("Next: {where}").format(where=where), Mark.GOOD, 0.0)
     note = hint if word == where.upper() else f"{_sentence(where)} {hint}"
-    return Told(word, note, Mark.ACTIVE, 0.0)
+    return BannerMessage(word, note, Mark.ACTIVE, 0.0)
 
 
 def _sentence(where: str) -> str:

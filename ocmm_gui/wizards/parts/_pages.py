@@ -15,7 +15,7 @@ from ocmm_core.geometry import Float
 from ocmm_gui.kit import panel, said_word, text_font, tr
 from ocmm_gui.wizards.parts._live_panel import LivePanel, Score
 from ocmm_gui.wizards.parts._picture import ScenePicture, bar_places, bars, reference_points, seats
-from ocmm_gui.wizards.parts._shown import Seen
+from ocmm_gui.wizards.parts._shown import StepSnapshot
 
 SIDE_PX = 360
 Command = Callable[[datetime], None]
@@ -35,7 +35,7 @@ class StepPage(QWidget):
     goes_on_by_itself = False
     """Enter the next step automatically after a delay."""
 
-    def show_seen(self, seen: Seen) -> None:
+    def show_seen(self, seen: StepSnapshot) -> None:
         raise NotImplementedError
 
     def show_plot(self, number: int) -> None:
@@ -73,7 +73,7 @@ class CollectPage(StepPage):
         holder.setFixedWidth(SIDE_PX)
         self.beside.addWidget(holder)
 
-    def show_seen(self, seen: Seen) -> None:
+    def show_seen(self, seen: StepSnapshot) -> None:
         step = seen.view.base.step
         share = step.done / step.wanted if step.wanted else 0.0
         left = step.wanted - step.done
@@ -83,7 +83,7 @@ class CollectPage(StepPage):
         self.live.show_live(seen.view.base.live, automatic=seen.automatic, complete=complete)
 
 
-class AimsAtPoints(Protocol):
+class PointTargets(Protocol):
     """A procedure with selectable next point."""
 
     def aim(self, point: str | None) -> None: ...
@@ -94,7 +94,7 @@ class KnownPointsPage(CollectPage):
 
     keys = ("back", "drop", "skip", "automatic", "take", "next")
 
-    def __init__(self, rig: Rig, procedure: AimsAtPoints) -> None:
+    def __init__(self, rig: Rig, procedure: PointTargets) -> None:
         super().__init__(rig, tr("Points taken"))
         self._procedure = procedure
         self._points: tuple[KnownPoint, ...] = ()
@@ -108,7 +108,7 @@ class KnownPointsPage(CollectPage):
         self.list.currentRowChanged.connect(self._choose)
         self.beside.insertWidget(0, self.list)
 
-    def show_seen(self, seen: Seen) -> None:
+    def show_seen(self, seen: StepSnapshot) -> None:
         super().show_seen(seen)
         view = seen.view_as(KnownPointsView)
         if _states(view.points) == _states(self._points) and view.next_point == self._aim:
@@ -149,7 +149,7 @@ class LinesPage(CollectPage):
         super().__init__(rig, tr("Nests taken"))
         self._shown: object = None
 
-    def show_seen(self, seen: Seen) -> None:
+    def show_seen(self, seen: StepSnapshot) -> None:
         super().show_seen(seen)
         view = seen.view_as(VerificationView)
         state = (view.current_line, tuple(line.taken for line in view.lines))
@@ -185,7 +185,7 @@ class SeatsPage(CollectPage):
         self._again = again
         self._shown: object = None
 
-    def show_seen(self, seen: Seen) -> None:
+    def show_seen(self, seen: StepSnapshot) -> None:
         super().show_seen(seen)
         view = seen.view_as(self._view)
         state = (view.next_seat, len(view.seats_world))

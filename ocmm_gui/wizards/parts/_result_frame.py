@@ -31,15 +31,14 @@ from ocmm_gui.kit import (
     text_font,
     tr,
 )
-from ocmm_gui.wizards.parts._facts import Facts, figures_area
 from ocmm_gui.wizards.parts._pages import StepPage
-from ocmm_gui.wizards.parts._shown import Seen
+from ocmm_gui.wizards.parts._shown import Facts, StepSnapshot, figures_area
 
 _SIDE_PX = 360
 
 
 @dataclass(frozen=True, slots=True)
-class Said:
+class ResultVerdict:
     """Verdict in large letters, with its meaning."""
 
     word: str
@@ -102,7 +101,7 @@ class ResultFrame(StepPage):
         super().__init__()
         self._theme = THEMES[DEFAULT_THEME]
         self._shown: object | None = None
-        self._seen: Seen | None = None
+        self._seen: StepSnapshot | None = None
         self.tabs = PlotTabs(plots)
         self._word = FitText(tr("Result"), limit=40)
         self._word.setFixedHeight(50)
@@ -136,7 +135,7 @@ class ResultFrame(StepPage):
         layout.addWidget(side)
         self._show(None)
 
-    def judge(self, outcome: object) -> Said:
+    def judge(self, outcome: object) -> ResultVerdict:
         raise NotImplementedError
 
     def fill(self, outcome: object) -> tuple[Sequence[tuple[str, str]], Sequence[Finding]]:
@@ -152,7 +151,7 @@ class ResultFrame(StepPage):
     def word(self) -> str:
         return self._word.text()
 
-    def show_seen(self, seen: Seen) -> None:
+    def show_seen(self, seen: StepSnapshot) -> None:
         self._seen = seen
         if seen.view.outcome is not self._shown:
             self._show(seen.view.outcome)
@@ -173,18 +172,18 @@ class ResultFrame(StepPage):
         waiting = tr("Calculating …") if seen.calculating_s is not None else tr("No result to show")
         self._waiting.setText(waiting)
 
-    def _said(self, seen: Seen) -> Said:
+    def _said(self, seen: StepSnapshot) -> ResultVerdict:
         error = seen.view.base.error
         if seen.calculating_s is not None:
-            return Said(
+            return ResultVerdict(
                 tr("CALCULATING  {calculating_s:.0f} s").format(calculating_s=seen.calculating_s),
                 Mark.ACTIVE,
                 tr("Window and session stay as they are; C cancels the calculation."),
             )
         if error is not None:
-            return Said(tr("NO RESULT"), Mark.BAD, said(f"{error.what} {error.remedy}"))
+            return ResultVerdict(tr("NO RESULT"), Mark.BAD, said(f"{error.what} {error.remedy}"))
         if self._shown is None:
-            return Said(tr("NOT CALCULATED"), Mark.OPEN, tr("Press R to calculate."))
+            return ResultVerdict(tr("NOT CALCULATED"), Mark.OPEN, tr("Press R to calculate."))
         return self.judge(self._shown)
 
     def _show(self, outcome: object | None) -> None:
