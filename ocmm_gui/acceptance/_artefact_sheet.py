@@ -30,6 +30,7 @@ from ocmm_gui.kit import (
     Theme,
     caption,
     day_words,
+    fill,
     form_field,
     later,
     localised,
@@ -200,12 +201,9 @@ class ArtefactSheet(WorkSheet):
         self.file.given.connect(self.read)
         self.sure = AnswerPanel(tr("Remove the artefact"), tr("Remove"))
         self.sure.agreed.connect(self._remove)
-        self.body.addWidget(self.file)
-        self.body.addWidget(self.sure)
-        self.body.addWidget(self.working)
-        self.body.addWidget(self.table, 1)
-        self.body.addWidget(self.reasons)
-        self.body.addWidget(self.form)
+        fill(
+            self.body, self.file, self.sure, self.working, (self.table, 1), self.reasons, self.form
+        )
         self.use_keys(
             {
                 "new": self.form.clear,

@@ -28,7 +28,7 @@ from ocmm_gui.acceptance._start_page import AcceptanceStart, limits_text
 from ocmm_gui.acceptance._touch_picture import position_contents
 from ocmm_gui.kit import later, localised, said, tr
 from ocmm_gui.wizards import DirectCalculation, GuidedStack, Runner, WizardDriver, temperature
-from ocmm_gui.wizards.parts import (
+from ocmm_gui.wizards.pages import (
     VERDICT_ENDS,
     PreparePage,
     StepPage,

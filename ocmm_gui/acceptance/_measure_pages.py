@@ -35,6 +35,9 @@ from ocmm_gui.kit import (
     OwnKeysField,
     PlainLabel,
     Theme,
+    dressed,
+    fill,
+    hbox,
     later,
     literal,
     localised,
@@ -46,8 +49,9 @@ from ocmm_gui.kit import (
     text_font,
     tr,
     tr_all,
+    vbox,
 )
-from ocmm_gui.wizards.parts import CollectPage, ResultFrame, ResultVerdict, StepSnapshot, bars
+from ocmm_gui.wizards.pages import CollectPage, ResultFrame, ResultVerdict, StepSnapshot, bars
 
 
 def checks_of(values: Sequence[JudgedValue]) -> tuple[Check, ...]:
@@ -177,32 +181,20 @@ class MeasurePage(CollectPage):
         self.hint.setStyleSheet(f"color: {theme.warn};")
 
     def _lay_out(self) -> None:
-        pictures = QHBoxLayout()
-        pictures.setSpacing(8)
-        pictures.addWidget(self.picture, 1)
-        pictures.addWidget(self.touches, 1)
+        pictures = hbox((self.picture, 1), (self.touches, 1), spacing=8)
         self.touches.hide()
-        left = QVBoxLayout()
-        left.setSpacing(8)
-        left.addLayout(pictures, 3)
-        left.addWidget(self.errors, 2)
-        self.beside.insertLayout(0, left, 1)
+        self.beside.insertLayout(0, vbox((pictures, 3), (self.errors, 2), spacing=8), 1)
         for widget in (self.place, self.last, self.hint):
             self.scores.addWidget(widget)
         row = QHBoxLayout()
-        label = PlainLabel(tr("Room, °C"))
-        label.setFont(text_font(15))
-        label.setProperty("role", "muted")
+        label = dressed(PlainLabel(tr("Room, °C")), font=text_font(15), role="muted")
         label.setBuddy(self.temperature)
-        row.addWidget(label)
-        row.addWidget(self.temperature, 1)
+        fill(row, label, (self.temperature, 1))
         self.scores.addLayout(row)
 
 
 def _one(widget: ErrorChart) -> QVBoxLayout:
-    layout = QVBoxLayout()
-    layout.addWidget(widget)
-    return layout
+    return vbox(widget)
 
 
 _MARKS = {
@@ -247,8 +239,7 @@ class AcceptanceVerdictPage(ResultFrame):
         self._simulated = FitText(tr("Source"), limit=20)
         self._simulated.setFixedHeight(28)
         self.right.insertWidget(1, self._simulated)
-        self.record = NarrowButton(tr("Record  [2]"))
-        self.record.setAccessibleName(tr("Show every value of the record"))
+        self.record = dressed(NarrowButton(tr("Record  [2]")), tr("Show every value of the record"))
         self.record.clicked.connect(lambda: self.show_plot(1))
         self.paper = NarrowButton(tr("Certificate (PDF and DCC)  [P]"))
         self.paper.setAccessibleName(tr("Write the certificate, PDF and DCC"))

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from pathlib import Path
 
-from PySide6.QtWidgets import QGridLayout, QHBoxLayout, QHeaderView, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QGridLayout, QHeaderView, QWidget
 
 from ocmm_core.errors import InputError
 from ocmm_core.studies import (
@@ -36,7 +36,9 @@ from ocmm_gui.kit import (
     PathPanel,
     Theme,
     caption,
+    fill,
     form_field,
+    hbox,
     later,
     localised,
     mark_colour,
@@ -47,8 +49,9 @@ from ocmm_gui.kit import (
     text_font,
     tr,
     tr_all,
+    vbox,
 )
-from ocmm_gui.wizards.parts import PlotTabs
+from ocmm_gui.wizards.pages import PlotTabs
 from ocmm_gui.work import WorkSheet
 
 KEYS = (
@@ -341,19 +344,9 @@ class StudySheet(WorkSheet):
     def _lay_out(self) -> None:
         for widget in (self.store, self.file, self.where, self.working):
             self.body.addWidget(widget)
-        self.body.addWidget(panel(fields_of_study(self.fields)))
-        self.body.addWidget(self.progress)
-        left = QVBoxLayout()
-        left.addWidget(self.word)
-        left.addWidget(self.table, 1)
-        left.addWidget(self.message)
+        fill(self.body, panel(fields_of_study(self.fields)), self.progress)
+        left = vbox(self.word, (self.table, 1), self.message)
         holder = QWidget()
         left.setContentsMargins(0, 0, 0, 0)
         holder.setLayout(left)
-        right = QVBoxLayout()
-        right.addWidget(self.tabs)
-        middle = QHBoxLayout()
-        middle.setSpacing(8)
-        middle.addWidget(holder, 1)
-        middle.addWidget(panel(right), 1)
-        self.body.addLayout(middle, 1)
+        self.body.addLayout(hbox((holder, 1), (panel(vbox(self.tabs)), 1), spacing=8), 1)

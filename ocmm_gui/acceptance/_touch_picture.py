@@ -12,7 +12,7 @@ from ocmm_core.acceptance import AcceptanceView, PlannedPosition
 from ocmm_core.geometry import Float, unit
 from ocmm_gui.kit import SCENE_LEAST, PaintedWidget, Theme, text_font, tr
 from ocmm_gui.scene import Dots, Item, Lines, Tag
-from ocmm_gui.wizards.parts import BarPlace, Contents, bars
+from ocmm_gui.wizards.pages import BarPlace, Contents, bars
 
 _UP = np.array([0.0, 0.0, 1.0])
 _TILT = np.radians(25.0)

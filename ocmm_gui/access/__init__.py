@@ -17,7 +17,7 @@ from ocmm_core.door import door
 
 if TYPE_CHECKING:
     from ocmm_gui.access._hands_and_eyes import TARGET_MM, HandsAndEyes, TouchTargets
-    from ocmm_gui.access._screen import RULER_PX, RulerLine, ScreenSize, screen_size
+    from ocmm_gui.access._screen import RULER_PX, RulerLine, screen_size
     from ocmm_gui.access._zoom import (
         PageStack,
         Zoom,
@@ -30,11 +30,11 @@ else:
     __getattr__ = door(
         __name__,
         _hands_and_eyes="TARGET_MM HandsAndEyes TouchTargets",
-        _screen="RULER_PX RulerLine ScreenSize screen_size",
+        _screen="RULER_PX RulerLine screen_size",
         _zoom="PageStack Zoom ZoomArea fitting_factor screen_factor zoom_before_start",
     )
 
 __all__ = [
-    "RULER_PX", "TARGET_MM", "HandsAndEyes", "PageStack", "RulerLine", "ScreenSize", "TouchTargets",
-    "Zoom", "ZoomArea", "fitting_factor", "screen_factor", "screen_size", "zoom_before_start",
+    "RULER_PX", "TARGET_MM", "HandsAndEyes", "PageStack", "RulerLine", "TouchTargets", "Zoom",
+    "ZoomArea", "fitting_factor", "screen_factor", "screen_size", "zoom_before_start",
 ]  # fmt: skip

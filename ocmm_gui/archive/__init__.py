@@ -16,14 +16,10 @@ from ocmm_core.door import door
 
 if TYPE_CHECKING:
     from ocmm_gui.archive._archive_sheet import ArchiveSheet
-    from ocmm_gui.archive._archive_words import ArchiveTask
     from ocmm_gui.archive._recall_panel import RecallExportTask, RecallResult
 else:
     __getattr__ = door(
-        __name__,
-        _archive_sheet="ArchiveSheet",
-        _archive_words="ArchiveTask",
-        _recall_panel="RecallExportTask RecallResult",
+        __name__, _archive_sheet="ArchiveSheet", _recall_panel="RecallExportTask RecallResult"
     )
 
-__all__ = ["ArchiveSheet", "ArchiveTask", "RecallExportTask", "RecallResult"]
+__all__ = ["ArchiveSheet", "RecallExportTask", "RecallResult"]

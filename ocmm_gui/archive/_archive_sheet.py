@@ -7,7 +7,7 @@ from datetime import date
 from pathlib import Path
 
 from PySide6.QtCore import QStringListModel, Qt
-from PySide6.QtWidgets import QCompleter, QHBoxLayout, QTableWidgetItem, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QCompleter, QTableWidgetItem, QWidget
 
 from ocmm_core.archive.outbox import ArchivePlace, HandOver
 from ocmm_core.archive.questions import QUESTIONS, ArchiveAnswer, Asked, export_answer
@@ -34,11 +34,14 @@ from ocmm_gui.kit import (
     PathPanel,
     Theme,
     digit_font,
+    fill,
     form_field,
+    hbox,
     localised,
     said_word,
     sentence_label,
     tr,
+    vbox,
 )
 from ocmm_gui.work import WorkSheet
 
@@ -130,9 +133,7 @@ class ArchiveSheet(WorkSheet):
         self.kind = ChoiceBox(tr("Kind"), tr("What was used"), USES, lambda one: tr(USE_WORDS[one]))
         self.fields: dict[str, FormField] = {}
         self._holders: dict[str, QWidget] = {}
-        row = QHBoxLayout()
-        row.setSpacing(10)
-        row.addWidget(labelled(tr("Question"), self.question))
+        row = hbox(labelled(tr("Question"), self.question), spacing=10)
         self._holders["kind"] = labelled(tr("Kind"), self.kind)
         row.addWidget(self._holders["kind"])
         for key, name, tip in FIELDS:
@@ -153,20 +154,10 @@ class ArchiveSheet(WorkSheet):
         self.notes = sentence_label(tr("What must be known about the answer"), 15)
         self.standing = sentence_label(tr("Hand-over to the archive"), 14)
         self.standing.setProperty("role", "muted")
-        middle = QHBoxLayout()
-        middle.setSpacing(10)
-        middle.addWidget(self.table, 55)
-        middle.addWidget(self.chart, 45)
+        middle = hbox((self.table, 55), (self.chart, 45), spacing=10)
         self.recall, self._asking = RecallPanel(), QWidget()
-        asking = QVBoxLayout(self._asking)
-        asking.setContentsMargins(0, 0, 0, 0)
-        asking.addLayout(row)
-        asking.addLayout(middle, 1)
-        asking.addWidget(self.notes)
-        self.body.addWidget(self.target)
-        self.body.addWidget(self.working)
-        self.body.addWidget(self._asking, 1)
-        self.body.addWidget(self.recall, 1)
+        vbox(row, (middle, 1), self.notes, parent=self._asking, margins=0)
+        fill(self.body, self.target, self.working, (self._asking, 1), (self.recall, 1))
         self.recall.hide()
         self.body.addWidget(self.standing)
         self.question.currentIndexChanged.connect(lambda _index: self._show_fields())

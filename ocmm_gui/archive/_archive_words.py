@@ -6,13 +6,13 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TypeVar
 
-from PySide6.QtWidgets import QVBoxLayout, QWidget
+from PySide6.QtWidgets import QWidget
 
 from ocmm_core.archive.outbox import ArchivePlace, HandOver, hand_over
 from ocmm_core.archive.questions import QUESTIONS, ArchiveAnswer, Asked, parts
 from ocmm_core.archive.stores import open_archive
 from ocmm_core.errors import InputError
-from ocmm_gui.kit import ActionInfo, caption, later, tr
+from ocmm_gui.kit import ActionInfo, caption, later, tr, vbox
 from ocmm_gui.work import Tell
 
 D = TypeVar("D")
@@ -78,11 +78,7 @@ def read_day(text: str, read: Callable[[str], D]) -> D:
 
 def labelled(name: str, field: QWidget) -> QWidget:
     holder = QWidget()
-    layout = QVBoxLayout(holder)
-    layout.setContentsMargins(0, 0, 0, 0)
-    layout.setSpacing(2)
-    layout.addWidget(caption(name, field))
-    layout.addWidget(field)
+    vbox(caption(name, field), field, parent=holder, spacing=2, margins=0)
     return holder
 
 

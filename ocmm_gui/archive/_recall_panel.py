@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
 
-from PySide6.QtWidgets import QHBoxLayout, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QWidget
 
 from ocmm_core.archive.outbox import ArchivePlace
 from ocmm_core.archive.stores import open_archive
@@ -43,6 +43,7 @@ from ocmm_gui.kit import (
     Mark,
     Theme,
     form_field,
+    hbox,
     language_in_use,
     later,
     mark_colour,
@@ -51,6 +52,7 @@ from ocmm_gui.kit import (
     sentence_label,
     tr,
     tr_all,
+    vbox,
 )
 from ocmm_gui.reports import drawing, pdf_bytes
 from ocmm_gui.work import Teller
@@ -130,12 +132,7 @@ class RecallResult(QWidget):
         self.table = RecallTable()
         self.about_job = sentence_label(tr("Evidence for the selected verdict"), 14)
         self.about_job.setProperty("role", "muted")
-        body = QVBoxLayout(self)
-        body.setContentsMargins(0, 0, 0, 0)
-        body.addWidget(self._headline)
-        body.addWidget(self.totals)
-        body.addWidget(self.table, 1)
-        body.addWidget(self.about_job)
+        vbox(self._headline, self.totals, (self.table, 1), self.about_job, parent=self, margins=0)
         self.table.itemSelectionChanged.connect(self._show_job)
 
     def show_record(self, record: RecallRecord) -> str:
@@ -238,19 +235,14 @@ class RecallPanel(QWidget):
             tr("Finding"), tr("What was found to be wrong"), [tr(name) for _, name in _FINDINGS]
         )
         self.fields: dict[str, FormField] = {}
-        row = QHBoxLayout()
-        row.setSpacing(10)
-        row.addWidget(labelled(tr("Finding"), self.finding))
+        row = hbox(labelled(tr("Finding"), self.finding), spacing=10)
         self._holders: dict[str, QWidget] = {}
         for key, name, tip in _FIELDS:
             self.fields[key] = form_field(tr(name), tr(tip))
             self._holders[key] = labelled(tr(name), self.fields[key])
             row.addWidget(self._holders[key], 2 if key == "folders" else 1)
         self.result = RecallResult()
-        body = QVBoxLayout(self)
-        body.setContentsMargins(0, 0, 0, 0)
-        body.addLayout(row)
-        body.addWidget(self.result, 1)
+        vbox(row, (self.result, 1), parent=self, margins=0)
         self.finding.currentIndexChanged.connect(lambda _index: self._show_fields())
         self._show_fields()
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from PySide6.QtCore import QPointF, QRectF, Qt
 from PySide6.QtGui import QColor, QKeyEvent, QMouseEvent, QPainter, QPaintEvent, QPen, QPolygonF
-from PySide6.QtWidgets import QVBoxLayout, QWidget
+from PySide6.QtWidgets import QWidget
 
 from ocmm_core.calibration.guided import CameraResiduals
 from ocmm_core.calibration.pivot import PivotCalibration
@@ -17,7 +17,7 @@ from ocmm_core.camera import Rig, project
 from ocmm_core.geometry import Float, Points3
 from ocmm_gui.charts._plot import Plot, rms_of
 from ocmm_gui.charts._residual_plots import AllSensors, ResidualHistogram
-from ocmm_gui.kit import digit_font, localised, text_font, tr
+from ocmm_gui.kit import digit_font, localised, text_font, tr, vbox
 from ocmm_gui.scene import Dots, Item, Lines, Tag, paint_scene
 from ocmm_gui.views import seen_from, upright
 
@@ -107,11 +107,7 @@ class SpotResiduals(QWidget):
         self._rig = rig
         self.sensors = AllSensors(rig)
         self.histogram = ResidualHistogram()
-        layout = QVBoxLayout(self)
-        layout.setContentsMargins(0, 0, 0, 0)
-        layout.setSpacing(8)
-        layout.addWidget(self.sensors, 3)
-        layout.addWidget(self.histogram, 2)
+        vbox((self.sensors, 3), (self.histogram, 2), parent=self, spacing=8, margins=0)
 
     def show_sweep(self, found: PivotCalibration) -> None:
         residuals = residuals_of(self._rig, found)

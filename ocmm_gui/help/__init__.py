@@ -15,15 +15,15 @@ from typing import TYPE_CHECKING
 from ocmm_core.door import door
 
 if TYPE_CHECKING:
-    from ocmm_gui.help._coach_panel import CoachPanel, hint_words
+    from ocmm_gui.help._coach_panel import CoachPanel
     from ocmm_gui.help._support_sheet import KeysSheet, SupportSheet
     from ocmm_gui.help._what_to_do import WhatToDoSheet, answers
 else:
     __getattr__ = door(
         __name__,
-        _coach_panel="CoachPanel hint_words",
+        _coach_panel="CoachPanel",
         _support_sheet="KeysSheet SupportSheet",
         _what_to_do="WhatToDoSheet answers",
     )
 
-__all__ = ["CoachPanel", "KeysSheet", "SupportSheet", "WhatToDoSheet", "answers", "hint_words"]
+__all__ = ["CoachPanel", "KeysSheet", "SupportSheet", "WhatToDoSheet", "answers"]

@@ -9,7 +9,6 @@ from pathlib import Path
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import (
     QCheckBox,
-    QHBoxLayout,
     QHeaderView,
     QLabel,
     QListWidget,
@@ -33,6 +32,9 @@ from ocmm_gui.kit import (
     PathPanel,
     Sheet,
     caption,
+    dressed,
+    fill,
+    hbox,
     key_words,
     later,
     literal,
@@ -43,6 +45,7 @@ from ocmm_gui.kit import (
     text_font,
     tr,
     tr_all,
+    vbox,
 )
 from ocmm_gui.work import Worker
 
@@ -69,8 +72,7 @@ class SupportSheet(Sheet):
         self._draft: BundleDraft | None = None
         self._shown: list[BundleItem] = []
         self.parts: dict[str, QCheckBox] = {}
-        side = QVBoxLayout()
-        side.setSpacing(4)
+        side = vbox(spacing=4)
         for spec in PARTS:
             box = QCheckBox(said_word(spec.title))
             box.setChecked(True)
@@ -84,33 +86,25 @@ class SupportSheet(Sheet):
         self.mask_names.setChecked(True)
         self.mask_names.toggled.connect(lambda _on: self.gather())
         side.addWidget(self.mask_names)
-        self.files = QListWidget()
-        self.files.setAccessibleName(tr("Files of the support bundle"))
-        self.files.setFont(text_font(13))
+        self.files = dressed(QListWidget(), tr("Files of the support bundle"), font=text_font(13))
         self.files.setTextElideMode(Qt.TextElideMode.ElideMiddle)
         self.files.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
         self.files.currentRowChanged.connect(self._show_text)
         side.addWidget(self.files, 1)
-        self.text = QPlainTextEdit()
-        self.text.setAccessibleName(tr("What is in the selected file"))
+        self.text = dressed(QPlainTextEdit(), tr("What is in the selected file"))
         self.text.setReadOnly(True)
         self.text.setTabChangesFocus(True)
         self.text.setFont(text_font(13))
         self.text.setLineWrapMode(QPlainTextEdit.LineWrapMode.WidgetWidth)
         right = QVBoxLayout()
         self._name: QLabel = caption("", self.text)
-        right.addWidget(self._name)
-        right.addWidget(self.text, 1)
-        both = QHBoxLayout()
-        both.setSpacing(12)
-        both.addLayout(side, 2)
-        both.addLayout(right, 5)
+        fill(right, self._name, (self.text, 1))
+        both = hbox((side, 2), (right, 5), spacing=12)
         self.panel = PathPanel(
             tr("Write the support bundle to"), tr("File of the support bundle"), tr("Write")
         )
         self.panel.given.connect(self._write)
-        self.body.addWidget(self.panel)
-        self.body.addLayout(both, 1)
+        fill(self.body, self.panel, (both, 1))
         self.use_keys(
             {
                 "write": self._ask,

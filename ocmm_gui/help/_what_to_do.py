@@ -12,7 +12,18 @@ from PySide6.QtWidgets import QHeaderView
 
 from ocmm_core.documents import resource
 from ocmm_core.errors import OcmmError
-from ocmm_gui.kit import ActionInfo, DataTable, Sheet, Theme, form_field, later, said, text_font, tr
+from ocmm_gui.kit import (
+    ActionInfo,
+    DataTable,
+    Sheet,
+    Theme,
+    fill,
+    form_field,
+    later,
+    said,
+    text_font,
+    tr,
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -289,8 +300,7 @@ class WhatToDoSheet(Sheet):
                 0, self.table, self.table.resizeRowsToContents
             )
         )
-        self.body.addWidget(self.field)
-        self.body.addWidget(self.table, 1)
+        fill(self.body, self.field, (self.table, 1))
         self.field.textChanged.connect(self.search)
         self.use_keys({"support": support})
         self.search("")

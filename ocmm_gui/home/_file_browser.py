@@ -8,14 +8,7 @@ from pathlib import Path
 
 from PySide6.QtCore import QSize, Qt, Signal
 from PySide6.QtGui import QKeyEvent
-from PySide6.QtWidgets import (
-    QHBoxLayout,
-    QListWidget,
-    QListWidgetItem,
-    QPushButton,
-    QVBoxLayout,
-    QWidget,
-)
+from PySide6.QtWidgets import QListWidget, QListWidgetItem, QPushButton, QWidget
 
 from ocmm_core.documents import resource
 from ocmm_core.settings import RecentPlaces
@@ -23,11 +16,14 @@ from ocmm_gui.home._setting_row import HIGH_PX
 from ocmm_gui.kit import (
     NarrowButton,
     PlainLabel,
+    dressed,
     form_field,
+    hbox,
     literal,
     sentence_label,
     text_font,
     tr,
+    vbox,
 )
 from ocmm_gui.work import Worker
 
@@ -85,19 +81,9 @@ class FileBrowser(QWidget):
         self.take.clicked.connect(lambda: self._give(self._folder))
         cancel = _wide(tr("Cancel"), "plain")
         cancel.clicked.connect(self.left)
-        head = QHBoxLayout()
-        head.addWidget(self.path, 1)
-        head.addWidget(self.take)
-        head.addWidget(cancel)
-        lists = QHBoxLayout()
-        lists.addWidget(self.places, 2)
-        lists.addWidget(self.files, 5)
-        layout = QVBoxLayout(self)
-        layout.setContentsMargins(0, 0, 0, 0)
-        layout.addWidget(self.title)
-        layout.addLayout(head)
-        layout.addLayout(lists, 1)
-        layout.addWidget(self.told)
+        head = hbox((self.path, 1), self.take, cancel)
+        lists = hbox((self.places, 2), (self.files, 5))
+        vbox(self.title, head, (lists, 1), self.told, parent=self, margins=0)
         for one in (self.places, self.files):
             one.itemActivated.connect(self._on_activated)
             one.itemClicked.connect(self._on_clicked)
@@ -211,9 +197,7 @@ def _drives() -> tuple[Path, ...]:
 
 
 def _list(name: str) -> QListWidget:
-    made = QListWidget()
-    made.setAccessibleName(name)
-    made.setFont(text_font(16))
+    made = dressed(QListWidget(), name, font=text_font(16))
     made.setVerticalScrollMode(QListWidget.ScrollMode.ScrollPerPixel)
     return made
 
@@ -226,9 +210,7 @@ def _add(to: QListWidget, text: str, path: Path) -> None:
 
 
 def _wide(text: str, role: str) -> QPushButton:
-    button = NarrowButton(text)
-    button.setAccessibleName(text)
-    button.setProperty("role", role)
+    button = dressed(NarrowButton(text), text, role=role)
     button.setMinimumHeight(HIGH_PX)
     button.setFont(text_font(16))
     return button

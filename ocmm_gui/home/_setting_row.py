@@ -10,7 +10,7 @@ from pathlib import Path
 
 from PySide6.QtCore import QEvent, QFileSystemWatcher, QObject, QSize, Qt, QTimer, Signal
 from PySide6.QtGui import QImage, QKeyEvent, QPixmap, QResizeEvent, QShowEvent
-from PySide6.QtWidgets import QCompleter, QGridLayout, QPushButton, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QCompleter, QGridLayout, QPushButton, QWidget
 
 from ocmm_core.errors import InputError, OcmmError
 from ocmm_core.settings import (
@@ -31,6 +31,7 @@ from ocmm_gui.kit import (
     OwnKeysField,
     PlainLabel,
     caption,
+    dressed,
     later,
     literal,
     localised,
@@ -41,6 +42,7 @@ from ocmm_gui.kit import (
     tr,
     tr_all,
     use_role,
+    vbox,
 )
 from ocmm_gui.work import SideProcess, Teller
 
@@ -235,8 +237,7 @@ class _Field(OwnKeysField):
 
 
 def _button(text: str, name: str) -> QPushButton:
-    button = NarrowButton(text)
-    button.setAccessibleName(name)
+    button = dressed(NarrowButton(text), name)
     button.setToolTip(literal(name))
     button.setFont(text_font(20))
     button.setFixedSize(QSize(HIGH_PX, HIGH_PX))
@@ -293,14 +294,10 @@ class TemplatePreview(QWidget):
         super().__init__()
         self.setAccessibleName(tr("Preview of the report template"))
         self.words = sentence_label(tr("State of the preview"), 14)
-        self.page = PlainLabel()
-        self.page.setAccessibleName(tr("First page of a report"))
+        self.page = dressed(PlainLabel(), tr("First page of a report"))
         self.page.setAlignment(Qt.AlignmentFlag.AlignTop | Qt.AlignmentFlag.AlignHCenter)
         self.page.setMinimumSize(QSize(1, 1))
-        layout = QVBoxLayout(self)
-        layout.setContentsMargins(0, 0, 0, 0)
-        layout.addWidget(self.words)
-        layout.addWidget(self.page, 1)
+        vbox(self.words, (self.page, 1), parent=self, margins=0)
         self.setMinimumWidth(_LEAST_PX)
         self._settings: Settings | None = None
         self._width = 0

@@ -9,12 +9,10 @@ from PySide6.QtCore import QSize, Qt, QTimer, Signal
 from PySide6.QtGui import QFocusEvent, QKeyEvent, QKeySequence
 from PySide6.QtWidgets import (
     QGridLayout,
-    QHBoxLayout,
     QListWidget,
     QListWidgetItem,
     QPushButton,
     QScrollArea,
-    QVBoxLayout,
     QWidget,
 )
 
@@ -27,6 +25,8 @@ from ocmm_gui.kit import (
     Sound,
     SoundPlayer,
     conflict_of,
+    dressed,
+    hbox,
     key_words,
     later,
     literal,
@@ -35,6 +35,7 @@ from ocmm_gui.kit import (
     shortcuts_of,
     text_font,
     tr,
+    vbox,
 )
 
 _ROW_PX = 40
@@ -56,9 +57,7 @@ class KeyList(QWidget):
         super().__init__()
         self.setAccessibleName(tr("Keys"))
         self._changed: dict[str, tuple[str, ...]] = {}
-        self.list = QListWidget()
-        self.list.setAccessibleName(tr("Actions and their keys"))
-        self.list.setFont(text_font(16))
+        self.list = dressed(QListWidget(), tr("Actions and their keys"), font=text_font(16))
         self.told = sentence_label(tr("About the chosen key"), 15)
         self.told.setText(
             tr("Choose an action and press Change; a foot switch is set up likewise.")
@@ -70,15 +69,8 @@ class KeyList(QWidget):
         self._change.clicked.connect(self._begin)
         self._default = _wide(tr("Default key"))
         self._default.clicked.connect(self.restore)
-        row = QHBoxLayout()
-        row.addWidget(self._change)
-        row.addWidget(self._default)
-        row.addWidget(self.capture, 1)
-        layout = QVBoxLayout(self)
-        layout.setContentsMargins(0, 0, 0, 0)
-        layout.addWidget(self.list, 1)
-        layout.addWidget(self.told)
-        layout.addLayout(row)
+        row = hbox(self._change, self._default, (self.capture, 1))
+        vbox((self.list, 1), self.told, row, parent=self, margins=0)
         self.list.itemActivated.connect(lambda _item: self._begin())
         self.show_keys({})
 
@@ -200,8 +192,7 @@ class _Capture(PlainLabel):
 
 
 def _wide(text: str) -> QPushButton:
-    button = NarrowButton(text)
-    button.setAccessibleName(text)
+    button = dressed(NarrowButton(text), text)
     button.setMinimumHeight(HIGH_PX)
     button.setFont(text_font(16))
     return button
@@ -305,11 +296,7 @@ class SoundsPage(QWidget):
         area.setFocusPolicy(Qt.FocusPolicy.NoFocus)
         area.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
         area.setWidget(panel(grid))
-        layout = QVBoxLayout(self)
-        layout.setContentsMargins(0, 0, 0, 0)
-        layout.addWidget(head)
-        layout.addWidget(area, 1)
-        layout.addWidget(self.told)
+        vbox(head, (area, 1), self.told, parent=self, margins=0)
 
     def use(self, *, enabled: bool, volume: int) -> None:
         """Set the volume, or show that sounds are off."""

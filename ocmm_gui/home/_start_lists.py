@@ -25,6 +25,7 @@ from ocmm_gui.kit import (
     ActionInfo,
     Sheet,
     Theme,
+    dressed,
     later,
     literal,
     said,
@@ -222,9 +223,7 @@ class PlanChoice(Sheet):
 
     def __init__(self) -> None:
         super().__init__(tr("New job: choose the plan"), _KEYS)
-        self.list = QListWidget()
-        self.list.setAccessibleName(tr("Plans"))
-        self.list.setFont(text_font(18))
+        self.list = dressed(QListWidget(), tr("Plans"), font=text_font(18))
         self.list.itemActivated.connect(lambda _item: self._begin())
         self.body.addWidget(self.list, 1)
         self.use_keys({"other": self.other_wanted.emit, "begin": self._begin}, primary="begin")

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 from PySide6.QtCore import QTimer, Signal
 from PySide6.QtGui import QAction, QCloseEvent, QDragEnterEvent, QDropEvent, QKeySequence
-from PySide6.QtWidgets import QVBoxLayout, QWidget
+from PySide6.QtWidgets import QWidget
 
 from ocmm_core.errors import OcmmError
 from ocmm_core.settings import LoadedSettings, RecentPlaces, Settings, SettingsStore
@@ -30,6 +30,7 @@ from ocmm_gui.kit import (
     shortcuts_of,
     tr,
     usable_keys,
+    vbox,
 )
 from ocmm_gui.work import Worker
 
@@ -127,9 +128,7 @@ class StartWindow(NoticeWindow):
         for page in (self.page, self.plans, self.browser):
             self._stack.addWidget(page)
         central = QWidget()
-        layout = QVBoxLayout(central)
-        layout.addWidget(self.banner)
-        layout.addWidget(self._stack, 1)
+        vbox(self.banner, (self._stack, 1), parent=central)
         area = ZoomArea(central)
         self.setCentralWidget(area)
         self.eyes = HandsAndEyes(self, area, store, notices)

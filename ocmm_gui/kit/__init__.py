@@ -6,8 +6,8 @@ notices.
 Start with `_texts` (translation), `_language`, `_numbers` (numbers, lengths, dates), `_theme`
 (three themes from one table) and `_messages` (sentences); then `_marks` (a shape per outcome,
 painted widgets), `_actions` (table of all keys) with `_shortcuts` (texts, changes, buttons),
-`_sheet` (pages closed by Esc), `_parts`, `_narrow` (fitted texts), `_panels` (non-modal questions).
-`_notify` shows errors, `_sound` plays sounds. The package `work` runs lengthy work.
+`_sheet` (pages closed by Esc), `_parts`, `_layouts`, `_narrow` (fitted texts), `_panels` (non-modal
+questions). `_notify` shows errors, `_sound` plays sounds. The package `work` runs lengthy work.
 First package of the window: it must not import screens or the station.
 """
 
@@ -26,6 +26,7 @@ if TYPE_CHECKING:
         language_in_use,
         use_language,
     )
+    from ocmm_gui.kit._layouts import dressed, fill, hbox, vbox
     from ocmm_gui.kit._marks import (
         SCENE_LEAST,
         SCENE_SIZE,
@@ -136,7 +137,7 @@ if TYPE_CHECKING:
         usable_keys,
         use_shortcuts,
     )
-    from ocmm_gui.kit._sound import USUAL_VOLUME, Approach, Sound, SoundPlayer, verdict_sound
+    from ocmm_gui.kit._sound import Approach, Sound, SoundPlayer, verdict_sound
     from ocmm_gui.kit._table_import import TableImport
     from ocmm_gui.kit._texts import (
         PlainLabel,
@@ -172,6 +173,7 @@ else:
         __name__,
         _actions="ACTIONS FINISH_KEYS TAKE_KEYS UNDO_KEYS ActionInfo Mode",
         _language="LANGUAGES chosen_language language_file language_in_use use_language",
+        _layouts="dressed fill hbox vbox",
         _marks=(
             "SCENE_LEAST SCENE_SIZE Mark PaintedWidget feature_mark mark_colour paint_mark "
             "status_mark verdict_mark"
@@ -198,7 +200,7 @@ else:
             "DEBOUNCE_S SHORT DebouncedCommand bind_actions conflict_of key_words large_button "
             "make_actions make_button shortcuts_of show_mode usable_keys use_shortcuts"
         ),
-        _sound="USUAL_VOLUME Approach Sound SoundPlayer verdict_sound",
+        _sound="Approach Sound SoundPlayer verdict_sound",
         _table_import="TableImport",
         _texts="PlainLabel later literal said said_word tr tr_all with_unit",
         _theme=(
@@ -211,16 +213,16 @@ else:
 __all__ = [
     "ACTIONS", "CAP_HEIGHT", "DASHES", "DEBOUNCE_S", "DEFAULT_THEME", "FINISH_KEYS", "INCH_MM",
     "LANGUAGES", "PAUSED", "PROCEDURE", "SCENE_LEAST", "SCENE_SIZE", "SHORT", "TAKE_KEYS", "THEMES",
-    "UNDO_KEYS", "USUAL_VOLUME", "WRAPPED", "ActionInfo", "AnswerPanel", "Approach", "Banner",
-    "ChoiceBox", "ColouredRow", "DataTable", "DebouncedCommand", "ErrorHooks", "FitText",
-    "FormField", "HintField", "LateParts", "Level", "Mark", "Mode", "NarrowButton", "NarrowItems",
-    "Notice", "NoticeCentre", "NoticeWindow", "NumberStyle", "NumberTable", "OwnKeysField",
-    "PaintedWidget", "PathPanel", "PlainLabel", "ReasonPanel", "Sheet", "Sound", "SoundPlayer",
-    "TableImport", "Theme", "ThemedWidget", "active_feature", "apply_theme", "approach_words",
-    "basis_words", "bind_actions", "caption", "characteristics_of", "chosen_language",
-    "conflict_of", "counted_line", "day_words", "digit_font", "distance_words", "dress",
-    "dress_application", "dropped_file", "far_type", "feature_mark", "feature_title",
-    "field_length", "fits", "fitted", "form_field", "form_words", "has_failed", "header_words",
+    "UNDO_KEYS", "WRAPPED", "ActionInfo", "AnswerPanel", "Approach", "Banner", "ChoiceBox",
+    "ColouredRow", "DataTable", "DebouncedCommand", "ErrorHooks", "FitText", "FormField",
+    "HintField", "LateParts", "Level", "Mark", "Mode", "NarrowButton", "NarrowItems", "Notice",
+    "NoticeCentre", "NoticeWindow", "NumberStyle", "NumberTable", "OwnKeysField", "PaintedWidget",
+    "PathPanel", "PlainLabel", "ReasonPanel", "Sheet", "Sound", "SoundPlayer", "TableImport",
+    "Theme", "ThemedWidget", "active_feature", "apply_theme", "approach_words", "basis_words",
+    "bind_actions", "caption", "characteristics_of", "chosen_language", "conflict_of",
+    "counted_line", "day_words", "digit_font", "distance_words", "dress", "dress_application",
+    "dressed", "dropped_file", "far_type", "feature_mark", "feature_title", "field_length", "fill",
+    "fits", "fitted", "form_field", "form_words", "has_failed", "hbox", "header_words",
     "is_ambiguous", "is_held", "is_longer", "key_words", "kind_value", "language_file",
     "language_in_use", "large_button", "later", "led_name", "length_number", "length_of_field",
     "length_words", "limit_words", "list_step", "literal", "localised", "make_actions",
@@ -231,6 +233,6 @@ __all__ = [
     "show_mode", "slot_names", "split_unit", "stacked", "status_colour", "status_mark", "step_text",
     "style_of", "text_font", "time_words", "to_mm", "tr", "tr_all", "trouble", "typed_value",
     "unit_word", "usable_keys", "use_language", "use_numbers", "use_role", "use_shortcuts",
-    "value_label", "verdict_colour", "verdict_line", "verdict_mark", "verdict_sound", "with_unit",
-    "wrapped_pixels",
+    "value_label", "vbox", "verdict_colour", "verdict_line", "verdict_mark", "verdict_sound",
+    "with_unit", "wrapped_pixels",
 ]  # fmt: skip

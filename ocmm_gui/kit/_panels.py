@@ -6,9 +6,10 @@ from pathlib import Path
 
 from PySide6.QtCore import QEvent, QMimeData, QSize, Qt, QUrl, Signal
 from PySide6.QtGui import QKeyEvent, QResizeEvent
-from PySide6.QtWidgets import QApplication, QFileDialog, QFrame, QHBoxLayout, QSizePolicy, QWidget
+from PySide6.QtWidgets import QApplication, QFileDialog, QFrame, QSizePolicy, QWidget
 
 from ocmm_core.settings import RecentPlaces
+from ocmm_gui.kit._layouts import dressed, hbox
 from ocmm_gui.kit._narrow import HintField, NarrowButton
 from ocmm_gui.kit._shortcuts import is_never_typed
 from ocmm_gui.kit._texts import PlainLabel, later, tr
@@ -30,24 +31,14 @@ class PathPanel(QFrame):
         self._field.setObjectName("path")
         self._field.setAccessibleName(asked)
         self._field.setMinimumWidth(300)
-        write = NarrowButton(verb)
-        write.setAccessibleName(what)
-        write.setProperty("role", "primary")
-        find = NarrowButton(tr("Browse"))
-        find.setAccessibleName(tr("Look for the file or folder"))
+        write = dressed(NarrowButton(verb), what, role="primary")
+        find = dressed(NarrowButton(tr("Browse")), tr("Look for the file or folder"))
         find.clicked.connect(self._browse)
         self._files: QFileDialog | None = None
-        cancel = NarrowButton(tr("Cancel"))
-        cancel.setAccessibleName(tr("Close without changes"))
+        cancel = dressed(NarrowButton(tr("Cancel")), tr("Close without changes"))
         label = PlainLabel(what)
         label.setBuddy(self._field)
-        layout = QHBoxLayout(self)
-        layout.setContentsMargins(12, 6, 8, 6)
-        layout.addWidget(label)
-        layout.addWidget(self._field, 1)
-        layout.addWidget(find)
-        layout.addWidget(write)
-        layout.addWidget(cancel)
+        hbox(label, (self._field, 1), find, write, cancel, parent=self, margins=(12, 6, 8, 6))
         self._field.returnPressed.connect(self._give)
         self._field.left.connect(self.hide)
         write.clicked.connect(self._give)
@@ -148,8 +139,7 @@ class AnswerPanel(QFrame):
         self._theme = THEMES[DEFAULT_THEME]
         self._before: QWidget | None = None
         self._far = False
-        self._label = PlainLabel()
-        self._label.setAccessibleName(tr("Question"))
+        self._label = dressed(PlainLabel(), tr("Question"))
         self._label.setTextFormat(Qt.TextFormat.PlainText)
         self._label.setWordWrap(True)
         self._label.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Preferred)
@@ -159,10 +149,7 @@ class AnswerPanel(QFrame):
         )
         self._yes.setAccessibleName(tr("{verb} anyway").format(verb=verb))
         self._no.setAccessibleName(tr("Cancel and go back"))
-        layout = QHBoxLayout(self)
-        layout.setContentsMargins(14, 6, 8, 6)
-        layout.setSpacing(8)
-        layout.addWidget(self._label, 1)
+        layout = hbox((self._label, 1), parent=self, spacing=8, margins=(14, 6, 8, 6))
         for button in (self._yes, self._no):
             # The panel keeps the focus, so that Return answers wherever the mouse was.
             button.setFocusPolicy(Qt.FocusPolicy.NoFocus)
@@ -260,21 +247,12 @@ class ReasonPanel(QFrame):
         self.setAccessibleName(tr("Delete a point"))
         self._number = 0
         self._label = PlainLabel()
-        self.field = OwnKeysField()
-        self.field.setAccessibleName(tr("Reason for deletion"))
+        self.field = dressed(OwnKeysField(), tr("Reason for deletion"))
         self.field.setMinimumWidth(260)
         self._label.setBuddy(self.field)
-        delete = NarrowButton(tr("Delete"))
-        delete.setAccessibleName(tr("Delete the point now"))
-        delete.setProperty("role", "primary")
-        cancel = NarrowButton(tr("Cancel"))
-        cancel.setAccessibleName(tr("Close without deleting"))
-        layout = QHBoxLayout(self)
-        layout.setContentsMargins(12, 6, 8, 6)
-        layout.addWidget(self._label)
-        layout.addWidget(self.field, 1)
-        layout.addWidget(delete)
-        layout.addWidget(cancel)
+        delete = dressed(NarrowButton(tr("Delete")), tr("Delete the point now"), role="primary")
+        cancel = dressed(NarrowButton(tr("Cancel")), tr("Close without deleting"))
+        hbox(self._label, (self.field, 1), delete, cancel, parent=self, margins=(12, 6, 8, 6))
         self.field.returnPressed.connect(self._give)
         self.field.left.connect(self.hide)
         delete.clicked.connect(self._give)

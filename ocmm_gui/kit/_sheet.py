@@ -7,18 +7,11 @@ from typing import TypeVar
 
 from PySide6.QtCore import QEvent, QObject, QPointF, Qt, Signal
 from PySide6.QtGui import QAction, QColor, QKeyEvent, QKeySequence, QPainter, QPaintEvent, QPolygonF
-from PySide6.QtWidgets import (
-    QComboBox,
-    QGridLayout,
-    QHBoxLayout,
-    QLabel,
-    QSizePolicy,
-    QVBoxLayout,
-    QWidget,
-)
+from PySide6.QtWidgets import QComboBox, QGridLayout, QLabel, QSizePolicy, QWidget
 
 from ocmm_core.errors import OcmmError
 from ocmm_gui.kit._actions import ActionInfo
+from ocmm_gui.kit._layouts import dressed, hbox, vbox
 from ocmm_gui.kit._panels import OwnKeysField
 from ocmm_gui.kit._parts import sentence_label
 from ocmm_gui.kit._shortcuts import key_words, make_button
@@ -61,20 +54,11 @@ class Sheet(QWidget):
         self._about = sentence_label(tr("About this page"), 14)
         self._about.setProperty("role", "muted")
         self._about.setAlignment(Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter)
-        self._head = QHBoxLayout()
-        self._head.setSpacing(18)
-        self._head.addWidget(self._title)
-        self._head.addWidget(self._about, 1)
-        self.body = QVBoxLayout()
-        self.body.setSpacing(8)
+        self._head = hbox(self._title, (self._about, 1), spacing=18)
+        self.body = vbox(spacing=8)
         self._row = QGridLayout()
         self._row.setSpacing(8)
-        layout = QVBoxLayout(self)
-        layout.setContentsMargins(14, 8, 14, 10)
-        layout.setSpacing(8)
-        layout.addLayout(self._head)
-        layout.addLayout(self.body, 1)
-        layout.addLayout(self._row)
+        vbox(self._head, (self.body, 1), self._row, parent=self, spacing=8, margins=(14, 8, 14, 10))
 
     def say(self, about: str, *, warns: bool = False) -> None:
         """Show a sentence next to the title, optionally in warning colour."""
@@ -187,8 +171,7 @@ class ChoiceBox(QComboBox):
 
 def form_field(name: str, tip: str, text: str = "") -> FormField:
     """Return a field in a type readable while standing."""
-    field = FormField(text)
-    field.setAccessibleName(name)
+    field = dressed(FormField(text), name)
     field.setToolTip(literal(tip))
     field.setPlaceholderText(tip)
     field.setFont(text_font(15))
@@ -196,9 +179,7 @@ def form_field(name: str, tip: str, text: str = "") -> FormField:
 
 
 def caption(text: str, buddy: QWidget | None = None) -> QLabel:
-    label = PlainLabel(text)
-    label.setFont(text_font(14))
-    label.setProperty("role", "muted")
+    label = dressed(PlainLabel(text), font=text_font(14), role="muted")
     if buddy is not None:
         label.setBuddy(buddy)
     return label

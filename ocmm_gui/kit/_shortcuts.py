@@ -10,6 +10,7 @@ from PySide6.QtGui import QAction, QKeyEvent, QKeySequence
 from PySide6.QtWidgets import QPushButton, QWidget
 
 from ocmm_gui.kit._actions import ACTIONS, ActionInfo, Mode
+from ocmm_gui.kit._layouts import dressed
 from ocmm_gui.kit._narrow import NarrowButton
 from ocmm_gui.kit._texts import later, literal, tr
 from ocmm_gui.kit._theme import text_font
@@ -171,9 +172,7 @@ def make_button(action: QAction, *, primary: bool = False) -> QPushButton:
 
 def large_button(text: str, name: str, key: str = "") -> QPushButton:
     """Return a button of a start page, optionally with its key; that of Return is primary."""
-    button = NarrowButton(text)
-    button.setAccessibleName(name)
-    button.setFont(text_font(18, bold=True))
+    button = dressed(NarrowButton(text), name, font=text_font(18, bold=True))
     button.setMinimumHeight(54)
     if key:
         button.setShortcut(key)

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from PySide6.QtCore import Qt
 from PySide6.QtGui import QAction
-from PySide6.QtWidgets import QFrame, QHBoxLayout, QPushButton, QSizePolicy
+from PySide6.QtWidgets import QFrame, QPushButton, QSizePolicy
 
 from ocmm_core.geometry import Float
 from ocmm_core.inspection.evaluation import JobView
@@ -19,6 +19,7 @@ from ocmm_gui.kit import (
     DEFAULT_THEME,
     THEMES,
     Theme,
+    hbox,
     later,
     make_button,
     sentence_label,
@@ -48,10 +49,7 @@ class HandStrip(QFrame):
         self.skip_button = _button(QPushButton(tr("Skip step")))
         self.skip_button.setAccessibleName(tr("Skip this step of the tour"))
         self._hand, self._tour = hand, tour
-        layout = QHBoxLayout(self)
-        layout.setContentsMargins(14, 5, 14, 5)
-        layout.setSpacing(10)
-        layout.addWidget(self.text, 1)
+        layout = hbox((self.text, 1), parent=self, spacing=10, margins=(14, 5, 14, 5))
         for button in (self.skip_button, self.hand_button, self.tour_button):
             layout.addWidget(button)
         self.skip_button.hide()

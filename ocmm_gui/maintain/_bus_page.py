@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 from PySide6.QtCore import QRectF, Qt, QTimer
 from PySide6.QtGui import QColor, QHideEvent, QPainter, QPaintEvent, QShowEvent
-from PySide6.QtWidgets import QGridLayout, QHBoxLayout, QStackedWidget, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QGridLayout, QStackedWidget, QWidget
 
 from ocmm_core.fieldbus.report import (
     BusPhase,
@@ -36,6 +36,9 @@ from ocmm_gui.kit import (
     PlainLabel,
     Theme,
     digit_font,
+    dressed,
+    fill,
+    hbox,
     later,
     localised,
     panel,
@@ -46,6 +49,7 @@ from ocmm_gui.kit import (
     text_font,
     tr,
     value_label,
+    vbox,
 )
 from ocmm_gui.maintain._wire_view import BusEventTable, CameraTable, WireView
 
@@ -281,20 +285,11 @@ class BusPage(QStackedWidget):
 
     def _contents(self) -> QWidget:
         contents = QWidget()
-        layout = QVBoxLayout(contents)
-        layout.setContentsMargins(0, 0, 0, 0)
-        layout.setSpacing(8)
-        words = QVBoxLayout()
-        words.addWidget(self._phase)
-        words.addWidget(self._trouble, 1)
-        head = QHBoxLayout()
-        head.setSpacing(8)
-        head.addWidget(panel(words), 2)
-        head.addWidget(panel(stacked(self.wire)), 3)
-        layout.addLayout(head, 2)
-        layout.addWidget(self.cameras)
-        charts = QHBoxLayout()
-        charts.setSpacing(8)
+        layout = vbox(parent=contents, spacing=8, margins=0)
+        words = vbox(self._phase, (self._trouble, 1))
+        head = hbox((panel(words), 2), (panel(stacked(self.wire)), 3), spacing=8)
+        fill(layout, (head, 2), self.cameras)
+        charts = hbox(spacing=8)
         for part, stretch in (
             (stacked(self.accounts), 5),
             (stacked(self.lateness), 6),
@@ -303,9 +298,7 @@ class BusPage(QStackedWidget):
             (self._fact_grid(), 4),
         ):
             charts.addWidget(panel(part), stretch)
-        layout.addLayout(charts, 6)
-        layout.addWidget(self.events, 6)
-        layout.addWidget(self._notes)
+        fill(layout, (charts, 6), (self.events, 6), self._notes)
         return contents
 
     def _fact_grid(self) -> QGridLayout:
@@ -313,9 +306,7 @@ class BusPage(QStackedWidget):
         grid.setHorizontalSpacing(8)
         grid.setVerticalSpacing(0)
         for row, (name, value) in enumerate(self.facts.items()):
-            caption = PlainLabel(tr(name))
-            caption.setProperty("role", "muted")
-            caption.setFont(text_font(13))
+            caption = dressed(PlainLabel(tr(name)), font=text_font(13), role="muted")
             grid.addWidget(caption, row, 0)
             grid.addWidget(value, row, 1)
         return grid

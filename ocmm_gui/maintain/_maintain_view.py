@@ -11,14 +11,7 @@ from dataclasses import dataclass
 
 from PySide6.QtCore import QSize, Qt
 from PySide6.QtGui import QAction
-from PySide6.QtWidgets import (
-    QHBoxLayout,
-    QListWidget,
-    QListWidgetItem,
-    QStackedWidget,
-    QVBoxLayout,
-    QWidget,
-)
+from PySide6.QtWidgets import QHBoxLayout, QListWidget, QListWidgetItem, QStackedWidget, QWidget
 
 from ocmm_core.inspection.evaluation import LiveView
 from ocmm_gui.bridge import StationBridge
@@ -30,6 +23,8 @@ from ocmm_gui.kit import (
     NoticeCentre,
     PlainLabel,
     Theme,
+    dressed,
+    hbox,
     literal,
     make_button,
     said,
@@ -38,6 +33,7 @@ from ocmm_gui.kit import (
     status_mark,
     text_font,
     tr,
+    vbox,
 )
 from ocmm_gui.maintain._probe_page import ProbePage
 
@@ -82,11 +78,7 @@ class MaintainView(QWidget):
         self.list.setFixedHeight(_ROW_PX * len(pages) + 4)
         heading = PlainLabel(tr("Maintain"))
         heading.setFont(text_font(20, bold=True))
-        side = QVBoxLayout()
-        side.setSpacing(6)
-        side.addWidget(heading)
-        side.addWidget(self._word)
-        side.addWidget(self.list)
+        side = vbox(heading, self._word, self.list, spacing=6)
         side.addStretch(1)
         back = make_button(actions["mode"])
         back.setText(tr("Inspect  [M]"))
@@ -95,11 +87,7 @@ class MaintainView(QWidget):
         back.setMinimumHeight(52)
         back.setFont(text_font(16, bold=True))
         side.addWidget(back)
-        layout = QHBoxLayout(self)
-        layout.setContentsMargins(10, 8, 10, 8)
-        layout.setSpacing(10)
-        layout.addLayout(side)
-        layout.addWidget(self._stack, 1)
+        hbox(side, (self._stack, 1), parent=self, spacing=10, margins=(10, 8, 10, 8))
         for widget in (heading, self._word, self.list, back):
             widget.setFixedWidth(_SIDE_PX)
 
@@ -126,17 +114,11 @@ class MaintainView(QWidget):
     @staticmethod
     def _with_buttons(page: Page, actions: Mapping[str, QAction]) -> QWidget:
         whole = QWidget()
-        layout = QVBoxLayout(whole)
-        layout.setContentsMargins(0, 0, 0, 0)
-        layout.setSpacing(8)
-        layout.addWidget(page.widget, 1)
+        layout = vbox((page.widget, 1), parent=whole, spacing=8, margins=0)
         if page.actions:
             layout.addLayout(_large_buttons([actions[key] for key in page.actions]))
-        row = QHBoxLayout()
-        row.setSpacing(6)
-        hint = PlainLabel(page.tip)
-        hint.setProperty("role", "muted")
-        hint.setFont(text_font(12))
+        row = hbox(spacing=6)
+        hint = dressed(PlainLabel(page.tip), font=text_font(12), role="muted")
         hint.setAlignment(Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter)
         row.addWidget(hint, 1)
         for key in _TOOLS:
@@ -149,8 +131,7 @@ class MaintainView(QWidget):
 
 def _large_buttons(actions: Sequence[QAction]) -> QHBoxLayout:
     """Return buttons for gloved hands, as wide as possible."""
-    row = QHBoxLayout()
-    row.setSpacing(6)
+    row = hbox(spacing=6)
     for action in actions:
         button = make_button(action, primary=True)
         button.setText(button.text().replace("  [", "\n["))

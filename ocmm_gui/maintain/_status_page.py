@@ -28,6 +28,8 @@ from ocmm_gui.kit import (
     Mark,
     PlainLabel,
     Theme,
+    dressed,
+    hbox,
     later,
     literal,
     mark_colour,
@@ -40,6 +42,7 @@ from ocmm_gui.kit import (
     tr,
     tr_all,
     value_label,
+    vbox,
 )
 
 _COLUMNS = (
@@ -281,15 +284,8 @@ class StatusPage(QWidget, Generic[V, H]):
         self._empty.setVisible(bool(why))
 
     def _head(self) -> QHBoxLayout:
-        words = QVBoxLayout()
-        words.addWidget(self._word)
-        words.addWidget(self._sentence, 1)
-        words.addWidget(self._notes)
-        head = QHBoxLayout()
-        head.setSpacing(8)
-        head.addWidget(panel(words), 2)
-        head.addWidget(panel(self._fact_grid()), 3)
-        return head
+        words = vbox(self._word, (self._sentence, 1), self._notes)
+        return hbox((panel(words), 2), (panel(self._fact_grid()), 3), spacing=8)
 
     def _fact_grid(self) -> QGridLayout:
         grid = QGridLayout()
@@ -297,9 +293,7 @@ class StatusPage(QWidget, Generic[V, H]):
         grid.setVerticalSpacing(1)
         half = (len(self.facts) + 1) // 2
         for index, (name, label) in enumerate(self.facts.items()):
-            caption = PlainLabel(tr(name))
-            caption.setProperty("role", "muted")
-            caption.setFont(text_font(13))
+            caption = dressed(PlainLabel(tr(name)), font=text_font(13), role="muted")
             row, column = index % half, 2 * (index // half)
             grid.addWidget(caption, row, column)
             grid.addWidget(label, row, column + 1)
@@ -314,9 +308,7 @@ class StatusPage(QWidget, Generic[V, H]):
 def in_a_row(*panels: QVBoxLayout) -> QWidget:
     """Return panels side by side, equally wide."""
     whole = QWidget()
-    row = QHBoxLayout(whole)
-    row.setContentsMargins(0, 0, 0, 0)
-    row.setSpacing(8)
+    row = hbox(parent=whole, spacing=8, margins=0)
     for one in panels:
         row.addWidget(panel(one), 1)
     return whole

@@ -33,8 +33,10 @@ from ocmm_gui.kit import (
     Theme,
     far_type,
     feature_title,
+    fill,
     form_words,
     has_failed,
+    hbox,
     is_held,
     later,
     make_button,
@@ -48,6 +50,7 @@ from ocmm_gui.kit import (
     step_text,
     tr,
     trouble,
+    vbox,
     verdict_colour,
     verdict_line,
     verdict_mark,
@@ -120,28 +123,19 @@ class FarView(CoachedView):
             side.addWidget(self._values[key], line, 1)
             side.setRowStretch(line, 1)
             self._captions[key].show_text(tr(name))
-        pictures = QVBoxLayout()
-        pictures.addWidget(self._coverage, 1)
-        pictures.addWidget(self._ring, 1)
-        pictures.addWidget(self.coach, 2)
+        pictures = vbox((self._coverage, 1), (self._ring, 1), (self.coach, 2))
         grid = QGridLayout(self)
         grid.setContentsMargins(24, 4, 24, 12)
         grid.setHorizontalSpacing(28)
         grid.setVerticalSpacing(6)
         grid.addLayout(_beside(self._status, self._verdict, 41), 0, 0)
-        work = QHBoxLayout()
-        work.setSpacing(24)
-        work.addWidget(self.readout, 38)
-        work.addLayout(pictures, 12)
-        work.addLayout(side, 50)
+        work = hbox((self.readout, 38), (pictures, 12), (side, 50), spacing=24)
         self._one = QWidget()
         one = QVBoxLayout(self._one)
         one.setContentsMargins(0, 0, 0, 0)
         one.setSpacing(6)
         # Words and digits need different shares of the width.
-        one.addLayout(_beside(self._feature, self._count, 80), 107)
-        one.addLayout(work, 434)
-        one.addWidget(self._bar, 83)
+        fill(one, (_beside(self._feature, self._count, 80), 107), (work, 434), (self._bar, 83))
         self.part = PartVerdictView(*_PART_PX)
         self._what = QStackedWidget()
         self._what.addWidget(self._one)
@@ -149,8 +143,7 @@ class FarView(CoachedView):
         grid.addWidget(self._what, 1, 0)
         grid.addWidget(self._message, 2, 0)
         self._buttons: list[QPushButton] = []
-        row = QHBoxLayout()
-        row.setSpacing(24)
+        row = hbox(spacing=24)
         for key in ("take", "undo", "finish"):
             button = make_button(actions[key], primary=key == "take")
             button.setText(actions[key].text())
@@ -332,8 +325,4 @@ def _first_large(word: str) -> str:
 
 def _beside(left: QWidget, right: QWidget, share: int) -> QHBoxLayout:
     """Return two widgets in one line, the left one with ``share`` hundredths of it."""
-    line = QHBoxLayout()
-    line.setSpacing(28)
-    line.addWidget(left, share)
-    line.addWidget(right, 100 - share)
-    return line
+    return hbox((left, share), (right, 100 - share), spacing=28)

@@ -5,15 +5,7 @@ from __future__ import annotations
 import numpy as np
 from PySide6.QtCore import QPointF, QRectF, QSize, Qt, Signal
 from PySide6.QtGui import QColor, QFont, QMouseEvent, QPainter, QPaintEvent, QPen, QResizeEvent
-from PySide6.QtWidgets import (
-    QFrame,
-    QGridLayout,
-    QHBoxLayout,
-    QLabel,
-    QLayout,
-    QSizePolicy,
-    QVBoxLayout,
-)
+from PySide6.QtWidgets import QFrame, QGridLayout, QLabel, QLayout, QSizePolicy, QVBoxLayout
 
 from ocmm_core.geometry import Float
 from ocmm_core.inspection.evaluation import FeatureView, JobView
@@ -32,7 +24,9 @@ from ocmm_gui.kit import (
     characteristics_of,
     digit_font,
     feature_title,
+    fill,
     form_words,
+    hbox,
     later,
     length_words,
     literal,
@@ -43,6 +37,7 @@ from ocmm_gui.kit import (
     said_word,
     text_font,
     tr,
+    vbox,
     verdict_colour,
     verdict_line,
     verdict_mark,
@@ -204,20 +199,14 @@ class FeaturePanel(QFrame):
             self._captions[name] = caption
         self._others = CharacteristicList()
         self.residuals = ResidualChart()
-        layout = QVBoxLayout(self)
-        layout.setContentsMargins(14, 8, 14, 8)
-        layout.setSpacing(6)
+        layout = vbox(parent=self, spacing=6, margins=(14, 8, 14, 8))
         # The panel adapts to its height; a layout that sets minimums would grow over the readout.
         layout.setSizeConstraint(QLayout.SizeConstraint.SetNoConstraint)
         self._column, self._named = layout, QVBoxLayout()
         named = self._named
         for widget in (self._title, self._dots, self._subject, self._basis):
             named.addWidget(widget)
-        head = QHBoxLayout()
-        head.addLayout(named, 1)
-        head.addWidget(self.coverage)
-        layout.addLayout(head)
-        layout.addLayout(grid)
+        fill(layout, hbox((named, 1), self.coverage), grid)
         for below in (self._bar, self._verdict, self._note, self._outliers, self._others):
             layout.addWidget(below)
         layout.addWidget(self.residuals, 1)

@@ -6,7 +6,7 @@ from enum import Enum
 
 from PySide6.QtCore import QPointF, QRectF, Qt, Signal
 from PySide6.QtGui import QColor, QPainter, QPaintEvent, QResizeEvent
-from PySide6.QtWidgets import QFrame, QHBoxLayout, QSizePolicy, QWidget
+from PySide6.QtWidgets import QFrame, QSizePolicy, QWidget
 
 from ocmm_core.calibration.records import CalibrationStatus, CalibrationView, ProbeView
 from ocmm_core.inspection.evaluation import SIMULATED
@@ -19,7 +19,9 @@ from ocmm_gui.kit import (
     PlainLabel,
     Theme,
     day_words,
+    dressed,
     far_type,
+    hbox,
     literal,
     mark_colour,
     paint_mark,
@@ -100,16 +102,11 @@ class TipLine(QFrame):
         self._mark = MarkView()
         # Nothing to mark before the first view.
         self._mark.hide()
-        self._text = PlainLabel()
-        self._text.setAccessibleName(tr("Status of the tip"))
+        self._text = dressed(PlainLabel(), tr("Status of the tip"))
         self._text.setTextFormat(Qt.TextFormat.PlainText)
         self._text.setWordWrap(True)
         self._text.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
-        layout = QHBoxLayout(self)
-        layout.setContentsMargins(14, 2, 14, 2)
-        layout.setSpacing(8)
-        layout.addWidget(self._mark)
-        layout.addWidget(self._text, 1)
+        hbox(self._mark, (self._text, 1), parent=self, spacing=8, margins=(14, 2, 14, 2))
 
     def show_probe(self, view: ProbeView, place: TrustPlace) -> None:
         pixels = _NEAR_PX
@@ -224,11 +221,7 @@ class TrustBar(QFrame):
         self._text.setTextFormat(Qt.TextFormat.PlainText)
         self._text.setWordWrap(True)
         self._text.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
-        layout = QHBoxLayout(self)
-        layout.setContentsMargins(14, 4, 14, 4)
-        layout.setSpacing(10)
-        layout.addWidget(self._mark)
-        layout.addWidget(self._text, 1)
+        hbox(self._mark, (self._text, 1), parent=self, spacing=10, margins=(14, 4, 14, 4))
         self.hide()
 
     def show_calibration(self, view: CalibrationView, place: TrustPlace, beside: str = "") -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from PySide6.QtCore import Qt
-from PySide6.QtWidgets import QFrame, QGridLayout, QHBoxLayout, QLabel, QSizePolicy, QVBoxLayout
+from PySide6.QtWidgets import QFrame, QGridLayout, QLabel, QSizePolicy
 
 from ocmm_core.inspection.evaluation import JobView, LiveView, ReferenceView
 from ocmm_gui.kit import (
@@ -16,7 +16,9 @@ from ocmm_gui.kit import (
     Theme,
     approach_words,
     digit_font,
+    dressed,
     has_failed,
+    hbox,
     is_held,
     later,
     literal,
@@ -35,6 +37,7 @@ from ocmm_gui.kit import (
     tr,
     trouble,
     unit_word,
+    vbox,
 )
 
 _COUNTERS = (
@@ -67,19 +70,16 @@ class StatusStrip(QFrame):
         self._theme = THEMES[DEFAULT_THEME]
         self._word = FitText(tr("Status"), limit=34, reserve=tr("INACCURATE"))
         self._word.setFixedSize(250, 46)
-        self._reason = PlainLabel()
-        self._reason.setAccessibleName(tr("Reason for the status"))
+        self._reason = dressed(PlainLabel(), tr("Reason for the status"))
         self._reason.setTextFormat(Qt.TextFormat.PlainText)
         self._reason.setWordWrap(True)
         self._reason.setFont(text_font(14))
         self._reason.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
         self._values: dict[str, QLabel] = {}
         self._reference: tuple[QLabel, ...] = ()
-        layout = QHBoxLayout(self)
-        layout.setContentsMargins(12, 4, 12, 4)
-        layout.setSpacing(12)
-        layout.addWidget(self._word)
-        layout.addWidget(self._reason, 1)
+        layout = hbox(
+            self._word, (self._reason, 1), parent=self, spacing=12, margins=(12, 4, 12, 4)
+        )
         grid = QGridLayout()
         grid.setHorizontalSpacing(16)
         grid.setVerticalSpacing(0)
@@ -174,9 +174,7 @@ class Guidance(QFrame):
         self._mode = _sentence(tr("Probing order and probe side"))
         self._approach = _sentence(tr("Approach to the next point"))
         self._trouble = _sentence(tr("Blocking reason"))
-        layout = QVBoxLayout(self)
-        layout.setContentsMargins(0, 0, 0, 0)
-        layout.setSpacing(3)
+        layout = vbox(parent=self, spacing=3, margins=0)
         for widget in (self._step, self._words, self._approach, self._mode):
             layout.addWidget(widget)
         layout.addWidget(self._trouble, 1)

@@ -9,7 +9,7 @@ from typing import Literal
 
 from PySide6.QtCore import QObject, Signal
 from PySide6.QtGui import QColor
-from PySide6.QtWidgets import QHBoxLayout, QHeaderView, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QHeaderView, QVBoxLayout, QWidget
 
 from ocmm_core.alignment import ModelBestFit
 from ocmm_core.errors import InputError
@@ -32,10 +32,12 @@ from ocmm_gui.kit import (
     NarrowButton,
     TableImport,
     Theme,
+    hbox,
     later,
     said,
     sentence_label,
     tr,
+    vbox,
 )
 from ocmm_gui.plan_editor._importing import ImportLine, ImportResult, InUse, LoadedModel, with_table
 from ocmm_gui.plan_editor._part_choice import ChoiceLine, ChoiceWords, ModelChoice, PartChoice
@@ -93,14 +95,8 @@ class ToleranceAccount(QWidget):
         self.features_only = NarrowButton(tr("Features only"))
         self.features_only.setAccessibleName(tr("Take over the features without tolerances"))
         self.features_only.clicked.connect(self.without)
-        line = QHBoxLayout()
-        line.addWidget(self.question, 1)
-        line.addWidget(self.features_only)
-        layout = QVBoxLayout(self)
-        layout.setContentsMargins(0, 0, 0, 0)
-        layout.addWidget(self.summary)
-        layout.addWidget(self.table, 1)
-        layout.addLayout(line)
+        line = hbox((self.question, 1), self.features_only)
+        vbox(self.summary, (self.table, 1), line, parent=self, margins=0)
         self.hide()
 
     def show_account(self, account: Account, characteristics: int) -> None:

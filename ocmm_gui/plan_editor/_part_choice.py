@@ -29,6 +29,7 @@ from ocmm_gui.kit import (
     Theme,
     caption,
     form_field,
+    hbox,
     literal,
     millimetres,
     said,
@@ -39,6 +40,7 @@ from ocmm_gui.kit import (
     tr,
     typed_value,
     unit_word,
+    vbox,
 )
 from ocmm_gui.plan_editor._importing import LoadedModel
 from ocmm_gui.views import PartPicture
@@ -199,11 +201,8 @@ class PartChoice(QFrame):
         self.list.item(row).setCheckState(other)
 
     def _lay_out(self) -> None:
-        keys = QHBoxLayout()
-        keys.addWidget(self._take, 2)
-        keys.addWidget(self._back, 1)
-        side = QVBoxLayout()
-        side.setSpacing(8)
+        keys = hbox((self._take, 2), (self._back, 1))
+        side = vbox(spacing=8)
         parts: tuple[QWidget | QLayout, ...] = (
             self._told, self.list, self._about, self._more, keys
         )  # fmt: skip
@@ -212,10 +211,7 @@ class PartChoice(QFrame):
                 side.addLayout(part)
             else:
                 side.addWidget(part, int(part is self.list))
-        row = QHBoxLayout(self)
-        row.setSpacing(10)
-        row.addWidget(self.picture, 1)
-        row.addLayout(side)
+        hbox((self.picture, 1), side, parent=self, spacing=10)
         self.list.setFixedWidth(_LIST_PX)
 
 

@@ -6,7 +6,7 @@ import re
 from pathlib import Path
 from typing import Literal
 
-from PySide6.QtWidgets import QVBoxLayout, QWidget
+from PySide6.QtWidgets import QWidget
 
 from ocmm_core.errors import OcmmError
 from ocmm_core.inspection.plan import (
@@ -18,7 +18,7 @@ from ocmm_core.inspection.plan import (
     save_plan,
     without_file,
 )
-from ocmm_gui.kit import DEFAULT_THEME, THEMES, Theme, said, sentence_label, tr
+from ocmm_gui.kit import DEFAULT_THEME, THEMES, Theme, said, sentence_label, tr, vbox
 from ocmm_gui.plan_editor._plan_items import ALIGNMENT, HEAD, LISTS, ItemKey, place_of
 
 
@@ -104,9 +104,7 @@ class PlanChecks(QWidget):
         self._theme = THEMES[DEFAULT_THEME]
         self._tone: Tone = "good"
         self._label = sentence_label(tr("Checks"), 15)
-        layout = QVBoxLayout(self)
-        layout.setContentsMargins(0, 0, 0, 0)
-        layout.addWidget(self._label)
+        vbox(self._label, parent=self, margins=0)
 
     def text(self) -> str:
         return self._label.text()

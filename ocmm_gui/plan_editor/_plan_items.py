@@ -14,7 +14,7 @@ from ocmm_core.features.shapes import ACROSS, DIRECTION, POINT, NominalFeature, 
 from ocmm_core.geometry import Float
 from ocmm_core.inspection.plan import Plan, usual_points
 from ocmm_gui.kit import literal, said_word, text_font, tr
-from ocmm_gui.plan_editor.form import choice_word
+from ocmm_gui.plan_editor._field_labels import choice_word
 
 LISTS = ("features", "constructions", "characteristics")
 """Lists of a plan, in the order shown."""

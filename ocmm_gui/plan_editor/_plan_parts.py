@@ -7,7 +7,7 @@ from functools import partial
 from pathlib import Path
 
 from PySide6.QtCore import Signal
-from PySide6.QtWidgets import QHBoxLayout, QProgressBar, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QProgressBar, QVBoxLayout, QWidget
 
 from ocmm_core.alignment import Alignment
 from ocmm_core.features.measured import Construction
@@ -18,9 +18,9 @@ from ocmm_core.inspection.plan import HEAD_FIELDS, Plan, taught_plan
 from ocmm_core.measuring import reported_points
 from ocmm_core.tolerances.kinds import spec_of
 from ocmm_core.tolerances.zones import Characteristic
-from ocmm_gui.kit import PathPanel, later, panel, tr
+from ocmm_gui.kit import PathPanel, hbox, later, panel, tr
+from ocmm_gui.plan_editor._item_form import ItemForm
 from ocmm_gui.plan_editor._plan_items import ALIGNMENT, HEAD
-from ocmm_gui.plan_editor.form import ItemForm
 from ocmm_gui.work import SideProcess, Tell
 
 
@@ -66,12 +66,9 @@ def lay_out(
     middle.addWidget(form)
     for widget, share in right:
         column.addWidget(widget, share)
-    row = QHBoxLayout(editor)
-    row.setContentsMargins(0, 0, 0, 0)
-    row.setSpacing(10)
-    row.addWidget(items, 32)
-    row.addWidget(panel(middle), 40)
-    row.addWidget(panel(column), 28)
+    hbox(
+        (items, 32), (panel(middle), 40), (panel(column), 28), parent=editor, spacing=10, margins=0
+    )
 
 
 class TeachProgress(QProgressBar):

@@ -16,6 +16,7 @@ from ocmm_core.settings import is_shipped
 from ocmm_gui.kit import ActionInfo, Sheet, later, make_button, tr
 from ocmm_gui.plan_editor._from_models import ModelImport
 from ocmm_gui.plan_editor._importing import InUse, what_is_missing
+from ocmm_gui.plan_editor._item_form import ItemForm
 from ocmm_gui.plan_editor._plan_changes import (
     PlanChange,
     fresh_plan,
@@ -30,7 +31,6 @@ from ocmm_gui.plan_editor._plan_changes import (
 from ocmm_gui.plan_editor._plan_checks import PlanChecks, PlanDraft, faulty_field
 from ocmm_gui.plan_editor._plan_items import ALIGNMENT, HEAD, ItemKey, PlanItems, drawn_of, item_of
 from ocmm_gui.plan_editor._plan_parts import TeachProgress, item_forms, lay_out, path_panels
-from ocmm_gui.plan_editor.form import ItemForm
 from ocmm_gui.views import StepPicture
 
 KEYS = (

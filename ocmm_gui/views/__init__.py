@@ -27,7 +27,6 @@ if TYPE_CHECKING:
         deviation_part,
         deviations_of,
         paint_scale,
-        reach_words,
         scale_words,
     )
     from ocmm_gui.views._part_picture import PartPicture, StepPicture, read_picture
@@ -41,7 +40,7 @@ else:
         _contents="job_items",
         _deviations=(
             "SCALE_PX deviation_colour deviation_items deviation_part deviations_of paint_scale "
-            "reach_words scale_words"
+            "scale_words"
         ),
         _part_picture="PartPicture StepPicture read_picture",
         _placed="PartPlacement",
@@ -52,5 +51,5 @@ else:
 __all__ = [
     "SCALE_PX", "CameraViews", "PartPicture", "PartPlacement", "PointView", "StepPicture",
     "deviation_colour", "deviation_items", "deviation_part", "deviations_of", "job_items",
-    "paint_scale", "reach_words", "read_picture", "scale_words", "seen_from", "shapes", "upright",
+    "paint_scale", "read_picture", "scale_words", "seen_from", "shapes", "upright",
 ]  # fmt: skip

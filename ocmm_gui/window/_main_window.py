@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING
 
 from PySide6.QtCore import Qt, Signal
 from PySide6.QtGui import QCloseEvent, QDragEnterEvent, QDropEvent, QKeyEvent
-from PySide6.QtWidgets import QHBoxLayout, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QWidget
 
 from ocmm_core.errors import OcmmError
 from ocmm_core.settings import LoadedSettings, SettingsStore
@@ -32,10 +32,12 @@ from ocmm_gui.kit import (
     bind_actions,
     dress,
     dropped_file,
+    hbox,
     make_actions,
     show_mode,
     usable_keys,
     use_shortcuts,
+    vbox,
 )
 from ocmm_gui.led import HandControl, LedProbe
 from ocmm_gui.operator import DeskView, FarView, Feedback, PointChoice
@@ -180,11 +182,8 @@ class MainWindow(NoticeWindow):
         self.sheets.made.connect(self._add)
         self.maintenance.made.connect(self._add)
         central = QWidget()
-        whole = QHBoxLayout(central)
-        whole.setContentsMargins(0, 0, 0, 0)
-        whole.setSpacing(0)
-        layout = QVBoxLayout()
-        layout.setSpacing(0)
+        whole = hbox(parent=central, spacing=0, margins=0)
+        layout = vbox(spacing=0)
         for widget in (
             self.hand.strip,
             self.running.trust,

@@ -17,7 +17,7 @@ from ocmm_core.door import door
 
 if TYPE_CHECKING:
     from ocmm_gui.wizards._driver import WizardDriver
-    from ocmm_gui.wizards._registry import WIZARDS, WizardSpec
+    from ocmm_gui.wizards._registry import WIZARDS
     from ocmm_gui.wizards._runner import GuidedStack, Runner
     from ocmm_gui.wizards._site import (
         SESSIONS,
@@ -34,7 +34,7 @@ else:
     __getattr__ = door(
         __name__,
         _driver="WizardDriver",
-        _registry="WIZARDS WizardSpec",
+        _registry="WIZARDS",
         _runner="GuidedStack Runner",
         _site=(
             "SESSIONS DirectCalculation ProbeWizardSite Subject WizardSite practice_site site_of "
@@ -45,6 +45,5 @@ else:
 
 __all__ = [
     "SESSIONS", "WIZARDS", "DirectCalculation", "GuidedStack", "ProbeWizardSite", "Runner",
-    "Subject", "Wizard", "WizardDriver", "WizardSite", "WizardSpec", "practice_site", "site_of",
-    "temperature",
+    "Subject", "Wizard", "WizardDriver", "WizardSite", "practice_site", "site_of", "temperature",
 ]  # fmt: skip

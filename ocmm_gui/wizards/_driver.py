@@ -20,7 +20,7 @@ from ocmm_core.acquisition.frames import FrameBlock
 from ocmm_core.calibration.guided import ProcedureDecision
 from ocmm_core.errors import InternalError, OcmmError
 from ocmm_core.failure import contained
-from ocmm_gui.wizards.parts import (
+from ocmm_gui.wizards.pages import (
     Calculation,
     StepProcedure,
     StepSnapshot,

@@ -15,35 +15,33 @@ from ocmm_gui.kit import later, localised, tr
 from ocmm_gui.wizards import _sessions as sessions
 from ocmm_gui.wizards._site import SessionPlace, Subject, WizardSite
 from ocmm_gui.wizards.pages import (
+    CALIBRATION_ENDS,
+    VERDICT_ENDS,
     BarPage,
     ConePage,
+    Field,
     FirstConePage,
+    KnownPointsPage,
+    LinesPage,
     PivotResultPage,
+    PreparePage,
+    ProbePreparePage,
     ResultPage,
+    SeatsPage,
     SpherePage,
     SpheresPage,
+    StepPage,
+    StepProcedure,
     SweepPage,
     TipCheckResultPage,
     TipResultPage,
     VerdictPage,
     WavePage,
-    WorldPage,
-    repeat_worst,
-)
-from ocmm_gui.wizards.parts import (
-    CALIBRATION_ENDS,
-    VERDICT_ENDS,
-    Field,
-    KnownPointsPage,
-    LinesPage,
-    PreparePage,
-    ProbePreparePage,
-    SeatsPage,
-    StepPage,
-    StepProcedure,
     WizardTexts,
+    WorldPage,
     planned_lines,
     planned_points,
+    repeat_worst,
 )
 
 P = TypeVar("P", bound=StepProcedure)

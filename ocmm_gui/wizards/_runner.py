@@ -7,15 +7,7 @@ from functools import partial
 
 from PySide6.QtCore import Qt, QTimer, Signal
 from PySide6.QtGui import QAction
-from PySide6.QtWidgets import (
-    QFrame,
-    QHBoxLayout,
-    QPushButton,
-    QSizePolicy,
-    QStackedWidget,
-    QVBoxLayout,
-    QWidget,
-)
+from PySide6.QtWidgets import QFrame, QPushButton, QSizePolicy, QStackedWidget, QWidget
 
 from ocmm_core.calibration.guided import ProcedureDecision, ProcedureView
 from ocmm_gui.kit import (
@@ -26,6 +18,7 @@ from ocmm_gui.kit import (
     Sound,
     Theme,
     ThemedWidget,
+    hbox,
     key_words,
     literal,
     mark_colour,
@@ -35,10 +28,11 @@ from ocmm_gui.kit import (
     text_font,
     tr,
     use_role,
+    vbox,
 )
 from ocmm_gui.wizards._driver import WizardDriver
 from ocmm_gui.wizards._runner_parts import WIZARD_ACTIONS, DecisionBar, Rail, make_wizard_actions
-from ocmm_gui.wizards.parts import (
+from ocmm_gui.wizards.pages import (
     StepPage,
     StepSnapshot,
     WizardTexts,
@@ -284,37 +278,20 @@ class Runner(QWidget):
         return button
 
     def _lay_out(self) -> None:
-        side = QVBoxLayout()
-        side.setSpacing(8)
-        side.addWidget(self._heading)
-        side.addWidget(self.rail, 1)
-        side.addWidget(self.buttons["leave"])
+        side = vbox(self._heading, (self.rail, 1), self.buttons["leave"], spacing=8)
         for widget in (self._heading, self.rail, self.buttons["leave"]):
             widget.setFixedWidth(_RAIL_PX)
         gate = QFrame()
         gate.setProperty("role", "panel")
-        line = QHBoxLayout(gate)
-        line.setContentsMargins(12, 6, 12, 6)
-        line.addWidget(self._gate_mark)
-        line.addWidget(self.gate, 1)
+        hbox(self._gate_mark, (self.gate, 1), parent=gate, margins=(12, 6, 12, 6))
         self.gate.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
-        row = QHBoxLayout()
-        row.setSpacing(8)
+        row = hbox(spacing=8)
         for key in _ORDER:
             row.addWidget(self.buttons[key], 2 if key in _PRIMARY else 1)
-        main = QVBoxLayout()
-        main.setSpacing(8)
-        main.addWidget(self._title)
-        main.addWidget(self.instruction)
-        main.addWidget(self._stack, 1)
-        main.addWidget(self.decision)
-        main.addWidget(gate)
-        main.addLayout(row)
-        layout = QHBoxLayout(self)
-        layout.setContentsMargins(12, 8, 12, 10)
-        layout.setSpacing(12)
-        layout.addLayout(side)
-        layout.addLayout(main, 1)
+        main = vbox(
+            self._title, self.instruction, (self._stack, 1), self.decision, gate, row, spacing=8
+        )
+        hbox(side, (main, 1), parent=self, spacing=12, margins=(12, 8, 12, 10))
 
 
 def _nothing() -> None:

@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 
 from PySide6.QtCore import QPointF, QRectF, Qt, Signal
 from PySide6.QtGui import QAction, QColor, QKeySequence, QPaintEvent, QPen
-from PySide6.QtWidgets import QFrame, QHBoxLayout, QSizePolicy, QWidget
+from PySide6.QtWidgets import QFrame, QSizePolicy, QWidget
 
 from ocmm_core.calibration.guided import Step
 from ocmm_gui.kit import (
@@ -20,7 +20,9 @@ from ocmm_gui.kit import (
     OwnKeysField,
     PaintedWidget,
     PlainLabel,
+    dressed,
     fitted,
+    hbox,
     key_words,
     later,
     literal,
@@ -44,23 +46,16 @@ class DecisionBar(QFrame):
         self.setAccessibleName(tr("Decision"))
         self._accepts = False
         self._needs_reason = False
-        self._question = PlainLabel()
-        self._question.setAccessibleName(tr("Decision"))
-        self._question.setFont(text_font(17, bold=True))
+        self._question = dressed(PlainLabel(), tr("Decision"), font=text_font(17, bold=True))
         self._reason = OwnKeysField()
         self._reason.setObjectName("reason")
         self._reason.setAccessibleName(tr("Reason"))
         self._reason.setFont(text_font(16))
-        self._yes = NarrowButton(tr("Yes  [Return]"))
-        self._yes.setAccessibleName(tr("Yes"))
-        self._yes.setProperty("role", "primary")
-        self._no = NarrowButton(tr("No  [Esc]"))
-        self._no.setAccessibleName(tr("No"))
-        layout = QHBoxLayout(self)
-        layout.setContentsMargins(14, 8, 10, 8)
-        layout.setSpacing(10)
-        layout.addWidget(self._question)
-        layout.addWidget(self._reason, 1)
+        self._yes = dressed(NarrowButton(tr("Yes  [Return]")), tr("Yes"), role="primary")
+        self._no = dressed(NarrowButton(tr("No  [Esc]")), tr("No"))
+        layout = hbox(
+            self._question, (self._reason, 1), parent=self, spacing=10, margins=(14, 8, 10, 8)
+        )
         for button in (self._yes, self._no):
             button.setFont(text_font(16, bold=True))
             button.setMinimumHeight(46)

@@ -31,7 +31,7 @@ from ocmm_gui.wizards._site import (
     table_options,
     temperature,
 )
-from ocmm_gui.wizards.parts import TEMPERATURE, THERMOMETER, WHO, Field
+from ocmm_gui.wizards.pages import TEMPERATURE, THERMOMETER, WHO, Field
 
 _BAR = "Length bar document"
 

@@ -20,7 +20,7 @@ from ocmm_core.tracking import ProbeBody
 from ocmm_core.typed_numbers import TEMPERATURE
 from ocmm_gui.bridge import StationBridge
 from ocmm_gui.kit import read_number, tr
-from ocmm_gui.wizards.parts import Calculation, StepProcedure, Tap, TemperatureReadings
+from ocmm_gui.wizards.pages import Calculation, StepProcedure, Tap, TemperatureReadings
 
 C = TypeVar("C", bound=str)
 

@@ -31,7 +31,7 @@ from ocmm_gui.wizards._site import (
     temperature,
 )
 from ocmm_gui.wizards._start_page import WizardStart
-from ocmm_gui.wizards.parts import WHO, Field, ProcessCalculation, StepProcedure
+from ocmm_gui.wizards.pages import WHO, Field, ProcessCalculation, StepProcedure
 
 _PAST = ("session.rig", "session.empty")
 """Sessions not offered: of a replaced calibration, or empty."""

@@ -15,9 +15,9 @@ from queue import SimpleQueue
 from typing import TypeVar
 
 from PySide6.QtCore import QObject, Qt, Signal
-from PySide6.QtWidgets import QFrame, QHBoxLayout, QProgressBar
+from PySide6.QtWidgets import QFrame, QProgressBar
 
-from ocmm_gui.kit import ActionInfo, PlainLabel, Sheet, text_font, tr
+from ocmm_gui.kit import ActionInfo, PlainLabel, Sheet, dressed, hbox, text_font, tr
 from ocmm_gui.work._side_process import SideProcess, Work
 
 T = TypeVar("T")
@@ -98,19 +98,13 @@ class WorkLine(QFrame):
         self._label.setTextFormat(Qt.TextFormat.PlainText)
         self._label.setAccessibleName(tr("{name}: progress").format(name=name))
         self._label.setFont(text_font(14))
-        self._key = PlainLabel()
-        self._key.setFont(text_font(14))
-        self._key.setProperty("role", "muted")
-        self._bar = QProgressBar()
-        self._bar.setAccessibleName(tr("{name}: progress").format(name=name))
+        self._key = dressed(PlainLabel(), font=text_font(14), role="muted")
+        self._bar = dressed(QProgressBar(), tr("{name}: progress").format(name=name))
         self._bar.setTextVisible(False)
         self._bar.setFixedSize(_BAR_PX, 12)
-        layout = QHBoxLayout(self)
-        layout.setContentsMargins(14, 3, 14, 3)
-        layout.setSpacing(12)
-        layout.addWidget(self._bar)
-        layout.addWidget(self._label)
-        layout.addWidget(self._key)
+        layout = hbox(
+            self._bar, self._label, self._key, parent=self, spacing=12, margins=(14, 3, 14, 3)
+        )
         layout.addStretch(1)
         self.hide()
 

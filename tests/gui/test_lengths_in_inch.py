@@ -26,8 +26,8 @@ from ocmm_gui.kit import (
     style_of,
     use_numbers,
 )
-from ocmm_gui.plan_editor.form._field_labels import FieldUnit
-from ocmm_gui.plan_editor.form._item_form import ItemForm
+from ocmm_gui.plan_editor._field_labels import FieldUnit
+from ocmm_gui.plan_editor._item_form import ItemForm
 from tests.host import HANG_MS
 
 if TYPE_CHECKING:

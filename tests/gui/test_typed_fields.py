@@ -24,9 +24,9 @@ from ocmm_core.typed_numbers import (
     option_field,
 )
 from ocmm_gui.arguments import parser
-from ocmm_gui.plan_editor.form._field_labels import FieldUnit
-from ocmm_gui.plan_editor.form._field_text import value_of
-from ocmm_gui.plan_editor.form._form_lines import FieldKind, FormLine
+from ocmm_gui.plan_editor._field_labels import FieldUnit
+from ocmm_gui.plan_editor._field_text import value_of
+from ocmm_gui.plan_editor._form_lines import FieldKind, FormLine
 from tests.core.test_typed_numbers import HOSTILE
 
 TEXTS = (*HOSTILE, "-1", "1e300", "1,5", "1e-400", "text", "1 in", "9" * 400)

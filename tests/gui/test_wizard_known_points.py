@@ -24,8 +24,7 @@ from ocmm_core.calibration.records import State
 from ocmm_core.errors import CalibrationError
 from ocmm_core.simulation.calibration_scenes import TargetScene
 from ocmm_gui.kit import DEBOUNCE_S
-from ocmm_gui.wizards.pages import ResultPage
-from ocmm_gui.wizards.parts import KnownPointsPage
+from ocmm_gui.wizards.pages import KnownPointsPage, ResultPage
 from tests.gui.wizard_bench import WizardBench
 from tests.waiting import let_pass
 

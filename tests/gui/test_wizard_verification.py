@@ -17,8 +17,7 @@ from ocmm_core.calibration.records import EventKind, State, load_bar
 from ocmm_core.calibration.verification import VerificationProcedure
 from ocmm_core.documents import resource
 from ocmm_core.simulation.calibration_scenes import TouchSeats
-from ocmm_gui.wizards.pages import SpheresPage, VerdictPage
-from ocmm_gui.wizards.parts import LinesPage, SeatsPage
+from ocmm_gui.wizards.pages import LinesPage, SeatsPage, SpheresPage, VerdictPage
 from tests.core.calibration.procedure_site import show
 from tests.gui.wizard_bench import WizardBench
 

@@ -32,7 +32,7 @@ from ocmm_gui.kit import ACTIONS, THEMES, Mode, NoticeCentre, ThemedWidget
 from ocmm_gui.window import MainWindow
 from ocmm_gui.wizards import WIZARDS
 from ocmm_gui.wizards._runner_parts import WIZARD_ACTIONS
-from ocmm_gui.wizards.parts import CollectPage
+from ocmm_gui.wizards.pages import CollectPage
 from tests.core.calibration.test_procedure_tip import TIP, Tips
 from tests.gui.wizard_bench import WizardBench
 from tests.host import HANG_MS

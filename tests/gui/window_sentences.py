@@ -63,7 +63,7 @@ _KNOWN = {
     "window/_acceptance.py": {"INTERIM": "name of a procedure"},
     "window/_running_job.py": {"The window": "part of an error"},
     "window/_main_window.py": {"*": "names of classes"},
-    "plan_editor/form/_field_text.py": {"*": "parts of an error"},
+    "plan_editor/_field_text.py": {"*": "parts of an error"},
     "wizards/_driver.py": {"*": "parts of errors"},
     "wizards/_sessions.py": {
         "Length bar document": "part of an error", "the document of the sphere": "part of an error",
@@ -75,7 +75,8 @@ _SHOWS = frozenset(
     (
         "setText", "setWindowTitle", "setToolTip", "setAccessibleName", "setAccessibleDescription",
         "setPlaceholderText", "addItem", "addItems", "setTitle", "drawText", "show_text", "say",
-        "inform", "begin", "QLabel", "QPushButton", "QAction", "FitText", "sentence_label",
+        "inform", "begin", "dressed", "QLabel", "QPushButton", "QAction", "FitText",
+        "sentence_label",
         "value_label", "caption", "form_field", "ResultVerdict", "BannerMessage", "Row", "Tag",
     )
 )  # fmt: skip

@@ -19,7 +19,7 @@ from ocmm_core.errors import OcmmError
 from ocmm_core.simulation.calibration_scenes import CalibrationScenesRig, Scene
 from ocmm_gui.kit import DEBOUNCE_S, THEMES, ThemedWidget
 from ocmm_gui.wizards import ProbeWizardSite, Runner, Wizard, WizardSite
-from ocmm_gui.wizards.parts import StepSnapshot
+from ocmm_gui.wizards.pages import StepSnapshot
 from tests.core.calibration.procedure_site import Bench
 from tests.host import HANG_MS
 from tests.waiting import let_pass

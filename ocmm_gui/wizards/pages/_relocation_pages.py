@@ -8,7 +8,7 @@ from math import cos, radians, sin
 import numpy as np
 from PySide6.QtCore import QPointF, QRectF, Qt
 from PySide6.QtGui import QColor, QPainter, QPaintEvent, QPen
-from PySide6.QtWidgets import QSizePolicy, QVBoxLayout
+from PySide6.QtWidgets import QSizePolicy
 
 from ocmm_core.calibration.guided import RelocationView, Tilt
 from ocmm_core.camera import Rig
@@ -18,6 +18,7 @@ from ocmm_gui.kit import (
     SCENE_SIZE,
     Mark,
     PaintedWidget,
+    fill,
     fitted,
     later,
     localised,
@@ -25,8 +26,12 @@ from ocmm_gui.kit import (
     said_word,
     text_font,
     tr,
+    vbox,
 )
-from ocmm_gui.wizards.parts import BarPlace, CollectPage, Score, StepSnapshot, bars, volume_coverage
+from ocmm_gui.wizards.pages._live_panel import Score
+from ocmm_gui.wizards.pages._pages import CollectPage
+from ocmm_gui.wizards.pages._picture import BarPlace, bars, volume_coverage
+from ocmm_gui.wizards.pages._shown import StepSnapshot
 
 _TILT_PX, _ROOMY_PX = 86, 112
 _LEAN = {"leaning left": -32.0, "leaning right": 32.0}
@@ -131,11 +136,9 @@ class WavePage(CollectPage):
         self.side.setStretch(0, 5)
         self.side.setStretch(1, 4)
         self.tilts = TiltRow()
-        column = QVBoxLayout()
-        column.setSpacing(8)
+        column = vbox(spacing=8)
         self.beside.removeWidget(self.picture)
-        column.addWidget(self.picture, 1)
-        column.addWidget(self.tilts)
+        fill(column, (self.picture, 1), self.tilts)
         self.beside.insertLayout(0, column, 1)
         self._shown: object = None
 

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from datetime import datetime
 
 import numpy as np
-from PySide6.QtWidgets import QVBoxLayout, QWidget
+from PySide6.QtWidgets import QWidget
 
 from ocmm_core.calibration.guided import CalibrationComparison, CalibrationOutcome, CameraChange
 from ocmm_core.calibration.records import Finding
@@ -32,8 +32,9 @@ from ocmm_gui.kit import (
     sentence_label,
     tr,
     tr_all,
+    vbox,
 )
-from ocmm_gui.wizards.parts import ResultFrame, ResultVerdict
+from ocmm_gui.wizards.pages._result_frame import ResultFrame, ResultVerdict
 
 _CHANGES = (
     (later("Camera"), later("which camera")),
@@ -54,12 +55,7 @@ class CompareView(QWidget):
         self.summary = sentence_label(tr("What changes"), 16)
         self.cameras = NumberTable(tr("Changes of the cameras"), tr_all(_CHANGES))
         self.space = SpaceArrows(tr("Points of the volume, after minus before"), rig)
-        layout = QVBoxLayout(self)
-        layout.setContentsMargins(0, 0, 0, 0)
-        layout.setSpacing(8)
-        layout.addWidget(self.summary)
-        layout.addWidget(self.cameras)
-        layout.addWidget(self.space, 1)
+        vbox(self.summary, self.cameras, (self.space, 1), parent=self, spacing=8, margins=0)
 
     def show_comparison(self, comparison: CalibrationComparison | None) -> None:
         """Show the differences; None without a calibration in force."""
@@ -205,12 +201,7 @@ class PivotCompare(QWidget):
         self.summary = sentence_label(tr("What changes"), 16)
         self.tip = NumberTable(tr("The tip compared"), tr_all(_TIP))
         self.leds = NumberTable(tr("The LEDs compared"), tr_all(_LEDS), whole=False)
-        layout = QVBoxLayout(self)
-        layout.setContentsMargins(0, 0, 0, 0)
-        layout.setSpacing(8)
-        layout.addWidget(self.summary)
-        layout.addWidget(self.tip)
-        layout.addWidget(self.leds, 1)
+        vbox(self.summary, self.tip, (self.leds, 1), parent=self, spacing=8, margins=0)
 
     def show_outcome(self, outcome: PivotOutcome) -> None:
         spread = 1e3 * outcome.first.thesis.spread

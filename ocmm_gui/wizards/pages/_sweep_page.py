@@ -26,6 +26,7 @@ from ocmm_gui.kit import (
     Mark,
     PaintedWidget,
     Sound,
+    fill,
     later,
     localised,
     said,
@@ -33,7 +34,10 @@ from ocmm_gui.kit import (
     tr,
     tr_all,
 )
-from ocmm_gui.wizards.parts import BannerMessage, CollectPage, HandsPage, Score, StepSnapshot
+from ocmm_gui.wizards.pages._hands_pages import HandsPage
+from ocmm_gui.wizards.pages._live_panel import BannerMessage, Score
+from ocmm_gui.wizards.pages._pages import CollectPage
+from ocmm_gui.wizards.pages._shown import StepSnapshot
 
 _LAYERS = ((0.0, 1, 0.0), (22.5, 4, 0.0), (45.0, 8, 22.5), (67.5, 4, 45.0), (90.0, 8, 67.5))
 """Degrees below the pole, points, and turn of the layer: 25 points over a half sphere."""
@@ -160,8 +164,7 @@ class SweepPage(HandsPage):
         self._mapped = Mapped()
         self.sigma = Score(tr("Uncertainty of the tip"))
         self.bars = Bars(tr("Rotation of the probe"), 6 if second else 5)
-        self.scores.addWidget(self.sigma, 2)
-        self.scores.addWidget(self.bars, 6)
+        fill(self.scores, (self.sigma, 2), (self.bars, 6))
 
     def show_seen(self, seen: StepSnapshot) -> None:
         view = seen.view_as(PivotView)

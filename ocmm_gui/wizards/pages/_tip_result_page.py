@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from PySide6.QtCore import QPointF, QRectF, Qt
 from PySide6.QtGui import QColor, QPaintEvent, QPen
-from PySide6.QtWidgets import QVBoxLayout, QWidget
+from PySide6.QtWidgets import QWidget
 
 from ocmm_core.calibration.records import Check, Finding, TipCheckRecord, TipRecord
 from ocmm_core.calibration.tip import TipCheckOutcome, TipOutcome
@@ -25,9 +25,10 @@ from ocmm_gui.kit import (
     text_font,
     tr,
     tr_all,
+    vbox,
 )
+from ocmm_gui.wizards.pages._result_frame import ResultFrame, ResultVerdict
 from ocmm_gui.wizards.pages._touch_pages import TipScatter
-from ocmm_gui.wizards.parts import ResultFrame, ResultVerdict
 
 _SCALE_PX = 58.0
 _CHECKED = (
@@ -52,11 +53,7 @@ class ChecksView(QWidget):
         self.setAccessibleName(tr("Errors and limits"))
         self.chart = ErrorChart(whole_names=True)
         self.table = NumberTable(tr("Errors in numbers"), tr_all(_CHECKED))
-        layout = QVBoxLayout(self)
-        layout.setContentsMargins(0, 0, 0, 0)
-        layout.setSpacing(8)
-        layout.addWidget(self.chart, 1)
-        layout.addWidget(self.table)
+        vbox((self.chart, 1), self.table, parent=self, spacing=8, margins=0)
 
     def show_checks(self, checks: Sequence[Check], largest: int) -> None:
         """Show all checks; name the one nearest to its limit."""

@@ -10,9 +10,11 @@ from ocmm_core.calibration.tip import ConeProgress, Phase, SphereProgress, Touch
 from ocmm_core.camera import Rig
 from ocmm_core.geometry import Float, Points3, unit
 from ocmm_gui.charts import Bars, Mapped, Plot, Row
-from ocmm_gui.kit import Mark, digit_font, localised, said, said_word, text_font, tr
+from ocmm_gui.kit import Mark, digit_font, fill, localised, said, said_word, text_font, tr
 from ocmm_gui.views import upright
-from ocmm_gui.wizards.parts import BannerMessage, HandsPage, Score, StepSnapshot
+from ocmm_gui.wizards.pages._hands_pages import HandsPage
+from ocmm_gui.wizards.pages._live_panel import BannerMessage, Score
+from ocmm_gui.wizards.pages._shown import StepSnapshot
 
 _SPHERE_SPACING, _CONE_SPACING = float(np.radians(16.0)), float(np.radians(14.0))
 _KEYS = ("back", "drop", "automatic", "take", "next")
@@ -27,8 +29,7 @@ class SpherePage(HandsPage):
         super().__init__(rig, tr("Touch"), tr("Places on the sphere, seen from its pole"))
         self.ball = Score(tr("Diameter of the ball"))
         self.bars = Bars(tr("Coverage of the sphere"), 3)
-        self.scores.addWidget(self.ball, 3)
-        self.scores.addWidget(self.bars, 3)
+        fill(self.scores, (self.ball, 3), (self.bars, 3))
 
     def show_seen(self, seen: StepSnapshot) -> None:
         view = seen.view_as(TouchView)
@@ -73,8 +74,7 @@ class ConePage(HandsPage):
         self._up = upright(rig)
         self.spread = Score(tr("Spread of the tip (2 s)"))
         self.tips = TipScatter(rig)
-        self.scores.addWidget(self.spread, 2)
-        self.scores.addWidget(self.tips, 4)
+        fill(self.scores, (self.spread, 2), (self.tips, 4))
 
     def show_seen(self, seen: StepSnapshot) -> None:
         view = seen.view_as(TouchView)

@@ -10,7 +10,7 @@ from ocmm_core.calibration.guided import VerificationOutcome, VerificationView
 from ocmm_core.calibration.records import Check, Finding
 from ocmm_gui.charts import ErrorChart, check_words, group_of, session_of
 from ocmm_gui.kit import Mark, day_words, said, said_word, tr
-from ocmm_gui.wizards.parts import ResultFrame, ResultVerdict
+from ocmm_gui.wizards.pages._result_frame import ResultFrame, ResultVerdict
 
 _BACK_TO_LINES = 3
 

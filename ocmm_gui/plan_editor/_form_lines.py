@@ -16,13 +16,7 @@ from typing import Any, Literal, Union, get_args, get_origin
 import msgspec
 
 from ocmm_core.part_model import NominalFace
-from ocmm_gui.plan_editor.form._field_labels import (
-    FieldUnit,
-    Words,
-    choices_of,
-    measure_of,
-    words_of,
-)
+from ocmm_gui.plan_editor._field_labels import FieldUnit, Words, choices_of, measure_of, words_of
 
 GIVEN = "given"
 """Pseudo field: whether an optional struct without a tag is present."""

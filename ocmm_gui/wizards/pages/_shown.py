@@ -14,7 +14,7 @@ from ocmm_core.acquisition.frames import FrameBlock
 from ocmm_core.calibration.guided import Procedure, ProcedureDecision, ProcedureView
 from ocmm_core.calibration.probe_design import Temperature
 from ocmm_core.tables import TableReader
-from ocmm_gui.kit import Mark, PlainLabel, later, said, sentence_label, text_font, tr
+from ocmm_gui.kit import Mark, PlainLabel, dressed, later, said, sentence_label, text_font, tr
 
 Watcher: TypeAlias = Callable[[FrameBlock], None]
 Tap: TypeAlias = Callable[[Watcher | None], None]
@@ -87,8 +87,7 @@ def figures_area(told: QVBoxLayout) -> QScrollArea:
     """Return a scrollable area of figures and reasons, for small windows."""
     holder = QWidget()
     holder.setLayout(told)
-    area = QScrollArea()
-    area.setAccessibleName(tr("Figures and reasons"))
+    area = dressed(QScrollArea(), tr("Figures and reasons"))
     area.setWidgetResizable(True)
     area.setFrameShape(QFrame.Shape.NoFrame)
     area.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)

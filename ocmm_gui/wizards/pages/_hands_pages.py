@@ -6,16 +6,16 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from datetime import datetime
 
-from PySide6.QtWidgets import QHBoxLayout, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QVBoxLayout, QWidget
 
 from ocmm_core.calibration.guided import KnownPointsView, Live, ProcedureView, VerificationView
 from ocmm_core.camera import Rig
 from ocmm_core.tracking import ProbeBody
 from ocmm_gui.charts import SphereMap
-from ocmm_gui.kit import panel, said, said_word, sentence_label, time_words, tr
-from ocmm_gui.wizards.parts._live_panel import CameraRow, FarBanner
-from ocmm_gui.wizards.parts._pages import SIDE_PX, StepPage, beside
-from ocmm_gui.wizards.parts._picture import (
+from ocmm_gui.kit import fill, hbox, panel, said, said_word, sentence_label, time_words, tr, vbox
+from ocmm_gui.wizards.pages._live_panel import CameraRow, FarBanner
+from ocmm_gui.wizards.pages._pages import SIDE_PX, StepPage, beside
+from ocmm_gui.wizards.pages._picture import (
     Contents,
     ProbeDrawing,
     ScenePicture,
@@ -23,7 +23,7 @@ from ocmm_gui.wizards.parts._picture import (
     bars,
     reference_points,
 )
-from ocmm_gui.wizards.parts._shown import Facts, StepSnapshot
+from ocmm_gui.wizards.pages._shown import Facts, StepSnapshot
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,8 +60,7 @@ class PreparePage(StepPage):
         self.facts = Facts(tr("The session"))
         column = QVBoxLayout()
         self.notes = sentence_label(tr("Deviations from the recommended plan"), 14)
-        column.addWidget(self.facts)
-        column.addWidget(self.notes)
+        fill(column, self.facts, self.notes)
         column.addStretch(1)
         layout = beside(self, self.picture)
         side = panel(column)
@@ -105,16 +104,11 @@ class ProbePreparePage(StepPage):
         self.picture = ProbeDrawing()
         self.picture.show_probe(design.leds_probe, design.led_directions_probe, design.tip_probe)
         self.facts = Facts(tr("The session"))
-        column = QVBoxLayout()
-        column.addWidget(self.facts)
+        column = vbox(self.facts)
         column.addStretch(1)
         side = panel(column)
         side.setFixedWidth(_SIDE_PX)
-        layout = QHBoxLayout(self)
-        layout.setContentsMargins(0, 0, 0, 0)
-        layout.setSpacing(8)
-        layout.addWidget(self.picture, 1)
-        layout.addWidget(side)
+        hbox((self.picture, 1), side, parent=self, spacing=8, margins=0)
 
     def show_seen(self, seen: StepSnapshot) -> None:
         base = seen.view.base
@@ -132,27 +126,14 @@ class HandsPage(StepPage):
         self.banner = FarBanner(told)
         self.map = SphereMap(mapped, rig)
         self.cameras = CameraRow(rig)
-        self.scores = QVBoxLayout()
-        self.scores.setSpacing(4)
-        side = QVBoxLayout()
-        side.setContentsMargins(0, 0, 0, 0)
-        side.setSpacing(8)
-        side.addWidget(panel(self.scores), 3)
-        row = QVBoxLayout()
-        row.addWidget(self.cameras)
-        side.addWidget(panel(row), 1)
+        self.scores = vbox(spacing=4)
+        side = vbox((panel(self.scores), 3), spacing=8, margins=0)
+        side.addWidget(panel(vbox(self.cameras)), 1)
         holder = QWidget()
         holder.setLayout(side)
         holder.setFixedWidth(_SIDE_PX)
-        self.beside = QHBoxLayout()
-        self.beside.setSpacing(8)
-        self.beside.addWidget(self.map, 1)
-        self.beside.addWidget(holder)
-        layout = QVBoxLayout(self)
-        layout.setContentsMargins(0, 0, 0, 0)
-        layout.setSpacing(8)
-        layout.addWidget(self.banner, 3)
-        layout.addLayout(self.beside, 5)
+        self.beside = hbox((self.map, 1), holder, spacing=8)
+        vbox((self.banner, 3), (self.beside, 5), parent=self, spacing=8, margins=0)
 
     def show_cameras(self, live: Live) -> None:
         self.cameras.show_cameras(live.cameras)

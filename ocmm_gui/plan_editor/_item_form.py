@@ -23,9 +23,9 @@ from ocmm_gui.kit import (
     literal,
     text_font,
 )
-from ocmm_gui.plan_editor.form._field_labels import choice_word
-from ocmm_gui.plan_editor.form._field_text import FLAGS, text_of, value_of
-from ocmm_gui.plan_editor.form._form_lines import FieldKind, FormLine, closed, form_lines, opened
+from ocmm_gui.plan_editor._field_labels import choice_word
+from ocmm_gui.plan_editor._field_text import FLAGS, text_of, value_of
+from ocmm_gui.plan_editor._form_lines import FieldKind, FormLine, closed, form_lines, opened
 
 _FONT = 14
 _ROWS_PX = 132

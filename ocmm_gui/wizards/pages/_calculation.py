@@ -13,7 +13,7 @@ from multiprocessing.connection import Connection
 from ocmm_core.errors import CalibrationError, OcmmError
 from ocmm_core.failure import contained
 from ocmm_core.processes import process_context
-from ocmm_gui.wizards.parts._shown import StepProcedure
+from ocmm_gui.wizards.pages._shown import StepProcedure
 
 _LOOK_S = 0.05
 _END_S = 1.0

@@ -7,15 +7,15 @@ from datetime import datetime
 from typing import Protocol
 
 from PySide6.QtCore import Signal
-from PySide6.QtWidgets import QHBoxLayout, QListWidget, QListWidgetItem, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QHBoxLayout, QListWidget, QListWidgetItem, QWidget
 
 from ocmm_core.calibration.guided import KnownPoint, KnownPointsView, VerificationView
 from ocmm_core.camera import Rig
 from ocmm_core.geometry import Float
-from ocmm_gui.kit import panel, said_word, text_font, tr
-from ocmm_gui.wizards.parts._live_panel import LivePanel, Score
-from ocmm_gui.wizards.parts._picture import ScenePicture, bar_places, bars, reference_points, seats
-from ocmm_gui.wizards.parts._shown import StepSnapshot
+from ocmm_gui.kit import dressed, fill, hbox, panel, said_word, text_font, tr, vbox
+from ocmm_gui.wizards.pages._live_panel import LivePanel, Score
+from ocmm_gui.wizards.pages._picture import ScenePicture, bar_places, bars, reference_points, seats
+from ocmm_gui.wizards.pages._shown import StepSnapshot
 
 SIDE_PX = 360
 Command = Callable[[datetime], None]
@@ -61,12 +61,9 @@ class CollectPage(StepPage):
         self.score = Score(counted)
         self.live = LivePanel(rig)
         self.beside = beside(self, self.picture)
-        self.side = QVBoxLayout()
-        self.side.setSpacing(8)
-        self.scores = QVBoxLayout()
-        self.scores.addWidget(self.score)
-        self.side.addWidget(panel(self.scores), 2)
-        self.side.addWidget(self.live, 4)
+        self.side = vbox(spacing=8)
+        self.scores = vbox(self.score)
+        fill(self.side, (panel(self.scores), 2), (self.live, 4))
         holder = QWidget()
         self.side.setContentsMargins(0, 0, 0, 0)
         holder.setLayout(self.side)
@@ -99,10 +96,9 @@ class KnownPointsPage(CollectPage):
         self._procedure = procedure
         self._points: tuple[KnownPoint, ...] = ()
         self._aim: int | None = -1
-        self.list = QListWidget()
-        self.list.setAccessibleName(tr("Reference points"))
-        self.list.setAccessibleDescription(tr("Select the next point"))
-        self.list.setFont(text_font(15))
+        self.list = dressed(
+            QListWidget(), tr("Reference points"), tr("Select the next point"), font=text_font(15)
+        )
         self.list.setFixedWidth(150)
         self.list.setUniformItemSizes(True)
         self.list.currentRowChanged.connect(self._choose)
@@ -207,8 +203,4 @@ def _states(points: Sequence[KnownPoint]) -> tuple[tuple[str, int | None], ...]:
 
 def beside(page: QWidget, first: QWidget) -> QHBoxLayout:
     """Lay out a widget on a page, with room at its side."""
-    layout = QHBoxLayout(page)
-    layout.setContentsMargins(0, 0, 0, 0)
-    layout.setSpacing(8)
-    layout.addWidget(first, 1)
-    return layout
+    return hbox((first, 1), parent=page, spacing=8, margins=0)

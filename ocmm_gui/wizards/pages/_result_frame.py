@@ -6,14 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from PySide6.QtCore import Qt
-from PySide6.QtWidgets import (
-    QButtonGroup,
-    QHBoxLayout,
-    QSizePolicy,
-    QStackedWidget,
-    QVBoxLayout,
-    QWidget,
-)
+from PySide6.QtWidgets import QButtonGroup, QSizePolicy, QStackedWidget, QVBoxLayout, QWidget
 
 from ocmm_core.calibration.records import Finding
 from ocmm_gui.kit import (
@@ -24,15 +17,19 @@ from ocmm_gui.kit import (
     NarrowButton,
     PlainLabel,
     Theme,
+    dressed,
+    fill,
+    hbox,
     mark_colour,
     panel,
     said,
     sentence_label,
     text_font,
     tr,
+    vbox,
 )
-from ocmm_gui.wizards.parts._pages import StepPage
-from ocmm_gui.wizards.parts._shown import Facts, StepSnapshot, figures_area
+from ocmm_gui.wizards.pages._pages import StepPage
+from ocmm_gui.wizards.pages._shown import Facts, StepSnapshot, figures_area
 
 _SIDE_PX = 360
 
@@ -55,8 +52,7 @@ class PlotTabs(QWidget):
         self.titles = tuple(title for title, _ in plots)
         self._stack = QStackedWidget()
         self._buttons = QButtonGroup(self)
-        tabs = QHBoxLayout()
-        tabs.setSpacing(6)
+        tabs = hbox(spacing=6)
         for number, (title, view) in enumerate(plots, start=1):
             button = NarrowButton(f"{title}  [{number}]")
             button.setAccessibleName(title)
@@ -72,11 +68,7 @@ class PlotTabs(QWidget):
             if len(plots) == 1:
                 button.hide()
         self._buttons.idClicked.connect(self.show_plot)
-        layout = QVBoxLayout(self)
-        layout.setContentsMargins(0, 0, 0, 0)
-        layout.setSpacing(8)
-        layout.addLayout(tabs)
-        layout.addWidget(self._stack, 1)
+        vbox(tabs, (self._stack, 1), parent=self, spacing=8, margins=0)
         self.show_plot(0)
 
     def show_plot(self, number: int) -> None:
@@ -108,31 +100,19 @@ class ResultFrame(StepPage):
         self.sentence = sentence_label(tr("Result of the calculation"), 18)
         self.facts = Facts(tr("Figures of the result"))
         self.warnings = sentence_label(tr("Objections"), 16)
-        left = QVBoxLayout()
-        left.addWidget(self.tabs, 1)
-        self._plots = panel(left)
-        figures = QVBoxLayout()
-        figures.setContentsMargins(0, 0, 6, 0)
-        figures.setSpacing(12)
+        self._plots = panel(vbox((self.tabs, 1)))
+        figures = vbox(spacing=12, margins=(0, 0, 6, 0))
         for widget in (self.sentence, self.facts, self.warnings):
             figures.addWidget(widget)
         figures.addStretch(1)
         self.right = right = QVBoxLayout()
-        right.addWidget(self._word)
-        right.addWidget(figures_area(figures), 1)
+        fill(right, self._word, (figures_area(figures), 1))
         side = panel(right)
         side.setFixedWidth(_SIDE_PX)
-        self._waiting = PlainLabel("")
-        self._waiting.setAccessibleName(tr("No plots yet"))
-        self._waiting.setProperty("role", "muted")
+        self._waiting = dressed(PlainLabel(""), tr("No plots yet"), role="muted")
         self._waiting.setAlignment(Qt.AlignmentFlag.AlignCenter)
         self._waiting.setFont(text_font(20))
-        layout = QHBoxLayout(self)
-        layout.setContentsMargins(0, 0, 0, 0)
-        layout.setSpacing(8)
-        layout.addWidget(self._plots, 1)
-        layout.addWidget(self._waiting, 1)
-        layout.addWidget(side)
+        hbox((self._plots, 1), (self._waiting, 1), side, parent=self, spacing=8, margins=0)
         self._show(None)
 
     def judge(self, outcome: object) -> ResultVerdict:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from PySide6.QtCore import QPointF, QRectF, Qt
 from PySide6.QtGui import QColor, QFontMetricsF, QPaintEvent, QPen
-from PySide6.QtWidgets import QFrame, QHBoxLayout, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QFrame, QWidget
 
 from ocmm_core.calibration.guided import CameraLive, Live
 from ocmm_core.camera import CameraModel, Rig
@@ -21,13 +21,16 @@ from ocmm_gui.kit import (
     PlainLabel,
     Theme,
     digit_font,
+    dressed,
     far_type,
     fitted,
+    hbox,
     mark_colour,
     paint_mark,
     said,
     text_font,
     tr,
+    vbox,
     wrapped_pixels,
 )
 
@@ -136,9 +139,7 @@ class CameraRow(QWidget):
         super().__init__()
         self.setAccessibleName(tr("Camera view"))
         self.cameras = tuple(MiniCamera(camera) for camera in rig.cameras)
-        row = QHBoxLayout(self)
-        row.setContentsMargins(0, 0, 0, 0)
-        row.setSpacing(8)
+        row = hbox(parent=self, spacing=8, margins=0)
         for camera in self.cameras:
             row.addWidget(camera, 1)
 
@@ -160,20 +161,14 @@ class LivePanel(QFrame):
         self._automatic = self._complete = False
         self._word = FitText(tr("Seen now"), limit=30)
         self._word.setFixedHeight(40)
-        self._hint = PlainLabel()
-        self._hint.setAccessibleName(tr("What to do now"))
+        self._hint = dressed(PlainLabel(), tr("What to do now"))
         self._hint.setTextFormat(Qt.TextFormat.PlainText)
         self._hint.setWordWrap(True)
         self._hint.setFont(text_font(17))
         self._hint.setAlignment(Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignTop)
         self._hint.setMinimumHeight(46)
         self._row = CameraRow(rig)
-        layout = QVBoxLayout(self)
-        layout.setContentsMargins(12, 6, 12, 8)
-        layout.setSpacing(4)
-        layout.addWidget(self._word)
-        layout.addWidget(self._hint)
-        layout.addWidget(self._row, 1)
+        vbox(self._word, self._hint, (self._row, 1), parent=self, spacing=4, margins=(12, 6, 12, 8))
 
     def show_live(self, live: Live, *, automatic: bool, complete: bool = False) -> None:
         """Show the current state; nothing is waited for in a complete step."""

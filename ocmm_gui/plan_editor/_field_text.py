@@ -20,8 +20,8 @@ from ocmm_gui.kit import (
     typed_value,
     unit_word,
 )
-from ocmm_gui.plan_editor.form._field_labels import FieldUnit
-from ocmm_gui.plan_editor.form._form_lines import FieldKind, FormLine
+from ocmm_gui.plan_editor._field_labels import FieldUnit
+from ocmm_gui.plan_editor._form_lines import FieldKind, FormLine
 
 _YES, _NO = "yes", "no"
 FLAGS = (_NO, _YES)
