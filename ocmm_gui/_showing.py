@@ -131,8 +131,7 @@ def splash(app: QApplication, source: str, theme: str) -> QLabel:
 def end_on_signals(app: QApplication) -> None:
     # Repeated: before the loop of a window runs, and while events are handled during the start,
     # quitting has no effect.
-    ending = QTimer(app)
-    ending.setInterval(_QUIT_EVERY_MS)
+    ending = QTimer(app, interval=_QUIT_EVERY_MS)
     ending.timeout.connect(app.quit)
 
     def end(number: int, frame: FrameType | None) -> None:

@@ -10,7 +10,7 @@ from PySide6.QtGui import QColor, QPainter, QPaintEvent, QPen
 
 from ocmm_core.acceptance import AcceptanceView, PlannedPosition
 from ocmm_core.geometry import Float, unit
-from ocmm_gui.kit import SCENE_LEAST, PaintedWidget, Theme, text_font, tr
+from ocmm_gui.kit import SCENE_LEAST, PaintedWidget, Theme, ink, text_font, tr
 from ocmm_gui.scene import Dots, Item, Lines, Tag
 from ocmm_gui.wizards.pages import BarPlace, Contents, bars
 
@@ -42,15 +42,13 @@ class TouchPicture(PaintedWidget):
         painter = self._painter()
         theme = self._theme
         frame = self._paint_panel(painter)
-        painter.setPen(QColor(theme.text))
-        painter.setFont(text_font(16, bold=True))
+        ink(painter, QColor(theme.text), font=text_font(16, bold=True))
         painter.drawText(frame.adjusted(12, 8, -12, -8), Qt.AlignmentFlag.AlignTop, self._title)
         if not len(self._normals):
             return
         radius = 0.36 * min(frame.width(), frame.height())
         centre = QPointF(frame.center().x(), frame.center().y() + 0.03 * frame.height())
-        painter.setPen(QPen(QColor(theme.text), 2.0))
-        painter.setBrush(QColor(theme.background))
+        ink(painter, QPen(QColor(theme.text), 2.0), QColor(theme.background))
         painter.drawEllipse(centre, radius, radius)
         right = unit(np.cross(self._away, _UP))
         level = unit(np.cross(_UP, right))
@@ -74,12 +72,10 @@ class TouchPicture(PaintedWidget):
         size = 11.0 if following else 5.0 if behind else 8.0
         outline = theme.text if following else theme.border if behind else theme.muted
         fill = theme.accent if following else theme.good if done else theme.panel
-        painter.setPen(QPen(QColor(outline), 2.0 if following else 1.4))
-        painter.setBrush(QColor(fill))
+        ink(painter, QPen(QColor(outline), 2.0 if following else 1.4), QColor(fill))
         painter.drawEllipse(place, size, size)
         if following:
-            painter.setPen(QColor(theme.text))
-            painter.setFont(text_font(15, bold=True))
+            ink(painter, QColor(theme.text), font=text_font(15, bold=True))
             painter.drawText(place + QPointF(14.0, 5.0), f"{number + 1}")
 
 

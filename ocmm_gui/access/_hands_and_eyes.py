@@ -49,8 +49,7 @@ class TouchTargets(QObject):
         super().__init__(window)
         self._window = window
         self._px = 0
-        self._timer = QTimer(self)
-        self._timer.setInterval(_EVERY_MS)
+        self._timer = QTimer(self, interval=_EVERY_MS)
         self._timer.timeout.connect(self.fit)
 
     def pixels(self) -> int:

@@ -8,7 +8,7 @@ from PySide6.QtCore import QPointF, QSize, QSizeF, Qt
 from PySide6.QtGui import QColor, QPaintEvent, QPen, QScreen
 from PySide6.QtWidgets import QSizePolicy
 
-from ocmm_gui.kit import PaintedWidget, localised, text_font, tr
+from ocmm_gui.kit import PaintedWidget, ink, localised, text_font, tr
 
 RULER_PX = 500
 """Dots in the measured line: 78 mm on 3840 at 27 inch, 207 mm on 1280 at 24 inch."""
@@ -101,8 +101,7 @@ class RulerLine(PaintedWidget):
         painter.drawLine(QPointF(left, y), QPointF(right, y))
         for x in (left, right):
             painter.drawLine(QPointF(x, y - 0.5 * _END_PX), QPointF(x, y + 0.5 * _END_PX))
-        painter.setFont(text_font(14))
-        painter.setPen(QColor(self._theme.muted))
+        ink(painter, QColor(self._theme.muted), font=text_font(14))
         box = self.rect().adjusted(0, _END_PX + 8, 0, 0)
         flags = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignTop | Qt.TextFlag.TextWordWrap
         painter.drawText(box, flags, self.words())

@@ -16,7 +16,7 @@ from ocmm_core.calibration.records import Course, Sample
 from ocmm_core.fieldbus.report import Histogram, within_us
 from ocmm_core.geometry import Float
 from ocmm_gui.charts._plot import SMALL_HEAD, SMALL_HEAD_PX, Plot
-from ocmm_gui.kit import day_words, digit_font, localised, text_font, tr
+from ocmm_gui.kit import day_words, digit_font, ink, localised, text_font, tr
 
 _FOOT_PX = 16.0
 _SCALE_PX = 50.0
@@ -138,8 +138,7 @@ class RecentChart(Chart):
         low, high = min(known), max(known)
         middle, reach = 0.5 * (low + high), max(0.5 * (high - low), self._reach)
         theme = self._theme
-        painter.setFont(digit_font(11, bold=False))
-        painter.setPen(QColor(theme.muted))
+        ink(painter, QColor(theme.muted), font=digit_font(11, bold=False))
         scale = QRectF(0.0, box.top(), _SCALE_PX - 4.0, box.height())
         for side, value in (
             (Qt.AlignmentFlag.AlignTop, middle + 1.15 * reach),
@@ -309,8 +308,7 @@ class HistoryChart(Chart):
         times: tuple[float, float],
     ) -> None:
         theme = self._theme
-        painter.setFont(digit_font(11, bold=False))
-        painter.setPen(QColor(theme.muted))
+        ink(painter, QColor(theme.muted), font=digit_font(11, bold=False))
         scale = QRectF(0.0, box.top(), _HISTORY_SCALE_PX - 4.0, box.height())
         for side, value in (
             (Qt.AlignmentFlag.AlignTop, middle + reach),

@@ -12,7 +12,7 @@ from PySide6.QtGui import QColor, QPainter, QPaintEvent, QPen
 from ocmm_core.acceptance import InterimChart, InterimWord
 from ocmm_core.calibration.records import Check, VerificationRecord
 from ocmm_gui.charts._plot import Plot
-from ocmm_gui.kit import digit_font, localised, said, said_word, text_font, tr
+from ocmm_gui.kit import digit_font, ink, localised, said, said_word, text_font, tr
 
 _SCALE_PX = 58.0
 
@@ -49,8 +49,7 @@ class ErrorChart(Plot):
         def y(value: float) -> float:
             return box.center().y() - 0.5 * box.height() * value / reach
 
-        painter.setPen(QPen(QColor(theme.border), max(theme.border_px, 1)))
-        painter.setBrush(QColor(theme.background))
+        ink(painter, QPen(QColor(theme.border), max(theme.border_px, 1)), QColor(theme.background))
         painter.drawRect(box)
         for index, one in enumerate(checks):
             low = 0.0 if is_amount(one) else -one.limit_mm
@@ -68,19 +67,16 @@ class ErrorChart(Plot):
             if abs(one.error_mm) + one.expanded_mm > one.limit_mm:
                 colour = QColor(theme.bad if abs(one.error_mm) > one.limit_mm else theme.warn)
             if index == self._largest:
-                painter.setPen(QPen(QColor(theme.accent), 3.0))
-                painter.setBrush(Qt.BrushStyle.NoBrush)
+                ink(painter, QPen(QColor(theme.accent), 3.0), Qt.BrushStyle.NoBrush)
                 painter.drawEllipse(QPointF(x, y(one.error_mm)), 9.0, 9.0)
             painter.setPen(QPen(colour, 2.0))
             painter.drawLine(
                 QPointF(x, y(one.error_mm - one.expanded_mm)),
                 QPointF(x, y(one.error_mm + one.expanded_mm)),
             )
-            painter.setBrush(colour)
-            painter.setPen(Qt.PenStyle.NoPen)
+            ink(painter, Qt.PenStyle.NoPen, colour)
             painter.drawEllipse(QPointF(x, y(one.error_mm)), 4.0, 4.0)
-        painter.setFont(digit_font(13, bold=False))
-        painter.setPen(QColor(theme.muted))
+        ink(painter, QColor(theme.muted), font=digit_font(13, bold=False))
         limit = max(one.limit_mm for one in checks)
         for value in (limit, 0.0, -limit):
             place = QRectF(0.0, y(value) - 10.0, _SCALE_PX - 6.0, 20.0)
@@ -168,8 +164,7 @@ class InterimPlot(Plot):
         painter = self._painter()
         box = self._paint_head(painter).adjusted(_INTERIM_SCALE_PX, 4.0, -8.0, -_FOOT_PX)
         chart, theme = self._chart, self._theme
-        painter.setPen(QPen(QColor(theme.border), max(theme.border_px, 1)))
-        painter.setBrush(QColor(theme.background))
+        ink(painter, QPen(QColor(theme.border), max(theme.border_px, 1)), QColor(theme.background))
         painter.drawRect(box)
         if chart is None or not chart.points:
             return
@@ -186,8 +181,7 @@ class InterimPlot(Plot):
         )
         self._paint_levels(painter, box, chart, limit, y)
         self._paint_checks(painter, box, chart, y)
-        painter.setFont(text_font(12))
-        painter.setPen(QColor(theme.muted))
+        ink(painter, QColor(theme.muted), font=text_font(12))
         foot = QRectF(box.left(), box.bottom() + 2.0, box.width(), _FOOT_PX - 2.0)
         centre = Qt.AlignmentFlag.AlignVCenter
         painter.drawText(foot, centre | Qt.AlignmentFlag.AlignLeft, chart.points[0].check.utc[:16])
@@ -234,8 +228,7 @@ class InterimPlot(Plot):
         }  # fmt: skip
         for index, one in enumerate(chart.points):
             x = box.left() + (index + 0.5) * pitch
-            painter.setPen(QPen(QColor(theme.text), 1.2))
-            painter.setBrush(QColor(colours[one.word]))
+            ink(painter, QPen(QColor(theme.text), 1.2), QColor(colours[one.word]))
             if not math.isfinite(one.check.error_mm):
                 painter.drawText(QPointF(x - 4.0, box.bottom() - 4.0), "?")
             elif one.word in (InterimWord.GOOD, InterimWord.LEARNING):

@@ -17,7 +17,7 @@ from ocmm_core.camera import Rig, project
 from ocmm_core.geometry import Float, Points3
 from ocmm_gui.charts._plot import Plot, rms_of
 from ocmm_gui.charts._residual_plots import AllSensors, ResidualHistogram
-from ocmm_gui.kit import digit_font, localised, text_font, tr, vbox
+from ocmm_gui.kit import digit_font, ink, localised, text_font, tr, vbox
 from ocmm_gui.scene import Dots, Item, Lines, Tag, paint_scene
 from ocmm_gui.views import seen_from, upright
 
@@ -61,23 +61,20 @@ class TipCourse(Plot):
         for axis in range(3):
             strip = QRectF(box.left(), box.top() + axis * high, box.width(), high - 8.0)
             self._paint_axis(painter, strip, axis, reach)
-        painter.setFont(text_font(13))
-        painter.setPen(QColor(self._theme.muted))
+        ink(painter, QColor(self._theme.muted), font=text_font(13))
         foot = QRectF(box.left(), box.bottom() + 2.0, box.width(), 20.0)
         painter.drawText(foot, Qt.AlignmentFlag.AlignCenter, tr("frames of both sweeps"))
 
     def _paint_axis(self, painter: QPainter, strip: QRectF, axis: int, reach: float) -> None:
         theme, count = self._theme, len(self._used)
-        painter.setPen(QPen(QColor(theme.border), max(theme.border_px, 1)))
-        painter.setBrush(QColor(theme.background))
+        ink(painter, QPen(QColor(theme.border), max(theme.border_px, 1)), QColor(theme.background))
         painter.drawRect(strip)
         middle = strip.center().y()
         painter.drawLine(QPointF(strip.left(), middle), QPointF(strip.right(), middle))
         for border in self._borders:
             x = strip.left() + strip.width() * border / count
             painter.drawLine(QPointF(x, strip.top()), QPointF(x, strip.bottom()))
-        painter.setFont(digit_font(13, bold=False))
-        painter.setPen(QColor(theme.muted))
+        ink(painter, QColor(theme.muted), font=digit_font(13, bold=False))
         scale = strip.adjusted(-_SCALE_PX, 0.0, 0.0, 0.0)
         scale.setWidth(_SCALE_PX - 6.0)
         painter.drawText(scale, _RIGHT, f"{'XYZ'[axis]}  0")

@@ -13,7 +13,7 @@ from ocmm_core.calibration.guided import CameraResiduals
 from ocmm_core.camera import CameraModel, Rig
 from ocmm_core.geometry import Float, Points3
 from ocmm_gui.charts._plot import ARROW_SHARE, LEGEND_PX, Plot, arrow_lines, rms_of, scale_arrows
-from ocmm_gui.kit import digit_font, localised, text_font, tr
+from ocmm_gui.kit import digit_font, ink, localised, text_font, tr
 from ocmm_gui.views import upright
 
 _MOST_ARROWS, _CELLS = 300, 18
@@ -56,8 +56,7 @@ class SensorArrows(Plot):
             box.center().x() - 0.5 * scale * wide, box.top(), scale * wide, scale * high
         )
         theme = self._theme
-        painter.setPen(QPen(QColor(theme.border), max(theme.border_px, 1)))
-        painter.setBrush(QColor(theme.background))
+        ink(painter, QPen(QColor(theme.border), max(theme.border_px, 1)), QColor(theme.background))
         painter.drawRect(sensor)
         shown = self._residuals
         if shown is None or not len(shown.uv):
@@ -71,8 +70,7 @@ class SensorArrows(Plot):
         painter.setClipRect(sensor)
         painter.setPen(QPen(QColor(theme.accent), 1.2))
         painter.drawLines(arrow_lines(origin + scale * self._places, arrows))
-        painter.setPen(QPen(QColor(theme.bad), 2.0))
-        painter.setBrush(Qt.BrushStyle.NoBrush)
+        ink(painter, QPen(QColor(theme.bad), 2.0), Qt.BrushStyle.NoBrush)
         for x, y in (origin + scale * shown.uv[~shown.used]).tolist():
             painter.drawLine(QPointF(x - 4.0, y - 4.0), QPointF(x + 4.0, y + 4.0))
             painter.drawLine(QPointF(x - 4.0, y + 4.0), QPointF(x + 4.0, y - 4.0))
@@ -232,11 +230,9 @@ class SpaceArrows(Plot):
         pixels: float,
     ) -> None:
         theme = self._theme
-        painter.setPen(QPen(QColor(theme.border), max(theme.border_px, 1)))
-        painter.setBrush(QColor(theme.background))
+        ink(painter, QPen(QColor(theme.border), max(theme.border_px, 1)), QColor(theme.background))
         painter.drawRect(part)
-        painter.setPen(QColor(theme.muted))
-        painter.setFont(text_font(13))
+        ink(painter, QColor(theme.muted), font=text_font(13))
         painter.drawText(part.adjusted(8.0, 2.0, -8.0, -2.0), _LEFT, title)
         names = f"{'XYZ'[self._across]} → , {'XYZ'[axis]} {'↑' if sign > 0 else '↓'}"
         painter.drawText(part.adjusted(8.0, 2.0, -8.0, -2.0), _RIGHT, names)
@@ -246,11 +242,9 @@ class SpaceArrows(Plot):
         places = centre + scale * turn * (self._places[:, pick] - middle[pick])
         painter.setClipRect(part)
         corners = centre + scale * turn * (self._volume[:, pick] - middle[pick])
-        painter.setBrush(Qt.BrushStyle.NoBrush)
-        painter.setPen(QPen(QColor(theme.muted), 1.0, Qt.PenStyle.DashLine))
+        ink(painter, QPen(QColor(theme.muted), 1.0, Qt.PenStyle.DashLine), Qt.BrushStyle.NoBrush)
         painter.drawRect(QRectF(QPointF(*corners[0]), QPointF(*corners[1])).normalized())
-        painter.setPen(Qt.PenStyle.NoPen)
-        painter.setBrush(QColor(theme.muted))
+        ink(painter, Qt.PenStyle.NoPen, QColor(theme.muted))
         for x, y in places.tolist():
             painter.drawEllipse(QPointF(x, y), 1.6, 1.6)
         if nice:

@@ -11,7 +11,7 @@ from PySide6.QtGui import QColor, QPainter, QPaintEvent, QPen, QRadialGradient
 
 from ocmm_core.camera import Rig
 from ocmm_core.geometry import Float, Points3, unit
-from ocmm_gui.kit import SCENE_LEAST, SCENE_SIZE, PaintedWidget, fitted, text_font, tr
+from ocmm_gui.kit import SCENE_LEAST, SCENE_SIZE, PaintedWidget, fitted, ink, text_font, tr
 from ocmm_gui.views import upright
 
 _RING = np.radians(15.0)
@@ -75,8 +75,7 @@ class SphereMap(PaintedWidget):
         centre = box.center()
         reach = self._reach()
         self._paint_sphere(painter, centre, radius, reach)
-        painter.setFont(text_font(14))
-        painter.setPen(QColor(theme.muted))
+        ink(painter, QColor(theme.muted), font=text_font(14))
         foot = QRectF(frame.left(), frame.bottom() - _FOOT_PX, frame.width(), _FOOT_PX - 2.0)
         painter.drawText(foot, Qt.AlignmentFlag.AlignCenter, tr("▼ cameras"))
         if not np.isfinite(shown.middle).all():
@@ -90,8 +89,7 @@ class SphereMap(PaintedWidget):
             (shown.open, theme.background, theme.warn, dot),
             (shown.done, theme.good, theme.panel, dot),
         ):
-            painter.setPen(QPen(QColor(edge), 2.0))
-            painter.setBrush(QColor(fill))
+            ink(painter, QPen(QColor(edge), 2.0), QColor(fill))
             for x, y in (scale * self._flat(places)).tolist():
                 painter.drawEllipse(centre + QPointF(x, y), size, size)
         self._paint_now(painter, centre, scale, dot)
@@ -103,19 +101,16 @@ class SphereMap(PaintedWidget):
         shade = QRadialGradient(centre, radius)
         shade.setColorAt(0.0, QColor(theme.panel))
         shade.setColorAt(1.0, QColor(theme.background))
-        painter.setBrush(shade)
-        painter.setPen(QPen(QColor(theme.border), 2.0))
+        ink(painter, QPen(QColor(theme.border), 2.0), shade)
         painter.drawEllipse(centre, radius, radius)
-        painter.setBrush(Qt.BrushStyle.NoBrush)
-        painter.setPen(QPen(QColor(theme.border), 1.0))
+        ink(painter, QPen(QColor(theme.border), 1.0), Qt.BrushStyle.NoBrush)
         step = _RING if reach < _WIDE else 2.0 * _RING
         rings = np.arange(step, reach, step).tolist()
         for ring in rings:
             painter.drawEllipse(centre, radius * ring / reach, radius * ring / reach)
         for across in (QPointF(radius, 0.0), QPointF(0.0, radius)):
             painter.drawLine(centre - across, centre + across)
-        painter.setFont(text_font(12))
-        painter.setPen(QColor(theme.muted))
+        ink(painter, QColor(theme.muted), font=text_font(12))
         aside, below = np.cos(_LABELS), np.sin(_LABELS)
         for ring in rings:
             at = radius * ring / reach + 2.0
@@ -130,8 +125,7 @@ class SphereMap(PaintedWidget):
         if np.isfinite(aim).all():
             x, y = (scale * self._flat(aim[None]))[0].tolist()
             target = centre + QPointF(x, y)
-            painter.setBrush(QColor(theme.accent))
-            painter.setPen(QPen(QColor(theme.text), 2.0))
+            ink(painter, QPen(QColor(theme.text), 2.0), QColor(theme.accent))
             painter.drawEllipse(target, dot, dot)
         if not has_now:
             return
@@ -140,8 +134,7 @@ class SphereMap(PaintedWidget):
         if np.isfinite(aim).all() and float(aim @ shown.now) < np.cos(_NEAR):
             painter.setPen(QPen(QColor(theme.accent), 4.0, c=Qt.PenCapStyle.RoundCap))
             painter.drawLine(place, target)
-        painter.setBrush(Qt.BrushStyle.NoBrush)
-        painter.setPen(QPen(QColor(theme.text), 4.0))
+        ink(painter, QPen(QColor(theme.text), 4.0), Qt.BrushStyle.NoBrush)
         painter.drawEllipse(place, 1.5 * dot, 1.5 * dot)
         painter.setBrush(QColor(theme.text))
         painter.drawEllipse(place, 3.0, 3.0)
@@ -218,8 +211,7 @@ class Bars(PaintedWidget):
 
     def _paint_bar(self, painter: QPainter, bar: QRectF, share: float, *, behind: bool) -> None:
         theme, done = self._theme, share >= 1.0
-        painter.setPen(QPen(QColor(theme.border), theme.border_px))
-        painter.setBrush(QColor(theme.background))
+        ink(painter, QPen(QColor(theme.border), theme.border_px), QColor(theme.background))
         painter.drawRect(bar)
         bar.setWidth(bar.width() * min(max(share, 0.0), 1.0))
         fill = theme.good if done else theme.accent

@@ -16,6 +16,7 @@ from ocmm_gui.kit import (
     SCENE_SIZE,
     PaintedWidget,
     digit_font,
+    ink,
     kind_value,
     named_quantity,
     quantity,
@@ -120,8 +121,7 @@ class ToleranceBar(PaintedWidget):
             left, right = (bar.left() + bar.width() * scale.place(v) for v in (low, high))
             painter.setBrush(QColor(colour))
             painter.drawRect(QRectF(left, bar.top(), right - left, bar.height()))
-        painter.setPen(QPen(QColor(theme.border), theme.border_px))
-        painter.setBrush(Qt.BrushStyle.NoBrush)
+        ink(painter, QPen(QColor(theme.border), theme.border_px), Qt.BrushStyle.NoBrush)
         painter.drawRect(bar.adjusted(0.5, 0, -0.5, 0))
 
     def _paint_limits(
@@ -168,8 +168,7 @@ class ToleranceBar(PaintedWidget):
                     QPointF(end, middle - 0.2 * bar.height()),
                     QPointF(end, middle + 0.2 * bar.height()),
                 )
-        painter.setPen(Qt.PenStyle.NoPen)
-        painter.setBrush(colour)
+        ink(painter, Qt.PenStyle.NoPen, colour)
         if not scale.low <= result.deviation <= scale.high:
             # Off the scale: an outward arrow.
             turn = 1.0 if result.deviation > scale.high else -1.0
@@ -210,8 +209,7 @@ class TrendChart(PaintedWidget):
         trend = self._trend
         if trend is None or not len(trend.values):
             return
-        painter.setFont(text_font(15, bold=True))
-        painter.setPen(QColor(self._theme.text))
+        ink(painter, QColor(self._theme.text), font=text_font(15, bold=True))
         head = QRectF(frame.left() + 12.0, frame.top(), frame.width() - 24.0, _HEAD_PX)
         painter.drawText(head, Qt.AlignmentFlag.AlignVCenter, trend.name)
         box = frame.adjusted(_SCALE_PX, _HEAD_PX, -16.0, -_FOOT_PX)
@@ -227,8 +225,7 @@ class TrendChart(PaintedWidget):
 
         top = y(min(trend.high, high))
         bottom = y(max(trend.low, low))
-        painter.setPen(Qt.PenStyle.NoPen)
-        painter.setBrush(QColor(self._theme.zone_good))
+        ink(painter, Qt.PenStyle.NoPen, QColor(self._theme.zone_good))
         painter.drawRect(QRectF(box.left(), top, box.width(), bottom - top))
         painter.setFont(digit_font(12, bold=False))
         levels: list[tuple[str, float, Qt.PenStyle]] = [
@@ -266,8 +263,7 @@ class TrendChart(PaintedWidget):
         for index, part in enumerate(trend.parts):
             x = box.left() + (index + 0.5) * step
             if part.value is None or part.uncertainty is None:
-                painter.setFont(text_font(13, bold=True))
-                painter.setPen(QColor(self._theme.muted))
+                ink(painter, QColor(self._theme.muted), font=text_font(13, bold=True))
                 painter.drawText(QPointF(x - 4.0, box.bottom() - 4.0), "?")
                 continue
             counted += 1
@@ -287,8 +283,7 @@ class TrendChart(PaintedWidget):
                 painter.drawRect(QRectF(place.x() - 6.0, place.y() - 6.0, 12.0, 12.0))
             else:
                 painter.drawEllipse(place, size, size)
-        painter.setFont(text_font(12))
-        painter.setPen(QColor(self._theme.muted))
+        ink(painter, QColor(self._theme.muted), font=text_font(12))
         foot = QRectF(box.left(), box.bottom(), box.width(), _FOOT_PX)
         centre = Qt.AlignmentFlag.AlignVCenter
         painter.drawText(foot, centre | Qt.AlignmentFlag.AlignLeft, trend.parts[0].serial)

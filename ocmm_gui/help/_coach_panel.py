@@ -17,6 +17,7 @@ from ocmm_gui.kit import (
     PaintedWidget,
     Theme,
     fitted,
+    ink,
     literal,
     localised,
     said,
@@ -55,8 +56,7 @@ def paint_probe(painter: QPainter, picture: ProbePicture, box: QRectF, theme: Th
                         Qt.PenJoinStyle.RoundJoin))  # fmt: skip
     painter.setBrush(body)
     painter.drawPolygon(QPolygonF([at(point) for point in picture.outline]))
-    painter.setPen(Qt.PenStyle.NoPen)
-    painter.setBrush(line)
+    ink(painter, Qt.PenStyle.NoPen, line)
     radius = max(0.8 * small, picture.ball_radius * scale)
     painter.drawEllipse(ball, radius, radius)
     for number, led in enumerate(picture.leds):
@@ -71,8 +71,7 @@ def _paint_led(
 ) -> None:
     """Paint a disc with a sector per camera, in their order from left to right."""
     disc = QRectF(place.x() - radius, place.y() - radius, 2.0 * radius, 2.0 * radius)
-    painter.setPen(Qt.PenStyle.NoPen)
-    painter.setBrush(QColor(theme.panel))
+    ink(painter, Qt.PenStyle.NoPen, QColor(theme.panel))
     painter.drawEllipse(disc)
     share = _FULL // max(len(seen), 1)
     painter.setBrush(QColor(theme.good))
@@ -129,8 +128,7 @@ def _paint_arrow(painter: QPainter, line: list[QPointF], thick: float, theme: Th
     head = 2.2 * thick
     base = QPointF(end.x() - 0.6 * head * x, end.y() - 0.6 * head * y)
     tip = QPointF(end.x() + 0.9 * head * x, end.y() + 0.9 * head * y)
-    painter.setPen(Qt.PenStyle.NoPen)
-    painter.setBrush(QColor(theme.accent))
+    ink(painter, Qt.PenStyle.NoPen, QColor(theme.accent))
     painter.drawPolygon(
         QPolygonF([tip, QPointF(base.x() - head * y, base.y() + head * x),
                    QPointF(base.x() + head * y, base.y() - head * x)])
@@ -147,8 +145,7 @@ def paint_ellipse(painter: QPainter, ellipsoid: Ellipsoid, box: QRectF, theme: T
     """Paint the ellipsoid's outline with rings of the full and half scale."""
     middle, scale = box.center(), scale_um(ellipsoid)
     radius = 0.46 * min(box.width(), box.height())
-    painter.setBrush(Qt.BrushStyle.NoBrush)
-    painter.setPen(QPen(QColor(theme.border), 1.0))
+    ink(painter, QPen(QColor(theme.border), 1.0), Qt.BrushStyle.NoBrush)
     for part in (0.5, 1.0):
         painter.drawEllipse(middle, part * radius, part * radius)
     painter.drawLine(QPointF(middle.x() - radius, middle.y()),
@@ -162,8 +159,7 @@ def paint_ellipse(painter: QPainter, ellipsoid: Ellipsoid, box: QRectF, theme: T
     painter.rotate(-math.degrees(float(angle)))
     fill = QColor(theme.accent)
     fill.setAlphaF(0.35)
-    painter.setBrush(fill)
-    painter.setPen(QPen(QColor(theme.accent), 2.0))
+    ink(painter, QPen(QColor(theme.accent), 2.0), fill)
     per_mm = 1e3 * radius / scale
     painter.drawEllipse(QPointF(0.0, 0.0), max(per_mm * longer, 1.5), max(per_mm * shorter, 1.5))
     painter.restore()
@@ -190,9 +186,7 @@ class CoachPanel(PaintedWidget):
         self._far = far
         self._view = NOTHING
         self._refusal: Refusal | None = None
-        self._end = QTimer(self)
-        self._end.setSingleShot(True)
-        self._end.setInterval(REFUSED_MS)
+        self._end = QTimer(self, singleShot=True, interval=REFUSED_MS)
         self._end.timeout.connect(self._on_end)
 
     def show_coach(self, view: CoachView) -> None:

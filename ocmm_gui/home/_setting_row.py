@@ -304,9 +304,7 @@ class TemplatePreview(QWidget):
         self._work = SideProcess(self)
         self._work.finished.connect(self._show)
         self._work.failed.connect(self._fail)
-        self._settling = QTimer(self)
-        self._settling.setSingleShot(True)
-        self._settling.setInterval(_SETTLE_MS)
+        self._settling = QTimer(self, singleShot=True, interval=_SETTLE_MS)
         self._settling.timeout.connect(self._draw)
         # Templates are edited with other programs.
         self._watcher = QFileSystemWatcher(self)

@@ -93,8 +93,7 @@ class StartWindow(NoticeWindow):
         self._lists = Worker("ocmm-start", self)
         self._state: StationState | None = None
         self._state_comes = False
-        self._look = QTimer(self)
-        self._look.setInterval(_STATE_MS)
+        self._look = QTimer(self, interval=_STATE_MS)
         self._look.timeout.connect(self.read_state)
         self.loaded = store.load()
         dress_application(THEMES[self.loaded.settings.window_theme])

@@ -33,6 +33,7 @@ if TYPE_CHECKING:
         Mark,
         PaintedWidget,
         feature_mark,
+        ink,
         mark_colour,
         paint_mark,
         status_mark,
@@ -175,7 +176,7 @@ else:
         _language="LANGUAGES chosen_language language_file language_in_use use_language",
         _layouts="dressed fill hbox vbox",
         _marks=(
-            "SCENE_LEAST SCENE_SIZE Mark PaintedWidget feature_mark mark_colour paint_mark "
+            "SCENE_LEAST SCENE_SIZE Mark PaintedWidget feature_mark ink mark_colour paint_mark "
             "status_mark verdict_mark"
         ),
         _messages=(
@@ -222,7 +223,7 @@ __all__ = [
     "bind_actions", "caption", "characteristics_of", "chosen_language", "conflict_of",
     "counted_line", "day_words", "digit_font", "distance_words", "dress", "dress_application",
     "dressed", "dropped_file", "far_type", "feature_mark", "feature_title", "field_length", "fill",
-    "fits", "fitted", "form_field", "form_words", "has_failed", "hbox", "header_words",
+    "fits", "fitted", "form_field", "form_words", "has_failed", "hbox", "header_words", "ink",
     "is_ambiguous", "is_held", "is_longer", "key_words", "kind_value", "language_file",
     "language_in_use", "large_button", "later", "led_name", "length_number", "length_of_field",
     "length_words", "limit_words", "list_step", "literal", "localised", "make_actions",

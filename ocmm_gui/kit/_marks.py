@@ -1,11 +1,11 @@
-"""Painted widgets, and marks: one shape per outcome, so that nothing depends on colour."""
+"""Painted widgets, their ink, and marks: a shape per outcome, so that nothing depends on colour."""
 
 from __future__ import annotations
 
 from enum import Enum
 
 from PySide6.QtCore import QPointF, QRectF, QSize, Qt
-from PySide6.QtGui import QColor, QPainter, QPen, QPolygonF
+from PySide6.QtGui import QBrush, QColor, QFont, QPainter, QPen, QPolygonF
 from PySide6.QtWidgets import QSizePolicy, QWidget
 
 from ocmm_core.inspection.evaluation import FeatureState, FeatureView, StatusWord
@@ -50,10 +50,25 @@ class PaintedWidget(QWidget):
         pen = QPen(QColor(theme.border), theme.border_px)
         if self.hasFocus():
             pen = QPen(QColor(theme.accent), theme.border_px + 1)
-        painter.setPen(pen)
-        painter.setBrush(QColor(self._theme.panel))
+        ink(painter, pen, QColor(self._theme.panel))
         painter.drawRoundedRect(frame, 6, 6)
         return frame
+
+
+def ink(
+    painter: QPainter,
+    pen: QPen | QColor | Qt.PenStyle | None = None,
+    brush: QBrush | QColor | Qt.BrushStyle | None = None,
+    *,
+    font: QFont | None = None,
+) -> None:
+    """Set pen, brush and font of a painter, if given."""
+    if pen is not None:
+        painter.setPen(pen)
+    if brush is not None:
+        painter.setBrush(brush)
+    if font is not None:
+        painter.setFont(font)
 
 
 class Mark(Enum):
@@ -119,11 +134,9 @@ def paint_mark(painter: QPainter, mark: Mark, box: QRectF, colour: str, inside: 
     fill, hole = QColor(colour), QPen(QColor(inside), 0.12)
     hole.setCapStyle(Qt.PenCapStyle.RoundCap)
     hole.setJoinStyle(Qt.PenJoinStyle.RoundJoin)
-    painter.setPen(Qt.PenStyle.NoPen)
-    painter.setBrush(fill)
+    ink(painter, Qt.PenStyle.NoPen, fill)
     if mark is Mark.OPEN:
-        painter.setPen(QPen(fill, 0.1))
-        painter.setBrush(Qt.BrushStyle.NoBrush)
+        ink(painter, QPen(fill, 0.1), Qt.BrushStyle.NoBrush)
         painter.drawEllipse(QRectF(0.12, 0.12, 0.76, 0.76))
     elif mark is Mark.ACTIVE:
         painter.drawPolygon(_polygon((0.15, 0.08), (0.92, 0.5), (0.15, 0.92)))

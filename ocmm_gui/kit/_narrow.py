@@ -27,7 +27,7 @@ from PySide6.QtWidgets import (
 )
 
 from ocmm_gui.kit._language import LANGUAGES, language_in_use
-from ocmm_gui.kit._marks import Mark, PaintedWidget, paint_mark
+from ocmm_gui.kit._marks import Mark, PaintedWidget, ink, paint_mark
 from ocmm_gui.kit._theme import digit_font, fitted, text_font
 
 LEAST = 0.7
@@ -138,8 +138,7 @@ class NarrowButton(QPushButton):
         painter = QStylePainter(self)
         painter.drawControl(QStyle.ControlElement.CE_PushButtonBevel, option)
         # Not by the style: its sheet would override the font.
-        painter.setFont(found.font)
-        painter.setPen(self.palette().color(self._role()))
+        ink(painter, self.palette().color(self._role()), font=found.font)
         flags = Qt.AlignmentFlag.AlignCenter | Qt.TextFlag.TextShowMnemonic
         painter.drawText(self._room(), flags, found.text)
 
@@ -212,8 +211,7 @@ class HintField(QLineEdit):
         short = self.fontMetrics().elidedText(self._hint, Qt.TextElideMode.ElideRight, room.width())
         found = self.fitted() or FittedText(short, self.font())
         painter = QPainter(self)
-        painter.setFont(found.font)
-        painter.setPen(self.palette().color(QPalette.ColorRole.PlaceholderText))
+        ink(painter, self.palette().color(QPalette.ColorRole.PlaceholderText), font=found.font)
         painter.drawText(
             room,
             Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter | Qt.TextFlag.TextWordWrap,

@@ -199,9 +199,7 @@ class Banner(QFrame):
         self._dismiss.setFocusPolicy(Qt.FocusPolicy.NoFocus)
         self._dismiss.clicked.connect(self.dismiss)
         hbox((self._text, 1), self._dismiss, parent=self, margins=(14, 6, 8, 6))
-        self._timer = QTimer(self)
-        self._timer.setSingleShot(True)
-        self._timer.setInterval(INFO_SECONDS * 1000)
+        self._timer = QTimer(self, singleShot=True, interval=INFO_SECONDS * 1000)
         self._timer.timeout.connect(self.dismiss)
         self.hide()
 

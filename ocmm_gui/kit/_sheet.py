@@ -12,6 +12,7 @@ from PySide6.QtWidgets import QComboBox, QGridLayout, QLabel, QSizePolicy, QWidg
 from ocmm_core.errors import OcmmError
 from ocmm_gui.kit._actions import ActionInfo
 from ocmm_gui.kit._layouts import dressed, hbox, vbox
+from ocmm_gui.kit._marks import ink
 from ocmm_gui.kit._panels import OwnKeysField
 from ocmm_gui.kit._parts import sentence_label
 from ocmm_gui.kit._shortcuts import key_words, make_button
@@ -161,8 +162,7 @@ class ChoiceBox(QComboBox):
         super().paintEvent(event)
         painter = QPainter(self)
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
-        painter.setPen(Qt.PenStyle.NoPen)
-        painter.setBrush(QColor(self._theme.text))
+        ink(painter, Qt.PenStyle.NoPen, QColor(self._theme.text))
         x, y = self.width() - 16.0, 0.5 * self.height()
         painter.drawPolygon(
             QPolygonF([QPointF(x - 5, y - 3), QPointF(x + 5, y - 3), QPointF(x, y + 4)])

@@ -59,9 +59,7 @@ class TableImport(QWidget):
         self.back = dressed(NarrowButton(tr("Back  [Esc]")), tr("Go back without the table"))
         self.take.clicked.connect(self._emit_taken)
         self.back.clicked.connect(self.declined)
-        self._again = QTimer(self)
-        self._again.setSingleShot(True)
-        self._again.setInterval(_PAUSE_MS)
+        self._again = QTimer(self, singleShot=True, interval=_PAUSE_MS)
         self._again.timeout.connect(self._emit_changed)
         for field in (self.unit, self.columns, self.skip):
             field.textChanged.connect(lambda _text: self._again.start())

@@ -39,6 +39,7 @@ from ocmm_gui.kit import (
     dressed,
     fill,
     hbox,
+    ink,
     later,
     localised,
     panel,
@@ -89,8 +90,7 @@ class CycleAccounts(PaintedWidget):
     def paintEvent(self, event: QPaintEvent) -> None:
         painter = QPainter(self)
         theme = self._theme
-        painter.setFont(text_font(13))
-        painter.setPen(QColor(theme.muted))
+        ink(painter, QColor(theme.muted), font=text_font(13))
         painter.drawText(QRectF(0.0, 0.0, self.width(), _ROW_PX), _LEFT, tr("Bus cycles"))
         colours = (theme.good, theme.warn, theme.accent, theme.bad)
         self._paint_bar(painter, colours)
@@ -173,8 +173,7 @@ class BusPage(QStackedWidget):
         self._absent.setMargin(40)
         self.addWidget(self._absent)
         self.addWidget(self._contents())
-        self._timer = QTimer(self)
-        self._timer.setInterval(REFRESH_MS)
+        self._timer = QTimer(self, interval=REFRESH_MS)
         self._timer.timeout.connect(self.refresh)
 
     def phase(self) -> str:

@@ -209,8 +209,7 @@ class StatusPage(QWidget, Generic[V, H]):
         self._empty = sentence_label(tr("Why no history is shown"), 20)
         self._empty.setAlignment(Qt.AlignmentFlag.AlignCenter)
         self._empty.setMargin(30)
-        self._timer = QTimer(self)
-        self._timer.setInterval(REFRESH_MS)
+        self._timer = QTimer(self, interval=REFRESH_MS)
         self._timer.timeout.connect(self.refresh)
 
     def refresh(self) -> None:

@@ -23,6 +23,7 @@ from ocmm_gui.kit import (
     Theme,
     day_words,
     fitted,
+    ink,
     later,
     literal,
     localised,
@@ -120,8 +121,7 @@ class WireView(PaintedWidget):
         pen = QPen(QColor(colour), 2.0)
         if dashed:
             pen.setStyle(Qt.PenStyle.DashLine)
-        painter.setPen(pen)
-        painter.setBrush(QColor(self._theme.background))
+        ink(painter, pen, QColor(self._theme.background))
         painter.drawRoundedRect(box.adjusted(1, 1, -1, -1), 6, 6)
         row = (box.height() - 8.0) / 3.0
         texts = [(title, text_font(15, bold=True), self._theme.text)]

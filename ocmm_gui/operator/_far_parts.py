@@ -13,6 +13,7 @@ from ocmm_gui.kit import (
     distance_words,
     far_type,
     fitted,
+    ink,
     text_font,
     tr,
     wrapped_pixels,
@@ -64,8 +65,7 @@ class FarMessage(PaintedWidget):
         font = fitted(text_font(10), self._words, second.width(), second.height(), far_type(self))
         if font.pixelSize() < _LEAST_PX:
             return
-        painter.setFont(font)
-        painter.setPen(QColor(self._theme.muted))
+        ink(painter, QColor(self._theme.muted), font=font)
         painter.drawText(second, _LEFT, self._words)
 
     def _first(self) -> QRectF:
@@ -110,17 +110,14 @@ class TargetRing(PaintedWidget):
         colour = QColor(self._theme.good if led.arrived else self._theme.accent)
         dot = max(3.0, 0.03 * side)
         greatest = 0.5 * side - 4.0
-        painter.setPen(QPen(colour, max(3.0, 0.04 * side)))
-        painter.setBrush(Qt.BrushStyle.NoBrush)
+        ink(painter, QPen(colour, max(3.0, 0.04 * side)), Qt.BrushStyle.NoBrush)
         radius = greatest * led.ring_px_fraction
         painter.drawEllipse(middle, radius, radius)
-        painter.setPen(Qt.PenStyle.NoPen)
-        painter.setBrush(colour)
+        ink(painter, Qt.PenStyle.NoPen, colour)
         painter.drawEllipse(middle, dot, dot)
         mark = "≈" if self._approximate else ""
         text = tr("there") if led.arrived else f"{mark}{self._distance:.0f} mm"
         base = text_font(10, bold=True) if led.arrived else digit_font(10)
-        painter.setFont(fitted(base, text, self.width(), high, 64))
-        painter.setPen(QColor(self._theme.text))
+        ink(painter, QColor(self._theme.text), font=fitted(base, text, self.width(), high, 64))
         box = QRectF(0.0, self.height() - high, self.width(), high)
         painter.drawText(box, Qt.AlignmentFlag.AlignCenter, text)

@@ -17,6 +17,7 @@ from ocmm_gui.kit import (
     Theme,
     digit_font,
     fitted,
+    ink,
     literal,
     quantity,
     said,
@@ -125,8 +126,7 @@ class CharacteristicList(QWidget):
             painter.setFont(text_font(13))
             painter.setPen(QColor(self._theme.text if index else self._theme.muted))
             painter.drawText(box, Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter, name)
-            painter.setFont(digit_font(13, bold=False))
-            painter.setPen(QColor(colour))
+            ink(painter, QColor(colour), font=digit_font(13, bold=False))
             painter.drawText(
                 box, Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter, value
             )
@@ -219,8 +219,7 @@ class CoverageView(PaintedWidget):
         for sector, hit in enumerate(cells):
             painter.setBrush(good if hit else empty)
             painter.drawPie(rim, round(16 * start) + sector * step, step)
-        painter.setPen(QPen(QColor(self._theme.border), max(1.0, 0.01 * side)))
-        painter.setBrush(Qt.BrushStyle.NoBrush)
+        ink(painter, QPen(QColor(self._theme.border), max(1.0, 0.01 * side)), Qt.BrushStyle.NoBrush)
         painter.drawEllipse(rim)
         painter.setBrush(good if pole else QColor(self._theme.panel))
         hole = inner.adjusted(0.12 * side, 0.12 * side, -0.12 * side, -0.12 * side)
@@ -246,8 +245,7 @@ class CoverageView(PaintedWidget):
                     arm = QPointF(radius, turn * radius)
                     painter.drawLine(place - arm, place + arm)
             else:
-                painter.setPen(QPen(QColor(self._theme.panel), 1.0))
-                painter.setBrush(QColor(self._theme.text))
+                ink(painter, QPen(QColor(self._theme.panel), 1.0), QColor(self._theme.text))
                 painter.drawEllipse(place, radius, radius)
             if point.number == self._chosen:
                 painter.setPen(QPen(QColor(self._theme.accent), max(2.0, 0.5 * radius)))

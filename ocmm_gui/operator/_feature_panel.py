@@ -27,6 +27,7 @@ from ocmm_gui.kit import (
     fill,
     form_words,
     hbox,
+    ink,
     later,
     length_words,
     literal,
@@ -98,8 +99,7 @@ class ResidualChart(PaintedWidget):
             return
         painter = self._painter()
         reach = max(float(np.abs(self._residuals).max()), 0.005)
-        painter.setFont(text_font(13))
-        painter.setPen(QColor(self._theme.muted))
+        ink(painter, QColor(self._theme.muted), font=text_font(13))
         line = QRectF(0, 0, self.width(), top)
         painter.drawText(line, _LEFT, tr("Points from the fit"))
         painter.drawText(line, _RIGHT, f"±{length_words(reach)}")
@@ -112,8 +112,7 @@ class ResidualChart(PaintedWidget):
             self._paint_bar(painter, bar, index)
         painter.setPen(QPen(QColor(self._theme.text), 1))
         painter.drawLine(QPointF(0, zero), QPointF(count * pitch, zero))
-        painter.setFont(digit_font(11, bold=False))
-        painter.setPen(QColor(self._theme.muted))
+        ink(painter, QColor(self._theme.muted), font=digit_font(11, bold=False))
         every = 1 if pitch >= 20.0 else 5
         for index in range(0, count, every):
             box = QRectF(index * pitch, zero + high + 2.0, pitch * every, 14.0)
@@ -124,8 +123,7 @@ class ResidualChart(PaintedWidget):
         outlier = number in self._flagged
         painter.fillRect(bar, QColor(self._theme.bad if outlier else self._theme.accent))
         if number == self._chosen:
-            painter.setPen(QPen(QColor(self._theme.text), 2.0))
-            painter.setBrush(Qt.BrushStyle.NoBrush)
+            ink(painter, QPen(QColor(self._theme.text), 2.0), Qt.BrushStyle.NoBrush)
             painter.drawRect(bar.adjusted(-3, -3, 3, 3))
 
     def _pitch(self) -> float:

@@ -10,6 +10,7 @@ from ocmm_gui.kit import (
     Mark,
     PaintedWidget,
     fitted,
+    ink,
     paint_mark,
     said,
     said_word,
@@ -79,8 +80,7 @@ class PartVerdictView(PaintedWidget):
         side = 0.8 * size
         place = QRectF(box.left(), box.center().y() - 0.5 * side, side, side)
         paint_mark(painter, mark, place, colour, self._theme.background)
-        painter.setFont(text_font(size, bold=True))
-        painter.setPen(QColor(colour))
+        ink(painter, QColor(colour), font=text_font(size, bold=True))
         painter.drawText(box.adjusted(1.05 * size, 0.0, 0.0, 0.0), _LEFT, self.word())
         lines, pixels = self.lines(), self._line_px()
         stated, bold = said(part.requirement_words), text_font(pixels, bold=True)

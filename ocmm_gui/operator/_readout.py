@@ -29,6 +29,7 @@ from ocmm_gui.kit import (
     Theme,
     digit_font,
     fitted,
+    ink,
     length_number,
     said,
     text_font,
@@ -60,9 +61,7 @@ class Readout(QWidget):
         self._shown_at = 0.0
         self._flash: bool | None = None
         self._theme = THEMES[DEFAULT_THEME]
-        self._end_of_flash = QTimer(self)
-        self._end_of_flash.setSingleShot(True)
-        self._end_of_flash.setInterval(FLASH_MS)
+        self._end_of_flash = QTimer(self, singleShot=True, interval=FLASH_MS)
         self._end_of_flash.timeout.connect(self._stop_flash)
         self._remedy = ""
         self._refusal: tuple[str, str] | None = None
@@ -168,8 +167,7 @@ class Readout(QWidget):
         if large:
             self._paint_trouble(painter, large, why)
         elif DASHES in self._values:
-            painter.setPen(QColor(self._theme.text))
-            painter.setFont(text_font(self.reason_pixels()))
+            ink(painter, QColor(self._theme.text), font=text_font(self.reason_pixels()))
             painter.drawText(self._reason_box(), WRAPPED, self._caption)
         else:
             painter.setPen(QColor(self._theme.muted))
@@ -181,8 +179,7 @@ class Readout(QWidget):
         if self._flash is not None:
             thick = max(6.0, 0.02 * self.height())
             news = self._theme.good if self._flash else self._theme.bad
-            painter.setPen(QPen(QColor(news), thick))
-            painter.setBrush(Qt.BrushStyle.NoBrush)
+            ink(painter, QPen(QColor(news), thick), Qt.BrushStyle.NoBrush)
             half = 0.5 * thick
             painter.drawRoundedRect(QRectF(self.rect()).adjusted(half, half, -half, -half), 6, 6)
 

@@ -20,7 +20,7 @@ from ocmm_core.inspection.archive import Comparison, Trend, compare_files
 from ocmm_core.inspection.evaluation import SIMULATED, SIMULATED_LINE
 from ocmm_core.tolerances.kinds import spec_of
 from ocmm_core.wording import ENGLISH, Speech
-from ocmm_gui.kit import later
+from ocmm_gui.kit import ink, later
 from ocmm_gui.reports._canvas import (
     INK,
     SMALL,
@@ -179,8 +179,7 @@ def _paint_chart(painter: QPainter, box: QRectF, *, trend: Trend, canvas: PageCa
     def y(value: float) -> float:
         return plot.bottom() - (value - low) / (high - low) * plot.height()
 
-    painter.setPen(Qt.PenStyle.NoPen)
-    painter.setBrush(QColor(INK.zone_good))
+    ink(painter, Qt.PenStyle.NoPen, QColor(INK.zone_good))
     top, bottom = y(min(trend.high, high)), y(max(trend.low, low))
     painter.drawRect(QRectF(plot.left(), top, plot.width(), bottom - top))
     levels = [("limit", one, Qt.PenStyle.SolidLine)

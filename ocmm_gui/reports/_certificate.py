@@ -30,6 +30,7 @@ from ocmm_core.export.certificate import (
 from ocmm_core.export.report import NOT_STATED
 from ocmm_core.export.template import PaperLengths, Particulars, load_paper, template_in_use
 from ocmm_core.wording import Speech
+from ocmm_gui.kit import ink
 from ocmm_gui.reports._canvas import (
     INK,
     LEFT,
@@ -199,8 +200,7 @@ def _paint_errors(
             plot.center().y() - 0.5 * plot.height() * error / highest,
         )
 
-    painter.setPen(QPen(QColor(INK.border), 2.0))
-    painter.setBrush(Qt.BrushStyle.NoBrush)
+    ink(painter, QPen(QColor(INK.border), 2.0), Qt.BrushStyle.NoBrush)
     painter.drawRect(plot)
     painter.drawLine(place(0.0, 0.0), place(1.05 * longest, 0.0))
     painter.setPen(QPen(QColor(INK.bad), 4.0))

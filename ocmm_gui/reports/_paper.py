@@ -30,6 +30,7 @@ from ocmm_core.export.template import Paper
 from ocmm_core.failure import EXIT_INTERNAL, contained
 from ocmm_core.seals import shown_key
 from ocmm_core.wording import Speech
+from ocmm_gui.kit import ink
 from ocmm_gui.reports._canvas import (
     BODY,
     HEADING,
@@ -300,8 +301,7 @@ def _seal(canvas: PageCanvas, data: ReportData) -> None:
 def _paint_code(painter: QPainter, box: QRectF, *, line: str, speech: Speech) -> None:
     rows = [bytes(row) for row in segno.make(line, micro=False, error="m").matrix]
     side = _CODE_SIDE / len(rows)
-    painter.setPen(Qt.PenStyle.NoPen)
-    painter.setBrush(QColor(INK.text))
+    ink(painter, Qt.PenStyle.NoPen, QColor(INK.text))
     # One path: squares painted one by one leave hairlines between them.
     path = QPainterPath()
     path.setFillRule(Qt.FillRule.WindingFill)

@@ -21,7 +21,7 @@ from ocmm_core.export.report import (
 from ocmm_core.export.template import Section
 from ocmm_core.inspection.evaluation import NO_REAL_PART, SIMULATED
 from ocmm_core.tolerances.decisions import U_LABEL
-from ocmm_gui.kit import verdict_colour
+from ocmm_gui.kit import ink, verdict_colour
 from ocmm_gui.reports._canvas import INK, LEFT, PAGE, SMALL, WIDTH, PageCanvas, Style, paint_text
 from ocmm_gui.reports._messages import lengths_of, numbers_of, speech_of
 from ocmm_gui.reports._paper import closing, head_facts, letterhead, records
@@ -72,8 +72,7 @@ def _paint_deviation(
     plot = box.adjusted(_NAME, 8.0, -360.0, -8.0)
     scale = 0.5 * plot.width() / _BEYOND
     centre = plot.center()
-    painter.setPen(Qt.PenStyle.NoPen)
-    painter.setBrush(QColor(INK.zone_bad))
+    ink(painter, Qt.PenStyle.NoPen, QColor(INK.zone_bad))
     painter.drawRect(plot)
     painter.setBrush(QColor(INK.zone_good))
     painter.drawRect(QRectF(centre.x() - scale, plot.top(), 2.0 * scale, plot.height()))
@@ -214,8 +213,7 @@ def paint_page(painter: QPainter, canvas: PageCanvas, index: int, data: ReportDa
 def _paint_band(painter: QPainter, data: ReportData) -> None:
     """Paint the states of the report across the top of a page, above all else."""
     band = QRectF(LEFT, _BAND_TOP, WIDTH, _BAND_HIGH)
-    painter.setPen(Qt.PenStyle.NoPen)
-    painter.setBrush(QColor(INK.warn))
+    ink(painter, Qt.PenStyle.NoPen, QColor(INK.warn))
     painter.drawRect(band)
     speech = speech_of(data)
     words = "   ·   ".join(map(speech.word, data.states))

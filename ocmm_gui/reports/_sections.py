@@ -18,7 +18,7 @@ from ocmm_core.inspection.evaluation import INCOMPLETE, SIMULATED_LINE
 from ocmm_core.tolerances.decisions import U_LABEL, PartWord, Verdict, VerdictSummary
 from ocmm_core.tolerances.kinds import Symbol, symbol_of
 from ocmm_core.wording import Speech
-from ocmm_gui.kit import verdict_colour
+from ocmm_gui.kit import ink, verdict_colour
 from ocmm_gui.reports._canvas import (
     INK,
     SMALL,
@@ -366,8 +366,7 @@ def _paint_title(painter: QPainter, box: QRectF, *, data: ReportData) -> None:
     undone = part.word is PartWord.NOT_COMPLETE
     colour = INK.warn if undone else verdict_colour(INK, part.shown_as)
     frame = QRectF(box.right() - _VERDICT, box.top(), _VERDICT, 136.0)
-    painter.setPen(QPen(QColor(colour), 6.0))
-    painter.setBrush(Qt.BrushStyle.NoBrush)
+    ink(painter, QPen(QColor(colour), 6.0), Qt.BrushStyle.NoBrush)
     painter.drawRoundedRect(frame, 14.0, 14.0)
     # NOT COMPLETE already implies it; the band above has all states.
     told = [state for state in data.states if not (undone and state == INCOMPLETE)]

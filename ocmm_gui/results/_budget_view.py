@@ -10,6 +10,7 @@ from ocmm_gui.kit import (
     NumberTable,
     PaintedWidget,
     digit_font,
+    ink,
     later,
     literal,
     localised,
@@ -108,8 +109,7 @@ class BudgetBars(PaintedWidget):
         room = max(self.width() - words - digits, 20.0)
         for index, (name, u, colour) in enumerate(rows):
             y = index * pitch
-            painter.setFont(text_font(13))
-            painter.setPen(QColor(self._theme.text))
+            ink(painter, QColor(self._theme.text), font=text_font(13))
             painter.drawText(QRectF(0.0, y, words, pitch), _LEFT, name)
             bar = QRectF(words, y + 0.2 * pitch, room * u / reach, 0.6 * pitch)
             painter.fillRect(bar, QColor(colour))

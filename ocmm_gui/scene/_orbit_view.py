@@ -27,9 +27,7 @@ class OrbitView(PaintedWidget):
         self._orbit = orbit
         self._mouse: QPointF | None = None
         self._pressed: QPointF | None = None
-        self._moving = QTimer(self)
-        self._moving.setSingleShot(True)
-        self._moving.setInterval(_STILL_MS)
+        self._moving = QTimer(self, singleShot=True, interval=_STILL_MS)
         self._moving.timeout.connect(self.update)
         self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
 

@@ -246,8 +246,7 @@ class SceneLayer(QObject):
         self._next: _Drawing | None = None
         self._canvases = _Canvases()
         self._share = 0
-        self._timer = QTimer(self)
-        self._timer.setSingleShot(True)
+        self._timer = QTimer(self, singleShot=True)
         self._timer.timeout.connect(self._finish)
 
     def picture(self, scene: StillScene, font: QFont) -> StillPicture:

@@ -18,7 +18,7 @@ from ocmm_core.camera import Rig
 from ocmm_core.geometry import Float
 from ocmm_core.inspection.evaluation import Target
 from ocmm_core.rendering import choose_side
-from ocmm_gui.kit import WRAPPED, Theme, text_font, tr, wrapped_pixels
+from ocmm_gui.kit import WRAPPED, Theme, ink, text_font, tr, wrapped_pixels
 from ocmm_gui.scene import Dots, Lines, Orbit, Tag, paint_scene
 from ocmm_gui.views import _shapes as shapes
 from ocmm_gui.views._contents import grid_step
@@ -41,8 +41,7 @@ class Easing(QObject):
         self.goal: Orbit | None = None
         """Target; None while at rest."""
         self._began_s = 0.0
-        self._timer = QTimer(self)
-        self._timer.setInterval(_FRAME_MS)
+        self._timer = QTimer(self, interval=_FRAME_MS)
         self._timer.timeout.connect(self._go_on)
 
     def is_running(self) -> bool:
@@ -191,8 +190,7 @@ class Overview:
         painter = QPainter(image)
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
         box = QRectF(QPointF(), size)
-        painter.setPen(QPen(QColor(theme.border), theme.border_px))
-        painter.setBrush(QColor(theme.background))
+        ink(painter, QPen(QColor(theme.border), theme.border_px), QColor(theme.background))
         painter.drawRoundedRect(box.adjusted(0.5, 0.5, -0.5, -0.5), 4, 4)
         volume = Lines(shapes.box(self._rig.volume_world), theme.border, 1.0)
         rig = Lines(self._lines, theme.muted, 1.0)
@@ -251,8 +249,7 @@ def words_place(box: QRectF, words: str) -> QRectF:
 
 
 def paint_words(painter: QPainter, place: QRectF, words: str, theme: Theme) -> None:
-    painter.setPen(QPen(QColor(theme.warn), 1.4))
-    painter.setBrush(QColor(theme.panel))
+    ink(painter, QPen(QColor(theme.warn), 1.4), QColor(theme.panel))
     painter.drawRoundedRect(place, 4, 4)
     room = place.adjusted(6.0, 0.0, -6.0, 0.0)
     painter.setFont(text_font(wrapped_pixels(words, room, 14, bold=True), bold=True))

@@ -13,7 +13,16 @@ from ocmm_core.features.shapes import NominalFeature
 from ocmm_core.geometry import Float, RigidTransform
 from ocmm_core.part_model import PartModel
 from ocmm_core.rendering import NO_FACE, Colours, RenderMode
-from ocmm_gui.kit import SCENE_LEAST, SCENE_SIZE, PaintedWidget, literal, shape_word, text_font, tr
+from ocmm_gui.kit import (
+    SCENE_LEAST,
+    SCENE_SIZE,
+    PaintedWidget,
+    ink,
+    literal,
+    shape_word,
+    text_font,
+    tr,
+)
 from ocmm_gui.scene import (
     Orbit,
     OrbitView,
@@ -132,8 +141,7 @@ class PartPicture(OrbitView):
         self._paint_panel(painter)
         inside, theme = self._inside(), self._theme
         if self._model is None:
-            painter.setFont(text_font(13))
-            painter.setPen(QColor(theme.muted))
+            ink(painter, QColor(theme.muted), font=text_font(13))
             painter.drawText(inside, Qt.AlignmentFlag.AlignCenter, self._words or tr("No model"))
             return
         if self._fits:
@@ -145,8 +153,7 @@ class PartPicture(OrbitView):
         seen = self._layer.picture(self._still_scene(inside), font)
         painter.drawImage(inside.topLeft(), seen.image)
         line = QRectF(inside.left() + 10, inside.bottom() - 26, inside.width() - 20, 22)
-        painter.setFont(text_font(13))
-        painter.setPen(QColor(theme.muted))
+        ink(painter, QColor(theme.muted), font=text_font(13))
         painter.drawText(line, Qt.AlignmentFlag.AlignLeft, self._words)
 
     def keyPressEvent(self, event: QKeyEvent) -> None:

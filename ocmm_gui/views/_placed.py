@@ -40,9 +40,7 @@ class PartPlacement(PartDrawing):
         self._shaded: tuple[Colours, Theme, Colours] | None = None
         self._makes = False
         # Points arrive in quick succession: recolour when they pause.
-        self._soon = QTimer(self)
-        self._soon.setSingleShot(True)
-        self._soon.setInterval(_REST_MS)
+        self._soon = QTimer(self, singleShot=True, interval=_REST_MS)
         self._soon.timeout.connect(self._begin_field)
         self._field_made.connect(self._keep_field)
 

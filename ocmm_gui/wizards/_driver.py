@@ -100,8 +100,7 @@ class WizardDriver(QObject):
         queued = Qt.ConnectionType.QueuedConnection
         self._failed_elsewhere.connect(self.failed, queued)
         self._taken_elsewhere.connect(self.taken, queued)
-        self._timer = QTimer(self)
-        self._timer.setInterval(PULL_MS)
+        self._timer = QTimer(self, interval=PULL_MS)
         self._timer.timeout.connect(self._pull)
 
     def start(self) -> None:

@@ -79,9 +79,7 @@ class Runner(QWidget):
         self._seen: StepSnapshot | None = None
         self._entered: StepPage | None = None
         self._was_open = False
-        self._go_on = QTimer(self)
-        self._go_on.setSingleShot(True)
-        self._go_on.setInterval(GO_ON_MS)
+        self._go_on = QTimer(self, singleShot=True, interval=GO_ON_MS)
         self._go_on.timeout.connect(driver.advance)
         self._theme = THEMES[DEFAULT_THEME]
         self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)

@@ -23,6 +23,7 @@ from ocmm_gui.kit import (
     dressed,
     fitted,
     hbox,
+    ink,
     key_words,
     later,
     literal,
@@ -192,8 +193,7 @@ class Rail(PaintedWidget):
             if step.wanted:
                 head = QRectF(text.left(), text.center().y() - 25.0, text.width(), 26.0)
                 painter.drawText(head, _LEFT, title)
-                painter.setFont(text_font(14))
-                painter.setPen(QColor(theme.muted))
+                ink(painter, QColor(theme.muted), font=text_font(14))
                 count = QRectF(text.left() + 18.0, text.center().y() + 1.0, text.width(), 20.0)
                 painter.drawText(
                     count,

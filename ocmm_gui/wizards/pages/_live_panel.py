@@ -25,6 +25,7 @@ from ocmm_gui.kit import (
     far_type,
     fitted,
     hbox,
+    ink,
     mark_colour,
     paint_mark,
     said,
@@ -81,16 +82,13 @@ class Score(PaintedWidget):
         note = QRectF(0.0, bar.top() - 22.0, box.width(), 20.0)
         if beside:
             note = QRectF(wide + 8.0, number.top(), box.width() - wide - 8.0, number.height())
-        painter.setFont(text_font(14))
-        painter.setPen(QColor(theme.text))
+        ink(painter, QColor(theme.text), font=text_font(14))
         painter.drawText(note, left | Qt.TextFlag.TextWordWrap, self._note)
-        painter.setPen(QPen(QColor(theme.border), theme.border_px))
-        painter.setBrush(QColor(theme.background))
+        ink(painter, QPen(QColor(theme.border), theme.border_px), QColor(theme.background))
         painter.drawRoundedRect(bar, 3, 3)
         filled = QRectF(bar)
         filled.setWidth(bar.width() * min(max(self._share, 0.0), 1.0))
-        painter.setPen(Qt.PenStyle.NoPen)
-        painter.setBrush(QColor(theme.good if done else theme.accent))
+        ink(painter, Qt.PenStyle.NoPen, QColor(theme.good if done else theme.accent))
         painter.drawRoundedRect(filled, 3, 3)
 
 
@@ -122,15 +120,13 @@ class MiniCamera(PaintedWidget):
         scale = min(room.width() / wide, room.height() / high)
         sensor = QRectF(0.0, room.top(), scale * wide, scale * high)
         sensor.moveLeft(room.center().x() - 0.5 * sensor.width())
-        painter.setPen(QPen(QColor(theme.border), max(theme.border_px, 1)))
-        painter.setBrush(QColor(theme.background))
+        ink(painter, QPen(QColor(theme.border), max(theme.border_px, 1)), QColor(theme.background))
         painter.drawRect(sensor)
         if self._live is None:
             return
         for (u, v), led in zip(self._live.uv.tolist(), self._live.labels.tolist(), strict=True):
             place = QPointF(sensor.left() + scale * u, sensor.top() + scale * v)
-            painter.setPen(Qt.PenStyle.NoPen)
-            painter.setBrush(QColor(theme.accent if led >= 0 else theme.text))
+            ink(painter, Qt.PenStyle.NoPen, QColor(theme.accent if led >= 0 else theme.text))
             painter.drawEllipse(place, 3.5, 3.5)
 
 
@@ -274,18 +270,15 @@ class FarBanner(PaintedWidget):
         word = QRectF(head)
         word.setLeft(box.right() + _GAP_SHARE * head.height())
         pixels, note_pixels = self.type_pixels()
-        painter.setFont(text_font(pixels, bold=True))
-        painter.setPen(colour)
+        ink(painter, colour, font=text_font(pixels, bold=True))
         painter.drawText(word, _LEFT, told.word)
-        painter.setFont(text_font(note_pixels))
-        painter.setPen(QColor(theme.text))
+        ink(painter, QColor(theme.text), font=text_font(note_pixels))
         painter.drawText(note, _LEFT | Qt.TextFlag.TextWordWrap, told.note)
         if told.share is not None:
             bar = QRectF(
                 inside.left(), frame.bottom() - _BANNER_BAR_PX - 5.0, inside.width(), _BANNER_BAR_PX
             )
-            painter.setPen(QPen(QColor(theme.border), theme.border_px))
-            painter.setBrush(QColor(theme.background))
+            ink(painter, QPen(QColor(theme.border), theme.border_px), QColor(theme.background))
             painter.drawRect(bar)
             bar.setWidth(bar.width() * min(max(told.share, 0.0), 1.0))
             painter.fillRect(bar, colour)

@@ -20,6 +20,7 @@ from ocmm_gui.kit import (
     PaintedWidget,
     fill,
     fitted,
+    ink,
     later,
     localised,
     paint_mark,
@@ -78,8 +79,7 @@ class TiltRow(PaintedWidget):
         for index, tilt in enumerate(self._tilts):
             box = QRectF(index * (wide + 6.0) + 1.0, 1.5, wide - 2.0, self.height() - 3.0)
             done = tilt.poses >= tilt.wanted
-            painter.setPen(QPen(QColor(theme.border), theme.border_px))
-            painter.setBrush(QColor(theme.panel))
+            ink(painter, QPen(QColor(theme.border), theme.border_px), QColor(theme.panel))
             painter.drawRoundedRect(box, 6, 6)
             share = QRectF(box.left() + 4.0, box.bottom() - 8.0, box.width() - 8.0, 5.0)
             share.setWidth(share.width() * min(tilt.poses / tilt.wanted, 1.0))
@@ -114,8 +114,7 @@ class TiltRow(PaintedWidget):
         )
         painter.setPen(QPen(QColor(theme.text), 4.0, c=Qt.PenCapStyle.RoundCap))
         painter.drawLine(tip, end)
-        painter.setPen(Qt.PenStyle.NoPen)
-        painter.setBrush(QColor(theme.bad))
+        ink(painter, Qt.PenStyle.NoPen, QColor(theme.bad))
         side = QPointF(10.0 * cos(radians(angle)), 10.0 * sin(radians(angle)))
         for point in (end, end + side, end - side):
             near = 5.5 if "forward" in name else 3.0 if "back" in name else 4.0
@@ -214,8 +213,7 @@ class SeatPicture(PaintedWidget):
         frame = self._paint_panel(painter)
         inside = frame.adjusted(24.0, 16.0, -24.0, -16.0)
         if not self._names:
-            painter.setFont(text_font(22))
-            painter.setPen(QColor(theme.text))
+            ink(painter, QColor(theme.text), font=text_font(22))
             text = tr("The world fixed to the cameras.")
             painter.drawText(inside, Qt.AlignmentFlag.AlignCenter, text)
             return

@@ -27,6 +27,7 @@ from ocmm_gui.kit import (
     PaintedWidget,
     Sound,
     fill,
+    ink,
     later,
     localised,
     said,
@@ -67,8 +68,7 @@ class SpherePicture(PaintedWidget):
         painter = self._painter()
         theme = self._theme
         frame = self._paint_panel(painter)
-        painter.setPen(QColor(theme.text))
-        painter.setFont(text_font(17, bold=True))
+        ink(painter, QColor(theme.text), font=text_font(17, bold=True))
         painter.drawText(frame.adjusted(14, 10, -14, -10), Qt.AlignmentFlag.AlignTop, self._title)
         radius = 0.34 * min(frame.width(), frame.height())
         centre = QPointF(frame.center().x(), frame.center().y() - 0.04 * frame.height())
@@ -76,8 +76,7 @@ class SpherePicture(PaintedWidget):
         painter.drawLine(
             QPointF(centre.x(), centre.y() + radius), QPointF(centre.x(), frame.bottom() - 4.0)
         )
-        painter.setPen(QPen(QColor(theme.text), 2.0))
-        painter.setBrush(QColor(theme.background))
+        ink(painter, QPen(QColor(theme.text), 2.0), QColor(theme.background))
         painter.drawEllipse(centre, radius, radius)
         number = 0
         for below, count, turn in _LAYERS:

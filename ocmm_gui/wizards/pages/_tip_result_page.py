@@ -19,6 +19,7 @@ from ocmm_gui.kit import (
     NumberTable,
     day_words,
     digit_font,
+    ink,
     later,
     localised,
     said_word,
@@ -100,14 +101,12 @@ class FormPlot(Plot):
         theme = self._theme
         reach = 1.2 * max(float(np.abs(self._residuals_um).max()), 1.0)
         widest = max(90.0, float(self._below.max()))
-        painter.setPen(QPen(QColor(theme.border), max(theme.border_px, 1)))
-        painter.setBrush(QColor(theme.background))
+        ink(painter, QPen(QColor(theme.border), max(theme.border_px, 1)), QColor(theme.background))
         painter.drawRect(box)
         painter.drawLine(
             QPointF(box.left(), box.center().y()), QPointF(box.right(), box.center().y())
         )
-        painter.setFont(digit_font(13, bold=False))
-        painter.setPen(QColor(theme.muted))
+        ink(painter, QColor(theme.muted), font=digit_font(13, bold=False))
         right = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
         for value in (reach, 0.0, -reach):
             y = box.center().y() - 0.5 * box.height() * value / reach
@@ -120,8 +119,7 @@ class FormPlot(Plot):
         painter.setFont(text_font(13))
         foot = QRectF(box.left(), box.bottom() + 22.0, box.width(), 20.0)
         painter.drawText(foot, Qt.AlignmentFlag.AlignCenter, tr("angle from the pole"))
-        painter.setPen(QPen(QColor(theme.panel), 1.0))
-        painter.setBrush(QColor(theme.accent))
+        ink(painter, QPen(QColor(theme.panel), 1.0), QColor(theme.accent))
         for angle, value in zip(self._below.tolist(), self._residuals_um.tolist(), strict=True):
             x = box.left() + box.width() * angle / widest
             y = box.center().y() - 0.5 * box.height() * value / reach

@@ -10,7 +10,7 @@ from ocmm_core.calibration.tip import ConeProgress, Phase, SphereProgress, Touch
 from ocmm_core.camera import Rig
 from ocmm_core.geometry import Float, Points3, unit
 from ocmm_gui.charts import Bars, Mapped, Plot, Row
-from ocmm_gui.kit import Mark, digit_font, fill, localised, said, said_word, text_font, tr
+from ocmm_gui.kit import Mark, digit_font, fill, ink, localised, said, said_word, text_font, tr
 from ocmm_gui.views import upright
 from ocmm_gui.wizards.pages._hands_pages import HandsPage
 from ocmm_gui.wizards.pages._live_panel import BannerMessage, Score
@@ -141,24 +141,20 @@ class TipScatter(Plot):
         theme = self._theme
         radius = 0.5 * min(part.width(), part.height() - 20.0) - 2.0
         centre = QPointF(part.center().x(), part.top() + radius + 2.0)
-        painter.setPen(QPen(QColor(theme.border), max(theme.border_px, 1)))
-        painter.setBrush(QColor(theme.background))
+        ink(painter, QPen(QColor(theme.border), max(theme.border_px, 1)), QColor(theme.background))
         side = QRectF(centre.x() - radius, centre.y() - radius, 2.0 * radius, 2.0 * radius)
         painter.drawRect(side)
         painter.drawLine(QPointF(side.left(), centre.y()), QPointF(side.right(), centre.y()))
         painter.drawLine(QPointF(centre.x(), side.top()), QPointF(centre.x(), side.bottom()))
         if np.isfinite(self._limit_um):
             allowed = radius * self._limit_um / reach
-            painter.setPen(QPen(QColor(theme.warn), 1.5, Qt.PenStyle.DashLine))
-            painter.setBrush(Qt.BrushStyle.NoBrush)
+            ink(painter, QPen(QColor(theme.warn), 1.5, Qt.PenStyle.DashLine), Qt.BrushStyle.NoBrush)
             painter.drawEllipse(centre, allowed, allowed)
-        painter.setPen(QPen(QColor(theme.panel), 1.0))
-        painter.setBrush(QColor(theme.accent))
+        ink(painter, QPen(QColor(theme.panel), 1.0), QColor(theme.accent))
         for off in self._off_um:
             x, y = radius * off[axes[0]] / reach, -sign * radius * off[axes[1]] / reach
             painter.drawEllipse(centre + QPointF(x, y), 5.0, 5.0)
-        painter.setPen(QColor(theme.muted))
-        painter.setFont(digit_font(12, bold=False))
+        ink(painter, QColor(theme.muted), font=digit_font(12, bold=False))
         names = f"{'XYZ'[axes[0]]} → {'XYZ'[axes[1]]} {'↑' if sign > 0 else '↓'}  ±{reach:.0f} µm"
         foot = QRectF(part.left(), side.bottom() + 1.0, part.width(), 18.0)
         painter.setFont(text_font(12))
