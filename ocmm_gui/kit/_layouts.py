@@ -69,6 +69,7 @@ def _filled(
     if spacing is not None:
         layout.setSpacing(spacing)
     if margins is not None:
-        layout.setContentsMargins(*((margins,) * 4 if isinstance(margins, int) else margins))
+        left, top, right, bottom = (margins,) * 4 if isinstance(margins, int) else margins
+        layout.setContentsMargins(left, top, right, bottom)
     fill(layout, *parts)
     return layout
