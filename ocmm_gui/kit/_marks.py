@@ -5,7 +5,7 @@ from __future__ import annotations
 from enum import Enum
 
 from PySide6.QtCore import QPointF, QRectF, QSize, Qt
-from PySide6.QtGui import QBrush, QColor, QFont, QPainter, QPen, QPolygonF
+from PySide6.QtGui import QBrush, QColor, QFont, QGradient, QPainter, QPen, QPolygonF
 from PySide6.QtWidgets import QSizePolicy, QWidget
 
 from ocmm_core.inspection.evaluation import FeatureState, FeatureView, StatusWord
@@ -58,7 +58,7 @@ class PaintedWidget(QWidget):
 def ink(
     painter: QPainter,
     pen: QPen | QColor | Qt.PenStyle | None = None,
-    brush: QBrush | QColor | Qt.BrushStyle | None = None,
+    brush: QBrush | QColor | QGradient | Qt.BrushStyle | None = None,
     *,
     font: QFont | None = None,
 ) -> None:
