@@ -27,7 +27,7 @@ from ocmm_core.fieldbus.report import Alarm, AlarmResponse, AlarmSpec
 from ocmm_core.inspection.plan import HEAD_FIELDS, EnvironmentLimits, Material, Plan
 from ocmm_core.tolerances.kinds import KINDS
 from ocmm_core.tolerances.zones import Characteristic
-from ocmm_gui.plan_editor.form import words_of
+from ocmm_gui.plan_editor import words_of
 
 ROOT = Path(__file__).resolve().parents[1]
 

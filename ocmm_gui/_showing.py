@@ -1,16 +1,78 @@
+"""Showing and ending of windows, and archive upload: delivering process, queueing of jobs."""
+
 from __future__ import annotations
 
+import contextlib
 import gc
 import signal
 import sys
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from types import FrameType
+from typing import TYPE_CHECKING
 
 from PySide6.QtCore import QCoreApplication, QEvent, Qt, QTimer
 from PySide6.QtWidgets import QApplication, QLabel, QMainWindow, QWidget
 
+from ocmm_core.errors import OcmmError
+from ocmm_core.settings import LoadedSettings, SettingsStore
+from ocmm_gui.home import StartChoice, StartPurpose
 from ocmm_gui.kit import THEMES, PlainLabel, apply_theme, text_font, tr
+
+if TYPE_CHECKING:
+    from ocmm_core.composition import BuiltStation
+    from ocmm_shop.archive.outbox import HandOverProcess
+    from ocmm_shop.archiving import ArchiveWatch
+
+
+_SENDER_MS = 5000
+
+
+class HandOverSender:
+    """Start the delivering process, which reads ``store``, after the window is shown; end it."""
+
+    def __init__(self, store: SettingsStore) -> None:
+        self._store = store
+        self._process: HandOverProcess | None = None
+        self._ended = False
+        QTimer.singleShot(_SENDER_MS, self._start)
+
+    def close(self) -> None:
+        """End the process, and never restart it."""
+        self._ended = True
+        if self._process is not None:
+            self._process.close()
+
+    def _start(self) -> None:
+        if self._ended:
+            return
+        # Loaded late: the first page is shown before numerical libraries are loaded.
+        from ocmm_shop.archive.outbox import HandOverProcess
+        from ocmm_shop.archiving import archive_place
+
+        # The start page and the settings show faults of the address.
+        with contextlib.suppress(OcmmError):
+            place = archive_place(settings=self._store.load().settings)
+            if place is not None:
+                self._process = HandOverProcess(place)
+                self._process.start()
+
+
+def watch_jobs(
+    built: BuiltStation, loaded: LoadedSettings, choice: StartChoice
+) -> ArchiveWatch | None:
+    """Return the watch that queues the jobs of a station; None if nothing is archived."""
+    from ocmm_shop.archiving import ArchiveWatch, archive_place
+
+    if choice.errand is StartPurpose.DEMO:
+        # Demonstrations keep only their file.
+        return None
+    try:
+        place = archive_place(settings=loaded.settings)
+    except OcmmError:
+        return None
+    return None if place is None else ArchiveWatch(built.station, place.outbox)
+
 
 _QUIT_EVERY_MS = 20
 
@@ -69,8 +131,7 @@ def splash(app: QApplication, source: str, theme: str) -> QLabel:
 def end_on_signals(app: QApplication) -> None:
     # Repeated: before the loop of a window runs, and while events are handled during the start,
     # quitting has no effect.
-    ending = QTimer(app)
-    ending.setInterval(_QUIT_EVERY_MS)
+    ending = QTimer(app, interval=_QUIT_EVERY_MS)
     ending.timeout.connect(app.quit)
 
     def end(number: int, frame: FrameType | None) -> None:

@@ -12,7 +12,6 @@ import gc
 import os
 import sys
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -22,14 +21,21 @@ from PySide6.QtWidgets import QApplication
 from ocmm_core.composition import DEFAULT_SOURCE, DEMO_PLAN
 from ocmm_core.errors import InputError, InternalError, OcmmError
 from ocmm_core.failure import EXIT_INTERNAL, REOPEN, contained, hold_standard_streams, write_last
-from ocmm_core.settings import LoadedSettings, Origin, RecentPlaces, Settings, SettingsStore
-from ocmm_gui._hand_over import HandOverSender, watch_jobs
-from ocmm_gui._showing import end_after, end_on_signals, let_go, save_pictures, show, splash
+from ocmm_core.settings import LoadedSettings, RecentPlaces, Settings, SettingsStore
+from ocmm_gui._showing import (
+    HandOverSender,
+    end_after,
+    end_on_signals,
+    let_go,
+    save_pictures,
+    show,
+    splash,
+    watch_jobs,
+)
 from ocmm_gui.access import zoom_before_start
-from ocmm_gui.arguments import given, parser
-from ocmm_gui.home import Choice, Errands, StartWindow
+from ocmm_gui.arguments import given, parser, window_options
+from ocmm_gui.home import StartChoice, StartPurpose, StartWindow
 from ocmm_gui.kit import (
-    DEFAULT_THEME,
     Mode,
     NoticeCentre,
     chosen_language,
@@ -45,28 +51,10 @@ if TYPE_CHECKING:
     from ocmm_gui.window import MainWindow
 
 EXIT_OK, EXIT_FAILED = 0, 2
-_START_PAGE = Choice(Errands.START)
+_START_PAGE = StartChoice(StartPurpose.START)
 _HELD = "job.locked"
 _LOST = ("job.lost", "job.disk")
 _SAFE = "All points taken are saved in the job file."
-
-
-@dataclass(frozen=True, slots=True)
-class WindowOptions:
-    """Options of the window's start and end."""
-
-    theme: str = DEFAULT_THEME
-    far: bool = False
-    """Start with the far view."""
-    size: tuple[int, int] | None = None
-    """Width and height, px; None opens it maximised."""
-    export: Path | None = None
-    """Folder of the report; None asks in the window."""
-    quit_after_s: float = 0.0
-    """Close after this time; zero stays open."""
-    screenshots: tuple[Path, ...] = ()
-    """Files for a picture of the window just before it closes."""
-    sound: bool = True
 
 
 def make_application(zoom_percent: int = 100) -> QApplication:
@@ -154,17 +142,17 @@ def run(parsed: argparse.Namespace) -> int:
 def _windows(
     app: QApplication, parsed: argparse.Namespace, store: SettingsStore, told: NoticeCentre
 ) -> int:
-    choice = Choice(Errands.MEASURE)
+    choice = StartChoice(StartPurpose.MEASURE)
     if parsed.job is not None:
         # A double click on a job opens it read-only: no robot measures behind the page.
-        choice = Choice(Errands.LOOK, parsed.job)
+        choice = StartChoice(StartPurpose.LOOK, parsed.job)
     elif parsed.start:
         choice = _START_PAGE
     closed = EXIT_OK
     while True:
         # Windows use the language of the settings; a change recreates them.
         _use_language(app, store.load().settings)
-        if choice.errand is Errands.START:
+        if choice.errand is StartPurpose.START:
             chosen = _ask(app, parsed, store, choice, told)
             if chosen is None:
                 return closed
@@ -173,7 +161,7 @@ def _windows(
         try:
             code, after = _work(app, parsed, store, choice, told)
         except OcmmError as error:
-            if choice.errand is Errands.MEASURE:
+            if choice.errand is StartPurpose.MEASURE:
                 raise
             told = NoticeCentre()
             told.error(error)
@@ -189,10 +177,10 @@ def _windows(
         choice, told = after, NoticeCentre()
 
 
-def _instead(choice: Choice, error: OcmmError) -> Choice:
+def _instead(choice: StartChoice, error: OcmmError) -> StartChoice:
     """Return the fallback of an impossible errand: a job in use can be viewed."""
-    if choice.errand is Errands.CONTINUE and choice.path is not None and error.code == _HELD:
-        return Choice(Errands.LOOK, choice.path)
+    if choice.errand is StartPurpose.CONTINUE and choice.path is not None and error.code == _HELD:
+        return StartChoice(StartPurpose.LOOK, choice.path)
     return _START_PAGE
 
 
@@ -206,9 +194,9 @@ def _ask(
     app: QApplication,
     parsed: argparse.Namespace,
     store: SettingsStore,
-    choice: Choice,
+    choice: StartChoice,
     told: NoticeCentre,
-) -> Choice | None:
+) -> StartChoice | None:
     """Show the start page, and return the choice; None if it was closed."""
     notices = NoticeCentre()
     window = StartWindow(store, notices)
@@ -231,14 +219,14 @@ def _work(
     app: QApplication,
     parsed: argparse.Namespace,
     store: SettingsStore,
-    choice: Choice,
+    choice: StartChoice,
     told: NoticeCentre,
-) -> tuple[int, Choice | None]:
+) -> tuple[int, StartChoice | None]:
     """Do an errand, and return the exit code with the next choice, or None."""
     # Everything loaded here stays: garbage collection would take a seventh of the start.
     gc.disable()
     loaded = store.load()
-    options = _window_options(parsed, loaded)
+    options = window_options(parsed, loaded)
     # Numerical libraries take a second to load: show something before that.
     starting = splash(app, loaded.settings.instrument_source, options.theme)
     try:
@@ -306,14 +294,14 @@ def _work(
         return EXIT_INTERNAL, None
     if lost is not None and not after:
         raise lost
-    leaves = choice.errand is not Errands.MEASURE or bool(after)
+    leaves = choice.errand is not StartPurpose.MEASURE or bool(after)
     kept = _left_behind(path, plan) if leaves else path
     if after == START:
         return code, _START_PAGE
     if after == REOPEN:
-        by_plan = Choice(Errands.NEW, plan)
+        by_plan = StartChoice(StartPurpose.NEW, plan)
         # Points of other cameras or another probe stay unchanged: the next job is a new one.
-        return code, by_plan if kept is None else Choice(Errands.CONTINUE, kept, by_plan)
+        return code, by_plan if kept is None else StartChoice(StartPurpose.CONTINUE, kept, by_plan)
     return code, None
 
 
@@ -336,7 +324,7 @@ def _begin(
     bridge: StationBridge,
     parsed: argparse.Namespace,
     loaded: LoadedSettings,
-    choice: Choice,
+    choice: StartChoice,
 ) -> None:
     """Open the page of an errand; frames are recorded once measuring starts."""
     started = False
@@ -349,17 +337,17 @@ def _begin(
 
     errand, path = choice.errand, choice.path
     source = loaded.settings.instrument_source
-    if errand in (Errands.NEW, Errands.LOOK, Errands.PLANS):
+    if errand in (StartPurpose.NEW, StartPurpose.LOOK, StartPurpose.PLANS):
         # Before that nothing is touched: a robot hand must not measure behind the page.
         bridge.jobs.job_begun.connect(start)
         window.sheets.left.connect(start)
-    if errand is Errands.NEW:
+    if errand is StartPurpose.NEW:
         window.sheets.open_job()
-    elif errand is Errands.LOOK and path is not None:
+    elif errand is StartPurpose.LOOK and path is not None:
         window.sheets.look_at(path)
-    elif errand is Errands.PLANS:
+    elif errand is StartPurpose.PLANS:
         window.sheets.open_plan()
-    elif errand is Errands.CALIBRATE:
+    elif errand is StartPurpose.CALIBRATE:
         window.show_mode(Mode.MAINTAIN)
         window.maintenance.view.show_page(window.maintenance.calibration)
         if source == DEFAULT_SOURCE:
@@ -368,21 +356,23 @@ def _begin(
         else:
             start()
     else:
-        if errand is Errands.MEASURE and parsed.serial is None and source != DEFAULT_SOURCE:
+        if errand is StartPurpose.MEASURE and parsed.serial is None and source != DEFAULT_SOURCE:
             # Operator and part are entered before the first point.
             window.sheets.open_job()
         start()
 
 
-def _request(parsed: argparse.Namespace, loaded: LoadedSettings, choice: Choice) -> StationRequest:
+def _request(
+    parsed: argparse.Namespace, loaded: LoadedSettings, choice: StartChoice
+) -> StationRequest:
     from ocmm_core.composition import Errand, StationRequest, request_of_settings
 
     settings = loaded.settings
-    if choice.errand is Errands.DEMO:
+    if choice.errand is StartPurpose.DEMO:
         # As shipped, regardless of the station: its records do not apply to a virtual rig.
         return StationRequest(plan=DEMO_PLAN, out=settings.job_folder, speed=1.0, stay=True)
     plan = parsed.plan
-    if choice.errand is Errands.NEW and choice.path is not None:
+    if choice.errand is StartPurpose.NEW and choice.path is not None:
         plan = choice.path
     errand = Errand(
         plan=plan,
@@ -391,22 +381,8 @@ def _request(parsed: argparse.Namespace, loaded: LoadedSettings, choice: Choice)
         speed=parsed.speed,
         operator=parsed.operator,
         serial=parsed.serial or "1",
-        resume=choice.path if choice.errand is Errands.CONTINUE else None,
+        resume=choice.path if choice.errand is StartPurpose.CONTINUE else None,
         force=parsed.force,
         uncalibrated=parsed.uncalibrated,
     )
     return request_of_settings(settings, errand)
-
-
-def _window_options(parsed: argparse.Namespace, loaded: LoadedSettings) -> WindowOptions:
-    settings = loaded.settings
-    told = loaded.origins["job.folder"] is not Origin.DEFAULT
-    return WindowOptions(
-        theme=settings.window_theme,
-        far=settings.window_far,
-        size=parsed.size,
-        export=settings.job_folder if told else None,
-        quit_after_s=parsed.quit_after,
-        screenshots=tuple(parsed.screenshot),
-        sound=settings.window_sounds,
-    )

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Callable
+from dataclasses import dataclass
 from pathlib import Path
 
 from ocmm_core.documents import resource
 from ocmm_core.errors import InputError
-from ocmm_core.settings import Value
+from ocmm_core.settings import LoadedSettings, Origin, Value
 from ocmm_core.typed_numbers import option_field
-from ocmm_gui.kit import THEMES
+from ocmm_gui.kit import DEFAULT_THEME, THEMES
 
 _GIVEN = {
     "source": "instrument.source",
@@ -189,3 +190,36 @@ def _picture(text: str) -> Path:
 def _size(text: str) -> tuple[int, int]:
     width, _, height = text.partition("x")
     return int(width), int(height)
+
+
+@dataclass(frozen=True, slots=True)
+class WindowOptions:
+    """Options of the window's start and end."""
+
+    theme: str = DEFAULT_THEME
+    far: bool = False
+    """Start with the far view."""
+    size: tuple[int, int] | None = None
+    """Width and height, px; None opens it maximised."""
+    export: Path | None = None
+    """Folder of the report; None asks in the window."""
+    quit_after_s: float = 0.0
+    """Close after this time; zero stays open."""
+    screenshots: tuple[Path, ...] = ()
+    """Files for a picture of the window just before it closes."""
+    sound: bool = True
+
+
+def window_options(parsed: argparse.Namespace, loaded: LoadedSettings) -> WindowOptions:
+    """Return the options of a start; arguments take precedence over settings."""
+    settings = loaded.settings
+    told = loaded.origins["job.folder"] is not Origin.DEFAULT
+    return WindowOptions(
+        theme=settings.window_theme,
+        far=settings.window_far,
+        size=parsed.size,
+        export=settings.job_folder if told else None,
+        quit_after_s=parsed.quit_after,
+        screenshots=tuple(parsed.screenshot),
+        sound=settings.window_sounds,
+    )

@@ -32,7 +32,7 @@ from ocmm_core.documents import resource
 from ocmm_core.tracking import load_probe
 from ocmm_gui.app import make_application
 from ocmm_gui.kit import THEMES, apply_theme
-from ocmm_gui.wizards import SESSIONS, ProbeSite, Runner, Wizard, WizardSite
+from ocmm_gui.wizards import SESSIONS, ProbeWizardSite, Runner, Wizard, WizardSite
 from ocmm_sim.calibration_scenes import (
     SEATS,
     CalibrationScenesRig,
@@ -61,7 +61,7 @@ class Stage:
         self.store = folder
         self.rig, self.body = load_rig(RECOMMENDED_RIG), load_probe(STANDARD_PROBE)
         self.watcher: Callable[[FrameBlock], None] | None = None
-        probe = ProbeSite(self.body, folder / "probe", hold_s=0.0)
+        probe = ProbeWizardSite(self.body, folder / "probe", hold_s=0.0)
         site = WizardSite(self.rig, self.body, folder, "technician", self._tap, probe=probe)
         self.wizard = Wizard(site)
         self.wizard.resize(*SIZE)

@@ -3,8 +3,8 @@
 In: `composition.AcceptanceBench`, guided tests of `acceptance`. Out: pages for Maintain, sheets,
 and the running test with rail and keys of a wizard.
 
-Start with `_desk` (choose or resume, then run), `_start_page` with `_start_parts`, `_measure_page`
-with `_touch_picture`, and `_verdict_page`; then `_tests_page` (the page of Maintain),
+Start with `_desk` (choose or resume, then run), `_start_page`, `_measure_pages` with
+`_touch_picture`; then `_tests_page` (the page of Maintain),
 `_artefact_sheet`, `_study_sheet` with `_study_work`.
 Plans, limits and verdicts are those of the core. It must not import the inspector's screens.
 """

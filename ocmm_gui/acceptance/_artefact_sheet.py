@@ -17,7 +17,7 @@ from ocmm_core.errors import InputError
 from ocmm_core.export.certificate import artefact_fields, read_dcc, trusted_signers
 from ocmm_core.failure import contained
 from ocmm_core.seals import KeyFolder
-from ocmm_gui.acceptance._start_parts import kind_word
+from ocmm_gui.acceptance._start_page import kind_word
 from ocmm_gui.kit import (
     DEFAULT_THEME,
     THEMES,
@@ -30,6 +30,7 @@ from ocmm_gui.kit import (
     Theme,
     caption,
     day_words,
+    fill,
     form_field,
     later,
     localised,
@@ -200,12 +201,9 @@ class ArtefactSheet(WorkSheet):
         self.file.given.connect(self.read)
         self.sure = AnswerPanel(tr("Remove the artefact"), tr("Remove"))
         self.sure.agreed.connect(self._remove)
-        self.body.addWidget(self.file)
-        self.body.addWidget(self.sure)
-        self.body.addWidget(self.working)
-        self.body.addWidget(self.table, 1)
-        self.body.addWidget(self.reasons)
-        self.body.addWidget(self.form)
+        fill(
+            self.body, self.file, self.sure, self.working, (self.table, 1), self.reasons, self.form
+        )
         self.use_keys(
             {
                 "new": self.form.clear,

@@ -23,19 +23,17 @@ from ocmm_core.composition import VIRTUAL_ROOM, AcceptanceBench, Conditions
 from ocmm_core.errors import InputError, OcmmError
 from ocmm_core.failure import contained
 from ocmm_core.geometry import unit
-from ocmm_gui.acceptance._measure_page import MeasurePage
-from ocmm_gui.acceptance._start_page import AcceptanceStart
-from ocmm_gui.acceptance._start_parts import limits_text
+from ocmm_gui.acceptance._measure_pages import AcceptanceVerdictPage, MeasurePage
+from ocmm_gui.acceptance._start_page import AcceptanceStart, limits_text
 from ocmm_gui.acceptance._touch_picture import position_contents
-from ocmm_gui.acceptance._verdict_page import AcceptanceVerdictPage
 from ocmm_gui.kit import later, localised, said, tr
 from ocmm_gui.wizards import DirectCalculation, GuidedStack, Runner, WizardDriver, temperature
-from ocmm_gui.wizards.parts import (
+from ocmm_gui.wizards.pages import (
     VERDICT_ENDS,
-    Planned,
     PreparePage,
-    Seen,
     StepPage,
+    StepPlan,
+    StepSnapshot,
     Tap,
     WizardTexts,
 )
@@ -286,10 +284,10 @@ class AcceptanceDesk(GuidedStack):
         return {"prepare": PreparePage(rig, _planned), "measure": measure, "result": verdict}
 
 
-def _planned(seen: Seen) -> Planned:
+def _planned(seen: StepSnapshot) -> StepPlan:
     view = seen.view_as(GuidedAcceptanceView)
     words = tr("%n positions", "1 position", len(view.test.positions))
-    return Planned(position_contents(view.test), words, view.notes)
+    return StepPlan(position_contents(view.test), words, view.notes)
 
 
 def _look_away(_block: FrameBlock) -> None:

@@ -5,12 +5,19 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
-from PySide6.QtCore import Signal
+from PySide6.QtCore import QSize, Signal
 from PySide6.QtGui import QKeySequence, QShortcut
-from PySide6.QtWidgets import QGridLayout, QHBoxLayout, QHeaderView, QLineEdit, QVBoxLayout, QWidget
+from PySide6.QtWidgets import (
+    QGridLayout,
+    QHeaderView,
+    QLineEdit,
+    QListWidget,
+    QListWidgetItem,
+    QVBoxLayout,
+    QWidget,
+)
 
 from ocmm_core.acceptance import ArtefactOffer, OpenTest, ProcedureOffer
-from ocmm_gui.acceptance._start_parts import ROW_PX, add_line, choice_list, kind_word
 from ocmm_gui.kit import (
     DEFAULT_THEME,
     THEMES,
@@ -21,18 +28,60 @@ from ocmm_gui.kit import (
     Theme,
     caption,
     day_words,
+    dressed,
+    fill,
+    hbox,
     large_button,
     later,
     literal,
     localised,
     panel,
     said,
+    said_word,
     sentence_label,
     text_font,
     tr,
     tr_all,
+    vbox,
 )
-from ocmm_gui.wizards.parts import THERMOMETER
+from ocmm_gui.wizards.pages import THERMOMETER
+
+ROW_PX = 34
+KIND_WORDS = {
+    "sphere": later("sphere"), "bar": later("bar"), "gauge block": later("gauge block"),
+    "part": later("part"), "plate": later("plate"), "dumbbell": later("dumbbell"),
+    "cone": later("cone"),
+}  # fmt: skip
+"""Displayed kinds of artefacts and roles in a test."""
+
+
+def kind_word(kind: str) -> str:
+    return tr(KIND_WORDS[kind]) if kind in KIND_WORDS else kind
+
+
+def limits_text(offer: ProcedureOffer) -> str:
+    one = offer.procedure
+    limits = ", ".join(
+        localised(f"{said_word(key)} {limit.describe()}") for key, limit in one.limits.items()
+    )
+    return tr("{wording}; rule: {rule}; limits: {limits}").format(
+        wording=said(one.wording), rule=said_word(one.rule), limits=limits
+    )
+
+
+def choice_list(name: str) -> QListWidget:
+    """Return an empty list with its name."""
+    found = dressed(QListWidget(), name, font=text_font(15))
+    found.setWordWrap(True)
+    return found
+
+
+def add_line(where: QListWidget, text: str) -> None:
+    """Add a line, with a tool tip in case it is cut."""
+    item = QListWidgetItem(text, where)
+    item.setToolTip(literal(text))
+    item.setSizeHint(QSize(100, ROW_PX))
+
 
 _COLUMNS = (
     (later("Procedure"), later("Title of the procedure")),
@@ -277,10 +326,7 @@ class AcceptanceStart(QWidget):
         return field
 
     def _lay_out(self, title: QWidget) -> None:
-        left = QVBoxLayout()
-        left.setSpacing(6)
-        left.addWidget(self.table, 1)
-        left.addWidget(self.limits)
+        left = vbox((self.table, 1), self.limits, spacing=6)
         form = QGridLayout()
         form.setHorizontalSpacing(12)
         form.setVerticalSpacing(6)
@@ -289,44 +335,30 @@ class AcceptanceStart(QWidget):
             form.addWidget(caption(tr(label), field), row, 0)
             form.addWidget(field, row, 1)
         # In one row: rarely used, and the list of artefacts needs the room.
-        air = QHBoxLayout()
-        air.setSpacing(8)
+        air = hbox(spacing=8)
         (first, named, first_tip), (second, other, second_tip) = _AIR
         humidity = self._field(first, named, first_tip)
         air.addWidget(humidity)
         pressure = self._field(second, other, second_tip)
-        air.addWidget(caption(tr(other), pressure))
-        air.addWidget(pressure)
+        fill(air, caption(tr(other), pressure), pressure)
         form.addWidget(caption(tr(named), humidity), len(_FIELDS), 0)
         form.addLayout(air, len(_FIELDS), 1)
         form.addWidget(caption(tr("Condition"), self.condition), len(_FIELDS) + 1, 0)
         form.addWidget(self.condition, len(_FIELDS) + 1, 1)
-        right = QVBoxLayout()
-        right.setSpacing(6)
-        right.addWidget(caption(tr("Artefact"), self.artefacts))
-        right.addWidget(self.artefacts, 2)
-        right.addWidget(self.note)
-        right.addLayout(form)
-        again = QVBoxLayout()
-        again.addWidget(caption(tr("Not finished"), self.unfinished))
-        again.addWidget(self.unfinished, 1)
-        again.addWidget(self.resume_button)
+        right = vbox(
+            caption(tr("Artefact"), self.artefacts), (self.artefacts, 2), self.note, form, spacing=6
+        )
+        again = vbox(
+            caption(tr("Not finished"), self.unfinished), (self.unfinished, 1), self.resume_button
+        )
         self._unfinished = panel(again)
-        side = QVBoxLayout()
-        side.setSpacing(8)
-        side.addWidget(panel(right), 3)
-        side.addWidget(self._unfinished, 2)
+        side = vbox((panel(right), 3), (self._unfinished, 2), spacing=8)
         holder = QWidget()
         side.setContentsMargins(0, 0, 0, 0)
         holder.setLayout(side)
         holder.setFixedWidth(_SIDE_PX)
-        middle = QHBoxLayout()
-        middle.setSpacing(10)
-        middle.addWidget(panel(left), 1)
-        middle.addWidget(holder)
-        row_of_buttons = QHBoxLayout()
-        row_of_buttons.addWidget(self.leave_button, 1)
-        row_of_buttons.addWidget(self.begin_button, 2)
+        middle = hbox((panel(left), 1), holder, spacing=10)
+        row_of_buttons = hbox((self.leave_button, 1), (self.begin_button, 2))
         layout = QVBoxLayout(self)
         layout.setContentsMargins(14, 8, 14, 10)
         layout.setSpacing(8)

@@ -5,11 +5,17 @@ from __future__ import annotations
 from collections.abc import Callable
 from pathlib import Path
 
-from PySide6.QtWidgets import QGridLayout, QHBoxLayout, QHeaderView, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QGridLayout, QHeaderView, QWidget
 
 from ocmm_core.errors import InputError
 from ocmm_core.typed_numbers import PARTS, REFERENCE, SEED, TRIALS
-from ocmm_gui.acceptance._study_work import Analysing, AnalysingOne, Looking, StudyProgress, TypeOne
+from ocmm_gui.acceptance._study_work import (
+    StudyProgress,
+    StudyProgressTask,
+    StudyTask,
+    TypeOneStudy,
+    TypeOneTask,
+)
 from ocmm_gui.charts import ComponentsPlot, OperatorsPlot, RunPlot
 from ocmm_gui.kit import (
     DEFAULT_THEME,
@@ -22,7 +28,9 @@ from ocmm_gui.kit import (
     PathPanel,
     Theme,
     caption,
+    fill,
     form_field,
+    hbox,
     later,
     localised,
     mark_colour,
@@ -33,8 +41,9 @@ from ocmm_gui.kit import (
     text_font,
     tr,
     tr_all,
+    vbox,
 )
-from ocmm_gui.wizards.parts import PlotTabs
+from ocmm_gui.wizards.pages import PlotTabs
 from ocmm_gui.work import WorkSheet
 from ocmm_shop.studies import (
     CharacteristicStudy,
@@ -120,7 +129,7 @@ class StudySheet(WorkSheet):
         self._plan: StudyPlan | None = None
         self._jobs: Path | None = None
         self._report: StudyReport | None = None
-        self._type1: TypeOne | None = None
+        self._type1: TypeOneStudy | None = None
         self.fields: dict[str, FormField] = {}
         self.store = PathPanel(
             tr("Store the plan in the file"), tr("File of the plan"), tr("Store")
@@ -202,13 +211,13 @@ class StudySheet(WorkSheet):
     def look(self) -> None:
         plan = self._required()
         if plan is not None:
-            self._begin(tr("Reading the jobs"), Looking(plan, self._folder()))
+            self._begin(tr("Reading the jobs"), StudyProgressTask(plan, self._folder()))
 
     def analyse(self) -> None:
         """Compute the studies of all characteristics, without blocking."""
         plan = self._required()
         if plan is not None:
-            self._begin(tr("Analysing"), Analysing(plan, self._folder(), *self._records))
+            self._begin(tr("Analysing"), StudyTask(plan, self._folder(), *self._records))
 
     def analyse_one(self) -> None:
         """Compute Cg and Cgk of the selected characteristic."""
@@ -217,7 +226,7 @@ class StudySheet(WorkSheet):
             row, name = self.table.currentRow(), ""
             if self._report is not None and row >= 0:
                 name = self._report.characteristics[row].name
-            work = AnalysingOne(self._folder(), name, reference, *self._records)
+            work = TypeOneTask(self._folder(), name, reference, *self._records)
             self._begin(tr("Analysing"), work)
 
     def set_theme(self, theme: Theme) -> None:
@@ -252,7 +261,7 @@ class StudySheet(WorkSheet):
         elif isinstance(answer, StudyReport):
             self._report = answer
             self._fill(answer)
-        elif isinstance(answer, TypeOne):
+        elif isinstance(answer, TypeOneStudy):
             self._type1 = answer
             self.run.show_run(answer.study, answer.values, answer.reference, answer.width)
             self.tabs.show_plot(2)
@@ -335,19 +344,9 @@ class StudySheet(WorkSheet):
     def _lay_out(self) -> None:
         for widget in (self.store, self.file, self.where, self.working):
             self.body.addWidget(widget)
-        self.body.addWidget(panel(fields_of_study(self.fields)))
-        self.body.addWidget(self.progress)
-        left = QVBoxLayout()
-        left.addWidget(self.word)
-        left.addWidget(self.table, 1)
-        left.addWidget(self.message)
+        fill(self.body, panel(fields_of_study(self.fields)), self.progress)
+        left = vbox(self.word, (self.table, 1), self.message)
         holder = QWidget()
         left.setContentsMargins(0, 0, 0, 0)
         holder.setLayout(left)
-        right = QVBoxLayout()
-        right.addWidget(self.tabs)
-        middle = QHBoxLayout()
-        middle.setSpacing(8)
-        middle.addWidget(holder, 1)
-        middle.addWidget(panel(right), 1)
-        self.body.addLayout(middle, 1)
+        self.body.addLayout(hbox((holder, 1), (panel(vbox(self.tabs)), 1), spacing=8), 1)

@@ -30,7 +30,7 @@ class StudyProgress:
 
 
 @dataclass(frozen=True, slots=True)
-class Looking:
+class StudyProgressTask:
     """Read the existing measurements of a study."""
 
     plan: StudyPlan
@@ -45,7 +45,7 @@ class Looking:
 
 
 @dataclass(frozen=True, slots=True)
-class Analysing:
+class StudyTask:
     plan: StudyPlan
     jobs: Path
     probes: Path | None
@@ -60,7 +60,7 @@ class Analysing:
 
 
 @dataclass(frozen=True, slots=True)
-class TypeOne:
+class TypeOneStudy:
     """A type-1 study with its values."""
 
     study: Type1Study
@@ -72,7 +72,7 @@ class TypeOne:
 
 
 @dataclass(frozen=True, slots=True)
-class AnalysingOne:
+class TypeOneTask:
     """Compute Cg and Cgk of one characteristic of one part."""
 
     jobs: Path
@@ -83,7 +83,7 @@ class AnalysingOne:
     probes: Path | None
     calibrations: Path | None
 
-    def __call__(self, tell: Teller) -> TypeOne:
+    def __call__(self, tell: Teller) -> TypeOneStudy:
         """Return the study; raise InputError without data."""
         found = compare_folder(self.jobs, tell, probes=self.probes, calibrations=self.calibrations)
         known = [one for one in found.trends if one.name == self.name or not self.name]
@@ -95,4 +95,4 @@ class AnalysingOne:
         trend = known[0]
         width = trend.high - trend.low
         study = type1_study(trend.values, self.reference, width)
-        return TypeOne(study, trend.values, trend.name, self.reference, width, found.simulated)
+        return TypeOneStudy(study, trend.values, trend.name, self.reference, width, found.simulated)

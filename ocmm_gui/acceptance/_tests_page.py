@@ -7,7 +7,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 
 from PySide6.QtGui import QShowEvent
-from PySide6.QtWidgets import QHeaderView, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QHeaderView, QWidget
 
 from ocmm_core.acceptance import FinishedTest
 from ocmm_core.composition import AcceptanceBench, TestsMade
@@ -24,6 +24,7 @@ from ocmm_gui.kit import (
     time_words,
     tr,
     tr_all,
+    vbox,
 )
 from ocmm_gui.work import Worker
 
@@ -59,14 +60,8 @@ class TestsPage(QWidget):
         header.setSectionResizeMode(1, QHeaderView.ResizeMode.Stretch)
         self.chart = InterimPlot()
         self.chart.setMinimumHeight(150)
-        below = QVBoxLayout()
-        below.addWidget(self.chart)
-        layout = QVBoxLayout(self)
-        layout.setContentsMargins(0, 0, 0, 0)
-        layout.setSpacing(8)
-        layout.addWidget(self.about)
-        layout.addWidget(self.table, 3)
-        layout.addWidget(panel(below), 2)
+        below = vbox(self.chart)
+        vbox(self.about, (self.table, 3), (panel(below), 2), parent=self, spacing=8, margins=0)
 
     def showEvent(self, event: QShowEvent) -> None:
         self.read()

@@ -10,16 +10,16 @@ from PySide6.QtGui import QColor, QPainter, QPaintEvent, QPen
 
 from ocmm_core.acceptance import AcceptanceView, PlannedPosition
 from ocmm_core.geometry import Float, unit
-from ocmm_gui.kit import SCENE_LEAST, Painted, Theme, text_font, tr
+from ocmm_gui.kit import SCENE_LEAST, PaintedWidget, Theme, ink, text_font, tr
 from ocmm_gui.scene import Dots, Item, Lines, Tag
-from ocmm_gui.wizards.parts import BarPlace, Contents, bars
+from ocmm_gui.wizards.pages import BarPlace, Contents, bars
 
 _UP = np.array([0.0, 0.0, 1.0])
 _TILT = np.radians(25.0)
 """The view is tilted, so that the sphere's pole is visible."""
 
 
-class TouchPicture(Painted):
+class TouchPicture(PaintedWidget):
     """A sphere with touch points, the next highlighted; ``away`` (3,), unit: cameras to volume."""
 
     def __init__(self, away: Float) -> None:
@@ -42,15 +42,13 @@ class TouchPicture(Painted):
         painter = self._painter()
         theme = self._theme
         frame = self._paint_panel(painter)
-        painter.setPen(QColor(theme.text))
-        painter.setFont(text_font(16, bold=True))
+        ink(painter, QColor(theme.text), font=text_font(16, bold=True))
         painter.drawText(frame.adjusted(12, 8, -12, -8), Qt.AlignmentFlag.AlignTop, self._title)
         if not len(self._normals):
             return
         radius = 0.36 * min(frame.width(), frame.height())
         centre = QPointF(frame.center().x(), frame.center().y() + 0.03 * frame.height())
-        painter.setPen(QPen(QColor(theme.text), 2.0))
-        painter.setBrush(QColor(theme.background))
+        ink(painter, QPen(QColor(theme.text), 2.0), QColor(theme.background))
         painter.drawEllipse(centre, radius, radius)
         right = unit(np.cross(self._away, _UP))
         level = unit(np.cross(_UP, right))
@@ -74,12 +72,10 @@ class TouchPicture(Painted):
         size = 11.0 if following else 5.0 if behind else 8.0
         outline = theme.text if following else theme.border if behind else theme.muted
         fill = theme.accent if following else theme.good if done else theme.panel
-        painter.setPen(QPen(QColor(outline), 2.0 if following else 1.4))
-        painter.setBrush(QColor(fill))
+        ink(painter, QPen(QColor(outline), 2.0 if following else 1.4), QColor(fill))
         painter.drawEllipse(place, size, size)
         if following:
-            painter.setPen(QColor(theme.text))
-            painter.setFont(text_font(15, bold=True))
+            ink(painter, QColor(theme.text), font=text_font(15, bold=True))
             painter.drawText(place + QPointF(14.0, 5.0), f"{number + 1}")
 
 

@@ -2,10 +2,10 @@
 
 In: an archive and an outbox by the settings. Out: answers as a table and a chart, exported files.
 
-Read `_archive_sheet` (the page), `_asking` (the side process); then `_recall_panel` (a recall of
-all archived jobs), `_recall_result` (its findings), `_labelled` and `_sheet_texts` (fields and
-words). Queries are those of `ocmm_shop.archive`, recalls those of `ocmm_shop.recalls`. It must not
-know results, operator or Maintain.
+Read `_archive_sheet` (the page), `_archive_words` (the side process, fields and words); then
+`_recall_panel` (a recall of all archived jobs, and its findings). Queries are those of
+`ocmm_shop.archive`, recalls those of `ocmm_shop.recalls`. It must not know results, operator or
+Maintain.
 """
 
 from __future__ import annotations
@@ -16,14 +16,10 @@ from ocmm_core.door import door
 
 if TYPE_CHECKING:
     from ocmm_gui.archive._archive_sheet import ArchiveSheet
-    from ocmm_gui.archive._asking import Asking
-    from ocmm_gui.archive._recall_result import RecallResult, WritingRecall
+    from ocmm_gui.archive._recall_panel import RecallExportTask, RecallResult
 else:
     __getattr__ = door(
-        __name__,
-        _archive_sheet="ArchiveSheet",
-        _asking="Asking",
-        _recall_result="RecallResult WritingRecall",
+        __name__, _archive_sheet="ArchiveSheet", _recall_panel="RecallExportTask RecallResult"
     )
 
-__all__ = ["ArchiveSheet", "Asking", "RecallResult", "WritingRecall"]
+__all__ = ["ArchiveSheet", "RecallExportTask", "RecallResult"]

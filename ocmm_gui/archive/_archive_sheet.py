@@ -7,15 +7,22 @@ from datetime import date
 from pathlib import Path
 
 from PySide6.QtCore import QStringListModel, Qt
-from PySide6.QtWidgets import QCompleter, QHBoxLayout, QTableWidgetItem, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QCompleter, QTableWidgetItem, QWidget
 
 from ocmm_core.errors import OcmmError
 from ocmm_core.inspection.archive import RecallRecord
 from ocmm_core.tolerances.decisions import PartWord, Verdict
-from ocmm_gui.archive._asking import Answered, Asking
-from ocmm_gui.archive._labelled import labelled
+from ocmm_gui.archive._archive_words import (
+    FIELDS,
+    KEYS,
+    TITLES,
+    USE_WORDS,
+    ArchiveResult,
+    ArchiveTask,
+    labelled,
+    read_day,
+)
 from ocmm_gui.archive._recall_panel import RecallPanel
-from ocmm_gui.archive._sheet_texts import FIELDS, KEYS, TITLES, USE_WORDS, read_day
 from ocmm_gui.charts import TrendChart
 from ocmm_gui.kit import (
     ChoiceBox,
@@ -24,11 +31,14 @@ from ocmm_gui.kit import (
     PathPanel,
     Theme,
     digit_font,
+    fill,
     form_field,
+    hbox,
     localised,
     said_word,
     sentence_label,
     tr,
+    vbox,
 )
 from ocmm_gui.work import WorkSheet
 from ocmm_shop.archive.outbox import ArchivePlace, HandOver
@@ -123,9 +133,7 @@ class ArchiveSheet(WorkSheet):
         self.kind = ChoiceBox(tr("Kind"), tr("What was used"), USES, lambda one: tr(USE_WORDS[one]))
         self.fields: dict[str, FormField] = {}
         self._holders: dict[str, QWidget] = {}
-        row = QHBoxLayout()
-        row.setSpacing(10)
-        row.addWidget(labelled(tr("Question"), self.question))
+        row = hbox(labelled(tr("Question"), self.question), spacing=10)
         self._holders["kind"] = labelled(tr("Kind"), self.kind)
         row.addWidget(self._holders["kind"])
         for key, name, tip in FIELDS:
@@ -146,20 +154,10 @@ class ArchiveSheet(WorkSheet):
         self.notes = sentence_label(tr("What must be known about the answer"), 15)
         self.standing = sentence_label(tr("Hand-over to the archive"), 14)
         self.standing.setProperty("role", "muted")
-        middle = QHBoxLayout()
-        middle.setSpacing(10)
-        middle.addWidget(self.table, 55)
-        middle.addWidget(self.chart, 45)
+        middle = hbox((self.table, 55), (self.chart, 45), spacing=10)
         self.recall, self._asking = RecallPanel(), QWidget()
-        asking = QVBoxLayout(self._asking)
-        asking.setContentsMargins(0, 0, 0, 0)
-        asking.addLayout(row)
-        asking.addLayout(middle, 1)
-        asking.addWidget(self.notes)
-        self.body.addWidget(self.target)
-        self.body.addWidget(self.working)
-        self.body.addWidget(self._asking, 1)
-        self.body.addWidget(self.recall, 1)
+        vbox(row, (middle, 1), self.notes, parent=self._asking, margins=0)
+        fill(self.body, self.target, self.working, (self._asking, 1), (self.recall, 1))
         self.recall.hide()
         self.body.addWidget(self.standing)
         self.question.currentIndexChanged.connect(lambda _index: self._show_fields())
@@ -200,7 +198,7 @@ class ArchiveSheet(WorkSheet):
         question = QUESTIONS[self.question.currentIndex()]
         missing = [key for key in question.needs if not self.fields[key].text().strip()]
         name = "" if missing else question.name
-        self._begin(tr("Asking the archive"), Asking(place, name, asked))
+        self._begin(tr("Asking the archive"), ArchiveTask(place, name, asked))
         if missing:
             self.say(tr("Fill in what it is about, then ask (F8)."))
             self.fields[missing[0]].setFocus()
@@ -255,7 +253,7 @@ class ArchiveSheet(WorkSheet):
             self.say(self.recall.show_record(answer))
         elif isinstance(answer, Path):
             self.say(tr("Recall written to {path}.").format(path=answer))
-        if not isinstance(answer, Answered):
+        if not isinstance(answer, ArchiveResult):
             return
         self._known = answer.parts
         self._parts.setStringList(sorted({part for part, _ in answer.parts}))

@@ -1,4 +1,7 @@
-"""A recall over the archive: finding, name and results; computed and stored in a side process."""
+"""A recall over the archive: finding, name, totals in large words, and a row per characteristic.
+
+It is computed and stored in a side process.
+"""
 
 from __future__ import annotations
 
@@ -6,23 +9,182 @@ from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
 
-from PySide6.QtWidgets import QHBoxLayout, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QWidget
 
 from ocmm_core.calibration.records import default_folder
 from ocmm_core.errors import InputError
-from ocmm_core.inspection.archive import RecallRecord
-from ocmm_gui.archive._labelled import labelled
-from ocmm_gui.archive._recall_result import RecallResult, WritingRecall
-from ocmm_gui.archive._sheet_texts import read_day
-from ocmm_gui.kit import ChoiceBox, FormField, Theme, form_field, language_in_use, later, tr
+from ocmm_core.export import write_together
+from ocmm_core.inspection.archive import Outcome, RecallRecord
+from ocmm_core.inspection.recall import (
+    COLUMNS,
+    checked,
+    decided,
+    headline,
+    job_line,
+    not_judged,
+    rests_on,
+    row,
+    totals,
+    worst_first,
+)
+from ocmm_core.wording import Speech
+from ocmm_gui.archive._archive_words import labelled, read_day
+from ocmm_gui.kit import (
+    DEFAULT_THEME,
+    THEMES,
+    ChoiceBox,
+    ColouredRow,
+    DataTable,
+    FitText,
+    FormField,
+    Mark,
+    Theme,
+    form_field,
+    hbox,
+    language_in_use,
+    later,
+    mark_colour,
+    said,
+    said_word,
+    sentence_label,
+    tr,
+    tr_all,
+    vbox,
+)
+from ocmm_gui.reports import drawing, pdf_bytes
 from ocmm_gui.work import Teller
 from ocmm_shop.archive.outbox import ArchivePlace
 from ocmm_shop.archive.stores import open_archive
 from ocmm_shop.recalls import ArchiveFinding, ShopPlaces, decide_archived, recall_archive
 
+_TIPS = (
+    later("file of the job"),
+    later("as in the plan"),
+    later("value ± U and verdict with the calibration of the job"),
+    later("the same with the calibration its spots support"),
+    later("whether the verdict still holds"),
+    later("and why"),
+)
+_MARKS = {Outcome.HOLDS: Mark.GOOD, Outcome.CHANGES: Mark.BAD, Outcome.UNKNOWN: Mark.DOUBT}
+
+
+def mark_of(record: RecallRecord) -> Mark:
+    """Return the mark of a recall: that of its worst verdict."""
+    worst = next(
+        (one for one in (Outcome.CHANGES, Outcome.UNKNOWN) if record.count(one)), Outcome.HOLDS
+    )
+    return Mark.DOUBT if record.unread and worst is Outcome.HOLDS else _MARKS[worst]
+
+
+class RecallTable(DataTable):
+    """One row per characteristic, urgent jobs first."""
+
+    def __init__(self) -> None:
+        super().__init__(
+            tr("Verdicts of the recall"),
+            tuple(zip(map(said_word, COLUMNS), tr_all(_TIPS), strict=True)),
+        )
+        self._record: RecallRecord | None = None
+        self._lines: list[str] = []
+        self._rows = ColouredRow(self)
+        self.setItemDelegate(self._rows)
+        self.resizeColumnsToContents()
+
+    def show_record(self, record: RecallRecord) -> None:
+        self._record = record
+        rows = [(job, one) for job in worst_first(record.jobs) for one in job.characteristics]
+        speech = Speech(language_in_use())
+        self._lines = [f"{job_line(job, speech)} {said(rests_on(job))}" for job, _ in rows]
+        self.setRowCount(len(rows))
+        for at, (job, one) in enumerate(rows):
+            for column, text in enumerate((job.label, *row(one, speech))):
+                colour = mark_colour(self._colours, _MARKS[one.outcome]) if column == 4 else None
+                self._write(at, column, text, colour)
+        self.resizeColumnsToContents()
+        if rows:
+            self.selectRow(0)
+
+    def line(self) -> str:
+        """Return the evidence of the selected row; empty without one."""
+        at = self.currentRow()
+        return self._lines[at] if 0 <= at < len(self._lines) else ""
+
+    def set_theme(self, theme: Theme) -> None:
+        self._colours = self._rows.theme = theme
+        if self._record is not None:
+            self.show_record(self._record)
+
+
+_MOST_LINES = 3
+"""Of jobs that were not judged: the table below needs the room."""
+
+
+class RecallResult(QWidget):
+    """Result of any recall."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._theme = THEMES[DEFAULT_THEME]
+        self.record: RecallRecord | None = None
+        self._headline = FitText(tr("Result of the recall"), limit=26)
+        self._headline.setFixedHeight(40)
+        self.totals = sentence_label(tr("Findings of the recall"), 15)
+        self.table = RecallTable()
+        self.about_job = sentence_label(tr("Evidence for the selected verdict"), 14)
+        self.about_job.setProperty("role", "muted")
+        vbox(self._headline, self.totals, (self.table, 1), self.about_job, parent=self, margins=0)
+        self.table.itemSelectionChanged.connect(self._show_job)
+
+    def show_record(self, record: RecallRecord) -> str:
+        self.record = record
+        self._show_words(record)
+        self.table.show_record(record)
+        self._show_job()
+        return said(checked(record))
+
+    def headline(self) -> str:
+        """Return the totals in large words; for tests."""
+        return self._headline.text()
+
+    def set_theme(self, theme: Theme) -> None:
+        self._theme = theme
+        self.table.set_theme(theme)
+        if self.record is not None:
+            self._show_words(self.record)
+
+    def _show_words(self, record: RecallRecord) -> None:
+        mark = mark_of(record)
+        self._headline.show_text(
+            headline(record, Speech(language_in_use())), mark_colour(self._theme, mark), mark
+        )
+        found = (*totals(record), decided(record)) if record.jobs else ()
+        lines = (*found, *not_judged(record, _MOST_LINES))
+        self.totals.setText("\n".join(map(said, lines)))
+
+    def _show_job(self) -> None:
+        self.about_job.setText(self.table.line())
+
 
 @dataclass(frozen=True, slots=True)
-class Recalling:
+class RecallExportTask:
+    """Write the pages of a recall, in the side process."""
+
+    record: RecallRecord
+    path: Path
+    language: str
+    """Of the pages."""
+
+    def __call__(self, tell: Teller) -> Path:
+        tell(later("Creating the pages"), 0.3)
+        with drawing():
+            content = pdf_bytes(self.record, self.language)
+        tell.commit()
+        write_together({self.path: content})
+        return self.path
+
+
+@dataclass(frozen=True, slots=True)
+class RecallTask:
     """Recall the archived jobs affected by a finding; changes nothing."""
 
     places: ShopPlaces
@@ -34,7 +196,7 @@ class Recalling:
 
 
 @dataclass(frozen=True, slots=True)
-class Storing:
+class RecallStorageTask:
     """Store a recall with its marks, in a person's name."""
 
     places: ShopPlaces
@@ -73,23 +235,18 @@ class RecallPanel(QWidget):
             tr("Finding"), tr("What was found to be wrong"), [tr(name) for _, name in _FINDINGS]
         )
         self.fields: dict[str, FormField] = {}
-        row = QHBoxLayout()
-        row.setSpacing(10)
-        row.addWidget(labelled(tr("Finding"), self.finding))
+        row = hbox(labelled(tr("Finding"), self.finding), spacing=10)
         self._holders: dict[str, QWidget] = {}
         for key, name, tip in _FIELDS:
             self.fields[key] = form_field(tr(name), tr(tip))
             self._holders[key] = labelled(tr(name), self.fields[key])
             row.addWidget(self._holders[key], 2 if key == "folders" else 1)
         self.result = RecallResult()
-        body = QVBoxLayout(self)
-        body.setContentsMargins(0, 0, 0, 0)
-        body.addLayout(row)
-        body.addWidget(self.result, 1)
+        vbox(row, (self.result, 1), parent=self, margins=0)
         self.finding.currentIndexChanged.connect(lambda _index: self._show_fields())
         self._show_fields()
 
-    def work(self, place: ArchivePlace) -> Recalling:
+    def work(self, place: ArchivePlace) -> RecallTask:
         """Return the work that computes the recall; InputError for a missing or wrong field."""
         text = {key: field.text().strip() for key, field in self.fields.items()}
         kind = _FINDINGS[self.finding.currentIndex()][0]
@@ -110,20 +267,20 @@ class RecallPanel(QWidget):
         self._places = ShopPlaces(
             place.address, folders or (default_folder(),), None, place.password
         )
-        return Recalling(self._places, finding)
+        return RecallTask(self._places, finding)
 
-    def storing(self) -> Storing:
+    def storing(self) -> RecallStorageTask:
         """Return the work that stores the displayed recall; InputError without recall or name."""
         record = self.result.record
         if record is None or self._places is None:
             raise _nothing()
-        return Storing(self._places, record, self.fields["who"].text().strip())
+        return RecallStorageTask(self._places, record, self.fields["who"].text().strip())
 
-    def writing(self, path: Path) -> WritingRecall:
+    def writing(self, path: Path) -> RecallExportTask:
         """Return the work that writes the displayed recall; InputError without one."""
         if self.result.record is None:
             raise _nothing()
-        return WritingRecall(self.result.record, path, language_in_use())
+        return RecallExportTask(self.result.record, path, language_in_use())
 
     def show_record(self, record: RecallRecord) -> str:
         """Show a recall, and return the sentence about the checked jobs."""

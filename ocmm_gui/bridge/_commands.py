@@ -1,7 +1,11 @@
-"""Commands of the window, run in sequence on threads that may wait for the job."""
+"""Commands of the window and of the inspector's keys, run in sequence on threads.
+
+The threads may wait for the job; the window does not.
+"""
 
 from __future__ import annotations
 
+import contextlib
 import logging
 import time
 from collections.abc import Callable
@@ -10,9 +14,13 @@ from typing import TypeVar
 from PySide6.QtCore import QObject
 
 from ocmm_core.errors import MeasuringError
-from ocmm_core.inspection.evaluation import JobView
+from ocmm_core.export.report import ReportData
+from ocmm_core.inspection.evaluation import JobView, Probing
 from ocmm_core.inspection.session import InspectionSession
+from ocmm_core.measuring import METHODS
 from ocmm_core.station import MeasuringStation
+from ocmm_core.surroundings import TypedRoom
+from ocmm_gui.kit import active_feature
 from ocmm_gui.work import Failed, Worker
 
 _T = TypeVar("_T")
@@ -102,3 +110,127 @@ class CommandQueue:
                 )
             )
         return not (self.closed or self.begins)
+
+
+class JobCommands:
+    """Commands on the shown or active feature, or on the whole job."""
+
+    def __init__(self, queue: CommandQueue, shown: ShownJob) -> None:
+        self._queue, self._shown = queue, shown
+
+    def take(self) -> None:
+        self._queue.take()
+
+    def note_room(self, typed: TypedRoom, done: Callable[[], None]) -> None:
+        who = self._shown.job.header.operator
+        self._queue.change(lambda session: session.conditions.note_room(typed, who), done)
+
+    def undo(self) -> None:
+        self._queue.change(lambda session: session.steps.undo())
+
+    def redo(self) -> None:
+        self._queue.change(lambda session: session.steps.redo())
+
+    def finish(self) -> None:
+        """Accept the active feature and go to the next."""
+        self._queue.change(lambda session: session.steps.finish())
+
+    def flip(self) -> None:
+        """Flip the compensation side of the last point."""
+        self._queue.change(lambda session: session.points.flip())
+
+    def skip(self) -> None:
+        """Skip the shown feature, or the active one."""
+        name = self._shown.job.looked_at
+        self._queue.change(lambda session: session.steps.skip(name))
+
+    def repeat(self) -> None:
+        """Measure the active feature again, or the last one if none is active."""
+        shown = self._shown.job.shown
+        if shown is not None:
+            self._queue.change(lambda session: session.steps.repeat(shown.name))
+
+    def reopen(self) -> None:
+        """Reopen the shown feature, done or skipped."""
+        shown = self._shown.job.shown
+        if shown is not None:
+            self._queue.change(lambda session: session.steps.reopen(shown.name))
+
+    def toggle_order(self) -> None:
+        order: Probing = "plan" if self._shown.job.probing == "any" else "any"
+        self._queue.change(lambda session: session.steps.set_order(order))
+
+    def toggle_pause(self) -> None:
+        if self._shown.job.paused:
+            self._queue.change(lambda session: session.pausing.resume())
+        else:
+            self._queue.change(lambda session: session.pausing.pause())
+
+    def next_side(self) -> None:
+        """Use the next applicable side detection for the active feature."""
+        name, feature = self._shown.job.active, active_feature(self._shown.job)
+        if feature is None:
+            return
+        start = METHODS.index(feature.compensation) + 1
+        allowed = (*METHODS[start:], *METHODS[:start])
+
+        def turn(session: InspectionSession) -> None:
+            for method in allowed:
+                # Methods that do not apply to this shape are skipped.
+                with contextlib.suppress(MeasuringError):
+                    session.steps.set_compensation(method, name)
+                    return
+
+        self._queue.change(turn)
+
+
+class ChoiceCommands:
+    """Select a feature, and delete single points."""
+
+    def __init__(self, queue: CommandQueue, shown: ShownJob) -> None:
+        self._queue, self._shown = queue, shown
+
+    def select(self, feature: str) -> None:
+        """Show a feature of the plan; an open one gets the next touch."""
+        self._shown.selected = feature
+        self._queue.change(lambda session: session.steps.select(feature))
+
+    def select_neighbour(self, step: int) -> None:
+        """Show the feature ``step`` places on, or the part verdict after the last of a done job."""
+        job = self._shown.job
+        names = [feature.name for feature in job.features]
+        # Keys faster than the evaluation also count.
+        shown = self._shown.selected or job.looked_at or job.active
+        if not names:
+            return
+        place = (names.index(shown) if shown in names else len(names)) + step
+        if place >= len(names) and not job.active:
+            self.select("")
+        else:
+            self.select(names[min(max(place, 0), len(names) - 1)])
+
+    def delete_point(self, number: int, reason: str) -> None:
+        self._queue.change(lambda session: session.points.delete_point(number, reason))
+
+    def remove_commanding(self, feature: str) -> None:
+        """Delete the points that command the fit of a feature."""
+        self._queue.change(lambda session: session.remove_commanding(feature))
+
+    def restore_point(self, number: int) -> None:
+        self._queue.change(lambda session: session.points.restore_point(number))
+
+
+class ResultCommands:
+    def __init__(self, station: MeasuringStation, queue: CommandQueue) -> None:
+        self._station, self._queue = station, queue
+
+    def refit(self) -> None:
+        """Recompute everything from the raw observations."""
+        self._queue.change(lambda session: session.refit())
+
+    def accept_alignment(self, words: str, done: Callable[[], None]) -> None:
+        """Record the acceptance of the alignment; then call ``done``."""
+        self._queue.change(lambda session: session.accept_alignment(words), done)
+
+    def report(self, done: Callable[[ReportData], None], failed: Failed) -> None:
+        self._queue.ask(self._station.reports.data, done, failed)

@@ -2,10 +2,9 @@
 
 In: arrays and results of the core. Out: painted widgets in the colours of the theme.
 
-Start with `_plot` (frame of all plots), then by subject: `_tolerance_bar` and `_trend_chart`
-(results), `_residual_plots`, `_space_plot`, `_error_chart` and `_history_charts` (cameras),
-`_interim_plot` (checks), `_study_plots` (gauge studies), `_pivot_plots`, `_sphere_map`,
-`_trail_plot` and `_design_plots` (probe), `_bus_charts`, `_bars`.
+Start with `_plot` (frame of all plots), then by subject: `_tolerance_bar` (results, trends),
+`_residual_plots` (cameras), `_check_charts` (checks against limits), `_study_plots` (gauge
+studies), `_pivot_plots`, `_tip_plots` and `_design_plots` (probe), `_bus_charts` (bus, history).
 It must not import sheets, wizards or the station: charts receive their data.
 """
 
@@ -16,39 +15,34 @@ from typing import TYPE_CHECKING
 from ocmm_core.door import door
 
 if TYPE_CHECKING:
-    from ocmm_gui.charts._bars import Bars, Row
-    from ocmm_gui.charts._bus_charts import Curve, HistogramChart, RecentChart
+    from ocmm_gui.charts._bus_charts import Curve, HistogramChart, HistoryChart, RecentChart
+    from ocmm_gui.charts._check_charts import (
+        ErrorChart,
+        InterimPlot,
+        check_words,
+        group_of,
+        is_amount,
+        session_of,
+    )
     from ocmm_gui.charts._design_plots import BendingPlot, MapPlot
-    from ocmm_gui.charts._error_chart import ErrorChart, check_words, group_of, is_amount
-    from ocmm_gui.charts._history_charts import HistoryChart
-    from ocmm_gui.charts._interim_plot import InterimPlot
-    from ocmm_gui.charts._pivot_plots import SpotResiduals, TipCourse
+    from ocmm_gui.charts._pivot_plots import SpotResiduals, TipCourse, Trail, TrailPlot
     from ocmm_gui.charts._plot import Plot
-    from ocmm_gui.charts._residual_plots import AllSensors, ResidualHistogram
-    from ocmm_gui.charts._space_plot import SpaceArrows
-    from ocmm_gui.charts._sphere_map import Mapped, SphereMap
+    from ocmm_gui.charts._residual_plots import AllSensors, ResidualHistogram, SpaceArrows
     from ocmm_gui.charts._study_plots import ComponentsPlot, OperatorsPlot, RunPlot
-    from ocmm_gui.charts._tolerance_bar import ToleranceBar
-    from ocmm_gui.charts._trail_plot import Trail, TrailPlot
-    from ocmm_gui.charts._trend_chart import TrendChart
+    from ocmm_gui.charts._tip_plots import Bars, Mapped, Row, SphereMap
+    from ocmm_gui.charts._tolerance_bar import ToleranceBar, TrendChart
 else:
     __getattr__ = door(
         __name__,
-        _bars="Bars Row",
-        _bus_charts="Curve HistogramChart RecentChart",
+        _bus_charts="Curve HistogramChart HistoryChart RecentChart",
+        _check_charts="ErrorChart InterimPlot check_words group_of is_amount session_of",
         _design_plots="BendingPlot MapPlot",
-        _error_chart="ErrorChart check_words group_of is_amount",
-        _history_charts="HistoryChart",
-        _interim_plot="InterimPlot",
-        _pivot_plots="SpotResiduals TipCourse",
+        _pivot_plots="SpotResiduals TipCourse Trail TrailPlot",
         _plot="Plot",
-        _residual_plots="AllSensors ResidualHistogram",
-        _space_plot="SpaceArrows",
-        _sphere_map="Mapped SphereMap",
+        _residual_plots="AllSensors ResidualHistogram SpaceArrows",
         _study_plots="ComponentsPlot OperatorsPlot RunPlot",
-        _tolerance_bar="ToleranceBar",
-        _trail_plot="Trail TrailPlot",
-        _trend_chart="TrendChart",
+        _tip_plots="Bars Mapped Row SphereMap",
+        _tolerance_bar="ToleranceBar TrendChart",
     )
 
 __all__ = [
@@ -56,4 +50,5 @@ __all__ = [
     "HistoryChart", "InterimPlot", "MapPlot", "Mapped", "OperatorsPlot", "Plot", "RecentChart",
     "ResidualHistogram", "Row", "RunPlot", "SpaceArrows", "SphereMap", "SpotResiduals", "TipCourse",
     "ToleranceBar", "Trail", "TrailPlot", "TrendChart", "check_words", "group_of", "is_amount",
+    "session_of",
 ]  # fmt: skip

@@ -10,7 +10,7 @@ from ocmm_core.calibration.probe_design import TipMap
 from ocmm_core.geometry import Float
 from ocmm_core.measuring import Mechanics, colour_at
 from ocmm_gui.charts._plot import Plot
-from ocmm_gui.kit import fitted, localised, text_font, tr
+from ocmm_gui.kit import fitted, ink, localised, text_font, tr
 
 _LEFT_PX, _FOOT_PX, _SCALE_PX = 44.0, 36.0, 70.0
 _RIGHT = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
@@ -57,8 +57,7 @@ class MapPlot(Plot):
                     painter.fillRect(cell, QColor(colour_at((value - low) / (top - low))))
                 else:
                     painter.fillRect(cell, QBrush(QColor(self._theme.muted), _HATCHED))
-        painter.setFont(text_font(13))
-        painter.setPen(QColor(self._theme.text))
+        ink(painter, QColor(self._theme.text), font=text_font(13))
         self._paint_axes(painter, box, self._map)
         self._paint_scale(painter, box)
 
@@ -125,8 +124,7 @@ class BendingPlot(Plot):
         self, painter: QPainter, part: QRectF, found: Mechanics, line: Float, words: str
     ) -> None:
         theme = self._theme
-        painter.setFont(text_font(13))
-        painter.setPen(QColor(theme.muted))
+        ink(painter, QColor(theme.muted), font=text_font(13))
         painter.drawText(QRectF(part.left(), part.top(), part.width(), 16.0), _RIGHT, words)
         room = part.adjusted(0.0, 18.0, 0.0, -8.0)
         low, top = min(float(line.min()), 0.0), max(float(line.max()), 0.0)

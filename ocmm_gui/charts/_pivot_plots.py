@@ -1,22 +1,25 @@
-"""Residuals of a pivot calibration: the tip of every frame, and sensor spots."""
+"""Plots of a pivot calibration: paths of the LEDs about the ball, tip course and spot residuals."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from PySide6.QtCore import QPointF, QRectF, Qt
-from PySide6.QtGui import QColor, QPainter, QPaintEvent, QPen, QPolygonF
-from PySide6.QtWidgets import QVBoxLayout, QWidget
+from PySide6.QtGui import QColor, QKeyEvent, QMouseEvent, QPainter, QPaintEvent, QPen, QPolygonF
+from PySide6.QtWidgets import QWidget
 
 from ocmm_core.calibration.guided import CameraResiduals
 from ocmm_core.calibration.pivot import PivotCalibration
 from ocmm_core.calibration.sweeping import led_paths
 from ocmm_core.camera import Rig, project
-from ocmm_core.geometry import Float
+from ocmm_core.geometry import Float, Points3
 from ocmm_gui.charts._plot import Plot, rms_of
 from ocmm_gui.charts._residual_plots import AllSensors, ResidualHistogram
-from ocmm_gui.kit import digit_font, localised, text_font, tr
+from ocmm_gui.kit import digit_font, ink, localised, text_font, tr, vbox
+from ocmm_gui.scene import Dots, Item, Lines, Tag, paint_scene
+from ocmm_gui.views import seen_from, upright
 
 _SCALE_PX, _MOST = 58.0, 3000
 _REACH_SIGMAS = 5.0
@@ -58,23 +61,20 @@ class TipCourse(Plot):
         for axis in range(3):
             strip = QRectF(box.left(), box.top() + axis * high, box.width(), high - 8.0)
             self._paint_axis(painter, strip, axis, reach)
-        painter.setFont(text_font(13))
-        painter.setPen(QColor(self._theme.muted))
+        ink(painter, QColor(self._theme.muted), font=text_font(13))
         foot = QRectF(box.left(), box.bottom() + 2.0, box.width(), 20.0)
         painter.drawText(foot, Qt.AlignmentFlag.AlignCenter, tr("frames of both sweeps"))
 
     def _paint_axis(self, painter: QPainter, strip: QRectF, axis: int, reach: float) -> None:
         theme, count = self._theme, len(self._used)
-        painter.setPen(QPen(QColor(theme.border), max(theme.border_px, 1)))
-        painter.setBrush(QColor(theme.background))
+        ink(painter, QPen(QColor(theme.border), max(theme.border_px, 1)), QColor(theme.background))
         painter.drawRect(strip)
         middle = strip.center().y()
         painter.drawLine(QPointF(strip.left(), middle), QPointF(strip.right(), middle))
         for border in self._borders:
             x = strip.left() + strip.width() * border / count
             painter.drawLine(QPointF(x, strip.top()), QPointF(x, strip.bottom()))
-        painter.setFont(digit_font(13, bold=False))
-        painter.setPen(QColor(theme.muted))
+        ink(painter, QColor(theme.muted), font=digit_font(13, bold=False))
         scale = strip.adjusted(-_SCALE_PX, 0.0, 0.0, 0.0)
         scale.setWidth(_SCALE_PX - 6.0)
         painter.drawText(scale, _RIGHT, f"{'XYZ'[axis]}  0")
@@ -104,11 +104,7 @@ class SpotResiduals(QWidget):
         self._rig = rig
         self.sensors = AllSensors(rig)
         self.histogram = ResidualHistogram()
-        layout = QVBoxLayout(self)
-        layout.setContentsMargins(0, 0, 0, 0)
-        layout.setSpacing(8)
-        layout.addWidget(self.sensors, 3)
-        layout.addWidget(self.histogram, 2)
+        vbox((self.sensors, 3), (self.histogram, 2), parent=self, spacing=8, margins=0)
 
     def show_sweep(self, found: PivotCalibration) -> None:
         residuals = residuals_of(self._rig, found)
@@ -128,3 +124,102 @@ def residuals_of(rig: Rig, found: PivotCalibration) -> tuple[CameraResiduals, ..
             CameraResiduals(camera.name, uv, residuals[seen], np.ones(len(uv), dtype=np.bool_))
         )
     return tuple(shown)
+
+
+_MOST_POSES = 1200
+"""More are indistinguishable."""
+
+_TURN_PER_PX, _TURN_PER_KEY = 0.008, np.radians(10.0)
+_KEYS = {
+    Qt.Key.Key_Left: (-_TURN_PER_KEY, 0.0),
+    Qt.Key.Key_Right: (_TURN_PER_KEY, 0.0),
+    Qt.Key.Key_Up: (0.0, _TURN_PER_KEY),
+    Qt.Key.Key_Down: (0.0, -_TURN_PER_KEY),
+}
+
+
+@dataclass(frozen=True, slots=True)
+class Trail:
+    name: str
+    paths_world: Float
+    """(n, L, 3), mm; NaN for omitted frames."""
+    centre_world: Float
+    """(3,), mm: the ball."""
+
+
+class TrailPlot(Plot):
+    """Every LED on its sphere; drag or arrow keys turn the picture."""
+
+    def __init__(self, rig: Rig) -> None:
+        super().__init__(tr("Paths of the LEDs about the ball"))
+        self._orbit = seen_from(rig, upright(rig))
+        self._trails: tuple[Trail, ...] = ()
+        self._pulled: QPointF | None = None
+        self.setFocusPolicy(Qt.FocusPolicy.ClickFocus)
+
+    def show_trails(self, trails: Sequence[Trail]) -> None:
+        self._trails = tuple(_thinned(trail) for trail in trails)
+        poses = sum(int(np.isfinite(one.paths_world[:, 0, 0]).sum()) for one in trails)
+        leds = trails[0].paths_world.shape[1] if trails else 0
+        self._say(
+            tr(
+                "%n poses, {leds} LEDs; drag to rotate",
+                "1 pose, {leds} LEDs; drag to rotate",
+                poses,
+            ).format(leds=leds)
+        )
+
+    def paintEvent(self, event: QPaintEvent) -> None:
+        painter = self._painter()
+        box = self._paint_head(painter)
+        if not self._trails:
+            return
+        theme, items = self._theme, list[Item]()
+        reach: list[Points3] = []
+        for index, trail in enumerate(self._trails):
+            colour = (theme.accent, theme.warn)[index % 2]
+            places = trail.paths_world.reshape(-1, 3)
+            reach += [places[np.isfinite(places).all(axis=1)], trail.centre_world[None]]
+            pieces = np.stack([trail.paths_world[:-1], trail.paths_world[1:]], axis=2)
+            pieces = pieces.reshape(-1, 2, 3)
+            items.append(Lines(pieces[np.isfinite(pieces).all(axis=(1, 2))], colour, 1.0))
+            # Spokes from the ball to the LEDs of one pose show the rotation.
+            whole = trail.paths_world[np.isfinite(trail.paths_world).all(axis=(1, 2))]
+            if len(whole):
+                leds = whole[len(whole) // 2]
+                spokes = np.stack([np.broadcast_to(trail.centre_world, leds.shape), leds], axis=1)
+                items.append(Lines(spokes, theme.muted, 1.0))
+                items.append(Dots(leds, colour, 9.0, theme.text))
+            items.append(Dots(trail.centre_world[None], colour, 14.0, theme.text))
+            items.append(Tag(trail.centre_world, trail.name, theme.text))
+        everything = np.concatenate(reach)
+        orbit = self._orbit.fitted(everything, box.width(), box.height(), 1.1)
+        paint_scene(painter, items, orbit, box, text_font(15, bold=True), theme.panel)
+
+    def mousePressEvent(self, event: QMouseEvent) -> None:
+        self._pulled = event.position()
+
+    def mouseMoveEvent(self, event: QMouseEvent) -> None:
+        if self._pulled is not None:
+            by = event.position() - self._pulled
+            self._pulled = event.position()
+            self._turn(-_TURN_PER_PX * by.x(), _TURN_PER_PX * by.y())
+
+    def mouseReleaseEvent(self, event: QMouseEvent) -> None:
+        self._pulled = None
+
+    def keyPressEvent(self, event: QKeyEvent) -> None:
+        turn = _KEYS.get(Qt.Key(event.key()))
+        if turn is None:
+            super().keyPressEvent(event)
+        else:
+            self._turn(*turn)
+
+    def _turn(self, azimuth: float, elevation: float) -> None:
+        self._orbit = self._orbit.turned(azimuth, elevation)
+        self.update()
+
+
+def _thinned(trail: Trail) -> Trail:
+    step = max(len(trail.paths_world) // _MOST_POSES, 1)
+    return Trail(trail.name, trail.paths_world[::step], trail.centre_world)

@@ -9,7 +9,7 @@ from PySide6.QtCore import QLineF, QPointF, QRectF, Qt
 from PySide6.QtGui import QColor, QPainter, QPen
 
 from ocmm_core.geometry import Float
-from ocmm_gui.kit import Painted, digit_font, fitted, text_font
+from ocmm_gui.kit import PaintedWidget, digit_font, fitted, text_font
 
 HEAD_PX, SMALL_HEAD_PX, LEGEND_PX = 24.0, 18.0, 24.0
 ARROW_SHARE = 0.07
@@ -38,7 +38,7 @@ SMALL_HEAD = Head(SMALL_HEAD_PX, 13, loud_word=True, gap_px=10.0, tuck_px=0.0)
 """Of one of many side by side: the word matters."""
 
 
-class Plot(Painted):
+class Plot(PaintedWidget):
     """A title, a word at its right, and a painted area below."""
 
     def __init__(

@@ -10,7 +10,7 @@ from PySide6.QtGui import QColor, QPainter, QPaintEvent, QPen
 
 from ocmm_core.geometry import Float
 from ocmm_gui.charts._plot import Plot
-from ocmm_gui.kit import digit_font, localised, text_font, tr
+from ocmm_gui.kit import digit_font, ink, localised, text_font, tr
 from ocmm_shop.studies import GaugeStudy, Type1Study
 
 _SCALE_PX, _FOOT_PX = 84.0, 24.0
@@ -60,8 +60,7 @@ class ComponentsPlot(Plot):
             top = box.top() + index * high
             bar = QRectF(box.left(), top + 0.2 * high, box.width() * share / 100.0, 0.6 * high)
             painter.fillRect(bar, QColor(theme.accent if index else theme.text))
-            painter.setPen(QColor(theme.text))
-            painter.setFont(text_font(14, bold=not index))
+            ink(painter, QColor(theme.text), font=text_font(14, bold=not index))
             painter.drawText(QRectF(0.0, top, 144.0, high), _RIGHT, name)
             painter.setFont(digit_font(14, bold=False))
             place = QRectF(box.right() + 8.0, top, 142.0, high)
@@ -70,8 +69,7 @@ class ComponentsPlot(Plot):
             x = box.left() + 0.01 * level * box.width()
             painter.setPen(QPen(QColor(theme.warn), 1.6, Qt.PenStyle.DashLine))
             painter.drawLine(QPointF(x, box.top()), QPointF(x, box.bottom()))
-            painter.setPen(QColor(theme.muted))
-            painter.setFont(text_font(12))
+            ink(painter, QColor(theme.muted), font=text_font(12))
             painter.drawText(
                 QRectF(x - 30.0, box.bottom() + 2.0, 60.0, 20.0), Qt.AlignmentFlag.AlignCenter,
                 f"{level:.0f} %",
@@ -112,14 +110,12 @@ class OperatorsPlot(Plot):
             left = box.left() + index * wide
             for number, value in enumerate(own.ravel()):
                 x = left + wide * (0.15 + 0.7 * (number + 0.5) / own.size)
-                painter.setPen(Qt.PenStyle.NoPen)
-                painter.setBrush(QColor(theme.accent))
+                ink(painter, Qt.PenStyle.NoPen, QColor(theme.accent))
                 painter.drawEllipse(QPointF(x, _y(box, float(value), reach)), 3.5, 3.5)
             mean = _y(box, float(own.mean()), reach)
             painter.setPen(QPen(QColor(theme.text), 2.4))
             painter.drawLine(QPointF(left + 0.1 * wide, mean), QPointF(left + 0.9 * wide, mean))
-            painter.setPen(QColor(theme.text))
-            painter.setFont(text_font(13, bold=True))
+            ink(painter, QColor(theme.text), font=text_font(13, bold=True))
             place = QRectF(left, box.bottom() + 2.0, wide, _FOOT_PX - 2.0)
             painter.drawText(place, Qt.AlignmentFlag.AlignCenter, name)
 
@@ -177,14 +173,12 @@ def _y(box: QRectF, value: float, reach: float) -> float:
 
 
 def _frame(painter: QPainter, box: QRectF, border: str, background: str) -> None:
-    painter.setPen(QPen(QColor(border), 1.0))
-    painter.setBrush(QColor(background))
+    ink(painter, QPen(QColor(border), 1.0), QColor(background))
     painter.drawRect(box)
 
 
 def _scale(painter: QPainter, box: QRectF, reach: float, colour: str) -> None:
-    painter.setFont(digit_font(12, bold=False))
-    painter.setPen(QColor(colour))
+    ink(painter, QColor(colour), font=digit_font(12, bold=False))
     for share in (0.9, 0.0, -0.9):
         y = _y(box, share * reach, reach)
         painter.drawLine(QPointF(box.left(), y), QPointF(box.left() + 6.0, y))

@@ -3,8 +3,8 @@
 In: the coach's state, refusals, the sentences of the core, a support site. Out: a picture of the
 probe with an arrow, a searchable page, a preview of the support bundle.
 
-Start with `_coach_panel` and `_probe_painter`; `_what_to_do` with its table `_symptoms`;
-`_support_sheet`. Hints and remedies come from `ocmm_core.coach`, bundle contents from
+Start with `_coach_panel`; then `_what_to_do` with its table, `_support_sheet` (bundle, and all keys
+on one page). Hints and remedies come from `ocmm_core.coach`, bundle contents from
 `ocmm_core.support`. It must not import operator, Maintain or wizards.
 """
 
@@ -15,15 +15,15 @@ from typing import TYPE_CHECKING
 from ocmm_core.door import door
 
 if TYPE_CHECKING:
-    from ocmm_gui.help._coach_panel import CoachPanel, hint_words
-    from ocmm_gui.help._support_sheet import SupportSheet
+    from ocmm_gui.help._coach_panel import CoachPanel
+    from ocmm_gui.help._support_sheet import KeysSheet, SupportSheet
     from ocmm_gui.help._what_to_do import WhatToDoSheet, answers
 else:
     __getattr__ = door(
         __name__,
-        _coach_panel="CoachPanel hint_words",
-        _support_sheet="SupportSheet",
+        _coach_panel="CoachPanel",
+        _support_sheet="KeysSheet SupportSheet",
         _what_to_do="WhatToDoSheet answers",
     )
 
-__all__ = ["CoachPanel", "SupportSheet", "WhatToDoSheet", "answers", "hint_words"]
+__all__ = ["CoachPanel", "KeysSheet", "SupportSheet", "WhatToDoSheet", "answers"]

@@ -1,15 +1,15 @@
-"""Support bundle: contents preview before writing the file."""
+"""Sheets of help: the keys of the page, and the support bundle with a preview of its contents."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from datetime import datetime
 from pathlib import Path
 
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import (
     QCheckBox,
-    QHBoxLayout,
+    QHeaderView,
     QLabel,
     QListWidget,
     QPlainTextEdit,
@@ -26,17 +26,26 @@ from ocmm_core.support import (
     write_bundle,
 )
 from ocmm_gui.kit import (
+    ACTIONS,
     ActionInfo,
+    NumberTable,
     PathPanel,
     Sheet,
     caption,
+    dressed,
+    fill,
+    hbox,
+    key_words,
     later,
     literal,
     localised,
     said,
     said_word,
+    shortcuts_of,
     text_font,
     tr,
+    tr_all,
+    vbox,
 )
 from ocmm_gui.work import Worker
 
@@ -63,8 +72,7 @@ class SupportSheet(Sheet):
         self._draft: BundleDraft | None = None
         self._shown: list[BundleItem] = []
         self.parts: dict[str, QCheckBox] = {}
-        side = QVBoxLayout()
-        side.setSpacing(4)
+        side = vbox(spacing=4)
         for spec in PARTS:
             box = QCheckBox(said_word(spec.title))
             box.setChecked(True)
@@ -78,33 +86,25 @@ class SupportSheet(Sheet):
         self.mask_names.setChecked(True)
         self.mask_names.toggled.connect(lambda _on: self.gather())
         side.addWidget(self.mask_names)
-        self.files = QListWidget()
-        self.files.setAccessibleName(tr("Files of the support bundle"))
-        self.files.setFont(text_font(13))
+        self.files = dressed(QListWidget(), tr("Files of the support bundle"), font=text_font(13))
         self.files.setTextElideMode(Qt.TextElideMode.ElideMiddle)
         self.files.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
         self.files.currentRowChanged.connect(self._show_text)
         side.addWidget(self.files, 1)
-        self.text = QPlainTextEdit()
-        self.text.setAccessibleName(tr("What is in the selected file"))
+        self.text = dressed(QPlainTextEdit(), tr("What is in the selected file"))
         self.text.setReadOnly(True)
         self.text.setTabChangesFocus(True)
         self.text.setFont(text_font(13))
         self.text.setLineWrapMode(QPlainTextEdit.LineWrapMode.WidgetWidth)
         right = QVBoxLayout()
         self._name: QLabel = caption("", self.text)
-        right.addWidget(self._name)
-        right.addWidget(self.text, 1)
-        both = QHBoxLayout()
-        both.setSpacing(12)
-        both.addLayout(side, 2)
-        both.addLayout(right, 5)
+        fill(right, self._name, (self.text, 1))
+        both = hbox((side, 2), (right, 5), spacing=12)
         self.panel = PathPanel(
             tr("Write the support bundle to"), tr("File of the support bundle"), tr("Write")
         )
         self.panel.given.connect(self._write)
-        self.body.addWidget(self.panel)
-        self.body.addLayout(both, 1)
+        fill(self.body, self.panel, (both, 1))
         self.use_keys(
             {
                 "write": self._ask,
@@ -220,3 +220,55 @@ class SupportSheet(Sheet):
         if not isinstance(error, OcmmError):
             self.say(tr("Failed; nothing was written."))
         self.failed.emit(error)
+
+
+_COLUMNS = (
+    (later("Where"), later("mode in which the key works")),
+    (later("Key"), later("any of them")),
+    (later("Name"), later("on the button")),
+    (later("What it does"), later("in a sentence")),
+)
+_ROW_PX = 28
+_SIGNS = {".": later(". (full stop)"), ",": later(", (comma)")}
+
+
+class KeysSheet(Sheet):
+    """Table of `ACTIONS`, measuring first; `changed` returns the user's keys by action."""
+
+    def __init__(self, changed: Callable[[], Mapping[str, Sequence[str]]]) -> None:
+        super().__init__(tr("Keys"), ())
+        self._changed = changed
+        self.table = NumberTable(
+            tr("Keys of the window"), tr_all(_COLUMNS), whole=False, font=text_font(15)
+        )
+        self.table.setWordWrap(True)
+        self.table.verticalHeader().setMinimumSectionSize(_ROW_PX)
+        self.table.setRowCount(len(ACTIONS))
+        self._show()
+        header = self.table.horizontalHeader()
+        header.setSectionResizeMode(QHeaderView.ResizeMode.ResizeToContents)
+        header.setStretchLastSection(True)
+        self.body.addWidget(self.table, 1)
+        self.say(
+            tr(
+                "F1 to F5, F11 and F12 mean the same everywhere; F6 to F10 belong to the page. "
+                "Settings changes keys."
+            )
+        )
+        self.use_keys({})
+
+    def open(self) -> None:
+        self._show()
+        self.table.resizeRowsToContents()
+        self.table.setFocus()
+
+    def _show(self) -> None:
+        changed = self._changed()
+        for row, info in enumerate(ACTIONS):
+            self.table.show_words(row, _row(info, shortcuts_of(info, changed)))
+
+
+def _row(info: ActionInfo, shortcuts: Sequence[str]) -> tuple[str, ...]:
+    where = tr("everywhere") if info.mode is None else tr(info.mode.value)
+    keys = tr(" or ").join(tr(_SIGNS.get(key, key_words(key))) for key in shortcuts)
+    return (where, keys, tr(info.text), f"{tr(info.tip)}.")

@@ -4,9 +4,9 @@ In: settings of the core, existing jobs and plans. Out: the file or errand to op
 settings.
 
 Start with `_start_page` (choices) in `_start_window` (before there is a station), with
-`_plan_list`; then `_settings_page` with `_setting_row` (one per setting) and `_template_preview`
-(first report page, drawn in another process); `_key_list` (keys); `_sounds_page` (playable sounds);
-`_file_browser`; `_find_action`.
+`_start_lists`; then `_settings_page` with `_setting_row` (one per setting, and the first report
+page, drawn in another process) and `_settings_parts` (keys, playable sounds); `_file_browser`;
+`_find_action`.
 It imports no numerical library itself: such work runs in a background thread.
 It must not import a running station.
 """
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from ocmm_gui.home._find_action import FindAction
     from ocmm_gui.home._settings_page import SettingsPage
     from ocmm_gui.home._start_page import StartPage
-    from ocmm_gui.home._start_window import Choice, Errands, StartWindow
+    from ocmm_gui.home._start_window import StartChoice, StartPurpose, StartWindow
 else:
     __getattr__ = door(
         __name__,
@@ -30,9 +30,10 @@ else:
         _find_action="FindAction",
         _settings_page="SettingsPage",
         _start_page="StartPage",
-        _start_window="Choice Errands StartWindow",
+        _start_window="StartChoice StartPurpose StartWindow",
     )
 
 __all__ = [
-    "Choice", "Errands", "FileBrowser", "FindAction", "SettingsPage", "StartPage", "StartWindow",
+    "FileBrowser", "FindAction", "SettingsPage", "StartChoice", "StartPage", "StartPurpose",
+    "StartWindow",
 ]  # fmt: skip

@@ -8,14 +8,7 @@ from pathlib import Path
 
 from PySide6.QtCore import QSize, Qt, Signal
 from PySide6.QtGui import QKeyEvent
-from PySide6.QtWidgets import (
-    QHBoxLayout,
-    QListWidget,
-    QListWidgetItem,
-    QPushButton,
-    QVBoxLayout,
-    QWidget,
-)
+from PySide6.QtWidgets import QListWidget, QListWidgetItem, QPushButton, QWidget
 
 from ocmm_core.documents import resource
 from ocmm_core.settings import RecentPlaces
@@ -23,11 +16,14 @@ from ocmm_gui.home._setting_row import HIGH_PX
 from ocmm_gui.kit import (
     NarrowButton,
     PlainLabel,
+    dressed,
     form_field,
+    hbox,
     literal,
     sentence_label,
     text_font,
     tr,
+    vbox,
 )
 from ocmm_gui.work import Worker
 
@@ -36,7 +32,7 @@ _MOST = 500
 _ROW_PX = 40
 
 
-class Wanted(Enum):
+class FileType(Enum):
     """File types, by suffix."""
 
     ANY = ()
@@ -47,7 +43,7 @@ class Wanted(Enum):
 
 
 @dataclass(frozen=True, slots=True)
-class Listing:
+class FolderListing:
     """Contents of a folder by name, and whether there is more than shown."""
 
     folder: Path
@@ -67,7 +63,7 @@ class FileBrowser(QWidget):
         super().__init__()
         self.setAccessibleName(tr("Files"))
         self._recent = recent or RecentPlaces()
-        self._wanted = Wanted.ANY
+        self._wanted = FileType.ANY
         self._folder = Path.home()
         self._worker = Worker("ocmm-files", self)
         self.title = PlainLabel()
@@ -85,28 +81,18 @@ class FileBrowser(QWidget):
         self.take.clicked.connect(lambda: self._give(self._folder))
         cancel = _wide(tr("Cancel"), "plain")
         cancel.clicked.connect(self.left)
-        head = QHBoxLayout()
-        head.addWidget(self.path, 1)
-        head.addWidget(self.take)
-        head.addWidget(cancel)
-        lists = QHBoxLayout()
-        lists.addWidget(self.places, 2)
-        lists.addWidget(self.files, 5)
-        layout = QVBoxLayout(self)
-        layout.setContentsMargins(0, 0, 0, 0)
-        layout.addWidget(self.title)
-        layout.addLayout(head)
-        layout.addLayout(lists, 1)
-        layout.addWidget(self.told)
+        head = hbox((self.path, 1), self.take, cancel)
+        lists = hbox((self.places, 2), (self.files, 5))
+        vbox(self.title, head, (lists, 1), self.told, parent=self, margins=0)
         for one in (self.places, self.files):
             one.itemActivated.connect(self._on_activated)
             one.itemClicked.connect(self._on_clicked)
 
-    def ask(self, title: str, wanted: Wanted, at: Path | None = None) -> None:
+    def ask(self, title: str, wanted: FileType, at: Path | None = None) -> None:
         """Start browsing at a file or folder, or at the last used place."""
         self._wanted = wanted
         self.title.setText(title)
-        self.take.setVisible(wanted is Wanted.FOLDER)
+        self.take.setVisible(wanted is FileType.FOLDER)
         places = self._recent.folders()
         start = at if at is not None else next(iter(places), Path.home())
         folder = start if start.is_dir() else start.parent
@@ -137,7 +123,7 @@ class FileBrowser(QWidget):
             lambda: listing(folder, wanted), self._show, lambda error: self.told.setText(str(error))
         )
 
-    def _show(self, found: Listing) -> None:
+    def _show(self, found: FolderListing) -> None:
         if found.folder != self._folder:
             return
         self.files.clear()
@@ -170,7 +156,7 @@ class FileBrowser(QWidget):
     def _open(self, path: Path) -> None:
         if path.is_dir():
             self._go(path)
-        elif path.is_file() and self._wanted is not Wanted.FOLDER:
+        elif path.is_file() and self._wanted is not FileType.FOLDER:
             self._give(path)
         else:
             self.told.setText(tr("{path}: not there, or not what is looked for.").format(path=path))
@@ -179,7 +165,7 @@ class FileBrowser(QWidget):
         self.chosen.emit(path)
 
 
-def listing(folder: Path, wanted: Wanted) -> Listing:
+def listing(folder: Path, wanted: FileType) -> FolderListing:
     """Return the visible contents of a folder; errors are part of it, not raised."""
     folders, files = [], []
     more = False
@@ -195,8 +181,8 @@ def listing(folder: Path, wanted: Wanted) -> Listing:
                 more = True
                 break
     except OSError as error:
-        return Listing(folder, fault=f"{folder}: {error.strerror}")
-    return Listing(folder, tuple(sorted(folders)), tuple(sorted(files)), more)
+        return FolderListing(folder, fault=f"{folder}: {error.strerror}")
+    return FolderListing(folder, tuple(sorted(folders)), tuple(sorted(files)), more)
 
 
 def _drives() -> tuple[Path, ...]:
@@ -211,9 +197,7 @@ def _drives() -> tuple[Path, ...]:
 
 
 def _list(name: str) -> QListWidget:
-    made = QListWidget()
-    made.setAccessibleName(name)
-    made.setFont(text_font(16))
+    made = dressed(QListWidget(), name, font=text_font(16))
     made.setVerticalScrollMode(QListWidget.ScrollMode.ScrollPerPixel)
     return made
 
@@ -226,9 +210,7 @@ def _add(to: QListWidget, text: str, path: Path) -> None:
 
 
 def _wide(text: str, role: str) -> QPushButton:
-    button = NarrowButton(text)
-    button.setAccessibleName(text)
-    button.setProperty("role", role)
+    button = dressed(NarrowButton(text), text, role=role)
     button.setMinimumHeight(HIGH_PX)
     button.setFont(text_font(16))
     return button

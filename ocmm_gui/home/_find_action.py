@@ -6,9 +6,9 @@ from collections.abc import Mapping
 
 from PySide6.QtCore import QSize, Qt, Signal
 from PySide6.QtGui import QAction, QKeyEvent
-from PySide6.QtWidgets import QFrame, QListWidget, QListWidgetItem, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QFrame, QListWidget, QListWidgetItem, QWidget
 
-from ocmm_gui.kit import OwnKeysField, key_words, list_step, literal, text_font, tr
+from ocmm_gui.kit import OwnKeysField, dressed, key_words, list_step, literal, text_font, tr, vbox
 
 _ROW_PX = 42
 _SHOWN = 8
@@ -32,20 +32,14 @@ class FindAction(QFrame):
         self.setAccessibleName(tr("Find an action"))
         self._actions: dict[str, QAction] = {}
         self._others: frozenset[str] = frozenset()
-        self.field = _Field()
-        self.field.setAccessibleName(tr("What do you want to do?"))
+        self.field = dressed(_Field(), tr("What do you want to do?"))
         self.field.setPlaceholderText(tr("What do you want to do? Return does it, Esc closes."))
         self.field.setFont(text_font(20))
         self.field.setMinimumHeight(57)
-        self.list = QListWidget()
-        self.list.setAccessibleName(tr("Actions that fit"))
-        self.list.setFont(text_font(17))
+        self.list = dressed(QListWidget(), tr("Actions that fit"), font=text_font(17))
         self.list.setFixedHeight(_SHOWN * _ROW_PX + 8)
         self.list.setFocusPolicy(Qt.FocusPolicy.NoFocus)
-        layout = QVBoxLayout(self)
-        layout.setContentsMargins(10, 8, 10, 8)
-        layout.addWidget(self.field)
-        layout.addWidget(self.list)
+        vbox(self.field, self.list, parent=self, margins=(10, 8, 10, 8))
         self.field.textEdited.connect(lambda _text: self._show())
         self.field.returnPressed.connect(self._do)
         self.field.left.connect(self.close_search)

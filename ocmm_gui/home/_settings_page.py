@@ -9,11 +9,9 @@ from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import (
     QButtonGroup,
     QGridLayout,
-    QHBoxLayout,
     QPushButton,
     QScrollArea,
     QStackedWidget,
-    QVBoxLayout,
     QWidget,
 )
 
@@ -29,15 +27,15 @@ from ocmm_core.settings import (
     spec_of,
 )
 from ocmm_gui.access import RulerLine
-from ocmm_gui.home._file_browser import FileBrowser, Wanted
-from ocmm_gui.home._key_list import KeyList
-from ocmm_gui.home._setting_row import HIGH_PX, SettingRow
-from ocmm_gui.home._sounds_page import SoundsPage
-from ocmm_gui.home._template_preview import TemplatePreview
+from ocmm_gui.home._file_browser import FileBrowser, FileType
+from ocmm_gui.home._setting_row import HIGH_PX, SettingRow, TemplatePreview
+from ocmm_gui.home._settings_parts import KeyList, SoundsPage
 from ocmm_gui.kit import (
     ActionInfo,
     NarrowButton,
     Sheet,
+    fill,
+    hbox,
     later,
     panel,
     said,
@@ -45,6 +43,7 @@ from ocmm_gui.kit import (
     sentence_label,
     text_font,
     tr,
+    vbox,
 )
 
 _APPLY = ActionInfo(
@@ -78,8 +77,7 @@ class SettingsPage(Sheet):
         self.preview = TemplatePreview()
         self._pages = QStackedWidget()
         self._sections = QButtonGroup(self)
-        names = QVBoxLayout()
-        names.setSpacing(5)
+        names = vbox(spacing=5)
         for number, (section, title) in enumerate(SECTIONS.items()):
             names.addWidget(self._section_button(tr(title), number))
             self._pages.addWidget(
@@ -98,17 +96,13 @@ class SettingsPage(Sheet):
         self.browser.chosen.connect(self._on_chosen)
         self.browser.left.connect(lambda: self._whole.setCurrentIndex(0))
         self._browsed = ""
-        row = QHBoxLayout()
-        row.setSpacing(12)
-        row.addLayout(names)
-        row.addWidget(self._pages, 1)
+        row = hbox(names, (self._pages, 1), spacing=12)
         both = QWidget()
         both.setLayout(row)
         row.setContentsMargins(0, 0, 0, 0)
         self._whole.addWidget(both)
         self._whole.addWidget(self.browser)
-        self.body.addWidget(self.notes)
-        self.body.addWidget(self._whole, 1)
+        fill(self.body, self.notes, (self._whole, 1))
         self.use_keys({} if apply is None else {"apply": apply})
         for each in self.findChildren(QPushButton):
             if each.objectName().startswith("button_"):
@@ -155,10 +149,7 @@ class SettingsPage(Sheet):
 
     def _with_preview(self, section: str) -> QWidget:
         both = QWidget()
-        row = QHBoxLayout(both)
-        row.setContentsMargins(0, 0, 0, 0)
-        row.addWidget(self._section(section), 5)
-        row.addWidget(self.preview, 3)
+        hbox((self._section(section), 5), (self.preview, 3), parent=both, margins=0)
         return both
 
     def _section_button(self, title: str, number: int) -> QPushButton:
@@ -222,7 +213,7 @@ class SettingsPage(Sheet):
 
     def _browse(self, key: str) -> None:
         spec, value = spec_of(key), self.loaded.values[key]
-        wanted = Wanted.FOLDER if spec.kind is Kind.FOLDER else Wanted.ANY
+        wanted = FileType.FOLDER if spec.kind is Kind.FOLDER else FileType.ANY
         self._browsed = key
         self._whole.setCurrentWidget(self.browser)
         self.browser.ask(said_word(spec.label), wanted, value if isinstance(value, Path) else None)

@@ -8,13 +8,14 @@ from typing import TYPE_CHECKING
 
 from PySide6.QtCore import Qt, Signal
 from PySide6.QtGui import QAction, QKeySequence
-from PySide6.QtWidgets import QGridLayout, QHBoxLayout, QLabel, QPushButton, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QGridLayout, QLabel, QPushButton, QWidget
 
-from ocmm_gui.home._job_cards import JobCards
+from ocmm_gui.home._start_lists import JobCards
 from ocmm_gui.kit import (
     ActionInfo,
     PlainLabel,
     day_words,
+    hbox,
     key_words,
     later,
     literal,
@@ -26,6 +27,7 @@ from ocmm_gui.kit import (
     text_font,
     tr,
     use_role,
+    vbox,
 )
 
 if TYPE_CHECKING:
@@ -81,10 +83,8 @@ class StartPage(QWidget):
         title.setFont(text_font(34, bold=True))
         self.hint = sentence_label(tr("What to do first"), 17)
         self.hint.setAlignment(Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter)
-        buttons = QVBoxLayout()
-        buttons.setSpacing(8)
-        small = QHBoxLayout()
-        small.setSpacing(4)
+        buttons = vbox(spacing=8)
+        small = hbox(spacing=4)
         for info in START_ACTIONS:
             button = self._button(info, calls[info.key])
             if info.key in _SMALL:
@@ -115,28 +115,11 @@ class StartPage(QWidget):
                 "4. New job (F2): choose a plan and measure the first part."
             )
         )
-        jobs = QVBoxLayout()
-        jobs.addWidget(self.heading)
-        jobs.addWidget(self.jobs, 1)
-        jobs.addWidget(self.first_steps, 1)
-        right = QVBoxLayout()
-        right.setSpacing(12)
-        right.addWidget(panel(self.state))
-        right.addWidget(self.hand_over)
-        right.addWidget(panel(jobs), 1)
-        head = QHBoxLayout()
-        head.setSpacing(18)
-        head.addWidget(title)
-        head.addWidget(self.hint, 1)
-        both = QHBoxLayout()
-        both.setSpacing(18)
-        both.addLayout(buttons, 2)
-        both.addLayout(right, 5)
-        layout = QVBoxLayout(self)
-        layout.setContentsMargins(22, 14, 22, 16)
-        layout.setSpacing(12)
-        layout.addLayout(head)
-        layout.addLayout(both, 1)
+        jobs = vbox(self.heading, (self.jobs, 1), (self.first_steps, 1))
+        right = vbox(panel(self.state), self.hand_over, (panel(jobs), 1), spacing=12)
+        head = hbox(title, (self.hint, 1), spacing=18)
+        both = hbox((buttons, 2), (right, 5), spacing=18)
+        vbox(head, (both, 1), parent=self, spacing=12, margins=(22, 14, 22, 16))
 
     def chosen_job(self) -> Path | None:
         return self.jobs.chosen()

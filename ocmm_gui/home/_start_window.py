@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
 from dataclasses import dataclass
 from enum import Enum
 from functools import cached_property
@@ -11,14 +10,13 @@ from typing import TYPE_CHECKING
 
 from PySide6.QtCore import QTimer, Signal
 from PySide6.QtGui import QAction, QCloseEvent, QDragEnterEvent, QDropEvent, QKeySequence
-from PySide6.QtWidgets import QVBoxLayout, QWidget
+from PySide6.QtWidgets import QWidget
 
-from ocmm_core.documents import resource
 from ocmm_core.errors import OcmmError
 from ocmm_core.settings import LoadedSettings, RecentPlaces, Settings, SettingsStore
 from ocmm_gui.access import HandsAndEyes, PageStack, ZoomArea
-from ocmm_gui.home._file_browser import FileBrowser, Wanted
-from ocmm_gui.home._plan_list import PlanList
+from ocmm_gui.home._file_browser import FileBrowser, FileType
+from ocmm_gui.home._start_lists import PlanChoice, listed_jobs, listed_plans
 from ocmm_gui.home._start_page import StartPage
 from ocmm_gui.kit import (
     ACTIONS,
@@ -32,13 +30,13 @@ from ocmm_gui.kit import (
     shortcuts_of,
     tr,
     usable_keys,
+    vbox,
 )
 from ocmm_gui.work import Worker
 
 if TYPE_CHECKING:
     from ocmm_core.composition import StationState
     from ocmm_core.inspection.archive import LastJob
-    from ocmm_core.inspection.plan import PlanSummary
     from ocmm_gui.archive import ArchiveSheet
     from ocmm_gui.home._settings_page import SettingsPage
     from ocmm_gui.manual import ManualSheet
@@ -52,7 +50,7 @@ _STATE_MS = 20_000
 """Status refresh interval: records expire, or other programs make them suspect."""
 
 
-class Errands(Enum):
+class StartPurpose(Enum):
     """Purpose of the user."""
 
     NEW = "new"
@@ -67,11 +65,11 @@ class Errands(Enum):
 
 
 @dataclass(frozen=True, slots=True)
-class Choice:
-    errand: Errands
+class StartChoice:
+    errand: StartPurpose
     path: Path | None = None
     """Plan of a new job, or job to resume or view."""
-    otherwise: Choice | None = None
+    otherwise: StartChoice | None = None
     """Fallback if impossible; None for the Start page."""
     section: str = ""
     """Section of the settings opened by the Start page; empty for the page itself."""
@@ -89,14 +87,13 @@ class StartWindow(NoticeWindow):
         self.setWindowTitle("OCMM")
         self.setMinimumSize(1024, 640)
         self.setAcceptDrops(True)
-        self.choice: Choice | None = None
+        self.choice: StartChoice | None = None
         self._store, self._notices = store, notices
         self._recent = recent or RecentPlaces()
         self._lists = Worker("ocmm-start", self)
         self._state: StationState | None = None
         self._state_comes = False
-        self._look = QTimer(self)
-        self._look.setInterval(_STATE_MS)
+        self._look = QTimer(self, interval=_STATE_MS)
         self._look.timeout.connect(self.read_state)
         self.loaded = store.load()
         dress_application(THEMES[self.loaded.settings.window_theme])
@@ -105,10 +102,10 @@ class StartWindow(NoticeWindow):
                 "new": self._new,
                 "continue": self._continue,
                 "open": self._open,
-                "plans": lambda: self._leave_for(Errands.PLANS),
-                "calibrate": lambda: self._leave_for(Errands.CALIBRATE),
+                "plans": lambda: self._leave_for(StartPurpose.PLANS),
+                "calibrate": lambda: self._leave_for(StartPurpose.CALIBRATE),
                 "archive": self._archive,
-                "demo": lambda: self._leave_for(Errands.DEMO),
+                "demo": lambda: self._leave_for(StartPurpose.DEMO),
                 "settings": self.show_settings,
                 "manual": self._open_manual,
                 "theme": self._next_theme,
@@ -116,10 +113,10 @@ class StartWindow(NoticeWindow):
             }
         )
         self.page.jobs.judging.failed.connect(notices.error)
-        self.page.job_chosen.connect(lambda path: self._leave_for(Errands.CONTINUE, path))
-        self.plans = PlanList()
+        self.page.job_chosen.connect(lambda path: self._leave_for(StartPurpose.CONTINUE, path))
+        self.plans = PlanChoice()
         self.plans.left.connect(self.show_start)
-        self.plans.chosen.connect(lambda path: self._leave_for(Errands.NEW, path))
+        self.plans.chosen.connect(lambda path: self._leave_for(StartPurpose.NEW, path))
         self.plans.other_wanted.connect(self._other_plan)
         self.browser = FileBrowser(self._recent)
         self.browser.left.connect(self.show_start)
@@ -130,9 +127,7 @@ class StartWindow(NoticeWindow):
         for page in (self.page, self.plans, self.browser):
             self._stack.addWidget(page)
         central = QWidget()
-        layout = QVBoxLayout(central)
-        layout.addWidget(self.banner)
-        layout.addWidget(self._stack, 1)
+        vbox(self.banner, (self._stack, 1), parent=central)
         area = ZoomArea(central)
         self.setCentralWidget(area)
         self.eyes = HandsAndEyes(self, area, store, notices)
@@ -157,7 +152,7 @@ class StartWindow(NoticeWindow):
         settings, recent = self.loaded.settings, self._recent.jobs()
         folder = settings.job_folder
         self._lists.do(
-            lambda: _jobs(folder, recent),
+            lambda: listed_jobs(folder, recent),
             lambda jobs: self._show_jobs(jobs, folder),
             self._notices.error,
         )
@@ -197,7 +192,7 @@ class StartWindow(NoticeWindow):
 
     def take_file(self, path: Path) -> None:
         """View a job, or start one with a plan."""
-        errand = Errands.LOOK if path.suffix.lower() == ".ocmm" else Errands.NEW
+        errand = StartPurpose.LOOK if path.suffix.lower() == ".ocmm" else StartPurpose.NEW
         self._leave_for(errand, path)
 
     def dragEnterEvent(self, event: QDragEnterEvent) -> None:
@@ -222,8 +217,8 @@ class StartWindow(NoticeWindow):
         event.accept()
         self.closed.emit()
 
-    def _leave_for(self, errand: Errands, path: Path | None = None) -> None:
-        self.choice = Choice(errand, path)
+    def _leave_for(self, errand: StartPurpose, path: Path | None = None) -> None:
+        self.choice = StartChoice(errand, path)
         self.close()
 
     def _quit(self) -> None:
@@ -233,23 +228,25 @@ class StartWindow(NoticeWindow):
         self._stack.setCurrentWidget(self.plans)
         self.plans.open()
         folder, recent = self.loaded.settings.job_plans, self._recent.plans()
-        self._lists.do(lambda: _plans(recent, folder), self.plans.show_plans, self._notices.error)
+        self._lists.do(
+            lambda: listed_plans(recent, folder), self.plans.show_plans, self._notices.error
+        )
 
     def _continue(self) -> None:
         path = self.page.chosen_job()
         if path is not None:
-            self._leave_for(Errands.CONTINUE, path)
+            self._leave_for(StartPurpose.CONTINUE, path)
 
     def _open(self) -> None:
         self._stack.setCurrentWidget(self.browser)
         self.browser.ask(
-            tr("Open a job to look at it, or a plan to measure by it"), Wanted.OPEN,
+            tr("Open a job to look at it, or a plan to measure by it"), FileType.OPEN,
             self.loaded.settings.job_folder,
         )  # fmt: skip
 
     def _other_plan(self) -> None:
         self._stack.setCurrentWidget(self.browser)
-        self.browser.ask(tr("Plan of the new job"), Wanted.PLAN, self.loaded.settings.job_plans)
+        self.browser.ask(tr("Plan of the new job"), FileType.PLAN, self.loaded.settings.job_plans)
 
     def _archive(self) -> None:
         if self._archive_sheet is None:
@@ -323,7 +320,7 @@ class StartWindow(NoticeWindow):
         before, self.loaded = self.loaded, loaded
         if any(getattr(before.settings, name) != getattr(loaded.settings, name) for name in _ANEW):
             # Nothing is measured: recreate the window at the same place.
-            self.choice = Choice(Errands.START, section="window")
+            self.choice = StartChoice(StartPurpose.START, section="window")
             self.close()
             return
         if before.settings.window_theme != loaded.settings.window_theme:
@@ -368,30 +365,10 @@ class StartWindow(NoticeWindow):
             dress(self.manual, theme)
 
 
-def _jobs(folder: Path, recent: tuple[Path, ...]) -> tuple[LastJob, ...]:
-    from ocmm_core.inspection.archive import last_jobs
-
-    return last_jobs(folder, recent)
-
-
 def _state(settings: Settings) -> StationState:
     from ocmm_core.composition import station_state
 
     return station_state(settings)
-
-
-def _plans(recent: tuple[Path, ...], folder: Path | None) -> tuple[PlanSummary, ...]:
-    from ocmm_core.inspection.plan import list_plans, plan_card
-
-    found: dict[Path, PlanSummary] = {}
-    for path in recent:
-        with contextlib.suppress(OcmmError):
-            found[path.absolute()] = plan_card(path)
-    folders = [resource("plans")] if folder is None else [folder, resource("plans")]
-    for place in folders:
-        for card in list_plans(place):
-            found.setdefault(card.path, card)
-    return tuple(found.values())
 
 
 def _warm() -> None:

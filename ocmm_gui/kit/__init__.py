@@ -4,11 +4,10 @@ In: themes, settings, values of the core. Out: widgets, texts with units, sounds
 notices.
 
 Start with `_texts` (translation), `_language`, `_numbers` (numbers, lengths, dates), `_theme`
-(three themes from one table) and `_messages` (sentences); then `_marks` (a shape per outcome),
-`_actions` (table of all keys) with `_shortcuts` (texts, changes, buttons), `_sheet` (pages closed
-by Esc), `_parts`, `_narrow` (fitted texts) and `_painted`. Non-modal questions: `_answer_panel`,
-`_path_panel`, `_reason_panel`. `_notify` shows errors, `_sound` plays sounds. The package `work`
-runs lengthy work.
+(three themes from one table) and `_messages` (sentences); then `_marks` (a shape per outcome,
+painted widgets), `_actions` (table of all keys) with `_shortcuts` (texts, changes, buttons),
+`_sheet` (pages closed by Esc), `_parts`, `_layouts`, `_narrow` (fitted texts), `_panels` (non-modal
+questions). `_notify` shows errors, `_sound` plays sounds. The package `work` runs lengthy work.
 First package of the window: it must not import screens or the station.
 """
 
@@ -20,8 +19,6 @@ from ocmm_core.door import door
 
 if TYPE_CHECKING:
     from ocmm_gui.kit._actions import ACTIONS, FINISH_KEYS, TAKE_KEYS, UNDO_KEYS, ActionInfo, Mode
-    from ocmm_gui.kit._answer_panel import AnswerPanel
-    from ocmm_gui.kit._fit_text import FitText
     from ocmm_gui.kit._language import (
         LANGUAGES,
         chosen_language,
@@ -29,9 +26,14 @@ if TYPE_CHECKING:
         language_in_use,
         use_language,
     )
+    from ocmm_gui.kit._layouts import dressed, fill, hbox, vbox
     from ocmm_gui.kit._marks import (
+        SCENE_LEAST,
+        SCENE_SIZE,
         Mark,
+        PaintedWidget,
         feature_mark,
+        ink,
         mark_colour,
         paint_mark,
         status_mark,
@@ -72,7 +74,7 @@ if TYPE_CHECKING:
         trouble,
         verdict_line,
     )
-    from ocmm_gui.kit._narrow import HintField, NarrowButton, NarrowItems, fits, is_longer
+    from ocmm_gui.kit._narrow import FitText, HintField, NarrowButton, NarrowItems, fits, is_longer
     from ocmm_gui.kit._notify import (
         PROCEDURE,
         Banner,
@@ -103,7 +105,14 @@ if TYPE_CHECKING:
         unit_word,
         use_numbers,
     )
-    from ocmm_gui.kit._painted import SCENE_LEAST, SCENE_SIZE, Painted
+    from ocmm_gui.kit._panels import (
+        AnswerPanel,
+        OwnKeysField,
+        PathPanel,
+        ReasonPanel,
+        dropped_file,
+        list_step,
+    )
     from ocmm_gui.kit._parts import (
         ColouredRow,
         DataTable,
@@ -113,13 +122,11 @@ if TYPE_CHECKING:
         stacked,
         value_label,
     )
-    from ocmm_gui.kit._path_panel import OwnKeysField, PathPanel, dropped_file, list_step
-    from ocmm_gui.kit._reason_panel import ReasonPanel
-    from ocmm_gui.kit._sheet import ChoiceBox, FormField, Sheet, caption, form_field
+    from ocmm_gui.kit._sheet import ChoiceBox, FormField, LateParts, Sheet, caption, form_field
     from ocmm_gui.kit._shortcuts import (
         DEBOUNCE_S,
         SHORT,
-        Debounced,
+        DebouncedCommand,
         bind_actions,
         conflict_of,
         key_words,
@@ -131,7 +138,7 @@ if TYPE_CHECKING:
         usable_keys,
         use_shortcuts,
     )
-    from ocmm_gui.kit._sound import USUAL_VOLUME, Approach, Sound, SoundPlayer, verdict_sound
+    from ocmm_gui.kit._sound import Approach, Sound, SoundPlayer, verdict_sound
     from ocmm_gui.kit._table_import import TableImport
     from ocmm_gui.kit._texts import (
         PlainLabel,
@@ -149,7 +156,7 @@ if TYPE_CHECKING:
         THEMES,
         WRAPPED,
         Theme,
-        Themed,
+        ThemedWidget,
         apply_theme,
         digit_font,
         dress,
@@ -162,72 +169,71 @@ if TYPE_CHECKING:
         verdict_colour,
         wrapped_pixels,
     )
-    from ocmm_gui.kit._verification_messages import session_of
 else:
     __getattr__ = door(
         __name__,
         _actions="ACTIONS FINISH_KEYS TAKE_KEYS UNDO_KEYS ActionInfo Mode",
-        _answer_panel="AnswerPanel",
-        _fit_text="FitText",
         _language="LANGUAGES chosen_language language_file language_in_use use_language",
-        _marks="Mark feature_mark mark_colour paint_mark status_mark verdict_mark",
+        _layouts="dressed fill hbox vbox",
+        _marks=(
+            "SCENE_LEAST SCENE_SIZE Mark PaintedWidget feature_mark ink mark_colour paint_mark "
+            "status_mark verdict_mark"
+        ),
         _messages=(
             "DASHES PAUSED active_feature approach_words basis_words characteristics_of "
-            "counted_line distance_words feature_title form_words has_failed header_words "
-            "is_held kind_value led_name limit_words millimetres mode_words named_quantity "
-            "next_step outlier_count outlier_words progress_word quantity reference_led_name "
+            "counted_line distance_words feature_title form_words has_failed header_words is_held "
+            "kind_value led_name limit_words millimetres mode_words named_quantity next_step "
+            "outlier_count outlier_words progress_word quantity reference_led_name "
             "reference_words seen_cameras seen_targets shape_word slot_names step_text trouble "
             "verdict_line"
         ),
-        _narrow="HintField NarrowButton NarrowItems fits is_longer",
+        _narrow="FitText HintField NarrowButton NarrowItems fits is_longer",
         _notify="PROCEDURE Banner ErrorHooks Level Notice NoticeCentre NoticeWindow",
         _numbers=(
-            "INCH_MM NumberStyle day_words field_length is_ambiguous length_number length_of_field "
-            "length_words localised numbers_in_use plain_number read_number split_unit style_of "
-            "time_words to_mm typed_value unit_word use_numbers"
+            "INCH_MM NumberStyle day_words field_length is_ambiguous length_number "
+            "length_of_field length_words localised numbers_in_use plain_number read_number "
+            "split_unit style_of time_words to_mm typed_value unit_word use_numbers"
         ),
-        _painted="SCENE_LEAST SCENE_SIZE Painted",
+        _panels="AnswerPanel OwnKeysField PathPanel ReasonPanel dropped_file list_step",
         _parts="ColouredRow DataTable NumberTable panel sentence_label stacked value_label",
-        _path_panel="OwnKeysField PathPanel dropped_file list_step",
-        _reason_panel="ReasonPanel",
-        _sheet="ChoiceBox FormField Sheet caption form_field",
+        _sheet="ChoiceBox FormField LateParts Sheet caption form_field",
         _shortcuts=(
-            "DEBOUNCE_S SHORT Debounced bind_actions conflict_of key_words large_button "
+            "DEBOUNCE_S SHORT DebouncedCommand bind_actions conflict_of key_words large_button "
             "make_actions make_button shortcuts_of show_mode usable_keys use_shortcuts"
         ),
-        _sound="USUAL_VOLUME Approach Sound SoundPlayer verdict_sound",
+        _sound="Approach Sound SoundPlayer verdict_sound",
         _table_import="TableImport",
         _texts="PlainLabel later literal said said_word tr tr_all with_unit",
         _theme=(
-            "CAP_HEIGHT DEFAULT_THEME THEMES WRAPPED Theme Themed apply_theme digit_font dress "
-            "dress_application far_type fitted status_colour text_font use_role verdict_colour "
-            "wrapped_pixels"
+            "CAP_HEIGHT DEFAULT_THEME THEMES WRAPPED Theme ThemedWidget apply_theme digit_font "
+            "dress dress_application far_type fitted status_colour text_font use_role "
+            "verdict_colour wrapped_pixels"
         ),
-        _verification_messages="session_of",
     )
 
 __all__ = [
     "ACTIONS", "CAP_HEIGHT", "DASHES", "DEBOUNCE_S", "DEFAULT_THEME", "FINISH_KEYS", "INCH_MM",
     "LANGUAGES", "PAUSED", "PROCEDURE", "SCENE_LEAST", "SCENE_SIZE", "SHORT", "TAKE_KEYS", "THEMES",
-    "UNDO_KEYS", "USUAL_VOLUME", "WRAPPED", "ActionInfo", "AnswerPanel", "Approach", "Banner",
-    "ChoiceBox", "ColouredRow", "DataTable", "Debounced", "ErrorHooks", "FitText", "FormField",
-    "HintField", "Level", "Mark", "Mode", "NarrowButton", "NarrowItems", "Notice", "NoticeCentre",
-    "NoticeWindow", "NumberStyle", "NumberTable", "OwnKeysField", "Painted", "PathPanel",
-    "PlainLabel", "ReasonPanel", "Sheet", "Sound", "SoundPlayer", "TableImport", "Theme", "Themed",
-    "active_feature", "apply_theme", "approach_words", "basis_words", "bind_actions", "caption",
-    "characteristics_of", "chosen_language", "conflict_of", "counted_line", "day_words",
-    "digit_font", "distance_words", "dress", "dress_application", "dropped_file", "far_type",
-    "feature_mark", "feature_title", "field_length", "fits", "fitted", "form_field", "form_words",
-    "has_failed", "header_words", "is_ambiguous", "is_held", "is_longer", "key_words", "kind_value",
-    "language_file", "language_in_use", "large_button", "later", "led_name", "length_number",
-    "length_of_field", "length_words", "limit_words", "list_step", "literal", "localised",
-    "make_actions", "make_button", "mark_colour", "millimetres", "mode_words", "named_quantity",
-    "next_step", "numbers_in_use", "outlier_count", "outlier_words", "paint_mark", "panel",
-    "plain_number", "progress_word", "quantity", "read_number", "reference_led_name",
-    "reference_words", "said", "said_word", "seen_cameras", "seen_targets", "sentence_label",
-    "session_of", "shape_word", "shortcuts_of", "show_mode", "slot_names", "split_unit", "stacked",
-    "status_colour", "status_mark", "step_text", "style_of", "text_font", "time_words", "to_mm",
-    "tr", "tr_all", "trouble", "typed_value", "unit_word", "usable_keys", "use_language",
-    "use_numbers", "use_role", "use_shortcuts", "value_label", "verdict_colour", "verdict_line",
-    "verdict_mark", "verdict_sound", "with_unit", "wrapped_pixels",
+    "UNDO_KEYS", "WRAPPED", "ActionInfo", "AnswerPanel", "Approach", "Banner", "ChoiceBox",
+    "ColouredRow", "DataTable", "DebouncedCommand", "ErrorHooks", "FitText", "FormField",
+    "HintField", "LateParts", "Level", "Mark", "Mode", "NarrowButton", "NarrowItems", "Notice",
+    "NoticeCentre", "NoticeWindow", "NumberStyle", "NumberTable", "OwnKeysField", "PaintedWidget",
+    "PathPanel", "PlainLabel", "ReasonPanel", "Sheet", "Sound", "SoundPlayer", "TableImport",
+    "Theme", "ThemedWidget", "active_feature", "apply_theme", "approach_words", "basis_words",
+    "bind_actions", "caption", "characteristics_of", "chosen_language", "conflict_of",
+    "counted_line", "day_words", "digit_font", "distance_words", "dress", "dress_application",
+    "dressed", "dropped_file", "far_type", "feature_mark", "feature_title", "field_length", "fill",
+    "fits", "fitted", "form_field", "form_words", "has_failed", "hbox", "header_words", "ink",
+    "is_ambiguous", "is_held", "is_longer", "key_words", "kind_value", "language_file",
+    "language_in_use", "large_button", "later", "led_name", "length_number", "length_of_field",
+    "length_words", "limit_words", "list_step", "literal", "localised", "make_actions",
+    "make_button", "mark_colour", "millimetres", "mode_words", "named_quantity", "next_step",
+    "numbers_in_use", "outlier_count", "outlier_words", "paint_mark", "panel", "plain_number",
+    "progress_word", "quantity", "read_number", "reference_led_name", "reference_words", "said",
+    "said_word", "seen_cameras", "seen_targets", "sentence_label", "shape_word", "shortcuts_of",
+    "show_mode", "slot_names", "split_unit", "stacked", "status_colour", "status_mark", "step_text",
+    "style_of", "text_font", "time_words", "to_mm", "tr", "tr_all", "trouble", "typed_value",
+    "unit_word", "usable_keys", "use_language", "use_numbers", "use_role", "use_shortcuts",
+    "value_label", "vbox", "verdict_colour", "verdict_line", "verdict_mark", "verdict_sound",
+    "with_unit", "wrapped_pixels",
 ]  # fmt: skip

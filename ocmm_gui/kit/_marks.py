@@ -1,15 +1,74 @@
-"""Marks: one shape per outcome, so that nothing depends on colour."""
+"""Painted widgets, their ink, and marks: a shape per outcome, so that nothing depends on colour."""
 
 from __future__ import annotations
 
 from enum import Enum
 
-from PySide6.QtCore import QPointF, QRectF, Qt
-from PySide6.QtGui import QColor, QPainter, QPen, QPolygonF
+from PySide6.QtCore import QPointF, QRectF, QSize, Qt
+from PySide6.QtGui import QBrush, QColor, QFont, QGradient, QPainter, QPen, QPolygonF
+from PySide6.QtWidgets import QSizePolicy, QWidget
 
 from ocmm_core.inspection.evaluation import FeatureState, FeatureView, StatusWord
 from ocmm_core.tolerances.decisions import Verdict
-from ocmm_gui.kit._theme import Theme
+from ocmm_gui.kit._theme import DEFAULT_THEME, THEMES, Theme
+
+SCENE_SIZE, SCENE_LEAST = (460, 340), (200, 130)
+"""Size and minimum of pictures that fill most of a page."""
+
+
+class PaintedWidget(QWidget):
+    """A widget painted in the colours of a theme; ``size``: hint, ``least``: legible, px."""
+
+    def __init__(self, name: str, size: tuple[int, int], least: tuple[int, int]) -> None:
+        super().__init__()
+        self._theme = THEMES[DEFAULT_THEME]
+        self._size_hint = QSize(*size)
+        self._least_size = QSize(*least)
+        self.setAccessibleName(name)
+        self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
+
+    def set_theme(self, theme: Theme) -> None:
+        self._theme = theme
+        self.update()
+
+    def sizeHint(self) -> QSize:
+        return self._size_hint
+
+    def minimumSizeHint(self) -> QSize:
+        return self._least_size
+
+    def _painter(self) -> QPainter:
+        """Return an antialiased painter; only for use in `paintEvent`."""
+        painter = QPainter(self)
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        return painter
+
+    def _paint_panel(self, painter: QPainter) -> QRectF:
+        """Paint and return the frame of a panel, highlighted if it has the focus."""
+        frame = QRectF(self.rect()).adjusted(0.5, 0.5, -0.5, -0.5)
+        theme = self._theme
+        pen = QPen(QColor(theme.border), theme.border_px)
+        if self.hasFocus():
+            pen = QPen(QColor(theme.accent), theme.border_px + 1)
+        ink(painter, pen, QColor(self._theme.panel))
+        painter.drawRoundedRect(frame, 6, 6)
+        return frame
+
+
+def ink(
+    painter: QPainter,
+    pen: QPen | QColor | Qt.PenStyle | None = None,
+    brush: QBrush | QColor | QGradient | Qt.BrushStyle | None = None,
+    *,
+    font: QFont | None = None,
+) -> None:
+    """Set pen, brush and font of a painter, if given."""
+    if pen is not None:
+        painter.setPen(pen)
+    if brush is not None:
+        painter.setBrush(brush)
+    if font is not None:
+        painter.setFont(font)
 
 
 class Mark(Enum):
@@ -75,11 +134,9 @@ def paint_mark(painter: QPainter, mark: Mark, box: QRectF, colour: str, inside: 
     fill, hole = QColor(colour), QPen(QColor(inside), 0.12)
     hole.setCapStyle(Qt.PenCapStyle.RoundCap)
     hole.setJoinStyle(Qt.PenJoinStyle.RoundJoin)
-    painter.setPen(Qt.PenStyle.NoPen)
-    painter.setBrush(fill)
+    ink(painter, Qt.PenStyle.NoPen, fill)
     if mark is Mark.OPEN:
-        painter.setPen(QPen(fill, 0.1))
-        painter.setBrush(Qt.BrushStyle.NoBrush)
+        ink(painter, QPen(fill, 0.1), Qt.BrushStyle.NoBrush)
         painter.drawEllipse(QRectF(0.12, 0.12, 0.76, 0.76))
     elif mark is Mark.ACTIVE:
         painter.drawPolygon(_polygon((0.15, 0.08), (0.92, 0.5), (0.15, 0.92)))

@@ -2,7 +2,7 @@
 
 English fits and is painted by Qt. In other languages labels, buttons and field hints first use a
 second line, if high enough, then smaller type, down to `LEAST` of their size. Their minimum width
-follows, so that no page becomes wider than its window.
+follows, so that no page becomes wider than its window. `FitText` fills its area in every language.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from pathlib import PurePath
 from typing import Protocol, runtime_checkable
 
 from PySide6.QtCore import QModelIndex, QPersistentModelIndex, QRect, QRectF, QSize, Qt
-from PySide6.QtGui import QFont, QFontMetricsF, QPainter, QPaintEvent, QPalette
+from PySide6.QtGui import QColor, QFont, QFontMetricsF, QPainter, QPaintEvent, QPalette
 from PySide6.QtWidgets import (
     QLineEdit,
     QPushButton,
@@ -27,6 +27,8 @@ from PySide6.QtWidgets import (
 )
 
 from ocmm_gui.kit._language import LANGUAGES, language_in_use
+from ocmm_gui.kit._marks import Mark, PaintedWidget, ink, paint_mark
+from ocmm_gui.kit._theme import digit_font, fitted, text_font
 
 LEAST = 0.7
 """Minimum relative type size: 14 px become 10."""
@@ -45,7 +47,7 @@ def is_longer() -> bool:
 
 
 @dataclass(frozen=True, slots=True)
-class Fitted:
+class FittedText:
     """Layout of a fully visible text."""
 
     text: str
@@ -54,7 +56,9 @@ class Fitted:
     """Requested size or smaller."""
 
 
-def fit_words(text: str, font: QFont, width: float, height: float, *, wraps: bool) -> Fitted | None:
+def fit_words(
+    text: str, font: QFont, width: float, height: float, *, wraps: bool
+) -> FittedText | None:
     """Return the layout of a text, largest type first, or None; unless ``wraps``, in two lines."""
     pixels = font.pixelSize() if font.pixelSize() > 0 else QFontMetricsF(font).height()
     texts = (text,) if wraps or "\n" in text else (text, halved(text, font))
@@ -65,7 +69,7 @@ def fit_words(text: str, font: QFont, width: float, height: float, *, wraps: boo
         for one in texts:
             wide, high = _needed(one, metrics, width, wraps=wraps)
             if wide <= width + _SLACK_PX and high <= height + _SLACK_PX:
-                return Fitted(one, smaller)
+                return FittedText(one, smaller)
     return None
 
 
@@ -117,7 +121,7 @@ class NarrowButton(QPushButton):
         need = least_width(self.text(), self.font(), rows=rows)
         return QSize(min(hint.width(), round(hint.width() - full + need) + 1), hint.height())
 
-    def fitted(self) -> Fitted | None:
+    def fitted(self) -> FittedText | None:
         """Return the layout of the text; None if it does not fit."""
         room, font = self._room(), QFont(self.font())
         # Bold by style sheet.
@@ -134,8 +138,7 @@ class NarrowButton(QPushButton):
         painter = QStylePainter(self)
         painter.drawControl(QStyle.ControlElement.CE_PushButtonBevel, option)
         # Not by the style: its sheet would override the font.
-        painter.setFont(found.font)
-        painter.setPen(self.palette().color(self._role()))
+        ink(painter, self.palette().color(self._role()), font=found.font)
         flags = Qt.AlignmentFlag.AlignCenter | Qt.TextFlag.TextShowMnemonic
         painter.drawText(self._room(), flags, found.text)
 
@@ -191,7 +194,7 @@ class HintField(QLineEdit):
     def placeholderText(self) -> str:
         return self._hint
 
-    def fitted(self) -> Fitted | None:
+    def fitted(self) -> FittedText | None:
         """Return the layout of the hint; None if it does not fit."""
         room = self._room()
         return fit_words(self._hint, self.font(), room.width(), room.height(), wraps=True)
@@ -206,10 +209,9 @@ class HintField(QLineEdit):
             return
         room = self._room()
         short = self.fontMetrics().elidedText(self._hint, Qt.TextElideMode.ElideRight, room.width())
-        found = self.fitted() or Fitted(short, self.font())
+        found = self.fitted() or FittedText(short, self.font())
         painter = QPainter(self)
-        painter.setFont(found.font)
-        painter.setPen(self.palette().color(QPalette.ColorRole.PlaceholderText))
+        ink(painter, self.palette().color(QPalette.ColorRole.PlaceholderText), font=found.font)
         painter.drawText(
             room,
             Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter | Qt.TextFlag.TextWordWrap,
@@ -254,7 +256,7 @@ class _Fits(Protocol):
 
 @runtime_checkable
 class _Fitted(Protocol):
-    def fitted(self) -> Fitted | None: ...
+    def fitted(self) -> FittedText | None: ...
 
 
 def fits(widget: QWidget) -> bool:
@@ -262,3 +264,95 @@ def fits(widget: QWidget) -> bool:
     if isinstance(widget, _Fitted):
         return is_longer() and widget.fitted() is not None
     return isinstance(widget, _Fits) and widget.fits()
+
+
+_LEAST_PX = 9
+
+
+class FitText(PaintedWidget):
+    """One line in the largest type that also fits ``reserve``: digits do not resize it."""
+
+    def __init__(
+        self,
+        name: str,
+        *,
+        limit: float = 400.0,
+        align: Qt.AlignmentFlag = Qt.AlignmentFlag.AlignLeft,
+        digits: bool = False,
+        reserve: str = "",
+    ) -> None:
+        super().__init__(name, (80, 24), (20, 14))
+        self._name = name
+        self._limit = limit
+        self._align = align
+        self._digits = digits
+        self._reserve = reserve
+        self._text = ""
+        self._colour: str | None = None
+        self._mark: Mark | None = None
+
+    def show_text(self, text: str, colour: str | None = None, mark: Mark | None = None) -> None:
+        """Show a line; the default colour is that of text."""
+        if (text, colour, mark) != (self._text, self._colour, self._mark):
+            self._text, self._colour, self._mark = text, colour, mark
+            self.setAccessibleName(f"{self._name}: {text}" if text else self._name)
+            self.update()
+
+    def use_limit(self, limit: float) -> None:
+        if limit != self._limit:
+            self._limit = limit
+            self.update()
+
+    def text(self) -> str:
+        return self._text
+
+    def type_pixels(self) -> int:
+        return self._font_size()
+
+    def size_of(self, text: str) -> int:
+        """Return the pixel size of a line with a mark."""
+        return self._size(text, marked=True)
+
+    def fits(self) -> bool:
+        """Return whether the whole line is visible in readable type."""
+        size = self._font_size()
+        font = digit_font(size) if self._digits else text_font(size, bold=True)
+        used = QFontMetricsF(font).horizontalAdvance(self._text)
+        if self._mark is not None:
+            used += 0.95 * size
+        return size >= _LEAST_PX and used <= self.width() + 1.0
+
+    def _font_size(self) -> int:
+        longest = max(self._text, self._reserve, key=len)
+        return self._size(longest, marked=self._mark is not None)
+
+    def _size(self, text: str, *, marked: bool) -> int:
+        base = digit_font(10) if self._digits else text_font(10, bold=True)
+        width = float(self.width())
+        if marked:
+            width -= 0.95 * min(self._limit, self.height() / 1.17)
+        return fitted(base, text, width, self.height(), self._limit).pixelSize()
+
+    def paintEvent(self, event: QPaintEvent) -> None:
+        size = self._font_size()
+        painter = QPainter(self)
+        painter.setFont(digit_font(size) if self._digits else text_font(size, bold=True))
+        colour = self._colour or self._theme.text
+        box = QRectF(self.rect())
+        if self._mark is not None:
+            side = 0.72 * size
+            advance = painter.fontMetrics().horizontalAdvance(self._text)
+            left = 0.0
+            if self._align & Qt.AlignmentFlag.AlignRight:
+                left = box.width() - advance - 0.95 * size
+            elif self._align & Qt.AlignmentFlag.AlignHCenter:
+                left = 0.5 * (box.width() - advance - 0.95 * size)
+            left = max(left, 0.0)
+            mark_box = QRectF(left, 0.5 * (box.height() - side), side, side)
+            paint_mark(painter, self._mark, mark_box, colour, self._theme.background)
+            box.setLeft(left + 0.95 * size)
+            align = Qt.AlignmentFlag.AlignLeft
+        else:
+            align = self._align
+        painter.setPen(QColor(colour))
+        painter.drawText(box, align | Qt.AlignmentFlag.AlignVCenter, self._text)

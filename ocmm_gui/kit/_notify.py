@@ -16,11 +16,12 @@ from types import TracebackType
 
 from PySide6.QtCore import QEvent, QObject, Qt, QTimer, Signal
 from PySide6.QtGui import QKeyEvent, QResizeEvent
-from PySide6.QtWidgets import QFrame, QHBoxLayout, QMainWindow, QSizePolicy, QWidget
+from PySide6.QtWidgets import QFrame, QMainWindow, QSizePolicy, QWidget
 
 from ocmm_core.documents import write_atomic
 from ocmm_core.errors import StorageError
 from ocmm_core.failure import contained
+from ocmm_gui.kit._layouts import dressed, hbox
 from ocmm_gui.kit._narrow import NarrowButton
 from ocmm_gui.kit._texts import PlainLabel, said, tr
 from ocmm_gui.kit._theme import Theme, text_font
@@ -194,17 +195,11 @@ class Banner(QFrame):
         self._far = False
         self._set_font()
         self._text.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Preferred)
-        self._dismiss = NarrowButton("")
-        self._dismiss.setAccessibleName(tr("Dismiss this message"))
+        self._dismiss = dressed(NarrowButton(""), tr("Dismiss this message"))
         self._dismiss.setFocusPolicy(Qt.FocusPolicy.NoFocus)
         self._dismiss.clicked.connect(self.dismiss)
-        layout = QHBoxLayout(self)
-        layout.setContentsMargins(14, 6, 8, 6)
-        layout.addWidget(self._text, 1)
-        layout.addWidget(self._dismiss)
-        self._timer = QTimer(self)
-        self._timer.setSingleShot(True)
-        self._timer.setInterval(INFO_SECONDS * 1000)
+        hbox((self._text, 1), self._dismiss, parent=self, margins=(14, 6, 8, 6))
+        self._timer = QTimer(self, singleShot=True, interval=INFO_SECONDS * 1000)
         self._timer.timeout.connect(self.dismiss)
         self.hide()
 

@@ -22,6 +22,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from ocmm_gui.kit._layouts import vbox
 from ocmm_gui.kit._texts import PlainLabel, literal
 from ocmm_gui.kit._theme import DEFAULT_THEME, THEMES, Theme, digit_font, text_font
 
@@ -198,8 +199,7 @@ def panel(layout: QVBoxLayout | QGridLayout) -> QFrame:
 
 def stacked(*widgets: QWidget) -> QVBoxLayout:
     """Return a layout of vertically stacked widgets of equal height."""
-    layout = QVBoxLayout()
-    layout.setSpacing(4)
+    layout = vbox(spacing=4)
     for widget in widgets:
         layout.addWidget(widget, 1)
     return layout

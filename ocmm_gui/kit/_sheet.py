@@ -1,26 +1,20 @@
-"""Sheets: pages opened during measuring and closed with Esc, without loss."""
+"""Sheets: pages opened during measuring and closed with Esc without loss, and parts made late."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from typing import TypeVar
 
-from PySide6.QtCore import QEvent, QPointF, Qt, Signal
+from PySide6.QtCore import QEvent, QObject, QPointF, Qt, Signal
 from PySide6.QtGui import QAction, QColor, QKeyEvent, QKeySequence, QPainter, QPaintEvent, QPolygonF
-from PySide6.QtWidgets import (
-    QComboBox,
-    QGridLayout,
-    QHBoxLayout,
-    QLabel,
-    QSizePolicy,
-    QVBoxLayout,
-    QWidget,
-)
+from PySide6.QtWidgets import QComboBox, QGridLayout, QLabel, QSizePolicy, QWidget
 
 from ocmm_core.errors import OcmmError
 from ocmm_gui.kit._actions import ActionInfo
+from ocmm_gui.kit._layouts import dressed, hbox, vbox
+from ocmm_gui.kit._marks import ink
+from ocmm_gui.kit._panels import OwnKeysField
 from ocmm_gui.kit._parts import sentence_label
-from ocmm_gui.kit._path_panel import OwnKeysField
 from ocmm_gui.kit._shortcuts import key_words, make_button
 from ocmm_gui.kit._texts import PlainLabel, later, literal, tr
 from ocmm_gui.kit._theme import DEFAULT_THEME, THEMES, Theme, text_font, use_role
@@ -30,6 +24,15 @@ _BUTTON_PX = 42
 _MOST_IN_ROW = 10
 
 T = TypeVar("T")
+
+
+class LateParts(QObject):
+    """Base of objects with late parts, each a `cached_property`."""
+
+    def is_made(self, name: str) -> bool:
+        """Return whether the part of this name was used before."""
+        # `cached_property` stores its value under its name.
+        return name in self.__dict__
 
 
 class Sheet(QWidget):
@@ -52,20 +55,11 @@ class Sheet(QWidget):
         self._about = sentence_label(tr("About this page"), 14)
         self._about.setProperty("role", "muted")
         self._about.setAlignment(Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter)
-        self._head = QHBoxLayout()
-        self._head.setSpacing(18)
-        self._head.addWidget(self._title)
-        self._head.addWidget(self._about, 1)
-        self.body = QVBoxLayout()
-        self.body.setSpacing(8)
+        self._head = hbox(self._title, (self._about, 1), spacing=18)
+        self.body = vbox(spacing=8)
         self._row = QGridLayout()
         self._row.setSpacing(8)
-        layout = QVBoxLayout(self)
-        layout.setContentsMargins(14, 8, 14, 10)
-        layout.setSpacing(8)
-        layout.addLayout(self._head)
-        layout.addLayout(self.body, 1)
-        layout.addLayout(self._row)
+        vbox(self._head, (self.body, 1), self._row, parent=self, spacing=8, margins=(14, 8, 14, 10))
 
     def say(self, about: str, *, warns: bool = False) -> None:
         """Show a sentence next to the title, optionally in warning colour."""
@@ -168,8 +162,7 @@ class ChoiceBox(QComboBox):
         super().paintEvent(event)
         painter = QPainter(self)
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
-        painter.setPen(Qt.PenStyle.NoPen)
-        painter.setBrush(QColor(self._theme.text))
+        ink(painter, Qt.PenStyle.NoPen, QColor(self._theme.text))
         x, y = self.width() - 16.0, 0.5 * self.height()
         painter.drawPolygon(
             QPolygonF([QPointF(x - 5, y - 3), QPointF(x + 5, y - 3), QPointF(x, y + 4)])
@@ -178,8 +171,7 @@ class ChoiceBox(QComboBox):
 
 def form_field(name: str, tip: str, text: str = "") -> FormField:
     """Return a field in a type readable while standing."""
-    field = FormField(text)
-    field.setAccessibleName(name)
+    field = dressed(FormField(text), name)
     field.setToolTip(literal(tip))
     field.setPlaceholderText(tip)
     field.setFont(text_font(15))
@@ -187,9 +179,7 @@ def form_field(name: str, tip: str, text: str = "") -> FormField:
 
 
 def caption(text: str, buddy: QWidget | None = None) -> QLabel:
-    label = PlainLabel(text)
-    label.setFont(text_font(14))
-    label.setProperty("role", "muted")
+    label = dressed(PlainLabel(text), font=text_font(14), role="muted")
     if buddy is not None:
         label.setBuddy(buddy)
     return label

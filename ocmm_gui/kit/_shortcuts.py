@@ -10,6 +10,7 @@ from PySide6.QtGui import QAction, QKeyEvent, QKeySequence
 from PySide6.QtWidgets import QPushButton, QWidget
 
 from ocmm_gui.kit._actions import ACTIONS, ActionInfo, Mode
+from ocmm_gui.kit._layouts import dressed
 from ocmm_gui.kit._narrow import NarrowButton
 from ocmm_gui.kit._texts import later, literal, tr
 from ocmm_gui.kit._theme import text_font
@@ -18,7 +19,7 @@ DEBOUNCE_S = 0.15
 """Faster presses count once: contacts bounce for some 20 ms, feet need 250 ms."""
 
 
-class Debounced:
+class DebouncedCommand:
     """Call ``command`` unless called less than `DEBOUNCE_S` ago."""
 
     def __init__(
@@ -136,7 +137,7 @@ def bind_actions(actions: Mapping[str, QAction], calls: Mapping[str, Callable[[]
     """Connect every action to its command; KeyError if ``calls`` lacks one."""
     for info in ACTIONS:
         call = calls[info.key]
-        command = Debounced(call) if info.is_trigger else call
+        command = DebouncedCommand(call) if info.is_trigger else call
         # QAction sends its checked state, which no command needs.
         actions[info.key].triggered.connect(lambda _checked, command=command: command())
 
@@ -171,9 +172,7 @@ def make_button(action: QAction, *, primary: bool = False) -> QPushButton:
 
 def large_button(text: str, name: str, key: str = "") -> QPushButton:
     """Return a button of a start page, optionally with its key; that of Return is primary."""
-    button = NarrowButton(text)
-    button.setAccessibleName(name)
-    button.setFont(text_font(18, bold=True))
+    button = dressed(NarrowButton(text), name, font=text_font(18, bold=True))
     button.setMinimumHeight(54)
     if key:
         button.setShortcut(key)

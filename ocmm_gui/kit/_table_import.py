@@ -7,9 +7,10 @@ from typing import Any
 
 from PySide6.QtCore import Qt, QTimer, Signal
 from PySide6.QtGui import QColor, QKeyEvent
-from PySide6.QtWidgets import QGridLayout, QHBoxLayout, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QGridLayout, QWidget
 
 from ocmm_core.tables import TableOptions, TablePreview
+from ocmm_gui.kit._layouts import dressed, hbox, vbox
 from ocmm_gui.kit._narrow import NarrowButton
 from ocmm_gui.kit._parts import DataTable, sentence_label
 from ocmm_gui.kit._sheet import ChoiceBox, caption, form_field
@@ -55,13 +56,10 @@ class TableImport(QWidget):
         self.take = NarrowButton(tr("Take over  [Return]"))
         self.take.setAccessibleName(tr("Take the table over"))
         self.take.setProperty("role", "primary")
-        self.back = NarrowButton(tr("Back  [Esc]"))
-        self.back.setAccessibleName(tr("Go back without the table"))
+        self.back = dressed(NarrowButton(tr("Back  [Esc]")), tr("Go back without the table"))
         self.take.clicked.connect(self._emit_taken)
         self.back.clicked.connect(self.declined)
-        self._again = QTimer(self)
-        self._again.setSingleShot(True)
-        self._again.setInterval(_PAUSE_MS)
+        self._again = QTimer(self, singleShot=True, interval=_PAUSE_MS)
         self._again.timeout.connect(self._emit_changed)
         for field in (self.unit, self.columns, self.skip):
             field.textChanged.connect(lambda _text: self._again.start())
@@ -171,14 +169,7 @@ class TableImport(QWidget):
                 form.addWidget(field, row, 2 * place + 1)
         form.setColumnStretch(1, 1)
         form.setColumnStretch(3, 1)
-        keys = QHBoxLayout()
-        keys.addWidget(self.take, 2)
-        keys.addWidget(self.back, 1)
-        layout = QVBoxLayout(self)
-        layout.setContentsMargins(0, 0, 0, 0)
-        layout.setSpacing(8)
-        layout.addWidget(self.title)
-        layout.addWidget(self.summary)
-        layout.addWidget(self.table, 1)
-        layout.addLayout(form)
-        layout.addLayout(keys)
+        keys = hbox((self.take, 2), (self.back, 1))
+        vbox(
+            self.title, self.summary, (self.table, 1), form, keys, parent=self, spacing=8, margins=0
+        )

@@ -30,7 +30,7 @@ from PySide6.QtWidgets import QLabel, QWidget
 from ocmm_core.errors import OcmmError
 from ocmm_core.wording import ENGLISH, Translation, load_translation
 from ocmm_gui.kit._language import language_in_use
-from ocmm_gui.kit._narrow import Fitted, fit_words, is_longer, least_width
+from ocmm_gui.kit._narrow import FittedText, fit_words, is_longer, least_width
 from ocmm_gui.kit._numbers import Sentence, numbers_in_use, unit_word
 
 _JOINER = "\N{WORD JOINER}"
@@ -126,7 +126,7 @@ class PlainLabel(QLabel):
         need = least_width(self.text(), self.font(), rows=1)
         return QSize(min(hint.width(), round(hint.width() - full + need) + 1), hint.height())
 
-    def fitted(self) -> Fitted | None:
+    def fitted(self) -> FittedText | None:
         """Return the layout of the text; None if it does not fit."""
         room = self.contentsRect()
         return fit_words(

@@ -67,7 +67,7 @@ DEFAULT_THEME = "dark"
 
 
 @runtime_checkable
-class Themed(Protocol):
+class ThemedWidget(Protocol):
     """A widget painted in theme colours."""
 
     def set_theme(self, theme: Theme) -> None:
@@ -246,7 +246,7 @@ def dress(whole: QWidget, theme: Theme) -> None:
     """Set the theme of every self-painted widget in `whole`."""
     for widget in (whole, *whole.findChildren(QWidget)):
         # Most are plain, and the question for a protocol takes twenty times as long.
-        if hasattr(widget, "set_theme") and isinstance(widget, Themed):
+        if hasattr(widget, "set_theme") and isinstance(widget, ThemedWidget):
             widget.set_theme(theme)
 
 

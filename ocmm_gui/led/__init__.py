@@ -3,8 +3,8 @@
 In: mouse and keys over the 3-D view, and a leadable hand of the core. Out: the holder of the probe,
 its target, and a guided tour.
 
-Start with `_hand_control` (joins all); then `_hand_strip` (shows the holder of the probe), `_tour`
-(two minutes, step by step).
+Start with `_hand_control` (joins all); then `_hand_strip` (shows the holder of the probe, and the
+tour: two minutes, step by step).
 It must not depend on the motion of the hand or on its frames.
 """
 
@@ -16,8 +16,8 @@ from ocmm_core.door import door
 
 if TYPE_CHECKING:
     from ocmm_gui.led._hand_control import HandControl, LedProbe
-    from ocmm_gui.led._tour import TOUR
+    from ocmm_gui.led._hand_strip import TOUR
 else:
-    __getattr__ = door(__name__, _hand_control="HandControl LedProbe", _tour="TOUR")
+    __getattr__ = door(__name__, _hand_control="HandControl LedProbe", _hand_strip="TOUR")
 
 __all__ = ["TOUR", "HandControl", "LedProbe"]

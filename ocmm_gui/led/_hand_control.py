@@ -16,8 +16,7 @@ from ocmm_core.inspection.evaluation import LiveView
 from ocmm_core.part_model import PlacedPart
 from ocmm_gui.bridge import StationBridge
 from ocmm_gui.kit import NoticeCentre, tr
-from ocmm_gui.led._hand_strip import HandStrip
-from ocmm_gui.led._tour import TOUR, Tour, TourLook
+from ocmm_gui.led._hand_strip import TOUR, HandStrip, Tour, TourInputs
 from ocmm_gui.scene import OrbitView
 from ocmm_gui.views import PointView
 
@@ -111,7 +110,7 @@ class BallLead(QObject):
         return True
 
 
-class HandSeen(Protocol):
+class HandState(Protocol):
     """State of a led hand (`ocmm_sim.hand.HandView`)."""
 
     @property
@@ -125,14 +124,14 @@ class HandSeen(Protocol):
         ...
 
 
-class LedSeen(Protocol):
+class ProbeHandState(Protocol):
     """State of the probe (`ocmm_sim.hand.LedView`)."""
 
     @property
     def taken(self) -> bool: ...
 
     @property
-    def hand(self) -> HandSeen: ...
+    def hand(self) -> HandState: ...
 
     @property
     def turn(self) -> tuple[float, float]:
@@ -162,7 +161,7 @@ class LedProbe(Protocol):
 
     def press(self) -> None: ...
 
-    def view(self) -> LedSeen: ...
+    def view(self) -> ProbeHandState: ...
 
     def part(self) -> PlacedPart:
         """Return the part; raise OcmmError if it has no shape."""
@@ -288,7 +287,7 @@ class HandControl(QObject):
             return
         job = self._bridge.shown.job
         live = self._bridge.station.looks.live()
-        now = TourLook(
+        now = TourInputs(
             self._hand.taken, sum(len(one.points) for one in job.features), live.tip_world,
             self._hand.view().turn, self._page(), job,
         )  # fmt: skip

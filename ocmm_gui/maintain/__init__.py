@@ -5,7 +5,7 @@ Out: pages, and irreversible actions, which require a second key press.
 
 Start with `_maintain_view` (list of pages), then the pages: `_calibration_page`, `_probe_page`,
 `_bus_page`, `_probe_design_page`, `_fits_page`, `_recall_sheet`. `_status_page` is the base of
-calibration and probe pages, `_confirmed_actions` has the actions; the others are tables and
+calibration and probe pages, `_maintain_view` has the actions; the others are tables and
 pictures of one page.
 It must not import the inspector's screens, results, plan editor or wizards.
 """
@@ -19,9 +19,8 @@ from ocmm_core.door import door
 if TYPE_CHECKING:
     from ocmm_gui.maintain._bus_page import BusPage
     from ocmm_gui.maintain._calibration_page import CalibrationPage
-    from ocmm_gui.maintain._confirmed_actions import ConfirmedActions
     from ocmm_gui.maintain._fits_page import FitsPage
-    from ocmm_gui.maintain._maintain_view import MaintainView, Page
+    from ocmm_gui.maintain._maintain_view import ConfirmedActions, MaintainView, Page
     from ocmm_gui.maintain._probe_design_page import ProbeDesignPage, plain_body
     from ocmm_gui.maintain._probe_page import ProbePage
     from ocmm_gui.maintain._recall_sheet import RecallSheet
@@ -30,9 +29,8 @@ else:
         __name__,
         _bus_page="BusPage",
         _calibration_page="CalibrationPage",
-        _confirmed_actions="ConfirmedActions",
         _fits_page="FitsPage",
-        _maintain_view="MaintainView Page",
+        _maintain_view="ConfirmedActions MaintainView Page",
         _probe_design_page="ProbeDesignPage plain_body",
         _probe_page="ProbePage",
         _recall_sheet="RecallSheet",

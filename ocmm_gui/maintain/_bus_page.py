@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 from PySide6.QtCore import QRectF, Qt, QTimer
 from PySide6.QtGui import QColor, QHideEvent, QPainter, QPaintEvent, QShowEvent
-from PySide6.QtWidgets import QGridLayout, QHBoxLayout, QStackedWidget, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QGridLayout, QStackedWidget, QWidget
 
 from ocmm_core.fieldbus.report import (
     BusPhase,
@@ -32,10 +32,14 @@ from ocmm_gui.kit import (
     THEMES,
     FitText,
     Mark,
-    Painted,
+    PaintedWidget,
     PlainLabel,
     Theme,
     digit_font,
+    dressed,
+    fill,
+    hbox,
+    ink,
     later,
     localised,
     panel,
@@ -46,9 +50,9 @@ from ocmm_gui.kit import (
     text_font,
     tr,
     value_label,
+    vbox,
 )
-from ocmm_gui.maintain._bus_tables import BusEventTable, CameraTable
-from ocmm_gui.maintain._wire_view import WireView
+from ocmm_gui.maintain._wire_view import BusEventTable, CameraTable, WireView
 
 _ROW_PX = 19.0
 _BAR_PX = 12.0
@@ -57,7 +61,7 @@ _LEFT = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter
 _RIGHT = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
 
 
-class CycleAccounts(Painted):
+class CycleAccounts(PaintedWidget):
     """A bar of the four verdicts, a line per verdict, and their sum."""
 
     def __init__(self) -> None:
@@ -86,8 +90,7 @@ class CycleAccounts(Painted):
     def paintEvent(self, event: QPaintEvent) -> None:
         painter = QPainter(self)
         theme = self._theme
-        painter.setFont(text_font(13))
-        painter.setPen(QColor(theme.muted))
+        ink(painter, QColor(theme.muted), font=text_font(13))
         painter.drawText(QRectF(0.0, 0.0, self.width(), _ROW_PX), _LEFT, tr("Bus cycles"))
         colours = (theme.good, theme.warn, theme.accent, theme.bad)
         self._paint_bar(painter, colours)
@@ -170,8 +173,7 @@ class BusPage(QStackedWidget):
         self._absent.setMargin(40)
         self.addWidget(self._absent)
         self.addWidget(self._contents())
-        self._timer = QTimer(self)
-        self._timer.setInterval(REFRESH_MS)
+        self._timer = QTimer(self, interval=REFRESH_MS)
         self._timer.timeout.connect(self.refresh)
 
     def phase(self) -> str:
@@ -282,20 +284,11 @@ class BusPage(QStackedWidget):
 
     def _contents(self) -> QWidget:
         contents = QWidget()
-        layout = QVBoxLayout(contents)
-        layout.setContentsMargins(0, 0, 0, 0)
-        layout.setSpacing(8)
-        words = QVBoxLayout()
-        words.addWidget(self._phase)
-        words.addWidget(self._trouble, 1)
-        head = QHBoxLayout()
-        head.setSpacing(8)
-        head.addWidget(panel(words), 2)
-        head.addWidget(panel(stacked(self.wire)), 3)
-        layout.addLayout(head, 2)
-        layout.addWidget(self.cameras)
-        charts = QHBoxLayout()
-        charts.setSpacing(8)
+        layout = vbox(parent=contents, spacing=8, margins=0)
+        words = vbox(self._phase, (self._trouble, 1))
+        head = hbox((panel(words), 2), (panel(stacked(self.wire)), 3), spacing=8)
+        fill(layout, (head, 2), self.cameras)
+        charts = hbox(spacing=8)
         for part, stretch in (
             (stacked(self.accounts), 5),
             (stacked(self.lateness), 6),
@@ -304,9 +297,7 @@ class BusPage(QStackedWidget):
             (self._fact_grid(), 4),
         ):
             charts.addWidget(panel(part), stretch)
-        layout.addLayout(charts, 6)
-        layout.addWidget(self.events, 6)
-        layout.addWidget(self._notes)
+        fill(layout, (charts, 6), (self.events, 6), self._notes)
         return contents
 
     def _fact_grid(self) -> QGridLayout:
@@ -314,9 +305,7 @@ class BusPage(QStackedWidget):
         grid.setHorizontalSpacing(8)
         grid.setVerticalSpacing(0)
         for row, (name, value) in enumerate(self.facts.items()):
-            caption = PlainLabel(tr(name))
-            caption.setProperty("role", "muted")
-            caption.setFont(text_font(13))
+            caption = dressed(PlainLabel(tr(name)), font=text_font(13), role="muted")
             grid.addWidget(caption, row, 0)
             grid.addWidget(value, row, 1)
         return grid

@@ -13,10 +13,9 @@ from ocmm_core.calibration.records import (
     VerificationRecord,
 )
 from ocmm_core.camera import Rig
-from ocmm_gui.charts import HistoryChart
-from ocmm_gui.kit import later, localised, session_of, stacked, tr
-from ocmm_gui.maintain._calibration_table import HistoryTable, local_time
-from ocmm_gui.maintain._status_page import StatusPage, in_a_row
+from ocmm_gui.charts import HistoryChart, session_of
+from ocmm_gui.kit import later, localised, stacked, tr
+from ocmm_gui.maintain._status_page import HistoryTable, StatusPage, in_a_row, local_time
 
 DESIGN = later("Virtual cameras: the geometry of the rig document is used.")
 _IN_ORDER = later("Calibrated, verified and in date. Points can be taken.")

@@ -6,7 +6,7 @@ from functools import partial
 from pathlib import Path
 
 from PySide6.QtCore import Qt, Signal
-from PySide6.QtWidgets import QHBoxLayout, QProgressBar, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QProgressBar, QWidget
 
 from ocmm_core.errors import OcmmError
 from ocmm_core.features.measured import (
@@ -29,6 +29,8 @@ from ocmm_gui.kit import (
     OwnKeysField,
     Theme,
     digit_font,
+    dressed,
+    hbox,
     later,
     localised,
     panel,
@@ -36,6 +38,7 @@ from ocmm_gui.kit import (
     sentence_label,
     text_font,
     tr,
+    vbox,
 )
 from ocmm_gui.work import SideProcess, Tell
 
@@ -75,8 +78,7 @@ class FitsPage(QWidget):
         self.setAccessibleName(tr("Fits against certified pairs"))
         self._theme = THEMES[DEFAULT_THEME]
         self._reports: tuple[SetReport, ...] = ()
-        self.folder = OwnKeysField()
-        self.folder.setAccessibleName(tr("Folder of reference pairs"))
+        self.folder = dressed(OwnKeysField(), tr("Folder of reference pairs"))
         self.folder.setPlaceholderText(tr("Folder of reference pairs"))
         self.folder.setFont(text_font(15))
         self.folder.returnPressed.connect(self.toggle)
@@ -85,9 +87,7 @@ class FitsPage(QWidget):
             tr("Convention of the certified values"),
             [item.name for item in Convention],
         )
-        self.button = NarrowButton(tr("Verify"))
-        self.button.setProperty("role", "primary")
-        self.button.setAccessibleName(tr("Verify"))
+        self.button = dressed(NarrowButton(tr("Verify")), tr("Verify"), role="primary")
         self.button.setMinimumHeight(40)
         self.button.setFont(text_font(15, bold=True))
         self.button.clicked.connect(self.toggle)
@@ -98,26 +98,14 @@ class FitsPage(QWidget):
         self.table = NumberTable(tr("Worst errors"), _columns(), whole=False, font=text_font(15))
         self.table.right_heads(range(1, _VERDICT))
         self.table.verticalHeader().setDefaultSectionSize(34)
-        self.progress = QProgressBar()
-        self.progress.setAccessibleName(tr("Progress of the comparison"))
+        self.progress = dressed(QProgressBar(), tr("Progress of the comparison"))
         self.progress.hide()
         self._process = SideProcess(self)
         self._process.finished.connect(self._on_reports)
         self._process.failed.connect(self._on_failed)
-        row = QHBoxLayout()
-        row.addWidget(self.folder, 1)
-        row.addWidget(self.convention)
-        row.addWidget(self.button)
-        above = QVBoxLayout()
-        above.addLayout(row)
-        above.addWidget(self._sentence)
-        above.addWidget(self.progress)
-        layout = QVBoxLayout(self)
-        layout.setContentsMargins(0, 0, 0, 0)
-        layout.setSpacing(8)
-        layout.addWidget(panel(above))
-        layout.addWidget(self._word)
-        layout.addWidget(self.table, 1)
+        row = hbox((self.folder, 1), self.convention, self.button)
+        above = vbox(row, self._sentence, self.progress)
+        vbox(panel(above), self._word, (self.table, 1), parent=self, spacing=8, margins=0)
 
     def outcome(self) -> str:
         return self._word.text()

@@ -1,29 +1,30 @@
-"""Maintain mode: a list of pages, the selected page, and the machine's status."""
+"""Maintain mode: a list of pages, the selected page, the machine's status, irreversible actions.
+
+Irreversible actions need their key pressed twice.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+import time
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 from PySide6.QtCore import QSize, Qt
 from PySide6.QtGui import QAction
-from PySide6.QtWidgets import (
-    QHBoxLayout,
-    QListWidget,
-    QListWidgetItem,
-    QStackedWidget,
-    QVBoxLayout,
-    QWidget,
-)
+from PySide6.QtWidgets import QHBoxLayout, QListWidget, QListWidgetItem, QStackedWidget, QWidget
 
 from ocmm_core.inspection.evaluation import LiveView
+from ocmm_gui.bridge import StationBridge
 from ocmm_gui.kit import (
     DEFAULT_THEME,
     THEMES,
     FitText,
     NarrowItems,
+    NoticeCentre,
     PlainLabel,
     Theme,
+    dressed,
+    hbox,
     literal,
     make_button,
     said,
@@ -32,7 +33,9 @@ from ocmm_gui.kit import (
     status_mark,
     text_font,
     tr,
+    vbox,
 )
+from ocmm_gui.maintain._probe_page import ProbePage
 
 _SIDE_PX = 170
 _ROW_PX = 48
@@ -75,11 +78,7 @@ class MaintainView(QWidget):
         self.list.setFixedHeight(_ROW_PX * len(pages) + 4)
         heading = PlainLabel(tr("Maintain"))
         heading.setFont(text_font(20, bold=True))
-        side = QVBoxLayout()
-        side.setSpacing(6)
-        side.addWidget(heading)
-        side.addWidget(self._word)
-        side.addWidget(self.list)
+        side = vbox(heading, self._word, self.list, spacing=6)
         side.addStretch(1)
         back = make_button(actions["mode"])
         back.setText(tr("Inspect  [M]"))
@@ -88,11 +87,7 @@ class MaintainView(QWidget):
         back.setMinimumHeight(52)
         back.setFont(text_font(16, bold=True))
         side.addWidget(back)
-        layout = QHBoxLayout(self)
-        layout.setContentsMargins(10, 8, 10, 8)
-        layout.setSpacing(10)
-        layout.addLayout(side)
-        layout.addWidget(self._stack, 1)
+        hbox(side, (self._stack, 1), parent=self, spacing=10, margins=(10, 8, 10, 8))
         for widget in (heading, self._word, self.list, back):
             widget.setFixedWidth(_SIDE_PX)
 
@@ -119,17 +114,11 @@ class MaintainView(QWidget):
     @staticmethod
     def _with_buttons(page: Page, actions: Mapping[str, QAction]) -> QWidget:
         whole = QWidget()
-        layout = QVBoxLayout(whole)
-        layout.setContentsMargins(0, 0, 0, 0)
-        layout.setSpacing(8)
-        layout.addWidget(page.widget, 1)
+        layout = vbox((page.widget, 1), parent=whole, spacing=8, margins=0)
         if page.actions:
             layout.addLayout(_large_buttons([actions[key] for key in page.actions]))
-        row = QHBoxLayout()
-        row.setSpacing(6)
-        hint = PlainLabel(page.tip)
-        hint.setProperty("role", "muted")
-        hint.setFont(text_font(12))
+        row = hbox(spacing=6)
+        hint = dressed(PlainLabel(page.tip), font=text_font(12), role="muted")
         hint.setAlignment(Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter)
         row.addWidget(hint, 1)
         for key in _TOOLS:
@@ -142,8 +131,7 @@ class MaintainView(QWidget):
 
 def _large_buttons(actions: Sequence[QAction]) -> QHBoxLayout:
     """Return buttons for gloved hands, as wide as possible."""
-    row = QHBoxLayout()
-    row.setSpacing(6)
+    row = hbox(spacing=6)
     for action in actions:
         button = make_button(action, primary=True)
         button.setText(button.text().replace("  [", "\n["))
@@ -151,3 +139,57 @@ def _large_buttons(actions: Sequence[QAction]) -> QHBoxLayout:
         button.setMinimumHeight(_LARGE_PX)
         row.addWidget(button, 1)
     return row
+
+
+TWICE_S = 8.0
+"""Time limit of the second press."""
+
+
+class ConfirmedActions:
+    """Write intrinsics to the cameras, and record a tip change."""
+
+    def __init__(
+        self,
+        bridge: StationBridge,
+        notices: NoticeCentre,
+        probe: ProbePage,
+        clock: Callable[[], float] = time.monotonic,
+    ) -> None:
+        self._bridge = bridge
+        self._notices = notices
+        self._probe = probe
+        self._clock = clock
+        self._asked = ("", -float("inf"))
+
+    def write_cameras(self) -> None:
+        """Store the intrinsics of the calibration in the cameras."""
+        asked = tr(
+            "This overwrites the intrinsics stored in the cameras with those of the active "
+            "calibration. Press W again to confirm."
+        )
+        if self._is_meant("cameras", asked):
+            self._bridge.maintenance.write_to_cameras()
+
+    def mount_tip(self) -> None:
+        tip = self._probe.tips.chosen()
+        if tip is None:
+            self._notices.inform(tr("No tip calibrated yet: calibrate the probe with this tip."))
+            return
+        asked = tr(
+            "Confirm that tip '{tip}' is now mounted? It must be checked before points "
+            "are taken. Press N again to confirm."
+        ).format(tip=tip)
+        if self._is_meant(tr("tip {tip}").format(tip=tip), asked):
+            self._bridge.maintenance.mount_tip(tip)
+            self._probe.forget()
+
+    def _is_meant(self, what: str, asked: str) -> bool:
+        """Return whether the same was requested a moment before; otherwise request it."""
+        now = self._clock()
+        before, when = self._asked
+        if before == what and now - when <= TWICE_S:
+            self._asked = ("", -float("inf"))
+            return True
+        self._asked = (what, now)
+        self._notices.inform(asked)
+        return False

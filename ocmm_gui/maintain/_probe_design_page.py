@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 from PySide6.QtCore import Qt, Signal
-from PySide6.QtWidgets import QGridLayout, QHBoxLayout, QProgressBar, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QGridLayout, QProgressBar, QVBoxLayout, QWidget
 
 from ocmm_core.calibration.probe_design import Postures, load_design, shipped_design
 from ocmm_core.calibration.records import ProbeInUse, probe_from_records
@@ -37,6 +37,8 @@ from ocmm_gui.kit import (
     OwnKeysField,
     PlainLabel,
     Theme,
+    dressed,
+    hbox,
     later,
     literal,
     localised,
@@ -47,6 +49,7 @@ from ocmm_gui.kit import (
     text_font,
     tr,
     tr_all,
+    vbox,
 )
 from ocmm_gui.work import SideProcess, Tell
 
@@ -120,8 +123,7 @@ class ProbeDesignPage(QWidget):
         self.button.setMinimumHeight(38)
         self.button.setAccessibleName(tr("Examine"))
         self.button.clicked.connect(self.toggle)
-        self._progress = QProgressBar()
-        self._progress.setAccessibleName(tr("Progress"))
+        self._progress = dressed(QProgressBar(), tr("Progress"))
         self._progress.setTextVisible(True)
         self._number = FitText(tr("Uncertainty of the tip"), limit=40, digits=True)
         self._number.setFixedHeight(48)
@@ -281,25 +283,13 @@ class ProbeDesignPage(QWidget):
         ):  # fmt: skip
             said.addWidget(widget)
         said.addStretch(1)
-        left = QVBoxLayout()
-        left.setSpacing(8)
-        left.addWidget(panel(grid))
-        left.addWidget(panel(said), 1)
+        left = vbox(panel(grid), (panel(said), 1), spacing=8)
         plots = QGridLayout()
         plots.setSpacing(8)
         for index, plot in enumerate((self.tilt, self.bending, self.top, self.front)):
-            framed = QVBoxLayout()
-            framed.addWidget(plot)
-            plots.addWidget(panel(framed), index // 2, index % 2)
-        right = QVBoxLayout()
-        right.setSpacing(8)
-        right.addLayout(plots, 1)
-        right.addWidget(self.budget)
-        layout = QHBoxLayout(self)
-        layout.setContentsMargins(0, 0, 0, 0)
-        layout.setSpacing(8)
-        layout.addLayout(left, 4)
-        layout.addLayout(right, 7)
+            plots.addWidget(panel(vbox(plot)), index // 2, index % 2)
+        right = vbox((plots, 1), self.budget, spacing=8)
+        hbox((left, 4), (right, 7), parent=self, spacing=8, margins=0)
 
 
 class PointBudgetTable(DataTable):

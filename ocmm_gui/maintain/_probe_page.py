@@ -28,8 +28,14 @@ from ocmm_gui.kit import (
     tr,
     tr_all,
 )
-from ocmm_gui.maintain._calibration_table import EventTable, Line, Tone, local_time
-from ocmm_gui.maintain._status_page import StatusPage, in_a_row
+from ocmm_gui.maintain._status_page import (
+    EventLine,
+    EventTable,
+    StatusPage,
+    Tone,
+    in_a_row,
+    local_time,
+)
 
 _TIPS = (
     (later("Tip"), later("Name; an arrow marks the mounted tip")),
@@ -141,7 +147,7 @@ def _tip_words(one: TipState) -> tuple[str, ...]:
     )
 
 
-def _line(event: TipEvent) -> Line:
+def _line(event: TipEvent) -> EventLine:
     kind = event.kind
     word = said_word(kind.value)
     word = word[0].upper() + word[1:]
@@ -156,7 +162,7 @@ def _line(event: TipEvent) -> Line:
         local_time(event.since_utc) if event.since_utc else "",
         event.record[:12],
     )
-    return Line(cells, _TONES.get(kind, Tone.PLAIN))
+    return EventLine(cells, _TONES.get(kind, Tone.PLAIN))
 
 
 DESIGN = later("Virtual probe: the geometry of its document is used.")

@@ -10,7 +10,7 @@ from pathlib import Path
 from ocmm_core.errors import InputError
 from ocmm_core.inspection.archive import RecallRecord
 from ocmm_core.inspection.recall import KeptPlaces, decide, recall
-from ocmm_gui.archive import RecallResult, WritingRecall
+from ocmm_gui.archive import RecallExportTask, RecallResult
 from ocmm_gui.kit import ActionInfo, PathPanel, Theme, language_in_use, later, tr
 from ocmm_gui.work import Teller, WorkSheet
 
@@ -118,7 +118,7 @@ class RecallSheet(WorkSheet):
     def write(self, path: Path) -> None:
         record, _ = self._shown()
         if record is not None:
-            self._begin(tr("Creating the pages"), WritingRecall(record, path, language_in_use()))
+            self._begin(tr("Creating the pages"), RecallExportTask(record, path, language_in_use()))
 
     def set_theme(self, theme: Theme) -> None:
         self.result.set_theme(theme)

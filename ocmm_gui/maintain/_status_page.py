@@ -1,20 +1,36 @@
+"""Base of the status pages, and the history of calibrations as a table."""
+
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from datetime import datetime
+from enum import Enum
 from typing import Generic, TypeVar
 
 from PySide6.QtCore import Qt, QTimer
 from PySide6.QtGui import QHideEvent, QShowEvent
-from PySide6.QtWidgets import QGridLayout, QHBoxLayout, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QGridLayout, QHBoxLayout, QHeaderView, QVBoxLayout, QWidget
 
-from ocmm_core.calibration.records import Blocker, CalibrationStatus, CalibrationView, ProbeView
+from ocmm_core.calibration.records import (
+    Blocker,
+    CalibrationStatus,
+    CalibrationView,
+    Event,
+    EventKind,
+    ProbeView,
+)
 from ocmm_gui.kit import (
     DEFAULT_THEME,
     THEMES,
+    DataTable,
     FitText,
     Mark,
     PlainLabel,
     Theme,
+    dressed,
+    hbox,
+    later,
     literal,
     mark_colour,
     panel,
@@ -22,10 +38,124 @@ from ocmm_gui.kit import (
     said_word,
     sentence_label,
     text_font,
+    time_words,
     tr,
+    tr_all,
     value_label,
+    vbox,
 )
-from ocmm_gui.maintain._calibration_table import local_time
+
+_COLUMNS = (
+    (later("Time"), later("Local time")),
+    (later("What happened"), later("Calibration concerned, see the last column")),
+    (later("Who"), later("As entered")),
+    (later("Why"), later("As entered, or the rule applied")),
+    (later("Good until"), later("If suspect: last time known good")),
+    (later("Calibration"), later("First digits of its hash")),
+)
+_WORDS = {
+    EventKind.ACCEPTED: later("Activated"),
+    EventKind.PASSED: later("Verification passed"),
+    EventKind.FAILED: later("Verification FAILED"),
+    EventKind.SUSPECTED: later("Marked suspect"),
+    EventKind.FALLEN: later("Artefact found WRONG"),
+    EventKind.RECALLED: later("Jobs recalled"),
+}
+
+
+class Tone(Enum):
+    """Colour of an event."""
+
+    PLAIN = "plain"
+    GOOD = "good"
+    WARN = "warn"
+    BAD = "bad"
+
+
+_TONES = {
+    EventKind.PASSED: Tone.GOOD,
+    EventKind.FAILED: Tone.BAD,
+    EventKind.FALLEN: Tone.BAD,
+    EventKind.SUSPECTED: Tone.WARN,
+}
+
+
+@dataclass(frozen=True, slots=True)
+class EventLine:
+    cells: tuple[str, ...]
+    tone: Tone = Tone.PLAIN
+
+
+class EventTable(DataTable):
+    """Events, newest first. `what`, `why`: Columns with the event, and with long text."""
+
+    def __init__(self, columns: Sequence[tuple[str, str]], what: int, why: int) -> None:
+        super().__init__(tr("History, newest first"), columns)
+        self._what, self._why = what, why
+        header = self.horizontalHeader()
+        header.setSectionResizeMode(QHeaderView.ResizeMode.ResizeToContents)
+        header.setSectionResizeMode(why, QHeaderView.ResizeMode.Stretch)
+        self.setWordWrap(True)
+        self._lines: tuple[EventLine, ...] = ()
+        header.sectionResized.connect(self._fit_rows)
+
+    def show_lines(self, lines: Sequence[EventLine]) -> None:
+        """Show events, given oldest first."""
+        if tuple(lines) != self._lines:
+            self._lines = tuple(lines)
+            self._show()
+
+    def set_theme(self, theme: Theme) -> None:
+        self._colours = theme
+        self._show()
+
+    def _show(self) -> None:
+        theme = self._colours
+        tones = {
+            Tone.PLAIN: theme.text, Tone.GOOD: theme.good, Tone.WARN: theme.warn,
+            Tone.BAD: theme.bad,
+        }  # fmt: skip
+        self.setRowCount(len(self._lines))
+        for row, line in enumerate(reversed(self._lines)):
+            for column, text in enumerate(line.cells):
+                colour = theme.text if column == self._why else theme.muted
+                if column == self._what:
+                    colour = tones[line.tone]
+                self._write(row, column, text, colour)
+        self.resizeRowsToContents()
+
+    def _fit_rows(self, column: int) -> None:
+        if column == self._why:
+            self.resizeRowsToContents()
+
+
+class HistoryTable(EventTable):
+    """Events of the calibrations, newest first."""
+
+    def __init__(self) -> None:
+        super().__init__(tr_all(_COLUMNS), what=1, why=3)
+
+    def show_events(self, events: Sequence[Event]) -> None:
+        """Show events, given oldest first."""
+        self.show_lines([_line(event) for event in events])
+
+
+def _line(event: Event) -> EventLine:
+    cells = (
+        local_time(event.utc),
+        tr(_WORDS[event.kind]),
+        event.who,
+        said(event.reason),
+        local_time(event.since_utc) if event.since_utc else "",
+        event.calibration[:12],
+    )
+    return EventLine(cells, _TONES.get(event.kind, Tone.PLAIN))
+
+
+def local_time(utc: str) -> str:
+    """Return a record's time in local display format."""
+    return time_words(datetime.fromisoformat(utc).astimezone())
+
 
 REFRESH_MS = 500
 
@@ -79,8 +209,7 @@ class StatusPage(QWidget, Generic[V, H]):
         self._empty = sentence_label(tr("Why no history is shown"), 20)
         self._empty.setAlignment(Qt.AlignmentFlag.AlignCenter)
         self._empty.setMargin(30)
-        self._timer = QTimer(self)
-        self._timer.setInterval(REFRESH_MS)
+        self._timer = QTimer(self, interval=REFRESH_MS)
         self._timer.timeout.connect(self.refresh)
 
     def refresh(self) -> None:
@@ -154,15 +283,8 @@ class StatusPage(QWidget, Generic[V, H]):
         self._empty.setVisible(bool(why))
 
     def _head(self) -> QHBoxLayout:
-        words = QVBoxLayout()
-        words.addWidget(self._word)
-        words.addWidget(self._sentence, 1)
-        words.addWidget(self._notes)
-        head = QHBoxLayout()
-        head.setSpacing(8)
-        head.addWidget(panel(words), 2)
-        head.addWidget(panel(self._fact_grid()), 3)
-        return head
+        words = vbox(self._word, (self._sentence, 1), self._notes)
+        return hbox((panel(words), 2), (panel(self._fact_grid()), 3), spacing=8)
 
     def _fact_grid(self) -> QGridLayout:
         grid = QGridLayout()
@@ -170,9 +292,7 @@ class StatusPage(QWidget, Generic[V, H]):
         grid.setVerticalSpacing(1)
         half = (len(self.facts) + 1) // 2
         for index, (name, label) in enumerate(self.facts.items()):
-            caption = PlainLabel(tr(name))
-            caption.setProperty("role", "muted")
-            caption.setFont(text_font(13))
+            caption = dressed(PlainLabel(tr(name)), font=text_font(13), role="muted")
             row, column = index % half, 2 * (index // half)
             grid.addWidget(caption, row, column)
             grid.addWidget(label, row, column + 1)
@@ -187,9 +307,7 @@ class StatusPage(QWidget, Generic[V, H]):
 def in_a_row(*panels: QVBoxLayout) -> QWidget:
     """Return panels side by side, equally wide."""
     whole = QWidget()
-    row = QHBoxLayout(whole)
-    row.setContentsMargins(0, 0, 0, 0)
-    row.setSpacing(8)
+    row = hbox(parent=whole, spacing=8, margins=0)
     for one in panels:
         row.addWidget(panel(one), 1)
     return whole

@@ -6,14 +6,7 @@ from dataclasses import dataclass
 
 from PySide6.QtCore import QSize, Qt, Signal
 from PySide6.QtGui import QAction, QKeyEvent, QKeySequence
-from PySide6.QtWidgets import (
-    QApplication,
-    QHBoxLayout,
-    QListWidget,
-    QListWidgetItem,
-    QVBoxLayout,
-    QWidget,
-)
+from PySide6.QtWidgets import QApplication, QListWidget, QListWidgetItem, QWidget
 from shiboken6 import isValid
 
 from ocmm_core.manual import Chapter, Manual, ManualHit, Part, Place, load_manual
@@ -21,6 +14,8 @@ from ocmm_gui.kit import (
     ActionInfo,
     FormField,
     Sheet,
+    dressed,
+    hbox,
     language_in_use,
     later,
     list_step,
@@ -28,9 +23,9 @@ from ocmm_gui.kit import (
     sentence_label,
     text_font,
     tr,
+    vbox,
 )
-from ocmm_gui.manual._places import FIRST
-from ocmm_gui.manual._reading import Reading
+from ocmm_gui.manual._reading import FIRST, DocumentView
 
 
 class SearchField(FormField):
@@ -40,8 +35,7 @@ class SearchField(FormField):
 
     @classmethod
     def of(cls, name: str, tip: str) -> SearchField:
-        field = cls("")
-        field.setAccessibleName(name)
+        field = dressed(cls(""), name)
         field.setToolTip(literal(tip))
         field.setPlaceholderText(tip)
         field.setFont(text_font(15))
@@ -109,31 +103,20 @@ class ManualSheet(Sheet):
         self._now = -1
         self._came_from: tuple[QWidget | None, QWidget | None] = (None, None)
         self.field = SearchField.of(tr("Search the manual"), tr("Words to search for"))
-        self.list = QListWidget()
-        self.list.setAccessibleName(tr("Chapters and what was found"))
-        self.list.setFont(text_font(14))
+        self.list = dressed(QListWidget(), tr("Chapters and what was found"), font=text_font(14))
         self.list.setWordWrap(True)
         self.list.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
-        side = QVBoxLayout()
-        side.setSpacing(6)
-        side.addWidget(self.field)
-        side.addWidget(self.list, 1)
+        side = vbox(self.field, (self.list, 1), spacing=6)
         left = QWidget()
         left.setLayout(side)
         side.setContentsMargins(0, 0, 0, 0)
         left.setFixedWidth(_SIDE_PX)
-        self.text = Reading(self._manual) if self._manual is not None else None
-        both = QHBoxLayout()
-        both.setSpacing(10)
-        both.addWidget(left)
+        self.text = DocumentView(self._manual) if self._manual is not None else None
+        both = hbox(left, spacing=10)
         self.remark = sentence_label(tr("Language of this page"), 14)
         self.remark.setProperty("role", "muted")
         if self.text is not None:
-            right = QVBoxLayout()
-            right.setSpacing(4)
-            right.addWidget(self.remark)
-            right.addWidget(self.text, 1)
-            both.addLayout(right, 1)
+            both.addLayout(vbox(self.remark, (self.text, 1), spacing=4), 1)
             self.text.link_wanted.connect(self._follow)
         self.body.addLayout(both, 1)
         self.field.textChanged.connect(lambda _text: self._list())

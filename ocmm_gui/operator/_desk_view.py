@@ -29,6 +29,9 @@ from ocmm_core.tracking import ProbeBody
 from ocmm_gui.help import CoachPanel
 from ocmm_gui.kit import (
     PlainLabel,
+    dressed,
+    fill,
+    hbox,
     header_words,
     literal,
     make_button,
@@ -36,13 +39,13 @@ from ocmm_gui.kit import (
     sentence_label,
     text_font,
     tr,
+    vbox,
 )
 from ocmm_gui.operator._feature_panel import FeaturePanel
-from ocmm_gui.operator._guidance import Guidance
 from ocmm_gui.operator._part_view import PartVerdictView
-from ocmm_gui.operator._plan_list import PlanList
+from ocmm_gui.operator._plan_list import FeatureList
 from ocmm_gui.operator._readout import CoachedView, Readout
-from ocmm_gui.operator._status_strip import StatusStrip
+from ocmm_gui.operator._status_strip import Guidance, StatusStrip
 from ocmm_gui.views import CameraViews, PointView, StepPicture
 
 _MOST_NAMED = 4
@@ -55,20 +58,11 @@ class CameraBar(QFrame):
     def __init__(self, rig: Rig, action: QAction) -> None:
         super().__init__()
         self._names = tuple(camera.name for camera in rig.cameras)
-        self._label = PlainLabel()
-        self._label.setAccessibleName(tr("Cameras"))
-        self._label.setFont(text_font(13))
-        self._label.setProperty("role", "muted")
+        self._label = dressed(PlainLabel(), tr("Cameras"), font=text_font(13), role="muted")
         # Too long for the line with many cameras.
         self._label.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
-        button = make_button(action)
-        button.setProperty("role", "tool")
-        button.setFont(text_font(12))
-        layout = QHBoxLayout(self)
-        layout.setContentsMargins(4, 0, 0, 0)
-        layout.setSpacing(8)
-        layout.addWidget(self._label, 1)
-        layout.addWidget(button)
+        button = dressed(make_button(action), font=text_font(12), role="tool")
+        hbox((self._label, 1), button, parent=self, spacing=8, margins=(4, 0, 0, 0))
 
     def show_live(self, live: LiveView) -> None:
         counts = np.isfinite(live.spots).all(axis=2).sum(axis=1).tolist()
@@ -123,7 +117,7 @@ class DeskView(CoachedView):
     def __init__(self, rig: Rig, body: ProbeBody, actions: dict[str, QAction]) -> None:
         super().__init__()
         self.strip = StatusStrip(len(rig.cameras), body.n_leds)
-        self.plan = PlanList()
+        self.plan = FeatureList()
         self.points = PointView(rig, body, animated=_animated())
         self.readout = Readout()
         self.coach = CoachPanel()
@@ -139,8 +133,7 @@ class DeskView(CoachedView):
         # The part has priority; a key or the bar opens the cameras.
         self.cameras.hide()
         self.camera_bar = CameraBar(rig, actions["cameras"])
-        self._heading = PlainLabel()
-        self._heading.setAccessibleName(tr("Job"))
+        self._heading = dressed(PlainLabel(), tr("Job"))
         self._heading.setTextFormat(Qt.TextFormat.PlainText)
         self._heading.setFont(text_font(14, bold=True))
         self._header = sentence_label(tr("Operator and part"), 12)
@@ -160,11 +153,7 @@ class DeskView(CoachedView):
         # Below the picture: next to it the digits need the height.
         centre.addWidget(self._guided())
         work = QWidget()
-        beside = QHBoxLayout(work)
-        beside.setContentsMargins(0, 0, 0, 0)
-        beside.setSpacing(8)
-        beside.addWidget(self._left(actions))
-        beside.addLayout(centre, 1)
+        hbox(self._left(actions), (centre, 1), parent=work, spacing=8, margins=0)
         self._split = QSplitter(Qt.Orientation.Vertical)
         self._split.setChildrenCollapsible(False)
         self._split.addWidget(work)
@@ -172,13 +161,7 @@ class DeskView(CoachedView):
         self._split.setStretchFactor(0, 3)
         self._split.setStretchFactor(1, 1)
         self._split.setSizes([690, 230])
-        left = QVBoxLayout()
-        left.setSpacing(4)
-        left.addWidget(self._split, 1)
-        left.addWidget(self.camera_bar)
-        middle = QHBoxLayout()
-        middle.setSpacing(8)
-        middle.addLayout(left, 1)
+        middle = hbox((vbox((self._split, 1), self.camera_bar, spacing=4), 1), spacing=8)
         self._side = self._right(actions)
         middle.addWidget(self._side)
         layout = QVBoxLayout(self)
@@ -232,12 +215,9 @@ class DeskView(CoachedView):
     def _left(self, actions: dict[str, QAction]) -> QWidget:
         side = QWidget()
         side.setFixedWidth(_SIDE_PX)
-        layout = QVBoxLayout(side)
-        layout.setContentsMargins(0, 0, 0, 0)
-        layout.setSpacing(6)
-        layout.addWidget(self._heading)
-        layout.addWidget(self._header)
-        layout.addWidget(self.plan, 3)
+        layout = vbox(
+            self._heading, self._header, (self.plan, 3), parent=side, spacing=6, margins=0
+        )
         self.picture.setMinimumHeight(_PICTURE_PX[0])
         self.picture.setMaximumHeight(_PICTURE_PX[1])
         layout.addWidget(self.picture, 1)
@@ -253,31 +233,21 @@ class DeskView(CoachedView):
                 button.setProperty("role", "tool")
                 button.setFont(text_font(12))
                 grid.addWidget(button, row, span * column, 1, span)
-        layout.addLayout(grid)
-        layout.addWidget(self._climate)
+        fill(layout, grid, self._climate)
         return side
 
     def _guided(self) -> QWidget:
         box = QFrame()
         box.setProperty("role", "panel")
-        inner = QVBoxLayout(box)
-        inner.setContentsMargins(12, 6, 12, 6)
-        inner.addWidget(self.guidance)
+        vbox(self.guidance, parent=box, margins=(12, 6, 12, 6))
         return box
 
     def _right(self, actions: dict[str, QAction]) -> QWidget:
         side = QWidget()
-        layout = QVBoxLayout(side)
-        layout.setContentsMargins(0, 0, 0, 0)
-        layout.setSpacing(6)
-        above = QHBoxLayout()
-        above.setSpacing(6)
-        above.addWidget(self.readout, _READOUT_SHARE)
-        above.addWidget(self.coach, 100 - _READOUT_SHARE)
-        layout.addLayout(above, 2)
-        layout.addWidget(self.feature, 3)
-        row = QHBoxLayout()
-        row.setSpacing(8)
+        layout = vbox(parent=side, spacing=6, margins=0)
+        above = hbox((self.readout, _READOUT_SHARE), (self.coach, 100 - _READOUT_SHARE), spacing=6)
+        fill(layout, (above, 2), (self.feature, 3))
+        row = hbox(spacing=8)
         for key in ("take", "undo", "finish"):
             button = make_button(actions[key], primary=key == "take")
             button.setMinimumHeight(_TOUCHED_PX)
@@ -295,8 +265,7 @@ def _animated() -> bool:
 
 
 def _tool_row(actions: dict[str, QAction]) -> QHBoxLayout:
-    row = QHBoxLayout()
-    row.setSpacing(5)
+    row = hbox(spacing=5)
     for key in _PAGES:
         row.addWidget(_tool(actions[key]))
     row.addStretch(1)

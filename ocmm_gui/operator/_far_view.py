@@ -29,12 +29,14 @@ from ocmm_gui.kit import (
     THEMES,
     FitText,
     Mark,
-    Painted,
+    PaintedWidget,
     Theme,
     far_type,
     feature_title,
+    fill,
     form_words,
     has_failed,
+    hbox,
     is_held,
     later,
     make_button,
@@ -48,15 +50,15 @@ from ocmm_gui.kit import (
     step_text,
     tr,
     trouble,
+    vbox,
     verdict_colour,
     verdict_line,
     verdict_mark,
 )
-from ocmm_gui.operator._coverage_view import CoverageView
-from ocmm_gui.operator._far_message import FarMessage
+from ocmm_gui.operator._far_parts import FarMessage, TargetRing
+from ocmm_gui.operator._feature_details import CoverageView
 from ocmm_gui.operator._part_view import PartVerdictView
 from ocmm_gui.operator._readout import CoachedView, Readout
-from ocmm_gui.operator._target_ring import TargetRing
 
 _VALUES = (
     ("measured", later("Measured"), "0000.000"),
@@ -121,28 +123,19 @@ class FarView(CoachedView):
             side.addWidget(self._values[key], line, 1)
             side.setRowStretch(line, 1)
             self._captions[key].show_text(tr(name))
-        pictures = QVBoxLayout()
-        pictures.addWidget(self._coverage, 1)
-        pictures.addWidget(self._ring, 1)
-        pictures.addWidget(self.coach, 2)
+        pictures = vbox((self._coverage, 1), (self._ring, 1), (self.coach, 2))
         grid = QGridLayout(self)
         grid.setContentsMargins(24, 4, 24, 12)
         grid.setHorizontalSpacing(28)
         grid.setVerticalSpacing(6)
         grid.addLayout(_beside(self._status, self._verdict, 41), 0, 0)
-        work = QHBoxLayout()
-        work.setSpacing(24)
-        work.addWidget(self.readout, 38)
-        work.addLayout(pictures, 12)
-        work.addLayout(side, 50)
+        work = hbox((self.readout, 38), (pictures, 12), (side, 50), spacing=24)
         self._one = QWidget()
         one = QVBoxLayout(self._one)
         one.setContentsMargins(0, 0, 0, 0)
         one.setSpacing(6)
         # Words and digits need different shares of the width.
-        one.addLayout(_beside(self._feature, self._count, 80), 107)
-        one.addLayout(work, 434)
-        one.addWidget(self._bar, 83)
+        fill(one, (_beside(self._feature, self._count, 80), 107), (work, 434), (self._bar, 83))
         self.part = PartVerdictView(*_PART_PX)
         self._what = QStackedWidget()
         self._what.addWidget(self._one)
@@ -150,8 +143,7 @@ class FarView(CoachedView):
         grid.addWidget(self._what, 1, 0)
         grid.addWidget(self._message, 2, 0)
         self._buttons: list[QPushButton] = []
-        row = QHBoxLayout()
-        row.setSpacing(24)
+        row = hbox(spacing=24)
         for key in ("take", "undo", "finish"):
             button = make_button(actions[key], primary=key == "take")
             button.setText(actions[key].text())
@@ -162,7 +154,7 @@ class FarView(CoachedView):
             grid.setRowStretch(line, stretch)
         self._airs = [_Air(layout) for layout in self.findChildren(QLayout)]
         for child in self.findChildren(QWidget):
-            if isinstance(child, Painted | Readout):
+            if isinstance(child, PaintedWidget | Readout):
                 # Relative to the window: enlarged twice it has 360 lines.
                 child.setMinimumSize(1, 1)
 
@@ -333,8 +325,4 @@ def _first_large(word: str) -> str:
 
 def _beside(left: QWidget, right: QWidget, share: int) -> QHBoxLayout:
     """Return two widgets in one line, the left one with ``share`` hundredths of it."""
-    line = QHBoxLayout()
-    line.setSpacing(28)
-    line.addWidget(left, share)
-    line.addWidget(right, 100 - share)
-    return line
+    return hbox((left, share), (right, 100 - share), spacing=28)

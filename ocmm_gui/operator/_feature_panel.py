@@ -5,15 +5,7 @@ from __future__ import annotations
 import numpy as np
 from PySide6.QtCore import QPointF, QRectF, QSize, Qt, Signal
 from PySide6.QtGui import QColor, QFont, QMouseEvent, QPainter, QPaintEvent, QPen, QResizeEvent
-from PySide6.QtWidgets import (
-    QFrame,
-    QGridLayout,
-    QHBoxLayout,
-    QLabel,
-    QLayout,
-    QSizePolicy,
-    QVBoxLayout,
-)
+from PySide6.QtWidgets import QFrame, QGridLayout, QLabel, QLayout, QSizePolicy, QVBoxLayout
 
 from ocmm_core.geometry import Float
 from ocmm_core.inspection.evaluation import FeatureView, JobView
@@ -25,14 +17,17 @@ from ocmm_gui.kit import (
     DEFAULT_THEME,
     THEMES,
     FitText,
-    Painted,
+    PaintedWidget,
     PlainLabel,
     Theme,
     basis_words,
     characteristics_of,
     digit_font,
     feature_title,
+    fill,
     form_words,
+    hbox,
+    ink,
     later,
     length_words,
     literal,
@@ -43,12 +38,12 @@ from ocmm_gui.kit import (
     said_word,
     text_font,
     tr,
+    vbox,
     verdict_colour,
     verdict_line,
     verdict_mark,
 )
-from ocmm_gui.operator._coverage_view import CoverageView
-from ocmm_gui.operator._feature_details import CharacteristicList, PointDots
+from ocmm_gui.operator._feature_details import CharacteristicList, CoverageView, PointDots
 
 _LINE_PX = 22.0
 _TALLEST_PX = 90.0
@@ -57,7 +52,7 @@ _LEFT = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter
 _RIGHT = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
 
 
-class ResidualChart(Painted):
+class ResidualChart(PaintedWidget):
     """Distances of points from the fitted feature; outliers red, selection framed."""
 
     point_chosen = Signal(int)
@@ -104,8 +99,7 @@ class ResidualChart(Painted):
             return
         painter = self._painter()
         reach = max(float(np.abs(self._residuals).max()), 0.005)
-        painter.setFont(text_font(13))
-        painter.setPen(QColor(self._theme.muted))
+        ink(painter, QColor(self._theme.muted), font=text_font(13))
         line = QRectF(0, 0, self.width(), top)
         painter.drawText(line, _LEFT, tr("Points from the fit"))
         painter.drawText(line, _RIGHT, f"±{length_words(reach)}")
@@ -118,8 +112,7 @@ class ResidualChart(Painted):
             self._paint_bar(painter, bar, index)
         painter.setPen(QPen(QColor(self._theme.text), 1))
         painter.drawLine(QPointF(0, zero), QPointF(count * pitch, zero))
-        painter.setFont(digit_font(11, bold=False))
-        painter.setPen(QColor(self._theme.muted))
+        ink(painter, QColor(self._theme.muted), font=digit_font(11, bold=False))
         every = 1 if pitch >= 20.0 else 5
         for index in range(0, count, every):
             box = QRectF(index * pitch, zero + high + 2.0, pitch * every, 14.0)
@@ -130,8 +123,7 @@ class ResidualChart(Painted):
         outlier = number in self._flagged
         painter.fillRect(bar, QColor(self._theme.bad if outlier else self._theme.accent))
         if number == self._chosen:
-            painter.setPen(QPen(QColor(self._theme.text), 2.0))
-            painter.setBrush(Qt.BrushStyle.NoBrush)
+            ink(painter, QPen(QColor(self._theme.text), 2.0), Qt.BrushStyle.NoBrush)
             painter.drawRect(bar.adjusted(-3, -3, 3, 3))
 
     def _pitch(self) -> float:
@@ -205,20 +197,14 @@ class FeaturePanel(QFrame):
             self._captions[name] = caption
         self._others = CharacteristicList()
         self.residuals = ResidualChart()
-        layout = QVBoxLayout(self)
-        layout.setContentsMargins(14, 8, 14, 8)
-        layout.setSpacing(6)
+        layout = vbox(parent=self, spacing=6, margins=(14, 8, 14, 8))
         # The panel adapts to its height; a layout that sets minimums would grow over the readout.
         layout.setSizeConstraint(QLayout.SizeConstraint.SetNoConstraint)
         self._column, self._named = layout, QVBoxLayout()
         named = self._named
         for widget in (self._title, self._dots, self._subject, self._basis):
             named.addWidget(widget)
-        head = QHBoxLayout()
-        head.addLayout(named, 1)
-        head.addWidget(self.coverage)
-        layout.addLayout(head)
-        layout.addLayout(grid)
+        fill(layout, hbox((named, 1), self.coverage), grid)
         for below in (self._bar, self._verdict, self._note, self._outliers, self._others):
             layout.addWidget(below)
         layout.addWidget(self.residuals, 1)

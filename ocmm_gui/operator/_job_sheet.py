@@ -10,14 +10,7 @@ from functools import partial
 from pathlib import Path
 
 from PySide6.QtCore import QSize, Qt
-from PySide6.QtWidgets import (
-    QCompleter,
-    QGridLayout,
-    QHBoxLayout,
-    QLineEdit,
-    QListWidget,
-    QListWidgetItem,
-)
+from PySide6.QtWidgets import QCompleter, QGridLayout, QLineEdit, QListWidget, QListWidgetItem
 
 from ocmm_core.errors import OcmmError
 from ocmm_core.inspection.archive import BatchPart, next_serial, parts_of_batch
@@ -32,7 +25,10 @@ from ocmm_gui.kit import (
     PlainLabel,
     Sheet,
     caption,
+    dressed,
+    fill,
     form_field,
+    hbox,
     later,
     literal,
     panel,
@@ -94,11 +90,8 @@ class JobSheet(Sheet):
             tr("Choose the plan from the file"), tr("File of the plan"), tr("Choose")
         )
         self.plan_file.given.connect(self.choose_plan)
-        self.body.addWidget(self.plan_file)
-        self.body.addWidget(self.work)
-        self._part = PlainLabel()
-        self._part.setAccessibleName(tr("Part"))
-        self._part.setFont(text_font(20, bold=True))
+        fill(self.body, self.plan_file, self.work)
+        self._part = dressed(PlainLabel(), tr("Part"), font=text_font(20, bold=True))
         grid.addWidget(self._part, 0, 0, 1, 2)
         keys = [key for key, _, _ in _FIELDS]
         words = caption(tr("Plan"), self.plans)
@@ -140,11 +133,7 @@ class JobSheet(Sheet):
         beside.addWidget(self.jobs, 1, 0)
         beside.setRowStretch(1, 1)
         beside.addLayout(self._room_form(), 2, 0)
-        row_layout = QHBoxLayout()
-        row_layout.setSpacing(12)
-        row_layout.addWidget(panel(grid), 1)
-        row_layout.addWidget(panel(beside), 1)
-        self.body.addLayout(row_layout, 1)
+        self.body.addLayout(hbox((panel(grid), 1), (panel(beside), 1), spacing=12), 1)
         self.fields["batch"].editingFinished.connect(self._list_jobs)
         self.jobs.itemActivated.connect(lambda _item: self.go_on())
         self.use_keys(

@@ -8,8 +8,9 @@ from PySide6.QtGui import QColor, QFontMetricsF, QPaintEvent
 from ocmm_core.inspection.evaluation import NOISY_LINE, SIMULATED_LINE, JobView
 from ocmm_gui.kit import (
     Mark,
-    Painted,
+    PaintedWidget,
     fitted,
+    ink,
     paint_mark,
     said,
     said_word,
@@ -24,7 +25,7 @@ _WORD_SHARE = 0.46
 _LEFT = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter
 
 
-class PartVerdictView(Painted):
+class PartVerdictView(PaintedWidget):
     """Sign and word of the verdict, counts, and names of failed or missing features.
 
     `least`: Minimum pixel size of a reason: names that do not fit are counted.
@@ -79,8 +80,7 @@ class PartVerdictView(Painted):
         side = 0.8 * size
         place = QRectF(box.left(), box.center().y() - 0.5 * side, side, side)
         paint_mark(painter, mark, place, colour, self._theme.background)
-        painter.setFont(text_font(size, bold=True))
-        painter.setPen(QColor(colour))
+        ink(painter, QColor(colour), font=text_font(size, bold=True))
         painter.drawText(box.adjusted(1.05 * size, 0.0, 0.0, 0.0), _LEFT, self.word())
         lines, pixels = self.lines(), self._line_px()
         stated, bold = said(part.requirement_words), text_font(pixels, bold=True)

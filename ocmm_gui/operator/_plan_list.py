@@ -19,6 +19,7 @@ from ocmm_gui.kit import (
     Theme,
     feature_mark,
     fitted,
+    ink,
     literal,
     paint_mark,
     progress_word,
@@ -33,7 +34,7 @@ _VERDICT = Qt.ItemDataRole(_ROLE + 1)
 _ROW_PX = 46
 
 
-class PlanList(QListWidget):
+class FeatureList(QListWidget):
     """List of the features; a click activates one."""
 
     feature_chosen = Signal(str)
@@ -135,8 +136,7 @@ class _Row(QStyledItemDelegate):
         lower = QRectF(text.left(), upper.bottom(), text.width(), 0.5 * text.height())
         count = f"{len(feature.points)} / {feature.needed}"
         bold = text_font(14, bold=True)
-        painter.setFont(bold)
-        painter.setPen(QColor(theme.text))
+        ink(painter, QColor(theme.text), font=bold)
         metrics = painter.fontMetrics()
         shape = shape_word(feature.shape)
         # A long name uses the whole line; the points are below it.
@@ -150,10 +150,8 @@ class _Row(QStyledItemDelegate):
             feature.name, Qt.TextElideMode.ElideMiddle, int(upper.width())
         )
         painter.drawText(upper, left, name)
-        painter.setFont(text_font(12))
-        painter.setPen(QColor(theme.muted))
+        ink(painter, QColor(theme.muted), font=text_font(12))
         painter.drawText(lower, left, shape)
-        painter.setFont(text_font(12, bold=True))
-        painter.setPen(QColor(colour))
+        ink(painter, QColor(colour), font=text_font(12, bold=True))
         painter.drawText(lower, right, progress_word(feature, verdict))
         painter.restore()

@@ -1,17 +1,20 @@
-"""Readout: X, Y and Z of the ball centre, as large as possible."""
+"""Readout of the ball centre, as large as possible, with sounds and flashes of touches."""
 
 from __future__ import annotations
 
 import math
 import time
+from collections.abc import Callable
 
 from PySide6.QtCore import QRectF, QSize, Qt, QTimer
 from PySide6.QtGui import QColor, QPainter, QPaintEvent, QPen
 from PySide6.QtWidgets import QSizePolicy, QWidget
 
-from ocmm_core.inspection.evaluation import LiveView
-from ocmm_core.measuring import Refusal
+from ocmm_core.geometry import Float
+from ocmm_core.inspection.evaluation import FeatureState, JobView, LiveView, Target
+from ocmm_core.measuring import MeasuredPoint, Refusal, RefusalCode
 from ocmm_core.station.coaching import CoachView
+from ocmm_core.tolerances.decisions import Verdict
 from ocmm_gui.help import CoachPanel
 from ocmm_gui.kit import (
     CAP_HEIGHT,
@@ -19,14 +22,20 @@ from ocmm_gui.kit import (
     DEFAULT_THEME,
     THEMES,
     WRAPPED,
+    Approach,
+    NoticeCentre,
+    Sound,
+    SoundPlayer,
     Theme,
     digit_font,
     fitted,
+    ink,
     length_number,
     said,
     text_font,
     tr,
     unit_word,
+    verdict_sound,
     wrapped_pixels,
 )
 
@@ -52,9 +61,7 @@ class Readout(QWidget):
         self._shown_at = 0.0
         self._flash: bool | None = None
         self._theme = THEMES[DEFAULT_THEME]
-        self._end_of_flash = QTimer(self)
-        self._end_of_flash.setSingleShot(True)
-        self._end_of_flash.setInterval(FLASH_MS)
+        self._end_of_flash = QTimer(self, singleShot=True, interval=FLASH_MS)
         self._end_of_flash.timeout.connect(self._stop_flash)
         self._remedy = ""
         self._refusal: tuple[str, str] | None = None
@@ -160,8 +167,7 @@ class Readout(QWidget):
         if large:
             self._paint_trouble(painter, large, why)
         elif DASHES in self._values:
-            painter.setPen(QColor(self._theme.text))
-            painter.setFont(text_font(self.reason_pixels()))
+            ink(painter, QColor(self._theme.text), font=text_font(self.reason_pixels()))
             painter.drawText(self._reason_box(), WRAPPED, self._caption)
         else:
             painter.setPen(QColor(self._theme.muted))
@@ -173,8 +179,7 @@ class Readout(QWidget):
         if self._flash is not None:
             thick = max(6.0, 0.02 * self.height())
             news = self._theme.good if self._flash else self._theme.bad
-            painter.setPen(QPen(QColor(news), thick))
-            painter.setBrush(Qt.BrushStyle.NoBrush)
+            ink(painter, QPen(QColor(news), thick), Qt.BrushStyle.NoBrush)
             half = 0.5 * thick
             painter.drawRoundedRect(QRectF(self.rect()).adjusted(half, half, -half, -half), 6, 6)
 
@@ -265,3 +270,58 @@ class CoachedView(QWidget):
 
     def coach_changed(self) -> None:
         """React to the coach's state; does nothing by default."""
+
+
+class Feedback:
+    """Sounds, also shown as flashes of the readout."""
+
+    def __init__(
+        self, sounds: SoundPlayer | None, notices: NoticeCentre, readout: Callable[[], Readout]
+    ) -> None:
+        self._sounds, self._notices, self._readout = sounds, notices, readout
+        self._approach = Approach(sounds)
+
+    def play(self, sound: Sound) -> None:
+        if self._sounds is not None:
+            self._sounds.play(sound)
+
+    def taken(self, point: MeasuredPoint) -> None:
+        self.play(Sound.TAKEN)
+        self._readout().flash(good=True)
+
+    def refused(self, refusal: Refusal) -> None:
+        wrong = refusal.code is RefusalCode.WRONG_FACE
+        self.play(Sound.WRONG_FACE if wrong else Sound.REFUSED)
+        self._readout().flash(good=False)
+
+    def announce(self, previous: JobView, job: JobView) -> None:
+        """Signal newly completed parts of the same job."""
+        if previous.job != job.job:
+            return
+        if job.complete and not previous.complete:
+            # The part verdict includes the last feature.
+            self._tell(job.part_verdict.shown_as)
+            return
+        before = {feature.name: feature.state for feature in previous.features}
+        for feature in job.features:
+            state = before.get(feature.name)
+            if feature.state is FeatureState.DONE and state is not FeatureState.DONE:
+                self._tell(job.verdict_of(feature.name).verdict)
+
+    def _tell(self, verdict: Verdict | None) -> None:
+        self.play(verdict_sound(verdict))
+        self._readout().flash(good=verdict in (None, Verdict.CONFORM))
+
+    def way(self, target: Target | None, tip_world: Float | None) -> None:
+        """Play the approach of the ball, (3,) mm, to the target."""
+        self._approach.feed(target, tip_world)
+
+    def toggle_tone(self) -> None:
+        self._approach.enabled = not self._approach.enabled
+        self._notices.inform(
+            tr("Approach tone on.") if self._approach.enabled else tr("Approach tone off.")
+        )
+
+    def close(self) -> None:
+        if self._sounds is not None:
+            self._sounds.close()

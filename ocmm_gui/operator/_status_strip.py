@@ -1,9 +1,9 @@
-"""Status strip: status word, reason, and counters of the machine."""
+"""Guidance (next step, instruction, last refusal), and status strip with machine counters."""
 
 from __future__ import annotations
 
 from PySide6.QtCore import Qt
-from PySide6.QtWidgets import QFrame, QGridLayout, QHBoxLayout, QLabel, QSizePolicy
+from PySide6.QtWidgets import QFrame, QGridLayout, QLabel, QSizePolicy
 
 from ocmm_core.inspection.evaluation import JobView, LiveView, ReferenceView
 from ocmm_gui.kit import (
@@ -14,21 +14,30 @@ from ocmm_gui.kit import (
     Mark,
     PlainLabel,
     Theme,
+    approach_words,
     digit_font,
+    dressed,
+    has_failed,
+    hbox,
     is_held,
     later,
     literal,
     localised,
     millimetres,
+    mode_words,
+    next_step,
     said,
     said_word,
     seen_cameras,
     seen_targets,
     status_colour,
     status_mark,
+    step_text,
     text_font,
     tr,
+    trouble,
     unit_word,
+    vbox,
 )
 
 _COUNTERS = (
@@ -61,19 +70,16 @@ class StatusStrip(QFrame):
         self._theme = THEMES[DEFAULT_THEME]
         self._word = FitText(tr("Status"), limit=34, reserve=tr("INACCURATE"))
         self._word.setFixedSize(250, 46)
-        self._reason = PlainLabel()
-        self._reason.setAccessibleName(tr("Reason for the status"))
+        self._reason = dressed(PlainLabel(), tr("Reason for the status"))
         self._reason.setTextFormat(Qt.TextFormat.PlainText)
         self._reason.setWordWrap(True)
         self._reason.setFont(text_font(14))
         self._reason.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
         self._values: dict[str, QLabel] = {}
         self._reference: tuple[QLabel, ...] = ()
-        layout = QHBoxLayout(self)
-        layout.setContentsMargins(12, 4, 12, 4)
-        layout.setSpacing(12)
-        layout.addWidget(self._word)
-        layout.addWidget(self._reason, 1)
+        layout = hbox(
+            self._word, (self._reason, 1), parent=self, spacing=12, margins=(12, 4, 12, 4)
+        )
         grid = QGridLayout()
         grid.setHorizontalSpacing(16)
         grid.setVerticalSpacing(0)
@@ -152,3 +158,89 @@ class StatusStrip(QFrame):
 def _short(count: int) -> str:
     # Six digits fit for any length of shift.
     return f"{count}" if count < 1_000_000 else localised(f"{count / 1e6:.2f}M")
+
+
+class Guidance(QFrame):
+    """Next step, plan text, distance to the next point, and trouble."""
+
+    def __init__(self, pixels: int = 16) -> None:
+        super().__init__()
+        self._pixels = pixels
+        self._theme = THEMES[DEFAULT_THEME]
+        self._job: JobView | None = None
+        self._live: LiveView | None = None
+        self._step = _sentence(tr("Next step"))
+        self._words = _sentence(tr("Instruction of the plan"))
+        self._mode = _sentence(tr("Probing order and probe side"))
+        self._approach = _sentence(tr("Approach to the next point"))
+        self._trouble = _sentence(tr("Blocking reason"))
+        layout = vbox(parent=self, spacing=3, margins=0)
+        for widget in (self._step, self._words, self._approach, self._mode):
+            layout.addWidget(widget)
+        layout.addWidget(self._trouble, 1)
+        self._paint()
+
+    def show_job(self, job: JobView) -> None:
+        self._job = job
+        self._show_step()
+        self._words.setText(step_text(job))
+        self._words.setVisible(bool(self._words.text()))
+        self._mode.setText(mode_words(job))
+        self._show_approach()
+        self._show_trouble()
+
+    def show_live(self, live: LiveView) -> None:
+        self._live = live
+        self._show_step()
+        self._show_approach()
+        self._show_trouble()
+
+    def step(self) -> str:
+        return self._step.text()
+
+    def mode(self) -> str:
+        return self._mode.text()
+
+    def trouble(self) -> str:
+        return self._trouble.text()
+
+    def set_theme(self, theme: Theme) -> None:
+        self._theme = theme
+        self._paint()
+
+    def _show_step(self) -> None:
+        text = "" if self._job is None else next_step(self._job, self._live)
+        if text != self._step.text():
+            self._step.setText(text)
+
+    def _show_approach(self) -> None:
+        text = approach_words(self._job, self._live)
+        if text != self._approach.text():
+            self._approach.setText(text)
+        self._approach.setVisible(bool(text))
+
+    def _show_trouble(self) -> None:
+        # The reason of a failure is long and shown above, instead of the digits.
+        live = None if has_failed(self._live) else self._live
+        text = "\n".join(trouble(live, self._job))
+        if text != self._trouble.text():
+            self._trouble.setText(text)
+
+    def _paint(self) -> None:
+        size = f"font-size: {self._pixels}px;"
+        small = f"font-size: {round(0.85 * self._pixels)}px;"
+        self._step.setStyleSheet(f"{size} font-weight: bold; color: {self._theme.text};")
+        self._words.setStyleSheet(f"{size} color: {self._theme.text};")
+        self._approach.setStyleSheet(f"{size} color: {self._theme.accent};")
+        self._mode.setStyleSheet(f"{small} color: {self._theme.muted};")
+        self._trouble.setStyleSheet(f"{size} color: {self._theme.bad};")
+
+
+def _sentence(name: str) -> QLabel:
+    label = PlainLabel()
+    label.setTextFormat(Qt.TextFormat.PlainText)
+    label.setWordWrap(True)
+    label.setAlignment(Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignTop)
+    label.setAccessibleName(name)
+    label.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Minimum)
+    return label

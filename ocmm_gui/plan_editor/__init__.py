@@ -2,12 +2,11 @@
 
 In: a plan, keys, tables, STEP files, a job to teach from. Out: a plan that is checked and saved.
 
-Read `_plan_sheet` (the editor), `_draft` (the edited plan, with undo), `_plan_items` (the list);
-the form of one item is package `form`.
-`_plan_changes` and `_plan_parts` are the actions of its keys, and its parts.
-`_from_models` is the import from models and tables: `_importing` reads, `_model_choice` selects (a
-`_part_choice`), `_tolerance_account` confirms.
-`_plan_checks`, `_proposals`, `_teaching` and `_drawn` are named by their content.
+Read `_plan_sheet` (the editor), `_plan_checks` (the edited plan, with undo and its errors),
+`_plan_items` (the list). `_item_form` is the form of one item, a line per field, made from the
+types of the core: `_form_lines`, `_field_text` (texts and their meaning), `_field_labels`.
+`_plan_changes` and `_plan_parts` are the actions of its keys, and its parts. `_from_models` imports
+from models and tables: `_importing` reads, `_part_choice` selects.
 Rules of plans are in `inspection.plan`. It must not know the other sheets.
 """
 
@@ -18,8 +17,9 @@ from typing import TYPE_CHECKING
 from ocmm_core.door import door
 
 if TYPE_CHECKING:
+    from ocmm_gui.plan_editor._field_labels import words_of
     from ocmm_gui.plan_editor._plan_sheet import PlanSheet
 else:
-    __getattr__ = door(__name__, _plan_sheet="PlanSheet")
+    __getattr__ = door(__name__, _field_labels="words_of", _plan_sheet="PlanSheet")
 
-__all__ = ["PlanSheet"]
+__all__ = ["PlanSheet", "words_of"]

@@ -8,9 +8,10 @@ from pathlib import Path
 from typing import Literal
 
 from PySide6.QtCore import QObject, Signal
-from PySide6.QtWidgets import QVBoxLayout
+from PySide6.QtGui import QColor
+from PySide6.QtWidgets import QHeaderView, QVBoxLayout, QWidget
 
-from ocmm_cad.drawing import Account
+from ocmm_cad.drawing import Account, AccountItem
 from ocmm_cad.step import Offer
 from ocmm_core.alignment import ModelBestFit
 from ocmm_core.errors import InputError
@@ -23,13 +24,123 @@ from ocmm_core.inspection.plan import (
 )
 from ocmm_core.part_model import ModelFace, PartModel
 from ocmm_core.tables import TableOptions, TablePreview
-from ocmm_gui.kit import TableImport, said, tr
-from ocmm_gui.plan_editor._draft import PlanDraft
-from ocmm_gui.plan_editor._importing import Imported, Importing, InUse, ReadModel, with_table
-from ocmm_gui.plan_editor._model_choice import ModelChoice
-from ocmm_gui.plan_editor._part_choice import ChoiceLine, ChoiceWords, PartChoice
+from ocmm_gui.kit import (
+    DEFAULT_THEME,
+    THEMES,
+    AnswerPanel,
+    DataTable,
+    NarrowButton,
+    TableImport,
+    Theme,
+    hbox,
+    later,
+    said,
+    sentence_label,
+    tr,
+    vbox,
+)
+from ocmm_gui.plan_editor._importing import ImportLine, ImportResult, InUse, LoadedModel, with_table
+from ocmm_gui.plan_editor._part_choice import ChoiceLine, ChoiceWords, ModelChoice, PartChoice
+from ocmm_gui.plan_editor._plan_checks import PlanDraft
 from ocmm_gui.plan_editor._plan_items import ALIGNMENT, ItemKey
-from ocmm_gui.plan_editor._tolerance_account import ToleranceAccount
+
+_STATUS = {"taken": later("✔ taken"), "partly": later("▲ in part"), "refused": later("✖ refused")}
+_ORDER = ("refused", "partly", "taken")
+_GROUPS = {
+    "dimension": later("dimensions"),
+    "tolerance": later("tolerances"),
+    "datum reference": later("datum references"),
+    "datum": later("datums"),
+    "datum target": later("datum targets"),
+    "annotation": later("labels and notes"),
+    "general": later("others"),
+}
+
+
+class ToleranceAccount(QWidget):
+    """Number of imported items, and each with its reason: refused ones first.
+
+    Datum references and labels are counted; they follow their items. Return accepts features and
+    tolerances, Esc nothing; a button the features alone.
+    """
+
+    agreed = Signal()
+    """Accept the features with the imported tolerances."""
+    without = Signal()
+    """Accept the features alone."""
+    declined = Signal()
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.setAccessibleName(tr("Tolerances of the model"))
+        self._theme = THEMES[DEFAULT_THEME]
+        self._items: list[AccountItem] = []
+        self.summary = sentence_label(tr("What became of the tolerances of the model"), 14)
+        self.table = DataTable(
+            tr("Every item of the model"),
+            (
+                (tr("Status"), tr("Whether it is in the plan")),
+                (tr("Label"), tr("Its name in the model")),
+                (tr("Says"), tr("What the model says")),
+                (tr("In the plan, or why not"), tr("Characteristics, datums, or the reason")),
+            ),
+        )
+        self.table.setWordWrap(True)
+        self.table.horizontalHeader().setSectionResizeMode(3, QHeaderView.ResizeMode.Stretch)
+        for column, width in enumerate((110, 230, 300)):
+            self.table.setColumnWidth(column, width)
+        self.question = AnswerPanel(tr("Take over the tolerances"), tr("Take over"))
+        self.question.agreed.connect(self.agreed)
+        self.question.declined.connect(self.declined)
+        self.features_only = NarrowButton(tr("Features only"))
+        self.features_only.setAccessibleName(tr("Take over the features without tolerances"))
+        self.features_only.clicked.connect(self.without)
+        line = hbox((self.question, 1), self.features_only)
+        vbox(self.summary, (self.table, 1), line, parent=self, margins=0)
+        self.hide()
+
+    def show_account(self, account: Account, characteristics: int) -> None:
+        """Show an account, and ask whether to add its characteristics, given their number."""
+        told = []
+        for group, counts in account.counts().items():
+            told.append(
+                tr("{taken} of {count} {group}").format(
+                    taken=counts["taken"], count=sum(counts.values()), group=tr(_GROUPS[group])
+                )
+            )
+        taken = tr("Taken as a whole: {counts}.").format(counts=", ".join(told))
+        self.summary.setText("\n".join((taken, *account.remarks)))
+        self._items = sorted(account.by_itself(), key=lambda item: _ORDER.index(item.status))
+        self._fill()
+        self.show()
+        self.table.resizeRowsToContents()
+        self.question.ask(
+            tr(
+                "%n characteristics will be added.",
+                "1 characteristic will be added.",
+                characteristics,
+            )
+        )
+
+    def close_account(self) -> None:
+        self.question.hide()
+        self.hide()
+
+    def set_theme(self, theme: Theme) -> None:
+        self._theme = theme
+        self.question.set_theme(theme)
+        self._fill()
+
+    def _fill(self) -> None:
+        self.table.setRowCount(len(self._items))
+        for row, item in enumerate(self._items):
+            became = ", ".join(item.became)
+            words = "; ".join(part for part in (became, said(item.why), said(item.remark)) if part)
+            self.table.show_words(row, (tr(_STATUS[item.status]), item.name, item.kind, words))
+            cell = self.table.item(row, 0)
+            if cell is not None:
+                colours = {"taken": self._theme.good, "partly": self._theme.warn}
+                cell.setForeground(QColor(colours.get(item.status, self._theme.bad)))
 
 
 class FaceChoice(PartChoice):
@@ -95,7 +206,7 @@ Did = Callable[[Callable[[], Plan], ItemKey], bool]
 """Makes a change of the plan; returns whether it succeeded."""
 
 
-class FromModels(QObject):
+class ModelImport(QObject):
     """Importing; `draft` returns the edited plan, `in_use` the cameras and the probe."""
 
     opened = Signal()
@@ -112,9 +223,9 @@ class FromModels(QObject):
     ) -> None:
         super().__init__()
         self._draft, self._did, self._in_use = draft, did, in_use
-        self._read: ReadModel | None = None
-        self._asked: Imported | None = None
-        self.importing = Importing(in_use)
+        self._read: LoadedModel | None = None
+        self._asked: ImportResult | None = None
+        self.importing = ImportLine(in_use)
         self.importing.imported.connect(self._on_imported)
         self.importing.offered.connect(self._on_offered)
         self.importing.part_read.connect(self._on_part)
@@ -201,7 +312,7 @@ class FromModels(QObject):
             )
             self.told.emit(words.format(count=count))
 
-    def _on_offered(self, read: ReadModel) -> None:
+    def _on_offered(self, read: LoadedModel) -> None:
         self._read = read
         self.opened.emit()
         self.choice.show_model(read)
@@ -218,7 +329,7 @@ class FromModels(QObject):
             self.importing.take(draft.plan, self._read, taken, draft.path, self.choice.zone_mm())
             self.close()
 
-    def _on_imported(self, found: Imported) -> None:
+    def _on_imported(self, found: ImportResult) -> None:
         if found.before is not self._draft().plan:
             self.failed.emit(
                 InputError(
@@ -234,7 +345,7 @@ class FromModels(QObject):
             (self.warned if found.is_doubtful else self.told).emit(found.words)
             self.closed.emit()
 
-    def _ask_tolerances(self, found: Imported, account: Account) -> None:
+    def _ask_tolerances(self, found: ImportResult, account: Account) -> None:
         self._asked = found
         count = len(found.plan.characteristics) - len(found.before.characteristics)
         self.opened.emit()

@@ -57,7 +57,7 @@ _LIMIT_MM = 0.1
 
 
 @dataclass(frozen=True, slots=True)
-class Imported:
+class ImportResult:
     """The plan before and after an import, the new item, and a message.
 
     With an account, the plan has the imported tolerances of a model, and ``bare`` is the plan
@@ -72,12 +72,12 @@ class Imported:
     bare: Plan | None = None
     is_doubtful: bool = False
 
-    def without_tolerances(self) -> Imported:
+    def without_tolerances(self) -> ImportResult:
         return replace(self, plan=self.bare or self.plan, account=None, bare=None)
 
 
 @dataclass(frozen=True, slots=True)
-class ReadModel:
+class LoadedModel:
     """A model that was read, for the selection."""
 
     path: Path
@@ -92,7 +92,7 @@ class ReadModel:
         return faces_account(self.model, taken, refused)
 
 
-def with_table(plan: Plan, table: FeatureTable) -> Imported:
+def with_table(plan: Plan, table: FeatureTable) -> ImportResult:
     """Return the plan with the features of a table; InputError if it became unmeasurable."""
     found = _with_features(plan, table.account.path, table.features)
     return replace(found, plan=table.added_to(plan))
@@ -104,7 +104,7 @@ def model_of(
     in_use: InUse | None,
     given_up: Callable[[], bool],
     progress: Callable[[str], None],
-) -> ReadModel:
+) -> LoadedModel:
     """Return the offers of a model, for the probe and cameras in use; InputError if unusable.
 
     `up`: axis of the model that points up. `in_use`: None for the standard probe and the
@@ -119,18 +119,18 @@ def model_of(
         path, given_up=given_up, progress=progress, with_part=True, request=request,
         setting=setting,
     )  # fmt: skip
-    return ReadModel(path, model, offers_of(model), up)
+    return LoadedModel(path, model, offers_of(model), up)
 
 
 def with_offers(
     plan: Plan,
-    read: ReadModel,
+    read: LoadedModel,
     taken: Sequence[Offer],
     plan_file: Path | None,
     zone_mm: float | None = None,
     given_up: Callable[[], bool] = lambda: False,
     progress: Callable[[str], None] = lambda _: None,
-) -> Imported:
+) -> ImportResult:
     """Return the plan with the selection from a model, and with its tolerances.
 
     Checks omitted for a large model are made now, see `ask_for_chosen`.
@@ -173,7 +173,7 @@ def with_offers(
     return replace(found, plan=toleranced, account=account, bare=bare)
 
 
-def _with_features(plan: Plan, path: Path, found: Sequence[NominalFeature]) -> Imported:
+def _with_features(plan: Plan, path: Path, found: Sequence[NominalFeature]) -> ImportResult:
     more = plan
     for feature in found:
         more = add_feature(more, feature)
@@ -181,7 +181,7 @@ def _with_features(plan: Plan, path: Path, found: Sequence[NominalFeature]) -> I
         name=path.name
     )
     chosen = ItemKey("features", found[0].name) if found else HEAD
-    return Imported(plan, more, chosen, added)
+    return ImportResult(plan, more, chosen, added)
 
 
 def what_is_missing() -> str:
@@ -193,7 +193,7 @@ def what_is_missing() -> str:
     )
 
 
-def _with_frame(plan: Plan, path: Path, *, relocate: bool) -> Imported:
+def _with_frame(plan: Plan, path: Path, *, relocate: bool) -> ImportResult:
     document = load_frame(path)
     before = plan.alignment
     limit = before.limit if isinstance(before, Relocation) else _LIMIT_MM
@@ -201,15 +201,17 @@ def _with_frame(plan: Plan, path: Path, *, relocate: bool) -> Imported:
     words = tr("The frame {name} is used as saved.")
     if relocate:
         words = tr("The frame {name} will be relocated at its control points.")
-    return Imported(plan, with_alignment(plan, rule), ALIGNMENT, words.format(name=document.name))
+    return ImportResult(
+        plan, with_alignment(plan, rule), ALIGNMENT, words.format(name=document.name)
+    )
 
 
-class Importing(WorkLine):
+class ImportLine(WorkLine):
     """Read a file in the background, showing progress; ``in_use``: the station's equipment."""
 
     imported = Signal(object)
     offered = Signal(object)
-    """Emits a `ReadModel`: its features are to be selected."""
+    """Emits a `LoadedModel`: its features are to be selected."""
     previewed = Signal(object)
     """Emits the `TablePreview` of a table: it is to be confirmed."""
     part_read = Signal(object)
@@ -275,7 +277,7 @@ class Importing(WorkLine):
     def take(
         self,
         plan: Plan,
-        model: ReadModel,
+        model: LoadedModel,
         taken: Sequence[Offer],
         plan_file: Path | None,
         zone_mm: float | None = None,
@@ -313,7 +315,7 @@ class Importing(WorkLine):
             elif isinstance(found, TablePreview):
                 self.previewed.emit(found)
             else:
-                (self.offered if isinstance(found, ReadModel) else self.imported).emit(found)
+                (self.offered if isinstance(found, LoadedModel) else self.imported).emit(found)
 
     def _show_progress(self, what: str) -> None:
         if self._reads:

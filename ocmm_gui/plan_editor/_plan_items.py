@@ -1,3 +1,5 @@
+"""List of a plan's items, and the feature that is drawn for one."""
+
 from __future__ import annotations
 
 from typing import Any, NamedTuple
@@ -6,9 +8,13 @@ import msgspec
 from PySide6.QtCore import QSize, Signal
 from PySide6.QtWidgets import QListWidget, QListWidgetItem
 
-from ocmm_core.inspection.plan import Plan
+from ocmm_core.camera import Vector3
+from ocmm_core.features.measured import nominal_geometries
+from ocmm_core.features.shapes import ACROSS, DIRECTION, POINT, NominalFeature, Shape
+from ocmm_core.geometry import Float
+from ocmm_core.inspection.plan import Plan, usual_points
 from ocmm_gui.kit import literal, said_word, text_font, tr
-from ocmm_gui.plan_editor.form import choice_word
+from ocmm_gui.plan_editor._field_labels import choice_word
 
 LISTS = ("features", "constructions", "characteristics")
 """Lists of a plan, in the order shown."""
@@ -113,3 +119,39 @@ def place_of(plan: Plan, key: ItemKey) -> int:
 
 def _tag(item: msgspec.Struct) -> str:
     return str(item.__struct_config__.tag)
+
+
+def drawn_of(plan: Plan, key: ItemKey) -> NominalFeature | None:
+    """Return the feature drawn for an item: itself, or the first that it is about; or None."""
+    name = key.name
+    if key.group == "characteristics":
+        name = item_of(plan, key).features[0]
+    elif key.group not in ("features", "constructions"):
+        return None
+    for feature in plan.features:
+        if feature.name == name:
+            return feature
+    geometry = nominal_geometries(plan.features, plan.constructions).get(name)
+    return None if geometry is None else _drawn(name, plan.shapes[name], geometry)
+
+
+def _drawn(name: str, shape: Shape, geometry: Float) -> NominalFeature:
+    sizes = {size.field: size.whole(geometry) for size in shape.spec.sizes}
+    direction = _vector(geometry[DIRECTION])
+    return NominalFeature(
+        name=name,
+        shape=shape,
+        points=usual_points(shape),
+        point=_vector(geometry[POINT]),
+        direction=direction if any(direction) else (0.0, 0.0, 1.0),
+        diameter=sizes.get("diameter", 0.0),
+        length=sizes.get("length", 0.0),
+        width=sizes.get("width", 0.0),
+        angle_deg=sizes.get("angle_deg", 0.0),
+        across=_vector(geometry[ACROSS]) if shape.spec.has_across else (1.0, 0.0, 0.0),
+    )
+
+
+def _vector(values: Float) -> Vector3:
+    x, y, z = (float(value) for value in values)
+    return (x, y, z)

@@ -14,12 +14,12 @@ from ocmm_core.inspection.plan import EDITED, Plan, check_plan, load_plan
 from ocmm_core.names import file_stem
 from ocmm_core.settings import is_shipped
 from ocmm_gui.kit import ActionInfo, Sheet, later, make_button, tr
-from ocmm_gui.plan_editor._draft import PlanDraft
-from ocmm_gui.plan_editor._drawn import drawn_of
-from ocmm_gui.plan_editor._from_models import FromModels
+from ocmm_gui.plan_editor._from_models import ModelImport
 from ocmm_gui.plan_editor._importing import InUse, what_is_missing
+from ocmm_gui.plan_editor._item_form import ItemForm
 from ocmm_gui.plan_editor._plan_changes import (
     PlanChange,
+    fresh_plan,
     moved,
     with_characteristic,
     with_construction,
@@ -28,12 +28,9 @@ from ocmm_gui.plan_editor._plan_changes import (
     with_picture_of,
     without,
 )
-from ocmm_gui.plan_editor._plan_checks import PlanChecks, faulty_field
-from ocmm_gui.plan_editor._plan_items import ALIGNMENT, HEAD, ItemKey, PlanItems, item_of
-from ocmm_gui.plan_editor._plan_parts import item_forms, lay_out, path_panels
-from ocmm_gui.plan_editor._proposals import fresh_plan
-from ocmm_gui.plan_editor._teaching import Teaching
-from ocmm_gui.plan_editor.form import ItemForm
+from ocmm_gui.plan_editor._plan_checks import PlanChecks, PlanDraft, faulty_field
+from ocmm_gui.plan_editor._plan_items import ALIGNMENT, HEAD, ItemKey, PlanItems, drawn_of, item_of
+from ocmm_gui.plan_editor._plan_parts import TeachProgress, item_forms, lay_out, path_panels
 from ocmm_gui.views import StepPicture
 
 KEYS = (
@@ -113,13 +110,13 @@ class PlanSheet(Sheet):
             form.left.connect(self.left)
         self.picture = StepPicture()
         self.checks = PlanChecks()
-        self._teaching = Teaching()
+        self._teaching = TeachProgress()
         self._teaching.taught.connect(self._on_taught)
         self._teaching.failed.connect(self.failed)
         self.file, self.source, self.image, self.other, self.listing = path_panels()
         self.file.given.connect(self.save_as)
         self.source.given.connect(self.import_file)
-        self.models = FromModels(lambda: self.draft, self._did, in_use)
+        self.models = ModelImport(lambda: self.draft, self._did, in_use)
         self.models.opened.connect(self._editor.hide)
         self.models.closed.connect(self._show_editor)
         self.models.told.connect(self.told)

@@ -12,7 +12,7 @@ from ocmm_core.documents import decode_json
 from ocmm_core.export.report import report_of_job
 from ocmm_core.export.template import Particulars, paper_of
 from ocmm_core.inspection.archive import reopen_job
-from ocmm_gui.reports._drawing import draw, drawing
+from ocmm_gui.reports._paper import draw, drawing
 from ocmm_gui.reports._pdf import write_pdf
 
 

@@ -20,21 +20,19 @@ from ocmm_core.inspection.archive import Comparison, Trend, compare_files
 from ocmm_core.inspection.evaluation import SIMULATED, SIMULATED_LINE
 from ocmm_core.tolerances.kinds import spec_of
 from ocmm_core.wording import ENGLISH, Speech
-from ocmm_gui.kit import later
+from ocmm_gui.kit import ink, later
 from ocmm_gui.reports._canvas import (
     INK,
     SMALL,
     STRONG,
     TITLE,
-    Canvas,
     Column,
+    PageCanvas,
     PageField,
     Style,
     paint_text,
 )
-from ocmm_gui.reports._drawing import draw, drawing
-from ocmm_gui.reports._paper_end import write_end
-from ocmm_gui.reports._paper_head import paper_letterhead
+from ocmm_gui.reports._paper import draw, drawing, paper_letterhead, write_end
 from ocmm_gui.reports._pdf_writer import paint_with_foot, written_pdf
 from ocmm_gui.work import Teller
 
@@ -60,9 +58,9 @@ _MOST_SIGNALS = 12
 _MOST_REASONS = 20
 
 
-def lay_out(found: Comparison, paper: Paper) -> Canvas:
+def lay_out(found: Comparison, paper: Paper) -> PageCanvas:
     """Return the pages: letterhead, table of all characteristics, a chart for each, signatures."""
-    canvas = Canvas(Speech(paper.template.language), PaperLengths(paper.template.lengths))
+    canvas = PageCanvas(Speech(paper.template.language), PaperLengths(paper.template.lengths))
     speech = canvas.speech
     paper_letterhead(canvas, paper)
     canvas.text(speech.say("Statistics of a batch"), TITLE)
@@ -106,7 +104,7 @@ def _values(found: Comparison) -> bytes:
 
 
 @dataclass(frozen=True, slots=True)
-class BatchPrinting:
+class BatchTask:
     """Write the pages of a batch, in a side process."""
 
     found: Comparison
@@ -122,7 +120,7 @@ class BatchPrinting:
         return self.path
 
 
-def _row(trend: Trend, canvas: Canvas) -> list[PageField]:
+def _row(trend: Trend, canvas: PageCanvas) -> list[PageField]:
     values, able, chart = trend.values, trend.capability, trend.chart
     speech, number = canvas.speech, canvas.speech.number
     between = " to " if speech.language == ENGLISH else " … "
@@ -143,11 +141,11 @@ def _row(trend: Trend, canvas: Canvas) -> list[PageField]:
     ]
 
 
-def _quantity(value: float, trend: Trend, canvas: Canvas) -> str:
+def _quantity(value: float, trend: Trend, canvas: PageCanvas) -> str:
     return canvas.speech.number(canvas.lengths.quantity(value, spec_of(trend.kind).unit))
 
 
-def _characteristic(canvas: Canvas, trend: Trend) -> None:
+def _characteristic(canvas: PageCanvas, trend: Trend) -> None:
     canvas.heading(trend.name, _CHART + 60.0)
     if len(trend.values):
         canvas.draw(_CHART, partial(_paint_chart, trend=trend, canvas=canvas), trend.name)
@@ -166,7 +164,7 @@ def _characteristic(canvas: Canvas, trend: Trend) -> None:
     _reasons(canvas, trend.left_out)
 
 
-def _reasons(canvas: Canvas, reasons: tuple[str, ...]) -> None:
+def _reasons(canvas: PageCanvas, reasons: tuple[str, ...]) -> None:
     if reasons:
         more = len(reasons) - _MOST_REASONS
         shown = [*reasons[:_MOST_REASONS], *([f"And {more} more."] if more > 0 else [])]
@@ -174,15 +172,14 @@ def _reasons(canvas: Canvas, reasons: tuple[str, ...]) -> None:
         canvas.text(f"{canvas.speech.word('Not counted')}: {said}", SMALL)
 
 
-def _paint_chart(painter: QPainter, box: QRectF, *, trend: Trend, canvas: Canvas) -> None:
+def _paint_chart(painter: QPainter, box: QRectF, *, trend: Trend, canvas: PageCanvas) -> None:
     plot = box.adjusted(_SCALE, 10.0, -10.0, -50.0)
     low, high = trend.span()
 
     def y(value: float) -> float:
         return plot.bottom() - (value - low) / (high - low) * plot.height()
 
-    painter.setPen(Qt.PenStyle.NoPen)
-    painter.setBrush(QColor(INK.zone_good))
+    ink(painter, Qt.PenStyle.NoPen, QColor(INK.zone_good))
     top, bottom = y(min(trend.high, high)), y(max(trend.low, low))
     painter.drawRect(QRectF(plot.left(), top, plot.width(), bottom - top))
     levels = [("limit", one, Qt.PenStyle.SolidLine)

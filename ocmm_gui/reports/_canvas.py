@@ -15,7 +15,7 @@ from PySide6.QtGui import QColor, QFont, QFontMetricsF, QPainter, QPen, QTextLay
 
 from ocmm_core.export.template import PaperLengths
 from ocmm_core.wording import Speech
-from ocmm_gui.kit import THEMES, text_font
+from ocmm_gui.kit import THEMES, ink, text_font
 from ocmm_gui.reports._archival import PageTag, paint_tag
 
 INK = THEMES["light"]
@@ -63,7 +63,7 @@ class PageField:
 
 
 @dataclass(slots=True)
-class Canvas:
+class PageCanvas:
     """Pages under construction."""
 
     speech: Speech = field(default_factory=Speech)
@@ -272,8 +272,7 @@ def paint_line(
     """Write a text into one line of a box, elided if too long."""
     font, metrics = _face(style.size, style.bold)
     shown = metrics.elidedText(printable(text), Qt.TextElideMode.ElideRight, box.width())
-    painter.setFont(font)
-    painter.setPen(QColor(style.colour))
+    ink(painter, QColor(style.colour), font=font)
     painter.drawText(box, int(align) | int(Qt.TextFlag.TextSingleLine), shown)
 
 
@@ -286,8 +285,7 @@ def paint_text(
 ) -> None:
     font, metrics = _face(style.size, style.bold)
     text = printable(text)
-    painter.setFont(font)
-    painter.setPen(QColor(style.colour))
+    ink(painter, QColor(style.colour), font=font)
     painter.drawText(box, int(align) | _wrapping(metrics, text, box.width()), text)
 
 

@@ -30,23 +30,22 @@ from ocmm_core.export.certificate import (
 from ocmm_core.export.report import NOT_STATED
 from ocmm_core.export.template import PaperLengths, Particulars, load_paper, template_in_use
 from ocmm_core.wording import Speech
+from ocmm_gui.kit import ink
 from ocmm_gui.reports._canvas import (
     INK,
     LEFT,
     SMALL,
     STRONG,
     TITLE,
-    Canvas,
     Column,
+    PageCanvas,
     PageField,
     Style,
     paint_text,
     text_height,
 )
-from ocmm_gui.reports._certificate_values import table_of_values
-from ocmm_gui.reports._drawing import draw
-from ocmm_gui.reports._paper_end import write_end
-from ocmm_gui.reports._paper_head import paper_letterhead
+from ocmm_gui.reports._messages import table_of_values
+from ocmm_gui.reports._paper import draw, paper_letterhead, write_end
 from ocmm_gui.reports._pdf_writer import paint_with_foot, written_pdf
 
 _COLUMNS = (
@@ -64,10 +63,10 @@ _PLOT = 1100.0
 _HEADS = {"beforeAdjustment": "As found", "afterAdjustment": "After adjustment"}
 
 
-def lay_out(paper: Certificate) -> Canvas:
+def lay_out(paper: Certificate) -> PageCanvas:
     """Return the pages: head, verdicts, every error with U and limit, the graph, signatures."""
     template = paper.paper.template
-    canvas = Canvas(Speech(template.language), PaperLengths(template.lengths))
+    canvas = PageCanvas(Speech(template.language), PaperLengths(template.lengths))
     speech = canvas.speech
     paper_letterhead(canvas, paper.paper)
     canvas.text(certificate_title(paper, speech), TITLE)
@@ -101,7 +100,7 @@ def lay_out(paper: Certificate) -> Canvas:
     return canvas
 
 
-def _state(canvas: Canvas, name: str, why: str) -> None:
+def _state(canvas: PageCanvas, name: str, why: str) -> None:
     """Report a state that could not be determined, with the reason."""
     if why:
         speech = canvas.speech
@@ -126,7 +125,7 @@ def certificate_pdf(paper: Certificate, files: Mapping[str, bytes]) -> bytes:
     )
 
 
-def _run(canvas: Canvas, run: CertificateRun) -> None:
+def _run(canvas: PageCanvas, run: CertificateRun) -> None:
     speech = canvas.speech
     canvas.heading(f"{speech.word(_HEADS[run.status])}: {speech.say(run.words)}", 200.0)
     warm = air_said(run, speech)
@@ -167,7 +166,7 @@ def _row(line: CertificateLine, speech: Speech, lengths: PaperLengths) -> list[P
     ]
 
 
-def _fact(canvas: Canvas, name: str, value: str, *, stated: bool) -> None:
+def _fact(canvas: PageCanvas, name: str, value: str, *, stated: bool) -> None:
     style = Style(25.0) if stated else SMALL
     height = max(text_height(value, style, 1800.0 - _NAME), 34.0)
 
@@ -178,7 +177,7 @@ def _fact(canvas: Canvas, name: str, value: str, *, stated: bool) -> None:
     canvas.draw(height + 4.0, paint)
 
 
-def _closing(canvas: Canvas, paper: Certificate) -> None:
+def _closing(canvas: PageCanvas, paper: Certificate) -> None:
     speech = canvas.speech
     facts = certificate_facts(paper, speech, canvas.lengths)
     said = [fact.value for fact in facts if fact.name == "Statement"]
@@ -201,8 +200,7 @@ def _paint_errors(
             plot.center().y() - 0.5 * plot.height() * error / highest,
         )
 
-    painter.setPen(QPen(QColor(INK.border), 2.0))
-    painter.setBrush(Qt.BrushStyle.NoBrush)
+    ink(painter, QPen(QColor(INK.border), 2.0), Qt.BrushStyle.NoBrush)
     painter.drawRect(plot)
     painter.drawLine(place(0.0, 0.0), place(1.05 * longest, 0.0))
     painter.setPen(QPen(QColor(INK.bad), 4.0))

@@ -12,14 +12,14 @@ from ocmm_core.export.report import ReportData
 from ocmm_core.geometry import Float
 from ocmm_core.rendering import RenderMode
 from ocmm_core.tolerances.decisions import DeviationPicture
-from ocmm_gui.kit import text_font
-from ocmm_gui.reports._canvas import INK, SMALL, WIDTH, Canvas, Style, paint_text, printable
+from ocmm_gui.kit import ink, text_font
+from ocmm_gui.reports._canvas import INK, SMALL, WIDTH, PageCanvas, Style, paint_text, printable
 from ocmm_gui.scene import Orbit, StillScene, Tag, paint_scene, painted_still
 from ocmm_gui.views import SCALE_PX, deviation_part, deviations_of, job_items, paint_scale
 
 
 def deviation_scale(
-    canvas: Canvas, data: ReportData, seen: DeviationPicture, reach_mm: float | None
+    canvas: PageCanvas, data: ReportData, seen: DeviationPicture, reach_mm: float | None
 ) -> None:
     """Draw the scale of the whiskers below the picture; ``reach_mm``: of the colours, or None."""
     if not seen.whiskers:
@@ -54,7 +54,7 @@ _PAD = 6.0
 _RINGS, _STEP, _TURNS = 14, 34.0, 16
 
 
-def picture(canvas: Canvas, data: ReportData) -> None:
+def picture(canvas: PageCanvas, data: ReportData) -> None:
     """Draw the points and features of the job in the world frame."""
     items, reach = job_items(data.view, INK)
     if not len(reach):
@@ -83,8 +83,7 @@ def picture(canvas: Canvas, data: ReportData) -> None:
             )
             painter.drawImage(QPointF(), painted_still(still, text_font(13.0)).image)
         painter.restore()
-        painter.setPen(QPen(QColor(INK.border), 2.0))
-        painter.setBrush(Qt.BrushStyle.NoBrush)
+        ink(painter, QPen(QColor(INK.border), 2.0), Qt.BrushStyle.NoBrush)
         painter.drawRect(box)
         tags = [item for item in items if isinstance(item, Tag)]
         places = orbit.project(
@@ -129,8 +128,7 @@ def _paint_words(painter: QPainter, box: QRectF, tags: Sequence[Tag], places: Fl
         painter.setPen(QPen(QColor(INK.muted), 1.5))
         if not word.contains(anchor):
             painter.drawLine(anchor, _nearest(word, anchor))
-        painter.setPen(Qt.PenStyle.NoPen)
-        painter.setBrush(QColor(255, 255, 255, 215))
+        ink(painter, Qt.PenStyle.NoPen, QColor(255, 255, 255, 215))
         painter.drawRect(word)
         style = Style(_WORD.size, bold=True, colour=tag.colour)
         paint_text(painter, word.adjusted(_PAD, 0.0, 0.0, 0.0), tag.text, style)

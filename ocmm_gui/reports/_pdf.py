@@ -21,11 +21,10 @@ from ocmm_core.export.report import (
 from ocmm_core.export.template import Section
 from ocmm_core.inspection.evaluation import NO_REAL_PART, SIMULATED
 from ocmm_core.tolerances.decisions import U_LABEL
-from ocmm_gui.kit import verdict_colour
-from ocmm_gui.reports._canvas import INK, LEFT, PAGE, SMALL, WIDTH, Canvas, Style, paint_text
+from ocmm_gui.kit import ink, verdict_colour
+from ocmm_gui.reports._canvas import INK, LEFT, PAGE, SMALL, WIDTH, PageCanvas, Style, paint_text
 from ocmm_gui.reports._messages import lengths_of, numbers_of, speech_of
-from ocmm_gui.reports._paper_end import closing, records
-from ocmm_gui.reports._paper_head import head_facts, letterhead
+from ocmm_gui.reports._paper import closing, head_facts, letterhead, records
 from ocmm_gui.reports._part_picture import picture
 from ocmm_gui.reports._pdf_writer import paint_with_foot, written_pdf
 from ocmm_gui.reports._sections import basis, features, title, verdicts, why_not
@@ -36,7 +35,7 @@ _BEYOND = 1.5
 """Deviations beyond this many half tolerances are drawn as an arrow."""
 
 
-def deviations(canvas: Canvas, data: ReportData) -> None:
+def deviations(canvas: PageCanvas, data: ReportData) -> None:
     """Draw every deviation in its tolerance, with its uncertainty as a whisker."""
     shown = [item for item in data.reported if _place(item) is not None]
     if not shown:
@@ -60,7 +59,7 @@ def _place(item: ReportedResult) -> tuple[float, float] | None:
 
 
 def _paint_deviation(
-    painter: QPainter, box: QRectF, *, item: ReportedResult, canvas: Canvas
+    painter: QPainter, box: QRectF, *, item: ReportedResult, canvas: PageCanvas
 ) -> None:
     found, result = _place(item), item.result
     if found is None or result.deviation is None:
@@ -73,8 +72,7 @@ def _paint_deviation(
     plot = box.adjusted(_NAME, 8.0, -360.0, -8.0)
     scale = 0.5 * plot.width() / _BEYOND
     centre = plot.center()
-    painter.setPen(Qt.PenStyle.NoPen)
-    painter.setBrush(QColor(INK.zone_bad))
+    ink(painter, Qt.PenStyle.NoPen, QColor(INK.zone_bad))
     painter.drawRect(plot)
     painter.setBrush(QColor(INK.zone_good))
     painter.drawRect(QRectF(centre.x() - scale, plot.top(), 2.0 * scale, plot.height()))
@@ -112,7 +110,7 @@ _BAND_TOP, _BAND_HIGH = 40.0, 72.0
 """Above the layout, so that it covers no number; tenths of a millimetre."""
 
 
-SECTION_PAINTERS: dict[Section, Callable[[Canvas, ReportData], None]] = {
+SECTION_PAINTERS: dict[Section, Callable[[PageCanvas, ReportData], None]] = {
     "results": verdicts,
     "why": why_not,
     "deviations": deviations,
@@ -123,8 +121,8 @@ SECTION_PAINTERS: dict[Section, Callable[[Canvas, ReportData], None]] = {
 """Sections of a template; a test compares them with `export.report.SECTIONS`."""
 
 
-def lay_out(data: ReportData) -> Canvas:
-    canvas = Canvas(speech_of(data), lengths_of(data))
+def lay_out(data: ReportData) -> PageCanvas:
+    canvas = PageCanvas(speech_of(data), lengths_of(data))
     with numbers_of(data):
         letterhead(canvas, data)
         title(canvas, data)
@@ -136,7 +134,7 @@ def lay_out(data: ReportData) -> Canvas:
     return canvas
 
 
-def page_picture(canvas: Canvas, index: int, data: ReportData, width: int = 1240) -> QImage:
+def page_picture(canvas: PageCanvas, index: int, data: ReportData, width: int = 1240) -> QImage:
     scale = width / PAGE[0]
     image = QImage(width, round(scale * PAGE[1]), QImage.Format.Format_RGB32)
     image.fill(QColor("white"))
@@ -200,7 +198,7 @@ def write_pdf(data: ReportData, folder: Path, *, incomplete: bool = False) -> Pa
     return path
 
 
-def paint_page(painter: QPainter, canvas: Canvas, index: int, data: ReportData) -> None:
+def paint_page(painter: QPainter, canvas: PageCanvas, index: int, data: ReportData) -> None:
     if data.states:
         _paint_band(painter, data)
     # Every page identifies its report (ISO/IEC 17025, 7.8.2.1 d).
@@ -215,8 +213,7 @@ def paint_page(painter: QPainter, canvas: Canvas, index: int, data: ReportData) 
 def _paint_band(painter: QPainter, data: ReportData) -> None:
     """Paint the states of the report across the top of a page, above all else."""
     band = QRectF(LEFT, _BAND_TOP, WIDTH, _BAND_HIGH)
-    painter.setPen(Qt.PenStyle.NoPen)
-    painter.setBrush(QColor(INK.warn))
+    ink(painter, Qt.PenStyle.NoPen, QColor(INK.warn))
     painter.drawRect(band)
     speech = speech_of(data)
     words = "   ·   ".join(map(speech.word, data.states))

@@ -9,7 +9,7 @@ from PySide6.QtGui import QPageLayout, QPageSize, QPainter, QPdfWriter
 
 from ocmm_core.errors import StorageError
 from ocmm_gui.reports._archival import PdfFacts, archival_pdf, attached
-from ocmm_gui.reports._canvas import BOTTOM, LEFT, SMALL, WIDTH, Canvas, paint_line
+from ocmm_gui.reports._canvas import BOTTOM, LEFT, SMALL, WIDTH, PageCanvas, paint_line
 
 _RESOLUTION = 1200
 _UNITS_PER_INCH = 254.0
@@ -18,7 +18,7 @@ _NUMBER = 320.0
 
 
 def written_pdf(
-    canvas: Canvas,
+    canvas: PageCanvas,
     paint: Callable[[QPainter, int], None],
     attachments: Mapping[str, bytes],
     *,
@@ -53,7 +53,7 @@ def written_pdf(
     return made
 
 
-def paint_with_foot(painter: QPainter, canvas: Canvas, index: int, foot: str) -> None:
+def paint_with_foot(painter: QPainter, canvas: PageCanvas, index: int, foot: str) -> None:
     """Paint a page with its foot: identification, page number and count."""
     for draw in canvas.pages[index]:
         draw(painter)

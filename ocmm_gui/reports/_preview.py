@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from PySide6.QtCore import QSize, Qt, Signal
 from PySide6.QtGui import QPixmap, QResizeEvent
-from PySide6.QtWidgets import QLabel, QScrollArea, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QLabel, QScrollArea, QWidget
 
+from ocmm_gui.kit import dressed, vbox
 from ocmm_gui.reports._side import PagePicture
 
 _GAP_PX = 12
@@ -27,8 +28,7 @@ class PagePreview(QScrollArea):
         self.setVerticalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOn)
         self.setWidgetResizable(True)
         inside = QWidget()
-        self._pages = QVBoxLayout(inside)
-        self._pages.setSpacing(_GAP_PX)
+        self._pages = vbox(parent=inside, spacing=_GAP_PX)
         self.setWidget(inside)
         self._pictures: list[tuple[QLabel, PagePicture]] = []
         self.verticalScrollBar().valueChanged.connect(lambda _value: self._show_near())
@@ -45,8 +45,7 @@ class PagePreview(QScrollArea):
             self.clear()
             self.verticalScrollBar().setValue(0)
             self._width = picture.width
-        page = QLabel()
-        page.setAccessibleName(f"Page {picture.index + 1} of {picture.count}")
+        page = dressed(QLabel(), f"Page {picture.index + 1} of {picture.count}")
         page.setFixedSize(picture.width, picture.height)
         self._pages.addWidget(page, 0, Qt.AlignmentFlag.AlignHCenter)
         self._pictures.append((page, picture))

@@ -33,21 +33,21 @@ from ocmm_gui.reports._canvas import (
     SMALL,
     STRONG,
     TITLE,
-    Canvas,
     Column,
+    PageCanvas,
     PageField,
     Style,
 )
-from ocmm_gui.reports._drawing import draw
+from ocmm_gui.reports._paper import draw
 from ocmm_gui.reports._pdf_writer import paint_with_foot, written_pdf
 
 _WIDTHS = (340.0, 390.0, 390.0, 230.0, 450.0)
 _COLOURS = {Outcome.HOLDS: INK.good, Outcome.CHANGES: INK.bad, Outcome.UNKNOWN: INK.warn}
 
 
-def lay_out(record: RecallRecord, language: str = ENGLISH) -> Canvas:
+def lay_out(record: RecallRecord, language: str = ENGLISH) -> PageCanvas:
     """Return the pages: totals first, then jobs in order of urgency."""
-    canvas = Canvas(Speech(language))
+    canvas = PageCanvas(Speech(language))
     say = canvas.speech.say
     canvas.text(canvas.speech.word("Recall"), TITLE)
     canvas.text(headline(record, canvas.speech), HEADING)

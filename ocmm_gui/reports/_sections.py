@@ -18,14 +18,14 @@ from ocmm_core.inspection.evaluation import INCOMPLETE, SIMULATED_LINE
 from ocmm_core.tolerances.decisions import U_LABEL, PartWord, Verdict, VerdictSummary
 from ocmm_core.tolerances.kinds import Symbol, symbol_of
 from ocmm_core.wording import Speech
-from ocmm_gui.kit import verdict_colour
+from ocmm_gui.kit import ink, verdict_colour
 from ocmm_gui.reports._canvas import (
     INK,
     SMALL,
     STRONG,
     TITLE,
-    Canvas,
     Column,
+    PageCanvas,
     PageField,
     Style,
     on_one_line,
@@ -121,7 +121,7 @@ BASIS_COLUMNS = (
 )
 
 
-def title(canvas: Canvas, data: ReportData) -> None:
+def title(canvas: PageCanvas, data: ReportData) -> None:
     """Write the name of the part and its verdict with reasons."""
     canvas.draw(150.0, partial(_paint_title, data=data), role="H1")
     canvas.skip(20.0)
@@ -159,7 +159,7 @@ def _shortened(line: str, speech: Speech) -> str:
     return f"{speech.say(', '.join(names[:_MOST_NAMES]))} {more}"
 
 
-def verdicts(canvas: Canvas, data: ReportData) -> None:
+def verdicts(canvas: PageCanvas, data: ReportData) -> None:
     canvas.heading("Results", 200.0)
     rows = []
     remarks: list[str] = []
@@ -179,7 +179,7 @@ def verdicts(canvas: Canvas, data: ReportData) -> None:
 
 
 def _table_without(
-    canvas: Canvas, columns: Sequence[Column], rows: list[list[PageField]], title: str
+    canvas: PageCanvas, columns: Sequence[Column], rows: list[list[PageField]], title: str
 ) -> None:
     """Lay out a table; a column empty in every row gives its width to the names."""
     place = [column.title for column in columns].index(title)
@@ -192,7 +192,7 @@ def _table_without(
     canvas.table(kept, [[*row[:place], *row[place + 1 :]] for row in rows])
 
 
-def why_not(canvas: Canvas, data: ReportData) -> None:
+def why_not(canvas: PageCanvas, data: ReportData) -> None:
     """Write why results are not CONFORM, and the remedies."""
     if not data.explanations:
         return
@@ -214,7 +214,7 @@ def why_not(canvas: Canvas, data: ReportData) -> None:
     canvas.table(WHY_COLUMNS, rows)
 
 
-def features(canvas: Canvas, data: ReportData) -> None:
+def features(canvas: PageCanvas, data: ReportData) -> None:
     """Write the results of every feature."""
     canvas.heading("Features", 200.0)
     rows = []
@@ -271,7 +271,7 @@ def _verdict_field(summary: VerdictSummary, speech: Speech, *, undone: bool) -> 
     return PageField("\n".join([words, *lines]), style)
 
 
-def basis(canvas: Canvas, data: ReportData) -> None:
+def basis(canvas: PageCanvas, data: ReportData) -> None:
     """Write the basis of the results: frame, association, interval, and noise of form."""
     rows, number, quantity = [], canvas.speech.number, canvas.lengths.quantity
     for item in data.reported:
@@ -310,7 +310,7 @@ def _symbol(item: ReportedResult, shapes: Mapping[str, Shape]) -> Symbol | None:
 
 
 def _result_row(
-    item: ReportedResult, mark: str, symbol: Symbol | None, canvas: Canvas
+    item: ReportedResult, mark: str, symbol: Symbol | None, canvas: PageCanvas
 ) -> list[PageField]:
     result, speech = item.result, canvas.speech
 
@@ -366,8 +366,7 @@ def _paint_title(painter: QPainter, box: QRectF, *, data: ReportData) -> None:
     undone = part.word is PartWord.NOT_COMPLETE
     colour = INK.warn if undone else verdict_colour(INK, part.shown_as)
     frame = QRectF(box.right() - _VERDICT, box.top(), _VERDICT, 136.0)
-    painter.setPen(QPen(QColor(colour), 6.0))
-    painter.setBrush(Qt.BrushStyle.NoBrush)
+    ink(painter, QPen(QColor(colour), 6.0), Qt.BrushStyle.NoBrush)
     painter.drawRoundedRect(frame, 14.0, 14.0)
     # NOT COMPLETE already implies it; the band above has all states.
     told = [state for state in data.states if not (undone and state == INCOMPLETE)]

@@ -18,7 +18,7 @@ from ocmm_core.named_file import FileIdentity
 from ocmm_core.settings import Settings
 from ocmm_gui.kit import later
 from ocmm_gui.reports._certificate import certificate_pdf
-from ocmm_gui.reports._drawing import drawing
+from ocmm_gui.reports._paper import drawing
 from ocmm_gui.reports._pdf import lay_out, page_picture, pdf_file
 from ocmm_gui.work import Teller
 
@@ -29,7 +29,7 @@ _FAST = 1
 
 
 @dataclass(frozen=True, slots=True)
-class Writing:
+class ReportTask:
     """Write reports, all files or none."""
 
     data: ReportData
@@ -61,7 +61,7 @@ class Writing:
 
 
 @dataclass(frozen=True, slots=True)
-class CertificateWriting:
+class CertificateTask:
     """Write the certificates of records: pages, DCC and its signature, all files or none."""
 
     source: Path
@@ -129,7 +129,7 @@ class PagePicture:
 
 
 @dataclass(frozen=True, slots=True)
-class Previewing:
+class PreviewTask:
     """Preview all formats: texts first, then the pages one by one."""
 
     data: ReportData

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from ocmm_gui.results._compare_sheet import CompareSheet
     from ocmm_gui.results._job_source import JobSource
     from ocmm_gui.results._report_sheet import ReportSheet
-    from ocmm_gui.results._report_writer import ReportWriter, Written
+    from ocmm_gui.results._report_writer import ReportWriter, WrittenReports
     from ocmm_gui.results._results_sheet import ResultsSheet
 else:
     __getattr__ = door(
@@ -30,11 +30,11 @@ else:
         _compare_sheet="CompareSheet",
         _job_source="JobSource",
         _report_sheet="ReportSheet",
-        _report_writer="ReportWriter Written",
+        _report_writer="ReportWriter WrittenReports",
         _results_sheet="ResultsSheet",
     )
 
 __all__ = [
     "AlignmentSheet", "CompareSheet", "JobSource", "ReportSheet", "ReportWriter", "ResultsSheet",
-    "Written",
+    "WrittenReports",
 ]  # fmt: skip

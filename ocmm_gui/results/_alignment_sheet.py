@@ -6,7 +6,7 @@ from functools import partial
 
 import numpy as np
 from PySide6.QtCore import Qt
-from PySide6.QtWidgets import QHBoxLayout, QProgressBar, QVBoxLayout
+from PySide6.QtWidgets import QProgressBar, QVBoxLayout
 
 from ocmm_core.alignment import AlignmentReport, Residual, report_lines
 from ocmm_core.inspection.evaluation import JobView
@@ -22,6 +22,9 @@ from ocmm_gui.kit import (
     Sheet,
     Theme,
     digit_font,
+    dressed,
+    fill,
+    hbox,
     later,
     length_number,
     localised,
@@ -75,24 +78,17 @@ class AlignmentSheet(Sheet):
         self.words = sentence_label(tr("Notes"), 15)
         self._spread = sentence_label(tr("Uncertainty of the frame"), 14)
         self._spread.setProperty("role", "muted")
-        self.progress = QProgressBar()
-        self.progress.setAccessibleName(tr("Progress of the calculation"))
+        self.progress = dressed(QProgressBar(), tr("Progress of the calculation"))
         self.progress.hide()
         self._process = SideProcess(self)
         self._process.finished.connect(self._on_report)
         self._process.failed.connect(self._on_failed)
         left, right = QVBoxLayout(), QVBoxLayout()
         left.addWidget(self.table)
-        right.addWidget(self.words)
-        right.addWidget(self._spread)
+        fill(right, self.words, self._spread)
         right.addStretch(1)
         right.addWidget(self.progress)
-        row = QHBoxLayout()
-        row.setSpacing(10)
-        row.addLayout(left, 62)
-        row.addWidget(panel(right), 38)
-        self.body.addWidget(self._state)
-        self.body.addLayout(row, 1)
+        fill(self.body, self._state, (hbox((left, 62), (panel(right), 38), spacing=10), 1))
         self.use_keys({"again": self.compute, "accept": self.accept}, primary="accept")
 
     def open(self) -> None:

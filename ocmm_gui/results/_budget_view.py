@@ -8,8 +8,9 @@ from PySide6.QtGui import QColor, QPaintEvent, QPen
 from ocmm_core.tolerances.uncertainty import Budget, BudgetRow
 from ocmm_gui.kit import (
     NumberTable,
-    Painted,
+    PaintedWidget,
     digit_font,
+    ink,
     later,
     literal,
     localised,
@@ -76,7 +77,7 @@ def shown_rows(budget: Budget | None) -> tuple[BudgetRow, ...]:
     return tuple(row for row in budget.rows if row.share >= _LEAST_SHARE)[:_MOST_ROWS]
 
 
-class BudgetBars(Painted):
+class BudgetBars(PaintedWidget):
     """One bar per source, as long as its standard uncertainty; below them the total."""
 
     def __init__(self) -> None:
@@ -108,8 +109,7 @@ class BudgetBars(Painted):
         room = max(self.width() - words - digits, 20.0)
         for index, (name, u, colour) in enumerate(rows):
             y = index * pitch
-            painter.setFont(text_font(13))
-            painter.setPen(QColor(self._theme.text))
+            ink(painter, QColor(self._theme.text), font=text_font(13))
             painter.drawText(QRectF(0.0, y, words, pitch), _LEFT, name)
             bar = QRectF(words, y + 0.2 * pitch, room * u / reach, 0.6 * pitch)
             painter.fillRect(bar, QColor(colour))

@@ -6,8 +6,6 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
-from PySide6.QtWidgets import QHBoxLayout, QVBoxLayout
-
 from ocmm_core.documents import write_atomic
 from ocmm_core.errors import InputError
 from ocmm_core.export import batch_table
@@ -21,7 +19,9 @@ from ocmm_gui.kit import (
     Theme,
     caption,
     digit_font,
+    fill,
     form_field,
+    hbox,
     kind_value,
     later,
     localised,
@@ -30,9 +30,10 @@ from ocmm_gui.kit import (
     sentence_label,
     tr,
     tr_all,
+    vbox,
     with_unit,
 )
-from ocmm_gui.reports import BatchPrinting
+from ocmm_gui.reports import BatchTask
 from ocmm_gui.work import Tell, WorkSheet
 
 _KEYS = (
@@ -124,22 +125,10 @@ class CompareSheet(WorkSheet):
         self.words = sentence_label(tr("Findings of the chart"), 15)
         self.left_out = sentence_label(tr("Excluded"), 14)
         self.left_out.setProperty("role", "muted")
-        right = QVBoxLayout()
-        right.addWidget(self.chart, 1)
-        right.addWidget(self.words)
-        right.addWidget(self.left_out)
-        row = QHBoxLayout()
-        row.setSpacing(10)
-        row.addWidget(self.table, 50)
-        row.addLayout(right, 50)
-        chosen = QHBoxLayout()
-        chosen.addWidget(caption(tr("Feature"), self.feature))
-        chosen.addWidget(self.feature, 1)
-        self.body.addWidget(self.file)
-        self.body.addWidget(self.target)
-        self.body.addWidget(self.working)
-        self.body.addLayout(chosen)
-        self.body.addLayout(row, 1)
+        right = vbox((self.chart, 1), self.words, self.left_out)
+        row = hbox((self.table, 50), (right, 50), spacing=10)
+        chosen = hbox(caption(tr("Feature"), self.feature), (self.feature, 1))
+        fill(self.body, self.file, self.target, self.working, chosen, (row, 1))
         self._folder = Path.home()
         self._left_out: tuple[str, ...] = ()
         self._found: Comparison | None = None
@@ -204,7 +193,7 @@ class CompareSheet(WorkSheet):
             return
         self.target.hide()
         if path.suffix.lower() == ".pdf":
-            self._begin(tr("Writing the pages"), BatchPrinting(self._shown, path))
+            self._begin(tr("Writing the pages"), BatchTask(self._shown, path))
             return
         try:
             write_atomic(path, batch_table(self._shown))

@@ -16,7 +16,7 @@ from ocmm_gui.work import Failed
 
 
 @dataclass(frozen=True, slots=True)
-class OpenedJob:
+class JobFileData:
     """Data of an opened job file."""
 
     path: Path
@@ -29,10 +29,10 @@ class OpenedJob:
 
 def opened_job(
     path: Path, tell: Tell, *, probes: Path | None = None, calibrations: Path | None = None
-) -> OpenedJob:
+) -> JobFileData:
     """Return a job from its own file, recalculated; errors and folders as `reopen_job`."""
     job = reopen_job(path, probes, tell, calibrations)
-    return OpenedJob(path, report_of_job(job), job.doubts, job.remarks)
+    return JobFileData(path, report_of_job(job), job.doubts, job.remarks)
 
 
 Ask = Callable[[Callable[[ReportData], None], Failed], None]
@@ -70,7 +70,7 @@ class JobSource:
         )
 
     @classmethod
-    def of_opened(cls, opened: OpenedJob) -> JobSource:
+    def of_opened(cls, opened: JobFileData) -> JobSource:
         report = opened.report
         return cls(
             lambda: opened.path,

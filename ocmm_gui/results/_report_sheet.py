@@ -7,14 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from PySide6.QtCore import QSize, Qt, QTimer, Signal
-from PySide6.QtWidgets import (
-    QHBoxLayout,
-    QListWidget,
-    QListWidgetItem,
-    QPlainTextEdit,
-    QStackedWidget,
-    QVBoxLayout,
-)
+from PySide6.QtWidgets import QListWidget, QListWidgetItem, QPlainTextEdit, QStackedWidget
 
 from ocmm_core.errors import OcmmError
 from ocmm_core.export import DEFAULT_FORMAT, FORMATS, PDF
@@ -25,16 +18,19 @@ from ocmm_gui.kit import (
     Sheet,
     caption,
     digit_font,
+    dressed,
+    fill,
     form_field,
+    hbox,
     later,
     said_word,
     text_font,
     tr,
+    vbox,
 )
-from ocmm_gui.reports import FormatText, PagePicture, PagePreview, Previewing
+from ocmm_gui.reports import FormatText, PagePicture, PagePreview, PreviewTask
 from ocmm_gui.results._job_source import JobSource
-from ocmm_gui.results._paper_form import PaperForm
-from ocmm_gui.results._report_writer import ReportWriter
+from ocmm_gui.results._report_writer import PaperForm, ReportWriter
 from ocmm_gui.work import SideProcess, WorkLine
 
 _KEYS = (
@@ -93,13 +89,10 @@ class ReportSheet(Sheet):
         self._previewing.finished.connect(lambda _none: self._on_previewed())
         self._previewing.failed.connect(self._on_no_preview)
         self._previewing.advanced.connect(self._on_advanced)
-        self._settling = QTimer(self)
-        self._settling.setSingleShot(True)
-        self._settling.setInterval(_SETTLE_MS)
+        self._settling = QTimer(self, singleShot=True, interval=_SETTLE_MS)
         self._settling.timeout.connect(self.preview)
         self.folder = form_field(tr("Report folder"), tr("Report folder"))
-        self.text = QPlainTextEdit()
-        self.text.setAccessibleName(tr("Preview"))
+        self.text = dressed(QPlainTextEdit(), tr("Preview"))
         self.text.setReadOnly(True)
         self.text.setLineWrapMode(QPlainTextEdit.LineWrapMode.NoWrap)
         self.text.setFont(digit_font(14, bold=False))
@@ -107,27 +100,15 @@ class ReportSheet(Sheet):
         self.paper.setFixedWidth(_LIST_PX)
         self.paper.changed.connect(self._on_paper)
         self.paper.left.connect(self.left)
-        left = QVBoxLayout()
-        left.addWidget(self.formats, 1)
-        left.addWidget(self.paper)
+        left = vbox((self.formats, 1), self.paper)
         self.pages = PagePreview()
         self.pages.widened.connect(self._on_widened)
         self.shown = QStackedWidget()
         self.shown.addWidget(self.text)
         self.shown.addWidget(self.pages)
-        right = QVBoxLayout()
-        right.addWidget(self.paper.fault)
-        right.addWidget(self.shown, 1)
-        where = QHBoxLayout()
-        where.addWidget(caption(tr("Folder"), self.folder))
-        where.addWidget(self.folder, 1)
-        right.addLayout(where)
-        row = QHBoxLayout()
-        row.addLayout(left)
-        row.addLayout(right, 1)
-        self.body.addWidget(self.question)
-        self.body.addWidget(self.work)
-        self.body.addLayout(row, 1)
+        right = vbox(self.paper.fault, (self.shown, 1))
+        right.addLayout(hbox(caption(tr("Folder"), self.folder), (self.folder, 1)))
+        fill(self.body, self.question, self.work, (hbox(left, (right, 1)), 1))
         self.formats.currentRowChanged.connect(lambda _row: self._show_chosen())
         self.formats.itemDoubleClicked.connect(lambda _item: self.mark())
         self.folder.returnPressed.connect(self.write)
@@ -174,7 +155,7 @@ class ReportSheet(Sheet):
             self.paper.show_fault(None)
             self._keep()
             width = self.pages.width_in(self.shown.width())
-            self._previewing.start(Previewing(replace(data, paper=paper), width))
+            self._previewing.start(PreviewTask(replace(data, paper=paper), width))
 
         def failed(error: Exception) -> None:
             if asked == self._asked:

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from PySide6.QtCore import Signal
 from PySide6.QtGui import QResizeEvent
-from PySide6.QtWidgets import QFrame, QProgressBar, QVBoxLayout
+from PySide6.QtWidgets import QFrame, QProgressBar
 
 from ocmm_core.geometry import Float
 from ocmm_core.inspection.causes import EXPLAINED, Cause, Explanation
@@ -19,6 +19,8 @@ from ocmm_gui.kit import (
     THEMES,
     FitText,
     Theme,
+    dressed,
+    fill,
     later,
     literal,
     quantity,
@@ -27,6 +29,7 @@ from ocmm_gui.kit import (
     sentence_label,
     text_font,
     tr,
+    vbox,
     verdict_colour,
     verdict_mark,
 )
@@ -76,8 +79,7 @@ class ResultDetail(QFrame):
         self.budget = BudgetTable()
         self.bars = BudgetBars()
         self._check = sentence_label(tr("Monte Carlo"), 13)
-        self.progress = QProgressBar()
-        self.progress.setAccessibleName(tr("Progress of the calculation"))
+        self.progress = dressed(QProgressBar(), tr("Progress of the calculation"))
         self.progress.setTextVisible(True)
         self.progress.hide()
         self._drill, self._simulation = SideProcess(self), SideProcess(self)
@@ -86,18 +88,13 @@ class ResultDetail(QFrame):
             process.failed.connect(self._on_failed)
         self._drill.finished.connect(self._on_budgets)
         self._simulation.finished.connect(self._on_trials)
-        layout = QVBoxLayout(self)
-        layout.setContentsMargins(12, 6, 12, 8)
-        layout.setSpacing(5)
+        layout = vbox(parent=self, spacing=5, margins=(12, 6, 12, 8))
         for widget in (
             self._title, self._verdict, self._why, self._now, self.bar, self._rule,
             self._standing, self._note,
         ):  # fmt: skip
             layout.addWidget(widget)
-        layout.addWidget(self.budget, 4)
-        layout.addWidget(self.bars, 3)
-        layout.addWidget(self._check)
-        layout.addWidget(self.progress)
+        fill(layout, (self.budget, 4), (self.bars, 3), self._check, self.progress)
 
     def show_result(self, source: JobSource, result: CharacteristicResult, status: str) -> None:
         """Show a result of a job; ``status`` is the state of cameras and probe."""

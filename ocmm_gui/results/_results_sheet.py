@@ -9,7 +9,6 @@ from pathlib import Path
 import numpy as np
 from PySide6.QtCore import QRectF, Signal
 from PySide6.QtGui import QPaintEvent
-from PySide6.QtWidgets import QHBoxLayout, QVBoxLayout
 
 from ocmm_core.geometry import Float
 from ocmm_core.inspection.causes import Explanation, points_words
@@ -24,16 +23,18 @@ from ocmm_gui.kit import (
     Sheet,
     Theme,
     counted_line,
+    fill,
+    hbox,
     later,
     text_font,
     tr,
+    vbox,
     verdict_colour,
     verdict_mark,
 )
-from ocmm_gui.results._deviation_view import DeviationView
-from ocmm_gui.results._job_source import JobSource, OpenedJob, opened_job
+from ocmm_gui.results._job_source import JobFileData, JobSource, opened_job
 from ocmm_gui.results._result_detail import ResultDetail
-from ocmm_gui.results._result_table import ResultTable
+from ocmm_gui.results._result_table import DeviationView, ResultTable
 from ocmm_gui.scene import Diamonds, Item, Orbit, OrbitView, Tag, paint_scene
 from ocmm_gui.views import job_items
 from ocmm_gui.work import SideProcess, WorkLine
@@ -183,19 +184,9 @@ class ResultsSheet(Sheet):
         self._opening.failed.connect(self._on_not_opened)
         self._summary = FitText(tr("Summary"), limit=26)
         self._summary.setFixedHeight(36)
-        self.body.addWidget(self.file)
-        self.body.addWidget(self.opening)
-        self.body.addWidget(self._summary)
-        left = QVBoxLayout()
-        left.setSpacing(8)
-        left.addWidget(self.table, 3)
-        left.addWidget(self.deviations, 3)
-        left.addWidget(self.points, 2)
-        row = QHBoxLayout()
-        row.setSpacing(10)
-        row.addLayout(left, 62)
-        row.addWidget(self.detail, 38)
-        self.body.addLayout(row, 1)
+        fill(self.body, self.file, self.opening, self._summary)
+        left = vbox((self.table, 3), (self.deviations, 3), (self.points, 2), spacing=8)
+        self.body.addLayout(hbox((left, 62), (self.detail, 38), spacing=10), 1)
         self.table.result_chosen.connect(self._show_detail)
         self.file.given.connect(self.open_file)
         self.detail.failed.connect(self.failed)
@@ -265,7 +256,7 @@ class ResultsSheet(Sheet):
 
     def _on_opened(self, opened: object) -> None:
         self.opening.end()
-        if isinstance(opened, OpenedJob):
+        if isinstance(opened, JobFileData):
             self.show_source(JobSource.of_opened(opened))
 
     def show_source(self, source: JobSource) -> None:

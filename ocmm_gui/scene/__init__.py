@@ -3,8 +3,7 @@
 In: items in mm, and the part. Out: a picture of them from a view; no graphics card is needed.
 
 Start with `_scene` (items and projection); then `_scene_painter` (drawing by QPainter),
-`_part_scene` (the part), `_scene_layer` (cached static picture), `_orbit_view` (mouse and keys) and
-`_easing` (animation).
+`_part_scene` (the part), `_scene_layer` (cached static picture), `_orbit_view` (mouse and keys).
 It must not import jobs: their display is in `views`.
 """
 
@@ -15,7 +14,6 @@ from typing import TYPE_CHECKING
 from ocmm_core.door import door
 
 if TYPE_CHECKING:
-    from ocmm_gui.scene._easing import Easing
     from ocmm_gui.scene._orbit_view import OrbitView
     from ocmm_gui.scene._part_scene import (
         MOVING_TRIANGLES,
@@ -26,21 +24,20 @@ if TYPE_CHECKING:
         part_colour,
     )
     from ocmm_gui.scene._scene import Diamonds, Dots, Face, Item, Lines, Orbit, Tag
-    from ocmm_gui.scene._scene_layer import KeptScene, SceneLayer, StillScene, painted_still
+    from ocmm_gui.scene._scene_layer import SceneCache, SceneLayer, StillScene, painted_still
     from ocmm_gui.scene._scene_painter import ScenePainter, paint_scene
 else:
     __getattr__ = door(
         __name__,
-        _easing="Easing",
         _orbit_view="OrbitView",
         _part_scene="MOVING_TRIANGLES PartDrawing PartScene blended edge_colour part_colour",
         _scene="Diamonds Dots Face Item Lines Orbit Tag",
-        _scene_layer="KeptScene SceneLayer StillScene painted_still",
+        _scene_layer="SceneCache SceneLayer StillScene painted_still",
         _scene_painter="ScenePainter paint_scene",
     )
 
 __all__ = [
-    "MOVING_TRIANGLES", "Diamonds", "Dots", "Easing", "Face", "Item", "KeptScene", "Lines", "Orbit",
-    "OrbitView", "PartDrawing", "PartScene", "SceneLayer", "ScenePainter", "StillScene", "Tag",
+    "MOVING_TRIANGLES", "Diamonds", "Dots", "Face", "Item", "Lines", "Orbit", "OrbitView",
+    "PartDrawing", "PartScene", "SceneCache", "SceneLayer", "ScenePainter", "StillScene", "Tag",
     "blended", "edge_colour", "paint_scene", "painted_still", "part_colour",
 ]  # fmt: skip

@@ -7,7 +7,7 @@ from PySide6.QtCore import QPointF, QRectF, Qt, QTimer
 from PySide6.QtGui import QKeyEvent, QMouseEvent, QResizeEvent, QWheelEvent
 
 from ocmm_core.geometry import Float
-from ocmm_gui.kit import Painted
+from ocmm_gui.kit import PaintedWidget
 from ocmm_gui.scene._scene import Orbit
 
 _KEY_TURN = np.radians(10.0)
@@ -17,7 +17,7 @@ _CLICK_PX = 4.0
 _EYE_MM = 1500.0
 
 
-class OrbitView(Painted):
+class OrbitView(PaintedWidget):
     """Orbit with left button or arrow keys, pan with the right one, zoom by wheel."""
 
     def __init__(
@@ -27,9 +27,7 @@ class OrbitView(Painted):
         self._orbit = orbit
         self._mouse: QPointF | None = None
         self._pressed: QPointF | None = None
-        self._moving = QTimer(self)
-        self._moving.setSingleShot(True)
-        self._moving.setInterval(_STILL_MS)
+        self._moving = QTimer(self, singleShot=True, interval=_STILL_MS)
         self._moving.timeout.connect(self.update)
         self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
 

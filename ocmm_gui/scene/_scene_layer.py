@@ -60,7 +60,7 @@ class StillScene:
         return self.part is not None and self.part is other.part and self.is_seen_as(other)
 
 
-class KeptScene:
+class SceneCache:
     """Returns the same scene for unchanged inputs, for comparison by identity."""
 
     def __init__(self) -> None:
@@ -246,8 +246,7 @@ class SceneLayer(QObject):
         self._next: _Drawing | None = None
         self._canvases = _Canvases()
         self._share = 0
-        self._timer = QTimer(self)
-        self._timer.setSingleShot(True)
+        self._timer = QTimer(self, singleShot=True)
         self._timer.timeout.connect(self._finish)
 
     def picture(self, scene: StillScene, font: QFont) -> StillPicture:

@@ -2,11 +2,10 @@
 
 In: labelled spots, poses, points, features. Out: painted widgets; no graphics card is needed.
 
-Start with `_shapes` (wire shapes in mm, world frame) and `_contents` (items of a job) with
-`_nominal_items`, `_deviations` (whiskers of touched places, and their scale), `_deviation_surface`
-(their colours on the part), `_placed` (pose of the part), `_following` (view control),
-`_rig_sides`, `_view_dress` (axes and overview); `_part_picture` (part only), `_point_view` (3-D
-view), `_camera_view` (spots of each camera), `_step_picture` (picture of a step). The 3-D scene
+Start with `_shapes` (wire shapes in mm, world frame, and sides of the rig), `_contents` (items of a
+job), `_deviations` (whiskers of touched places, their scale, and colours on the part), `_placed`
+(pose of the part), `_following` (view control, axes, overview); then `_point_view` (3-D view),
+`_part_picture` (part only, picture of a step), `_camera_view` (spots of each camera). The 3-D scene
 itself is the package `scene`.
 It must not import the station or the bridge: it receives its data.
 """
@@ -21,41 +20,36 @@ if TYPE_CHECKING:
     from ocmm_gui.views import _shapes as shapes
     from ocmm_gui.views._camera_view import CameraViews
     from ocmm_gui.views._contents import job_items
-    from ocmm_gui.views._deviation_surface import deviation_part
     from ocmm_gui.views._deviations import (
         SCALE_PX,
         deviation_colour,
         deviation_items,
+        deviation_part,
         deviations_of,
         paint_scale,
-        reach_words,
         scale_words,
     )
-    from ocmm_gui.views._part_picture import PartPicture
-    from ocmm_gui.views._placed import PlacedScene
+    from ocmm_gui.views._part_picture import PartPicture, StepPicture, read_picture
+    from ocmm_gui.views._placed import PartPlacement
     from ocmm_gui.views._point_view import PointView
-    from ocmm_gui.views._rig_sides import seen_from, upright
-    from ocmm_gui.views._step_picture import StepPicture, read_picture
+    from ocmm_gui.views._shapes import seen_from, upright
 else:
     __getattr__ = door(
         __name__,
         _camera_view="CameraViews",
         _contents="job_items",
-        _deviation_surface="deviation_part",
         _deviations=(
-            "SCALE_PX deviation_colour deviation_items deviations_of paint_scale reach_words "
+            "SCALE_PX deviation_colour deviation_items deviation_part deviations_of paint_scale "
             "scale_words"
         ),
-        _part_picture="PartPicture",
-        _placed="PlacedScene",
+        _part_picture="PartPicture StepPicture read_picture",
+        _placed="PartPlacement",
         _point_view="PointView",
-        _rig_sides="seen_from upright",
-        _shapes="shapes",
-        _step_picture="StepPicture read_picture",
+        _shapes="seen_from shapes upright",
     )
 
 __all__ = [
-    "SCALE_PX", "CameraViews", "PartPicture", "PlacedScene", "PointView", "StepPicture",
+    "SCALE_PX", "CameraViews", "PartPicture", "PartPlacement", "PointView", "StepPicture",
     "deviation_colour", "deviation_items", "deviation_part", "deviations_of", "job_items",
-    "paint_scale", "reach_words", "read_picture", "scale_words", "seen_from", "shapes", "upright",
+    "paint_scale", "read_picture", "scale_words", "seen_from", "shapes", "upright",
 ]  # fmt: skip

@@ -13,12 +13,12 @@ import pyqtgraph as pg
 from numpy.typing import NDArray
 from PySide6.QtCore import Qt
 from PySide6.QtGui import QColor
-from PySide6.QtWidgets import QGridLayout, QSizePolicy, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QGridLayout, QSizePolicy, QWidget
 
 from ocmm_core.camera import CameraModel, Rig
 from ocmm_core.geometry import Float
 from ocmm_core.inspection.evaluation import LiveView
-from ocmm_gui.kit import DEFAULT_THEME, THEMES, FitText, Theme, slot_names, text_font, tr
+from ocmm_gui.kit import DEFAULT_THEME, THEMES, FitText, Theme, slot_names, text_font, tr, vbox
 
 TRAIL = 60
 """Snapshots in the trail: two seconds."""
@@ -91,11 +91,7 @@ class CameraPlot(QWidget):
         self._labels: list[Any] = []
         for item in (self._sensor, *self._fading, self._spots):
             self._box.addItem(item, ignoreBounds=True)
-        layout = QVBoxLayout(self)
-        layout.setContentsMargins(0, 0, 0, 0)
-        layout.setSpacing(2)
-        layout.addWidget(self._title)
-        layout.addWidget(self._plot, 1)
+        vbox(self._title, (self._plot, 1), parent=self, spacing=2, margins=0)
         self._paint()
         self._move()
 

@@ -16,7 +16,7 @@ from ocmm_core.tolerances.decisions import DeviationPicture
 from ocmm_gui.kit import Theme
 from ocmm_gui.scene import MOVING_TRIANGLES, PartDrawing, PartScene, blended, part_colour
 from ocmm_gui.views import _shapes as shapes
-from ocmm_gui.views._deviation_surface import FieldRequest, field_colours, field_request, make_field
+from ocmm_gui.views._deviations import FieldRequest, field_colours, field_request, make_field
 
 _ACTIVE_SHARE = 0.55
 """Share of highlight colour on faces of the active feature."""
@@ -26,7 +26,7 @@ _REST_MS = 250
 _NO_PLACES = np.empty((0, 3))
 
 
-class PlacedScene(PartDrawing):
+class PartPlacement(PartDrawing):
     """Holder of a placed part; empty without one. `parent`: Owner."""
 
     _field_made = Signal(object, object)
@@ -40,9 +40,7 @@ class PlacedScene(PartDrawing):
         self._shaded: tuple[Colours, Theme, Colours] | None = None
         self._makes = False
         # Points arrive in quick succession: recolour when they pause.
-        self._soon = QTimer(self)
-        self._soon.setSingleShot(True)
-        self._soon.setInterval(_REST_MS)
+        self._soon = QTimer(self, singleShot=True, interval=_REST_MS)
         self._soon.timeout.connect(self._begin_field)
         self._field_made.connect(self._keep_field)
 

@@ -16,12 +16,11 @@ from ocmm_core.rendering import RenderMode
 from ocmm_core.tracking import ProbeBody
 from ocmm_gui.kit import Theme, text_font, tr
 from ocmm_gui.scene import (
-    Easing,
     Item,
-    KeptScene,
     Lines,
     Orbit,
     OrbitView,
+    SceneCache,
     SceneLayer,
     ScenePainter,
     StillScene,
@@ -40,18 +39,21 @@ from ocmm_gui.views._contents import (
     target_items,
 )
 from ocmm_gui.views._deviations import paint_scale, scale_place
-from ocmm_gui.views._following import Work, following, side_for
-from ocmm_gui.views._placed import PlacedScene
-from ocmm_gui.views._rig_sides import mean_distance, seen_from, upright
-from ocmm_gui.views._view_dress import (
+from ocmm_gui.views._following import (
     OVERVIEW_ASPECT,
+    Easing,
     Overview,
+    WorkExtent,
+    following,
     grid_place,
     paint_triad,
     paint_words,
+    side_for,
     triad_place,
     words_place,
 )
+from ocmm_gui.views._placed import PartPlacement
+from ocmm_gui.views._shapes import mean_distance, seen_from, upright
 
 _NAMED_MM = 250.0
 """In a wider view LED labels would overlap."""
@@ -88,14 +90,14 @@ class PointView(OrbitView):
         self._job_items: tuple[Item, ...] = ()
         self._tags: tuple[Tag, ...] = ()
         self._job_low: float | None = None
-        self._part = PlacedScene(self)
+        self._part = PartPlacement(self)
         self._part.changed.connect(self._look_again)
         self._mode = RenderMode.SHADED
         self._layer = SceneLayer(self)
         self._layer.changed.connect(self.update)
-        self._still = KeptScene()
+        self._still = SceneCache()
         self._whole = self._active = _NO_PLACES
-        self._work = Work()
+        self._work = WorkExtent()
         self._seen_target: Target | None = None
         self._follows = True
         self._led = False
@@ -190,7 +192,7 @@ class PointView(OrbitView):
         if self._job is not None:
             self._draw_job(self._job)
 
-    def work(self) -> Work:
+    def work(self) -> WorkExtent:
         """Return the contents kept in view; for tests."""
         return self._work
 
@@ -255,9 +257,9 @@ class PointView(OrbitView):
         heights = self._whole @ self._orbit.up
         self._job_low = float(heights.min()) if len(heights) else None
 
-    def _work_now(self) -> Work:
+    def _work_now(self) -> WorkExtent:
         ball, job = self._probe[-1:], self._job
-        return Work(
+        return WorkExtent(
             ball, shown_target(job), self._active, self._whole if len(self._whole) else self._probe
         )
 

@@ -5,7 +5,7 @@ In: the bridge of a station, and settings of the start. Out: one window with all
 Read `_main_window` (contents, and the action of each key), `_pages` (the current page),
 `_running_job` (the live readout and the job on it), `_sheets` (results, reports, plan, alignment,
 job), `_maintenance` (Maintain and the wizards, and their follow-ups), `_output` (files written by
-keys), `_keys_sheet` (all keys on one page).
+keys).
 It joins packages that do not know each other. Only `ocmm_gui.app` imports it.
 """
 
@@ -18,6 +18,6 @@ from ocmm_core.door import door
 if TYPE_CHECKING:
     from ocmm_gui.window._main_window import REOPEN, START, MainWindow
 else:
-    __getattr__ = door(__name__, _main_window="MainWindow REOPEN START")
+    __getattr__ = door(__name__, _main_window="REOPEN START MainWindow")
 
 __all__ = ["REOPEN", "START", "MainWindow"]

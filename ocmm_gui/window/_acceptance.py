@@ -15,14 +15,13 @@ from PySide6.QtCore import QObject, Signal
 
 from ocmm_core.errors import InputError, OcmmError
 from ocmm_gui.bridge import StationBridge
-from ocmm_gui.kit import PROCEDURE, NoticeCentre, PathPanel, Sheet, Sound, tr
+from ocmm_gui.kit import PROCEDURE, LateParts, NoticeCentre, PathPanel, Sheet, Sound, tr
 from ocmm_gui.operator import Feedback
-from ocmm_gui.reports import CertificateWriting
-from ocmm_gui.window._made_late import MadeLate
+from ocmm_gui.reports import CertificateTask
 from ocmm_gui.work import SideProcess, WorkLine
 
 
-class Papers(QObject):
+class Certificates(QObject):
     """Ask for the place of certificates, and write them. `notices`: shows errors and news."""
 
     written = Signal(object)
@@ -53,7 +52,7 @@ class Papers(QObject):
 
     def _write(self, folder: Path) -> None:
         self.line.begin(tr("Writing the certificate"))
-        self._work.start(CertificateWriting(self._source, folder.absolute(), self._tip))
+        self._work.start(CertificateTask(self._source, folder.absolute(), self._tip))
 
     def _finish(self, answer: object) -> None:
         self.line.end()
@@ -75,7 +74,7 @@ if TYPE_CHECKING:
 S = TypeVar("S", bound=Sheet)
 
 
-class AcceptanceRooms(MadeLate):
+class AcceptanceRooms(LateParts):
     """Make the desk and the sheets on demand; without a bench there are no tests."""
 
     made = Signal(object)
@@ -96,7 +95,7 @@ class AcceptanceRooms(MadeLate):
         super().__init__()
         self._bench, self._bridge = bench, bridge
         self._notices, self._feedback, self._folder = notices, feedback, folder
-        self.papers = Papers(notices, self)
+        self.papers = Certificates(notices, self)
 
     @property
     def bench(self) -> AcceptanceBench | None:

@@ -1,16 +1,21 @@
-"""The main window: far view and desk view of one running inspection, and its maintenance."""
+"""The main window: far view and desk view of one running inspection, and its maintenance.
+
+Sheets, Maintain and wizards are loaded in the background.
+"""
 
 from __future__ import annotations
 
 import contextlib
+import threading
 import time
 from collections.abc import Callable
+from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from PySide6.QtCore import Qt, Signal
 from PySide6.QtGui import QCloseEvent, QDragEnterEvent, QDropEvent, QKeyEvent
-from PySide6.QtWidgets import QHBoxLayout, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QWidget
 
 from ocmm_core.errors import OcmmError
 from ocmm_core.settings import LoadedSettings, SettingsStore
@@ -27,10 +32,12 @@ from ocmm_gui.kit import (
     bind_actions,
     dress,
     dropped_file,
+    hbox,
     make_actions,
     show_mode,
     usable_keys,
     use_shortcuts,
+    vbox,
 )
 from ocmm_gui.led import HandControl, LedProbe
 from ocmm_gui.operator import DeskView, FarView, Feedback, PointChoice
@@ -38,13 +45,47 @@ from ocmm_gui.window._acceptance import AcceptanceRooms
 from ocmm_gui.window._maintenance import Maintenance
 from ocmm_gui.window._output import Output
 from ocmm_gui.window._pages import Pages
-from ocmm_gui.window._preload import Preload
 from ocmm_gui.window._running_job import RunningJob
 from ocmm_gui.window._sheets import Sheets
 
 if TYPE_CHECKING:
     from ocmm_core.composition import AcceptanceBench
     from ocmm_gui.wizards import PracticeRoom
+
+
+_LATER = (
+    ("ocmm_gui.results", "ResultsSheet ReportSheet CompareSheet AlignmentSheet"),
+    ("ocmm_gui.plan_editor", "PlanSheet"),
+    ("ocmm_gui.maintain", "MaintainView BusPage CalibrationPage ProbePage FitsPage RecallSheet"),
+    ("ocmm_gui.wizards", "WIZARDS Wizard"),
+    ("ocmm_gui.wizards.pages", "DefinitionPage"),
+)
+"""Packages and their public names, in order."""
+
+
+class Preload:
+    """Load packages on a thread before their first use; widgets are made by the window."""
+
+    def __init__(self) -> None:
+        self._stopping = threading.Event()
+        self._thread = threading.Thread(target=self._run, name="ocmm-preload")
+
+    def start(self) -> None:
+        self._thread.start()
+
+    def close(self) -> None:
+        """Stop after the current package, some tenths of a second at most."""
+        self._stopping.set()
+        if self._thread.ident is not None:
+            self._thread.join()
+
+    def _run(self) -> None:
+        for room, names in _LATER:
+            for name in names.split():
+                if self._stopping.is_set():
+                    return
+                getattr(import_module(room), name)
+
 
 START, REOPEN = "start", "reopen"
 
@@ -141,11 +182,8 @@ class MainWindow(NoticeWindow):
         self.sheets.made.connect(self._add)
         self.maintenance.made.connect(self._add)
         central = QWidget()
-        whole = QHBoxLayout(central)
-        whole.setContentsMargins(0, 0, 0, 0)
-        whole.setSpacing(0)
-        layout = QVBoxLayout()
-        layout.setSpacing(0)
+        whole = hbox(parent=central, spacing=0, margins=0)
+        layout = vbox(spacing=0)
         for widget in (
             self.hand.strip,
             self.running.trust,

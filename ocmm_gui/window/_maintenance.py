@@ -13,10 +13,9 @@ from PySide6.QtGui import QAction
 from ocmm_core.calibration.probe_design import definition_of
 from ocmm_core.errors import OcmmError
 from ocmm_gui.bridge import StationBridge
-from ocmm_gui.kit import ACTIONS, PROCEDURE, NoticeCentre, Sound, tr
+from ocmm_gui.kit import ACTIONS, PROCEDURE, LateParts, NoticeCentre, Sound, tr
 from ocmm_gui.operator import Feedback
 from ocmm_gui.window._acceptance import AcceptanceRooms
-from ocmm_gui.window._made_late import MadeLate
 
 if TYPE_CHECKING:
     from ocmm_core.calibration.guided import ProcedureKind
@@ -34,7 +33,7 @@ if TYPE_CHECKING:
     from ocmm_gui.wizards.pages import DefinitionPage
 
 
-class Maintenance(MadeLate):
+class Maintenance(LateParts):
     """Make pages and wizards at their first use, and join them to the station.
 
     ``feedback``: sounds of wizards; ``actions`` by key; ``tests``: acceptance tests and

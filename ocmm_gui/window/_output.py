@@ -11,7 +11,7 @@ from ocmm_core.errors import OcmmError
 from ocmm_core.export import DEFAULT_FORMAT, FORMATS
 from ocmm_gui.bridge import StationBridge
 from ocmm_gui.kit import SHORT, AnswerPanel, NoticeCentre, PathPanel, later, literal, tr
-from ocmm_gui.results import JobSource, ReportWriter, Written
+from ocmm_gui.results import JobSource, ReportWriter, WrittenReports
 from ocmm_gui.work import WorkLine
 
 _SHORT = {
@@ -95,7 +95,7 @@ class Output(QObject):
     def close_work(self) -> None:
         self._writer.cancel()
 
-    def tell_written(self, written: Written) -> None:
+    def tell_written(self, written: WrittenReports) -> None:
         written.tell(self._notices)
         self.exported.emit(written.paths)
 

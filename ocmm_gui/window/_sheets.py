@@ -14,10 +14,9 @@ from ocmm_core.calibration.records import RecordStore, default_folder
 from ocmm_core.inspection.evaluation import JobView
 from ocmm_core.settings import LoadedSettings, RecentPlaces, SettingsStore
 from ocmm_gui.bridge import StationBridge
-from ocmm_gui.kit import NoticeCentre, Sheet, said, tr, usable_keys
+from ocmm_gui.help import KeysSheet
+from ocmm_gui.kit import LateParts, NoticeCentre, Sheet, said, tr, usable_keys
 from ocmm_gui.operator import JobSheet
-from ocmm_gui.window._keys_sheet import KeysSheet
-from ocmm_gui.window._made_late import MadeLate
 
 if TYPE_CHECKING:
     from ocmm_core.support import SupportSite
@@ -33,13 +32,13 @@ if TYPE_CHECKING:
         JobSource,
         ReportSheet,
         ResultsSheet,
-        Written,
+        WrittenReports,
     )
 
 S = TypeVar("S", bound=Sheet)
 
 
-class Sheets(MadeLate):
+class Sheets(LateParts):
     """Make each sheet when it is first wanted, and join it to the station."""
 
     made = Signal(object)
@@ -61,7 +60,7 @@ class Sheets(MadeLate):
         bridge: StationBridge,
         notices: NoticeCentre,
         folder: Callable[[], Path],
-        written: Callable[[Written], None],
+        written: Callable[[WrittenReports], None],
         store: SettingsStore,
     ) -> None:
         super().__init__()

@@ -3,10 +3,10 @@
 In: a guided procedure of the core and its snapshots. Out: commands to it, and pages of each step.
 
 Start with `_registry` (one entry per wizard) and `_wizard` (start or resume, then run); then
-`_camera_sessions` and `_probe_sessions` (fields, start and resume), `_site` (rig, probe, records,
-frames), `_driver` (commands and snapshots without blocking), `_runner` (rail, page, gate),
-`_guided_stack` (one wizard at a time). `parts` has the building blocks of pages, `pages` the pages.
-Steps, gates and numbers are in `ocmm_core.calibration`. It must not import the inspector's screens.
+`_sessions` (fields, start and resume), `_site` (rig, probe, records, frames), `_driver` (commands
+and snapshots without blocking), `_runner` (one wizard at a time: rail, page, gate). `parts` has the
+building blocks of pages, `pages` the pages. Steps, gates and numbers are in
+`ocmm_core.calibration`. It must not import the inspector's screens.
 """
 
 from __future__ import annotations
@@ -17,14 +17,13 @@ from ocmm_core.door import door
 
 if TYPE_CHECKING:
     from ocmm_gui.wizards._driver import WizardDriver
-    from ocmm_gui.wizards._guided_stack import GuidedStack
-    from ocmm_gui.wizards._registry import WIZARDS, WizardSpec
-    from ocmm_gui.wizards._runner import Runner
+    from ocmm_gui.wizards._registry import WIZARDS
+    from ocmm_gui.wizards._runner import GuidedStack, Runner
     from ocmm_gui.wizards._site import (
         SESSIONS,
         DirectCalculation,
         PracticeRoom,
-        ProbeSite,
+        ProbeWizardSite,
         Subject,
         WizardSite,
         practice_site,
@@ -36,18 +35,16 @@ else:
     __getattr__ = door(
         __name__,
         _driver="WizardDriver",
-        _guided_stack="GuidedStack",
-        _registry="WIZARDS WizardSpec",
-        _runner="Runner",
+        _registry="WIZARDS",
+        _runner="GuidedStack Runner",
         _site=(
-            "DirectCalculation PracticeRoom ProbeSite SESSIONS Subject WizardSite practice_site "
-            "site_of temperature"
+            "SESSIONS DirectCalculation PracticeRoom ProbeWizardSite Subject WizardSite "
+            "practice_site site_of temperature"
         ),
         _wizard="Wizard",
     )
 
 __all__ = [
-    "SESSIONS", "WIZARDS", "DirectCalculation", "GuidedStack", "PracticeRoom", "ProbeSite",
-    "Runner", "Subject", "Wizard", "WizardDriver", "WizardSite", "WizardSpec", "practice_site",
-    "site_of", "temperature",
+    "SESSIONS", "WIZARDS", "DirectCalculation", "GuidedStack", "PracticeRoom", "ProbeWizardSite",
+    "Runner", "Subject", "Wizard", "WizardDriver", "WizardSite", "practice_site", "site_of", "temperature",
 ]  # fmt: skip

@@ -20,7 +20,13 @@ from ocmm_core.acquisition.frames import FrameBlock
 from ocmm_core.calibration.guided import ProcedureDecision
 from ocmm_core.errors import InternalError, OcmmError
 from ocmm_core.failure import contained
-from ocmm_gui.wizards.parts import Calculation, Seen, ShownProcedure, Tap, TemperatureReadings
+from ocmm_gui.wizards.pages import (
+    Calculation,
+    StepProcedure,
+    StepSnapshot,
+    Tap,
+    TemperatureReadings,
+)
 
 LOOK_S = 0.02
 """Interval of automatic takes."""
@@ -60,7 +66,7 @@ class WizardDriver(QObject):
 
     def __init__(
         self,
-        procedure: ShownProcedure,
+        procedure: StepProcedure,
         tap: Tap,
         calculation: Calculation,
         predict: Callable[[], None] | None = None,
@@ -94,8 +100,7 @@ class WizardDriver(QObject):
         queued = Qt.ConnectionType.QueuedConnection
         self._failed_elsewhere.connect(self.failed, queued)
         self._taken_elsewhere.connect(self.taken, queued)
-        self._timer = QTimer(self)
-        self._timer.setInterval(PULL_MS)
+        self._timer = QTimer(self, interval=PULL_MS)
         self._timer.timeout.connect(self._pull)
 
     def start(self) -> None:
@@ -127,10 +132,10 @@ class WizardDriver(QObject):
         return ended
 
     @property
-    def now(self) -> Seen:
+    def now(self) -> StepSnapshot:
         running = self._worker is not None and self._worker.is_alive()
         since = time.monotonic() - self._begun_at if running else None
-        return Seen(self._view, self._automatic, since)
+        return StepSnapshot(self._view, self._automatic, since)
 
     def take(self) -> None:
         self._commands.put(self._take)

@@ -12,42 +12,39 @@ from ocmm_core.calibration.sweeping import PivotProcedure
 from ocmm_core.calibration.tip import TouchView
 from ocmm_core.errors import InputError
 from ocmm_gui.kit import later, localised, tr
-from ocmm_gui.wizards import _camera_sessions as cameras
-from ocmm_gui.wizards import _probe_sessions as probe
+from ocmm_gui.wizards import _sessions as sessions
 from ocmm_gui.wizards._site import SessionPlace, Subject, WizardSite
 from ocmm_gui.wizards.pages import (
+    CALIBRATION_ENDS,
+    VERDICT_ENDS,
     BarPage,
     ConePage,
+    Field,
     FirstConePage,
+    KnownPointsPage,
+    LinesPage,
     PivotResultPage,
+    PreparePage,
+    ProbePreparePage,
     ResultPage,
+    SeatsPage,
     SpherePage,
     SpheresPage,
+    StepPage,
+    StepProcedure,
     SweepPage,
     TipCheckResultPage,
     TipResultPage,
     VerdictPage,
     WavePage,
-    WorldPage,
-    repeat_worst,
-)
-from ocmm_gui.wizards.parts import (
-    CALIBRATION_ENDS,
-    VERDICT_ENDS,
-    Field,
-    KnownPointsPage,
-    LinesPage,
-    PreparePage,
-    ProbePreparePage,
-    SeatsPage,
-    ShownProcedure,
-    StepPage,
     WizardTexts,
+    WorldPage,
     planned_lines,
     planned_points,
+    repeat_worst,
 )
 
-P = TypeVar("P", bound=ShownProcedure)
+P = TypeVar("P", bound=StepProcedure)
 Command = Callable[[datetime], None]
 
 
@@ -107,9 +104,9 @@ _KNOWN_POINTS = WizardSpec(
         ends=CALIBRATION_ENDS,
         accepted=_VERIFY,
     ),
-    fields=cameras.known_points_fields,
-    begin=cameras.begin_known_points,
-    resume=cameras.resume_known_points,
+    fields=sessions.known_points_fields,
+    begin=sessions.begin_known_points,
+    resume=sessions.resume_known_points,
     pages=lambda place, procedure: {
         "prepare": PreparePage(place.rig, planned_points),
         "collect": KnownPointsPage(place.rig, procedure),
@@ -133,9 +130,9 @@ _RELOCATION = WizardSpec(
         ends=CALIBRATION_ENDS,
         accepted=_VERIFY,
     ),
-    fields=cameras.relocation_fields,
-    begin=cameras.begin_relocation,
-    resume=cameras.resume_relocation,
+    fields=sessions.relocation_fields,
+    begin=sessions.begin_relocation,
+    resume=sessions.resume_relocation,
     pages=lambda place, _procedure: {
         "prepare": PreparePage(place.rig),
         "seats": SeatsPage(place.rig, RelocationView, again=False),
@@ -163,9 +160,9 @@ _VERIFICATION = WizardSpec(
         ends=VERDICT_ENDS,
         accepted=later("Verdict stored."),
     ),
-    fields=cameras.verification_fields,
-    begin=cameras.begin_verification,
-    resume=cameras.resume_verification,
+    fields=sessions.verification_fields,
+    begin=sessions.begin_verification,
+    resume=sessions.resume_verification,
     pages=lambda place, _procedure: {
         "prepare": PreparePage(place.rig, planned_lines),
         "seats": SeatsPage(place.rig, VerificationView, again=False),
@@ -207,9 +204,9 @@ _PIVOT = WizardSpec(
             "SUSPECT and no points are taken."
         ),
     ),
-    fields=probe.pivot_fields,
-    begin=probe.begin_pivot,
-    resume=probe.resume_pivot,
+    fields=sessions.pivot_fields,
+    begin=sessions.begin_pivot,
+    resume=sessions.resume_pivot,
     pages=_pivot_pages,
     is_slow=True,
     commands={"anew": lambda procedure: procedure.sweep_anew},
@@ -248,9 +245,9 @@ _QUALIFICATION = WizardSpec(
         ends=VERDICT_ENDS,
         accepted=later("Tip verdict stored."),
     ),
-    fields=probe.qualification_fields,
-    begin=probe.begin_qualification,
-    resume=probe.resume_qualification,
+    fields=sessions.qualification_fields,
+    begin=sessions.begin_qualification,
+    resume=sessions.resume_qualification,
     pages=lambda place, procedure: _touch_pages(place, procedure.view, TipResultPage(place.rig)),
     is_slow=False,
 )
@@ -265,9 +262,9 @@ _TIP_CHECK = WizardSpec(
         ends=VERDICT_ENDS,
         accepted=later("Tip verdict stored."),
     ),
-    fields=probe.tip_check_fields,
-    begin=probe.begin_tip_check,
-    resume=probe.resume_tip_check,
+    fields=sessions.tip_check_fields,
+    begin=sessions.begin_tip_check,
+    resume=sessions.resume_tip_check,
     pages=lambda place, procedure: _touch_pages(place, procedure.view, TipCheckResultPage()),
     is_slow=False,
 )

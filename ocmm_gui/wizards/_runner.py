@@ -1,4 +1,4 @@
-"""Running procedure: rail, instruction, page, gate, and buttons."""
+"""One guided procedure at a time: start page, then rail, instruction, page, gate and buttons."""
 
 from __future__ import annotations
 
@@ -7,15 +7,7 @@ from functools import partial
 
 from PySide6.QtCore import Qt, QTimer, Signal
 from PySide6.QtGui import QAction
-from PySide6.QtWidgets import (
-    QFrame,
-    QHBoxLayout,
-    QPushButton,
-    QSizePolicy,
-    QStackedWidget,
-    QVBoxLayout,
-    QWidget,
-)
+from PySide6.QtWidgets import QFrame, QPushButton, QSizePolicy, QStackedWidget, QWidget
 
 from ocmm_core.calibration.guided import ProcedureDecision, ProcedureView
 from ocmm_gui.kit import (
@@ -25,6 +17,8 @@ from ocmm_gui.kit import (
     NarrowButton,
     Sound,
     Theme,
+    ThemedWidget,
+    hbox,
     key_words,
     literal,
     mark_colour,
@@ -34,14 +28,13 @@ from ocmm_gui.kit import (
     text_font,
     tr,
     use_role,
+    vbox,
 )
-from ocmm_gui.wizards._decision_bar import DecisionBar
 from ocmm_gui.wizards._driver import WizardDriver
-from ocmm_gui.wizards._keys import WIZARD_ACTIONS, make_wizard_actions
-from ocmm_gui.wizards._rail import Rail
-from ocmm_gui.wizards.parts import (
-    Seen,
+from ocmm_gui.wizards._runner_parts import WIZARD_ACTIONS, DecisionBar, Rail, make_wizard_actions
+from ocmm_gui.wizards.pages import (
     StepPage,
+    StepSnapshot,
     WizardTexts,
     gate_words,
     is_unstored,
@@ -83,12 +76,10 @@ class Runner(QWidget):
         self.driver = driver
         self.pages = dict(pages)
         self._texts, self._practice = texts, practice
-        self._seen: Seen | None = None
+        self._seen: StepSnapshot | None = None
         self._entered: StepPage | None = None
         self._was_open = False
-        self._go_on = QTimer(self)
-        self._go_on.setSingleShot(True)
-        self._go_on.setInterval(GO_ON_MS)
+        self._go_on = QTimer(self, singleShot=True, interval=GO_ON_MS)
         self._go_on.timeout.connect(driver.advance)
         self._theme = THEMES[DEFAULT_THEME]
         self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
@@ -131,7 +122,7 @@ class Runner(QWidget):
         assert isinstance(page, StepPage)  # noqa: S101 - nothing else is in the stack
         return page
 
-    def show_seen(self, seen: Seen) -> None:
+    def show_seen(self, seen: StepSnapshot) -> None:
         self._seen = seen
         base = seen.view.base
         page = self.pages[base.step.name]
@@ -213,12 +204,12 @@ class Runner(QWidget):
             self.driver.keep(reason)
         self.setFocus()
 
-    def _has_to_be_calculated(self, seen: Seen) -> bool:
+    def _has_to_be_calculated(self, seen: StepSnapshot) -> bool:
         base = seen.view.base
         nothing = seen.view.outcome is None and base.error is None and seen.calculating_s is None
         return nothing and (base.decision is ProcedureDecision.OPEN or is_unstored(base))
 
-    def _enable(self, seen: Seen, page: StepPage) -> None:
+    def _enable(self, seen: StepSnapshot, page: StepPage) -> None:
         base = seen.view.base
         is_open = base.decision is ProcedureDecision.OPEN
         calculating = seen.calculating_s is not None
@@ -253,7 +244,7 @@ class Runner(QWidget):
         for key, word in (("accept", tr(ends.accept)), ("keep", tr(ends.keep))):
             self.buttons[key].setText(f"{word}\n[{key[0].upper()}]")
 
-    def _show_gate(self, seen: Seen) -> None:
+    def _show_gate(self, seen: StepSnapshot) -> None:
         accepted = tr("Practice: the records of this station are unchanged.")
         if not self._practice:
             accepted = tr(self._texts.accepted)
@@ -285,38 +276,72 @@ class Runner(QWidget):
         return button
 
     def _lay_out(self) -> None:
-        side = QVBoxLayout()
-        side.setSpacing(8)
-        side.addWidget(self._heading)
-        side.addWidget(self.rail, 1)
-        side.addWidget(self.buttons["leave"])
+        side = vbox(self._heading, (self.rail, 1), self.buttons["leave"], spacing=8)
         for widget in (self._heading, self.rail, self.buttons["leave"]):
             widget.setFixedWidth(_RAIL_PX)
         gate = QFrame()
         gate.setProperty("role", "panel")
-        line = QHBoxLayout(gate)
-        line.setContentsMargins(12, 6, 12, 6)
-        line.addWidget(self._gate_mark)
-        line.addWidget(self.gate, 1)
+        hbox(self._gate_mark, (self.gate, 1), parent=gate, margins=(12, 6, 12, 6))
         self.gate.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
-        row = QHBoxLayout()
-        row.setSpacing(8)
+        row = hbox(spacing=8)
         for key in _ORDER:
             row.addWidget(self.buttons[key], 2 if key in _PRIMARY else 1)
-        main = QVBoxLayout()
-        main.setSpacing(8)
-        main.addWidget(self._title)
-        main.addWidget(self.instruction)
-        main.addWidget(self._stack, 1)
-        main.addWidget(self.decision)
-        main.addWidget(gate)
-        main.addLayout(row)
-        layout = QHBoxLayout(self)
-        layout.setContentsMargins(12, 8, 12, 10)
-        layout.setSpacing(12)
-        layout.addLayout(side)
-        layout.addLayout(main, 1)
+        main = vbox(
+            self._title, self.instruction, (self._stack, 1), self.decision, gate, row, spacing=8
+        )
+        hbox(side, (main, 1), parent=self, spacing=12, margins=(12, 8, 12, 10))
 
 
 def _nothing() -> None:
     """Do nothing: the page has no such command."""
+
+
+class GuidedStack(QStackedWidget):
+    left = Signal()
+    """Left; the procedure has ended and can be resumed."""
+    taken = Signal()
+    sounded = Signal(object)
+    told = Signal(str)
+    """Emits a note for resumed sessions."""
+    failed = Signal(object)
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._theme = THEMES[DEFAULT_THEME]
+        self.runner: Runner | None = None
+
+    def leave(self) -> None:
+        """Stop the procedure and leave; the session can be resumed."""
+        self.close_runner()
+        self.left.emit()
+
+    def close_runner(self) -> bool:
+        """Stop the procedure in bounded time; return whether it ended."""
+        runner, self.runner = self.runner, None
+        if runner is None:
+            return True
+        ended = runner.close_driver()
+        self.removeWidget(runner)
+        runner.deleteLater()
+        return ended
+
+    def set_theme(self, theme: Theme) -> None:
+        """Store the theme for later pages."""
+        self._theme = theme
+
+    def _show_runner(self, runner: Runner, driver: WizardDriver, torn: str) -> None:
+        """Run a procedure; ``torn`` describes data lost by an interruption."""
+        runner.left.connect(self.leave)
+        runner.sounded.connect(self.sounded)
+        driver.taken.connect(self.taken)
+        driver.failed.connect(self.failed)
+        self.runner = runner
+        for widget in (runner, *runner.findChildren(QWidget)):
+            if isinstance(widget, ThemedWidget):
+                widget.set_theme(self._theme)
+        self.addWidget(runner)
+        self.setCurrentWidget(runner)
+        driver.start()
+        runner.setFocus()
+        if torn:
+            self.told.emit(torn)

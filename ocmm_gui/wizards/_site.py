@@ -20,7 +20,7 @@ from ocmm_core.tracking import ProbeBody
 from ocmm_core.typed_numbers import TEMPERATURE
 from ocmm_gui.bridge import StationBridge
 from ocmm_gui.kit import read_number, tr
-from ocmm_gui.wizards.parts import Calculation, ShownProcedure, Tap, TemperatureReadings
+from ocmm_gui.wizards.pages import Calculation, StepProcedure, Tap, TemperatureReadings
 
 C = TypeVar("C", bound=str)
 
@@ -29,7 +29,7 @@ SESSIONS = "sessions"
 
 
 @dataclass(frozen=True, slots=True)
-class ProbeSite:
+class ProbeWizardSite:
     """Site of wizards about the probe."""
 
     design: ProbeBody
@@ -56,11 +56,11 @@ class WizardSite:
     """Sensor temperatures, degrees Celsius, by camera; empty if unknown."""
     blocker: tuple[str, str] = ("", "")
     """Why no calibrations are kept, and the remedy; empty if they are."""
-    probe: ProbeSite | None = None
+    probe: ProbeWizardSite | None = None
     practice: PracticeRoom | None = None
     """Practice with a virtual hand; None for real use."""
 
-    def tap_for(self, procedure: ShownProcedure, failed: Callable[[OcmmError], None]) -> Tap:
+    def tap_for(self, procedure: StepProcedure, failed: Callable[[OcmmError], None]) -> Tap:
         """Return the frame source: a virtual hand in practice, otherwise the cameras."""
         if self.practice is None:
             return self.tap
@@ -94,7 +94,7 @@ class PracticeRoom(Protocol):
         """Activate initial records; raise OcmmError if impossible."""
         ...
 
-    def hand(self, procedure: ShownProcedure, failed: Callable[[OcmmError], None]) -> Tap: ...
+    def hand(self, procedure: StepProcedure, failed: Callable[[OcmmError], None]) -> Tap: ...
 
 
 def practice_site(bridge: StationBridge, room: PracticeRoom) -> WizardSite:
@@ -102,7 +102,9 @@ def practice_site(bridge: StationBridge, room: PracticeRoom) -> WizardSite:
     site = site_of(bridge)
     tip = ProbeStore(room.probe).mounted or "1"
     # The hand rests exactly as long as a pose needs.
-    probe = ProbeSite(bridge.station.instruments.probe_in_use.design, room.probe, tip, hold_s=0.0)
+    probe = ProbeWizardSite(
+        bridge.station.instruments.probe_in_use.design, room.probe, tip, hold_s=0.0
+    )
     return replace(site, store=room.cameras, probe=probe, practice=room, blocker=("", ""))
 
 
@@ -136,7 +138,7 @@ def site_of(bridge: StationBridge) -> WizardSite:
     )
 
 
-def _probe_site(bridge: StationBridge) -> ProbeSite:
+def _probe_site(bridge: StationBridge) -> ProbeWizardSite:
     in_use = bridge.station.instruments.probe_in_use
     blocker = (
         tr("The probe uses its document: no records of it are stored."),
@@ -145,11 +147,11 @@ def _probe_site(bridge: StationBridge) -> ProbeSite:
     if in_use.store is None and in_use.fault is not None:
         blocker = (in_use.fault[1].what, in_use.fault[1].remedy)
     store = None if in_use.store is None else in_use.store.folder
-    return ProbeSite(in_use.design, store, in_use.tip or "1", blocker)
+    return ProbeWizardSite(in_use.design, store, in_use.tip or "1", blocker)
 
 
 @dataclass(frozen=True, slots=True)
-class Offer:
+class UnfinishedSession:
     """An unfinished session."""
 
     path: Path
@@ -160,10 +162,10 @@ class Offer:
 
 
 @dataclass(frozen=True, slots=True)
-class Opened:
+class OpenSession:
     """A procedure with the data of its pages."""
 
-    procedure: ShownProcedure
+    procedure: StepProcedure
     place: SessionPlace
     calculation: Calculation
     predict: Callable[[], None] | None = None
@@ -198,7 +200,7 @@ class SessionPlace:
 class DirectCalculation:
     """A synchronous calculation."""
 
-    def __init__(self, procedure: ShownProcedure) -> None:
+    def __init__(self, procedure: StepProcedure) -> None:
         self._procedure = procedure
 
     def run(self) -> None:

@@ -5,16 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from PySide6.QtCore import QSize, Qt, Signal
-from PySide6.QtWidgets import (
-    QGridLayout,
-    QHBoxLayout,
-    QLabel,
-    QLineEdit,
-    QListWidget,
-    QListWidgetItem,
-    QVBoxLayout,
-    QWidget,
-)
+from PySide6.QtWidgets import QGridLayout, QLabel, QLineEdit, QListWidget, QListWidgetItem, QWidget
 
 from ocmm_gui.kit import (
     DEFAULT_THEME,
@@ -23,6 +14,9 @@ from ocmm_gui.kit import (
     HintField,
     PlainLabel,
     Theme,
+    dressed,
+    fill,
+    hbox,
     large_button,
     literal,
     panel,
@@ -31,14 +25,15 @@ from ocmm_gui.kit import (
     text_font,
     tr,
     use_role,
+    vbox,
 )
-from ocmm_gui.wizards._site import Offer
-from ocmm_gui.wizards.parts import Field, practice_title
+from ocmm_gui.wizards._site import UnfinishedSession
+from ocmm_gui.wizards.pages import Field, practice_title
 
 _ROW_PX = 58
 
 
-class StartPage(QWidget):
+class WizardStart(QWidget):
     """Fields of a new session on the left, unfinished sessions on the right."""
 
     begun = Signal(object)
@@ -50,10 +45,8 @@ class StartPage(QWidget):
     def __init__(self) -> None:
         super().__init__()
         self._theme = THEMES[DEFAULT_THEME]
-        self._offers: tuple[Offer, ...] = ()
-        self._title = PlainLabel()
-        self._title.setAccessibleName(tr("Wizard"))
-        self._title.setFont(text_font(28, bold=True))
+        self._offers: tuple[UnfinishedSession, ...] = ()
+        self._title = dressed(PlainLabel(), tr("Wizard"), font=text_font(28, bold=True))
         self._purpose = sentence_label(tr("Purpose"), 18)
         self.trouble = sentence_label(tr("Why it cannot start"), 17)
         self.fields: dict[str, QLineEdit | ChoiceBox] = {}
@@ -66,32 +59,21 @@ class StartPage(QWidget):
         self.begin_button.clicked.connect(self._begin)
         self.resume_button.clicked.connect(self._resume)
         self.leave_button.clicked.connect(self.left)
-        self.list = QListWidget()
-        self.list.setAccessibleName(tr("Unfinished sessions"))
-        self.list.setFont(text_font(16))
+        self.list = dressed(QListWidget(), tr("Unfinished sessions"), font=text_font(16))
         self.list.setWordWrap(True)
         self.list.currentRowChanged.connect(self._show_choice)
         self.list.itemActivated.connect(self._resume)
         self._note = sentence_label(tr("Details of the selected session"), 15)
-        layout = QVBoxLayout(self)
-        layout.setContentsMargins(18, 12, 18, 12)
-        layout.setSpacing(12)
-        layout.addWidget(self._title)
-        layout.addWidget(self._purpose)
-        middle = QHBoxLayout()
-        middle.setSpacing(12)
-        middle.addWidget(self._new_session(), 1)
-        middle.addWidget(self._unfinished(), 1)
-        layout.addLayout(middle, 1)
-        layout.addWidget(self.trouble)
-        row = QHBoxLayout()
-        row.addWidget(self.leave_button)
+        layout = vbox(self._title, self._purpose, parent=self, spacing=12, margins=(18, 12, 18, 12))
+        middle = hbox((self._new_session(), 1), (self._unfinished(), 1), spacing=12)
+        fill(layout, (middle, 1), self.trouble)
+        row = hbox(self.leave_button)
         row.addStretch(1)
         layout.addLayout(row)
 
     def ask(
-        self, title: str, purpose: str, fields: Sequence[Field], offers: Sequence[Offer],
-        *, practice: bool = False,
+        self, title: str, purpose: str, fields: Sequence[Field],
+        offers: Sequence[UnfinishedSession], *, practice: bool = False,
     ) -> None:  # fmt: skip
         """Show fields and unfinished sessions, which are proposed first."""
         self._title.setText(practice_title(tr(title)) if practice else tr(title))
@@ -131,9 +113,7 @@ class StartPage(QWidget):
                 widget.deleteLater()
         self.fields = {}
         for one in fields:
-            label = PlainLabel(tr(one.label))
-            label.setFont(text_font(15))
-            label.setProperty("role", "muted")
+            label = dressed(PlainLabel(tr(one.label)), font=text_font(15), role="muted")
             field = self._choice(one) if one.choices else self._line(one)
             field.setObjectName(one.key)
             field.setAccessibleName(tr(one.label))
@@ -164,21 +144,15 @@ class StartPage(QWidget):
         return field
 
     def _new_session(self) -> QWidget:
-        column = QVBoxLayout()
-        column.setSpacing(8)
-        column.addWidget(_heading(tr("New session")))
-        column.addLayout(self._form)
+        column = vbox(_heading(tr("New session")), self._form, spacing=8)
         column.addStretch(1)
         column.addWidget(self.begin_button)
         return panel(column)
 
     def _unfinished(self) -> QWidget:
-        column = QVBoxLayout()
-        column.setSpacing(8)
-        column.addWidget(_heading(tr("Not finished")))
-        column.addWidget(self.list, 1)
-        column.addWidget(self._note)
-        column.addWidget(self.resume_button)
+        column = vbox(
+            _heading(tr("Not finished")), (self.list, 1), self._note, self.resume_button, spacing=8
+        )
         self._offered = panel(column)
         return self._offered
 
@@ -191,7 +165,7 @@ class StartPage(QWidget):
             use_role(button, "primary" if primary else "plain")
         self._paint()
 
-    def _offer(self) -> Offer | None:
+    def _offer(self) -> UnfinishedSession | None:
         row = self.list.currentRow()
         return self._offers[row] if 0 <= row < len(self._offers) else None
 

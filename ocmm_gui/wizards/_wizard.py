@@ -14,15 +14,14 @@ from ocmm_core.errors import OcmmError
 from ocmm_core.tables import TableOptions, preview_table
 from ocmm_gui.kit import TableImport, Theme, said, said_word, time_words, tr
 from ocmm_gui.wizards._driver import WizardDriver
-from ocmm_gui.wizards._guided_stack import GuidedStack
 from ocmm_gui.wizards._registry import WIZARDS, WizardSpec, wizard_of
-from ocmm_gui.wizards._runner import Runner
+from ocmm_gui.wizards._runner import GuidedStack, Runner
 from ocmm_gui.wizards._site import (
     SESSIONS,
     DirectCalculation,
-    Offer,
-    Opened,
+    OpenSession,
     SessionPlace,
+    UnfinishedSession,
     WizardSite,
     named,
     place_of,
@@ -31,8 +30,8 @@ from ocmm_gui.wizards._site import (
     table_values,
     temperature,
 )
-from ocmm_gui.wizards._start_page import StartPage
-from ocmm_gui.wizards.parts import WHO, Field, ProcessCalculation, ShownProcedure
+from ocmm_gui.wizards._start_page import WizardStart
+from ocmm_gui.wizards.pages import WHO, Field, ProcessCalculation, StepProcedure
 
 _PAST = ("session.rig", "session.empty")
 """Sessions not offered: of a replaced calibration, or empty."""
@@ -47,7 +46,7 @@ def fields(site: WizardSite, spec: WizardSpec[Any]) -> tuple[Field, ...]:
 
 def begin(
     site: WizardSite, spec: WizardSpec[Any], values: Mapping[str, str], now: datetime
-) -> Opened:
+) -> OpenSession:
     """Start a session with filled-in fields; raise OcmmError if impossible."""
     place = place_of(site, spec.subject)
     sign = require_real_name if site.practice is None else practice_name
@@ -55,13 +54,13 @@ def begin(
     return _opened(spec, place, spec.begin(place, signed, now))
 
 
-def resume(site: WizardSite, spec: WizardSpec[Any], path: Path) -> Opened:
+def resume(site: WizardSite, spec: WizardSpec[Any], path: Path) -> OpenSession:
     """Resume a session; raise OcmmError if impossible."""
     place = place_of(site, spec.subject)
     return _opened(spec, place, spec.resume(place, path))
 
 
-def offers(site: WizardSite, spec: WizardSpec[Any]) -> tuple[Offer, ...]:
+def offers(site: WizardSite, spec: WizardSpec[Any]) -> tuple[UnfinishedSession, ...]:
     """Return the unfinished sessions of a wizard, newest first."""
     store = store_of(site, spec.subject)
     if store is None:
@@ -70,13 +69,17 @@ def offers(site: WizardSite, spec: WizardSpec[Any]) -> tuple[Offer, ...]:
     try:
         paths = sessions(store / SESSIONS, spec.kind)
     except OcmmError as error:
-        return (Offer(store / SESSIONS, SESSIONS, said(f"{error.what} {error.remedy}")),)
+        return (
+            UnfinishedSession(store / SESSIONS, SESSIONS, said(f"{error.what} {error.remedy}")),
+        )
     for path in paths:
         try:
             base = resume(site, spec, path).procedure.base
         except OcmmError as error:
             if error.code not in _PAST:
-                found.append(Offer(path, path.name, said(f"{error.what} {error.remedy}")))
+                found.append(
+                    UnfinishedSession(path, path.name, said(f"{error.what} {error.remedy}"))
+                )
             continue
         # Accepted but not in the store: interrupted just before storing.
         if not (base.stored or base.decision is ProcedureDecision.KEPT):
@@ -86,16 +89,16 @@ def offers(site: WizardSite, spec: WizardSpec[Any]) -> tuple[Offer, ...]:
             if step.wanted:
                 count = tr("{done} of {wanted}").format(done=step.done, wanted=step.wanted)
                 where = f"{where}, {count}"
-            found.append(Offer(path, f"{time_words(begun)}, {base.who}: {where}"))
+            found.append(UnfinishedSession(path, f"{time_words(begun)}, {base.who}: {where}"))
     return tuple(found)
 
 
-def _opened(spec: WizardSpec[Any], place: SessionPlace, procedure: ShownProcedure) -> Opened:
+def _opened(spec: WizardSpec[Any], place: SessionPlace, procedure: StepProcedure) -> OpenSession:
     predict = None if spec.predict is None else partial(spec.predict, procedure)
     if not spec.is_slow:
-        return Opened(procedure, place, DirectCalculation(procedure), predict)
+        return OpenSession(procedure, place, DirectCalculation(procedure), predict)
     again = partial(spec.resume, place, procedure.base.session)
-    return Opened(procedure, place, ProcessCalculation(procedure, again), predict)
+    return OpenSession(procedure, place, ProcessCalculation(procedure, again), predict)
 
 
 class Wizard(GuidedStack):
@@ -109,7 +112,7 @@ class Wizard(GuidedStack):
         self._site = site
         self._clock = clock
         self._spec = WIZARDS[0]
-        self.start = StartPage()
+        self.start = WizardStart()
         self.addWidget(self.start)
         self.start.begun.connect(self._begin)
         self.start.resumed.connect(self._resume)
@@ -133,7 +136,7 @@ class Wizard(GuidedStack):
         self._spec = spec = wizard_of(kind)
         trouble = ""
         asked: tuple[Field, ...] = ()
-        offered: tuple[Offer, ...] = ()
+        offered: tuple[UnfinishedSession, ...] = ()
         try:
             if self._site.practice is not None:
                 self._site.practice.prepare(self._clock())
@@ -197,7 +200,7 @@ class Wizard(GuidedStack):
         self.setCurrentWidget(self.start)
 
     def _resume(self, path: Path) -> None:
-        def opened() -> Opened:
+        def opened() -> OpenSession:
             warm = temperature(self.start.values(), self._clock())
             found = resume(self._site, self._spec, path)
             if warm is not None:
@@ -206,7 +209,7 @@ class Wizard(GuidedStack):
 
         self._run(opened)
 
-    def _run(self, make: Callable[[], Opened]) -> None:
+    def _run(self, make: Callable[[], OpenSession]) -> None:
         try:
             opened = make()
         except OcmmError as error:
@@ -234,7 +237,7 @@ def _is_to_be_shown(field: Field, values: Mapping[str, str]) -> bool:
 
 
 def _commands(
-    spec: WizardSpec[Any], opened: Opened, driver: WizardDriver
+    spec: WizardSpec[Any], opened: OpenSession, driver: WizardDriver
 ) -> dict[str, Callable[[], None]]:
     """Return the commands specific to a procedure, by action key."""
 

@@ -2,8 +2,8 @@
 
 In: a computation. Out: the answer or the error, by signals; the window stays free.
 
-Read `_side_process` (a process, killed immediately) and `_worker` (a thread), `_work_line`
-(progress, and the key that cancels), `_work_sheet` (a sheet with work).
+Read `_side_process` (a process, killed immediately) and `_worker` (a thread; progress and the key
+that cancels, a sheet with work).
 It must not know the computations.
 """
 
@@ -15,16 +15,12 @@ from ocmm_core.door import door
 
 if TYPE_CHECKING:
     from ocmm_gui.work._side_process import SideProcess, Tell, Teller, Work
-    from ocmm_gui.work._work_line import WorkLine
-    from ocmm_gui.work._work_sheet import WorkSheet
-    from ocmm_gui.work._worker import Failed, Worker
+    from ocmm_gui.work._worker import Failed, Worker, WorkLine, WorkSheet
 else:
     __getattr__ = door(
         __name__,
         _side_process="SideProcess Tell Teller Work",
-        _work_line="WorkLine",
-        _work_sheet="WorkSheet",
-        _worker="Failed Worker",
+        _worker="Failed WorkLine WorkSheet Worker",
     )
 
 __all__ = ["Failed", "SideProcess", "Tell", "Teller", "Work", "WorkLine", "WorkSheet", "Worker"]

@@ -94,8 +94,7 @@ class SideProcess(QObject):
         self._whole: Lock | None = None
         self._scratch = Path()
         self._mail: deque[object] = deque()
-        self._timer = QTimer(self)
-        self._timer.setInterval(_LOOK_MS)
+        self._timer = QTimer(self, interval=_LOOK_MS)
         self._timer.timeout.connect(self._look)
 
     def is_running(self) -> bool:

@@ -161,8 +161,8 @@ def test_a_door_of_no_room_refuses_every_name() -> None:
         ("tests/gui/test_a.py", "from ocmm_core.camera._rig import Rig", "ocmm_core.camera"),
         ("benchmarks/a.py", "def f():\n    from ocmm_core.camera._rig import Rig",
          "ocmm_core.camera"),
-        ("docs/images/a.py", "from ocmm_gui.wizards.parts._messages import Gate",
-         "ocmm_gui.wizards.parts"),
+        ("docs/images/a.py", "from ocmm_gui.wizards.pages._shown import Gate",
+         "ocmm_gui.wizards.pages"),
         ("installer/a.py", "from ocmm_core.camera._rig import Rig", "ocmm_core.camera"),
     ],
 )  # fmt: skip

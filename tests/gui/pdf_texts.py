@@ -11,10 +11,10 @@ from PySide6.QtSvg import QSvgGenerator
 
 from ocmm_core.export.report import ReportData
 from ocmm_gui.reports import _pdf as pdf
-from ocmm_gui.reports._canvas import PAGE, Canvas, Draw
+from ocmm_gui.reports._canvas import PAGE, Draw, PageCanvas
 
 
-def texts(canvas: Canvas) -> str:
+def texts(canvas: PageCanvas) -> str:
     """Return every word that is laid out, page by page; lines as they are broken."""
 
     def paint(painter: QPainter, page: list[Draw]) -> None:

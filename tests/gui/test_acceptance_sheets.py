@@ -24,7 +24,7 @@ from ocmm_core.export.certificate import (
 )
 from ocmm_core.export.template import plain_paper
 from ocmm_gui.acceptance import ArtefactSheet, StudySheet
-from ocmm_gui.acceptance._study_work import StudyProgress, TypeOne
+from ocmm_gui.acceptance._study_work import StudyProgress, TypeOneStudy
 from ocmm_gui.kit import THEMES
 from ocmm_shop.studies import load_study, study_of, type1_study
 from tests.host import HANG_MS
@@ -249,7 +249,7 @@ def test_components_operators_and_verdict_are_those_of_the_core(
 def test_a_run_of_one_part_shows_cg_and_cgk(study: StudySheet) -> None:
     values = 12.0 + 0.0025 * np.random.default_rng(4).standard_normal(25)
     found = type1_study(values, 12.0, 0.12)
-    study.show_answer(TypeOne(found, values, "WIDTH", 12.0, 0.12, simulated=True))
+    study.show_answer(TypeOneStudy(found, values, "WIDTH", 12.0, 0.12, simulated=True))
     assert study.tabs.plot() == "Type 1"
     assert f"Cg {found.cg:.2f}" in study.run.word()
     assert study.word.text() == ("CAPABLE" if found.capable else "NOT CAPABLE")

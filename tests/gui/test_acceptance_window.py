@@ -28,10 +28,9 @@ from ocmm_core.acceptance import (
 from ocmm_core.composition import AcceptanceBench, StationRequest, build_station
 from ocmm_core.composition.hands import VirtualHand
 from ocmm_core.documents import resource
-from ocmm_gui.acceptance._measure_page import MeasurePage
-from ocmm_gui.acceptance._verdict_page import AcceptanceVerdictPage
+from ocmm_gui.acceptance._measure_pages import AcceptanceVerdictPage, MeasurePage
 from ocmm_gui.bridge import StationBridge
-from ocmm_gui.kit import DEBOUNCE_S, THEMES, Notice, NoticeCentre, Themed
+from ocmm_gui.kit import DEBOUNCE_S, THEMES, Notice, NoticeCentre, ThemedWidget
 from ocmm_gui.window import MainWindow
 from ocmm_gui.wizards import Runner
 from tests.host import HANG_MS
@@ -352,7 +351,7 @@ def test_pages_are_named_fit_and_use_every_theme(desk: Desk) -> None:
                 assert button.width() >= button.minimumSizeHint().width(), button.text()
         for theme in THEMES.values():
             for widget in page.findChildren(QWidget):
-                if isinstance(widget, Themed):
+                if isinstance(widget, ThemedWidget):
                     widget.set_theme(theme)
             assert not page.grab().isNull()
     for widget in desk.window.tests.desk.findChildren(QWidget):

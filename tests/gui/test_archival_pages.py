@@ -25,9 +25,8 @@ from ocmm_gui.reports import _certificate as certificate
 from ocmm_gui.reports import _pdf as report
 from ocmm_gui.reports import _recall as recall
 from ocmm_gui.reports._archival import attached
-from ocmm_gui.reports._canvas import BOTTOM, HEADING, SMALL, Canvas
-from ocmm_gui.reports._paper_end import write_end
-from ocmm_gui.reports._paper_head import paper_letterhead
+from ocmm_gui.reports._canvas import BOTTOM, HEADING, SMALL, PageCanvas
+from ocmm_gui.reports._paper import paper_letterhead, write_end
 from ocmm_gui.reports._pdf_writer import paint_with_foot, written_pdf
 from tests.core.calibration.made_records import make_record, make_verification
 from tests.core.export.sample_report import sample_report
@@ -139,7 +138,7 @@ def by_pypdf(content: bytes) -> str:
 
 @pytest.mark.parametrize("read", [by_pdftotext, by_pdfium, by_pypdf])
 def test_words_are_copied_as_they_are_written(read: Callable[[bytes], str]) -> None:
-    canvas = Canvas(Speech(GERMAN))
+    canvas = PageCanvas(Speech(GERMAN))
     hashes = [f"{'ff3ffi' * 10}{n:04x}" for n in (0xFF1, 0xF1F)]
     words = [*hashes, "Effizienz", "fluffig", "Aufl", "Größe", "±0,01", "≤", "µm", "⌀", "✓"]
     for size in (SMALL, HEADING):
@@ -173,7 +172,7 @@ def test_the_same_report_is_the_same_file() -> None:
 def test_signatures_are_never_alone_on_a_page(sentences: int) -> None:
     split = 0
     for filled in range(1, 75):
-        canvas = Canvas()
+        canvas = PageCanvas()
         for _ in range(filled):
             canvas.text("A line of the results")
         write_end(canvas, ["A statement. " * 20] * sentences, ["Measured by"] * 3, "End")
@@ -185,7 +184,7 @@ def test_signatures_are_never_alone_on_a_page(sentences: int) -> None:
 
 @pytest.mark.parametrize("name", [LABORATORY, "L" * 120, f"{LABORATORY} {LABORATORY}", "Lab"])
 def test_names_of_laboratories_are_whole(name: str) -> None:
-    canvas = Canvas()
+    canvas = PageCanvas()
     paper_letterhead(canvas, headed("en", name))
     said = texts(canvas)
     assert name.replace(" ", "") in said.replace(" ", "")

@@ -12,7 +12,7 @@ from ocmm_core.features.measured import fit_shape
 from ocmm_core.features.shapes import NominalFeature, Shape
 from ocmm_core.inspection.evaluation import FeatureState, FeatureView, coverage_of
 from ocmm_gui.kit import DEFAULT_THEME, THEMES
-from ocmm_gui.operator._coverage_view import CoverageView
+from ocmm_gui.operator._feature_details import CoverageView
 from tests.core.inspection.test_guidance import point_at
 
 SIDE = 400

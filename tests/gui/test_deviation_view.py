@@ -21,7 +21,7 @@ from ocmm_core.tolerances.decisions import DeviationClass, deviation_picture
 from ocmm_core.tracking import load_probe
 from ocmm_gui.kit import THEMES
 from ocmm_gui.reports._pdf import lay_out
-from ocmm_gui.results._deviation_view import DeviationView
+from ocmm_gui.results._result_table import DeviationView
 from ocmm_gui.scene import Diamonds, Dots, Lines, Tag
 from ocmm_gui.views import (
     PointView,
@@ -32,8 +32,7 @@ from ocmm_gui.views import (
     scale_words,
 )
 from ocmm_gui.views._contents import JobDrawing
-from ocmm_gui.views._deviation_surface import field_colours
-from ocmm_gui.views._deviations import surface_colour
+from ocmm_gui.views._deviations import field_colours, surface_colour
 from tests.core.export.sample_report import sample_report, sample_view
 from tests.deviating_job import deviating_job, held_back, placed_part
 from tests.gui.pdf_texts import texts

@@ -17,9 +17,9 @@ from ocmm_core.inspection.evaluation import Target, cue
 from ocmm_core.inspection.plan import load_plan
 from ocmm_gui.kit import THEMES, Approach, SoundPlayer
 from ocmm_gui.kit._sound import scale_step, step_wav
-from ocmm_gui.operator._target_ring import TargetRing
+from ocmm_gui.operator._far_parts import TargetRing
 from ocmm_gui.views import StepPicture
-from ocmm_gui.views._nominal_items import nominal_items
+from ocmm_gui.views._contents import nominal_items
 
 PLACE = np.array([10.0, 20.0, 30.0])
 UP = np.array([0.0, 0.0, 1.0])

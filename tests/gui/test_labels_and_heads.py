@@ -14,7 +14,7 @@ from pytestqt.qtbot import QtBot
 from ocmm_core.calibration.records import CalibrationStatus
 from ocmm_core.export import FORMATS
 from ocmm_core.settings import spec_of
-from ocmm_gui.archive._recall_result import RecallTable
+from ocmm_gui.archive._recall_panel import RecallTable
 from ocmm_gui.home._setting_row import SettingRow
 from ocmm_gui.kit import (
     THEMES,
@@ -22,7 +22,7 @@ from ocmm_gui.kit import (
     DataTable,
     HintField,
     NumberTable,
-    Painted,
+    PaintedWidget,
     apply_theme,
     dress_application,
     said,
@@ -139,7 +139,7 @@ def test_a_path_shows_the_name_of_its_file_until_somebody_writes_in_it(qtbot: Qt
     assert not painted
 
 
-class Line(Painted):
+class Line(PaintedWidget):
     """Paints a word into a place of its own width."""
 
     def __init__(self) -> None:

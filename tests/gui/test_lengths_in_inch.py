@@ -26,8 +26,8 @@ from ocmm_gui.kit import (
     style_of,
     use_numbers,
 )
-from ocmm_gui.plan_editor.form._field_labels import Measure
-from ocmm_gui.plan_editor.form._item_form import ItemForm
+from ocmm_gui.plan_editor._field_labels import FieldUnit
+from ocmm_gui.plan_editor._item_form import ItemForm
 from tests.host import HANG_MS
 
 if TYPE_CHECKING:
@@ -141,7 +141,7 @@ def test_a_form_that_nobody_touched_changes_no_digit(
     form = _form(qtbot, item)
     assert form.item() == item
     for line in form.lines():
-        if line.measure is Measure.LENGTH:
+        if line.measure is FieldUnit.LENGTH:
             field = form.fields[line.key]
             text = field.text() if isinstance(field, QLineEdit) else ""
             assert not text or text.endswith(" in"), line.key

@@ -19,8 +19,7 @@ from ocmm_gui.access import PageStack
 from ocmm_gui.home import StartWindow
 from ocmm_gui.kit import LANGUAGES, THEMES, NoticeCentre, dress, use_language
 from ocmm_gui.manual import PLACES, ManualSheet, place_of
-from ocmm_gui.manual._places import FIRST
-from ocmm_gui.manual._reading import Reading
+from ocmm_gui.manual._reading import FIRST, DocumentView
 from tests.gui.conftest import OpenWindow
 from tests.gui.window_pages import pages
 
@@ -46,7 +45,7 @@ def _stack(window: QMainWindow) -> PageStack:
     return window.findChildren(PageStack)[0]
 
 
-def _reading(sheet: ManualSheet) -> Reading:
+def _reading(sheet: ManualSheet) -> DocumentView:
     assert sheet.text is not None
     return sheet.text
 

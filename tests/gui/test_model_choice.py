@@ -17,8 +17,8 @@ from ocmm_core.inspection.plan import new_plan
 from ocmm_core.part_model import nominal_face, searched, spread_places
 from ocmm_gui.kit import THEMES
 from ocmm_gui.plan_editor import PlanSheet
-from ocmm_gui.plan_editor._importing import ReadModel
-from ocmm_gui.plan_editor._model_choice import ModelChoice
+from ocmm_gui.plan_editor._importing import LoadedModel
+from ocmm_gui.plan_editor._part_choice import ModelChoice
 from tests.core.part_model.model_faces import FREE_FORMS, face_of
 from tests.host import HANG_MS
 from tests.made_parts import PartMaker
@@ -55,7 +55,7 @@ def choice(qtbot: QtBot) -> ModelChoice:
     made = ModelChoice()
     qtbot.addWidget(made)
     made.resize(1200, 700)
-    made.show_model(ReadModel(Path("block.stp"), StepModel((), (), {}, PART), offers(), "+z"))
+    made.show_model(LoadedModel(Path("block.stp"), StepModel((), (), {}, PART), offers(), "+z"))
     return made
 
 
@@ -122,7 +122,7 @@ def sheet(qtbot: QtBot) -> Iterator[PlanSheet]:
 def test_the_plan_gets_what_was_chosen_and_nothing_before(sheet: PlanSheet, qtbot: QtBot) -> None:
     before = sheet.draft.plan
     model = StepModel((), (), {}, PART)
-    sheet.models.importing.offered.emit(ReadModel(Path("block.step"), model, offers(), "+z"))
+    sheet.models.importing.offered.emit(LoadedModel(Path("block.step"), model, offers(), "+z"))
     assert not sheet.models.choice.isHidden()
     assert sheet.draft.plan is before
     QTest.keyClick(sheet.models.choice.list, Qt.Key.Key_Space)
@@ -134,7 +134,7 @@ def test_the_plan_gets_what_was_chosen_and_nothing_before(sheet: PlanSheet, qtbo
     assert sheet.models.choice.isHidden()
     # Back without: the plan stays.
     now = sheet.draft.plan
-    sheet.models.importing.offered.emit(ReadModel(Path("block.step"), model, offers(), "+z"))
+    sheet.models.importing.offered.emit(LoadedModel(Path("block.step"), model, offers(), "+z"))
     QTest.keyClick(sheet.models.choice.list, Qt.Key.Key_Escape)
     assert sheet.models.choice.isHidden()
     assert sheet.draft.plan is now
@@ -144,7 +144,7 @@ def test_what_was_left_out_of_a_choice_is_no_good_news(sheet: PlanSheet, qtbot: 
     """Such a notice would go away by itself."""
     unasked = StepModel((), (), {}, unasked=setting_of(usual_request()))
     good = Offer(replace_feature(offers()[0].feature, targets=((50.0, 30.0, 20.0),)), (1,))
-    sheet.models.importing.offered.emit(ReadModel(Path("block.step"), unasked, (good,), "+z"))
+    sheet.models.importing.offered.emit(LoadedModel(Path("block.step"), unasked, (good,), "+z"))
     with (
         qtbot.assertNotEmitted(sheet.told),
         qtbot.waitSignal(sheet.warned, timeout=HANG_MS) as warned,
@@ -156,7 +156,7 @@ def test_what_was_left_out_of_a_choice_is_no_good_news(sheet: PlanSheet, qtbot: 
 def test_a_free_form_is_taken_with_its_zone_and_not_without(sheet: PlanSheet, qtbot: QtBot) -> None:
     before = sheet.draft.plan
     model = StepModel((), (), {}, PART)
-    read = ReadModel(Path("block.step"), model, (*offers(), free_form()), "+z")
+    read = LoadedModel(Path("block.step"), model, (*offers(), free_form()), "+z")
     sheet.models.importing.offered.emit(read)
     choice = sheet.models.choice
     assert not choice.zone.isHidden()

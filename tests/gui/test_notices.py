@@ -24,7 +24,7 @@ from ocmm_core.errors import InputError, StorageError
 from ocmm_gui.app import main
 from ocmm_gui.kit import (
     Banner,
-    Debounced,
+    DebouncedCommand,
     ErrorHooks,
     Level,
     Notice,
@@ -156,7 +156,7 @@ def test_a_path_with_a_blank_takes_no_point(qtbot: QtBot) -> None:
 def test_a_bouncing_switch_gives_one_command() -> None:
     times = iter([0.0, 0.02, 0.1, DEBOUNCE_S + 0.001, DEBOUNCE_S + 0.01])
     given: list[int] = []
-    press = Debounced(lambda: given.append(1), clock=lambda: next(times))
+    press = DebouncedCommand(lambda: given.append(1), clock=lambda: next(times))
     for _ in range(5):
         press()
     assert len(given) == 2

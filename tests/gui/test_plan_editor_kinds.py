@@ -29,10 +29,10 @@ from ocmm_core.geometry import RigidTransform
 from ocmm_core.inspection.plan import add_construction, load_plan, with_alignment
 from ocmm_core.tolerances.zones import Characteristic
 from ocmm_gui.plan_editor import PlanSheet
+from ocmm_gui.plan_editor._form_lines import FieldKind, closed, form_lines, opened, tag_field
+from ocmm_gui.plan_editor._item_form import ItemForm
 from ocmm_gui.plan_editor._plan_checks import faulty_field
 from ocmm_gui.plan_editor._plan_items import ALIGNMENT, HEAD, ItemKey
-from ocmm_gui.plan_editor.form._form_lines import FieldKind, closed, form_lines, opened, tag_field
-from ocmm_gui.plan_editor.form._item_form import ItemForm
 from tests.host import HANG_MS
 
 CONSTRUCTIONS: dict[str, dict[str, str]] = {

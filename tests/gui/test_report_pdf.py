@@ -30,7 +30,7 @@ from ocmm_gui.reports import _pdf as pdf
 from ocmm_gui.reports import _pdf_writer as pdf_writer
 from ocmm_gui.reports import _sections as sections
 from ocmm_gui.reports._archival import attached
-from ocmm_gui.reports._canvas import BODY, PAGE, Canvas, text_height, whole_words
+from ocmm_gui.reports._canvas import BODY, PAGE, PageCanvas, text_height, whole_words
 from ocmm_gui.reports._sections import paint_symbol
 from tests.gui.pdf_texts import pages, texts
 from tests.host import HANG_S
@@ -85,7 +85,7 @@ def test_what_is_not_proven_is_said_large_and_first(data: ReportData) -> None:
     )  # fmt: skip
     spoiled = replace(data, view=view, notes=("The observation 3 was changed.",))
     assert spoiled.view.part_verdict.word is PartWord.NOT_PROVEN
-    first = Canvas(pages=pdf.lay_out(spoiled).pages[:1])
+    first = PageCanvas(pages=pdf.lay_out(spoiled).pages[:1])
     said = texts(first)
     assert said.index("NOT PROVEN") < said.index("Part")
     assert "Measured without a calibration." in said

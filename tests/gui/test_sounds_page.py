@@ -11,7 +11,7 @@ import pytest
 from PySide6.QtGui import QAccessible
 from pytestqt.qtbot import QtBot
 
-from ocmm_gui.home._sounds_page import SOUND_WORDS, SoundsPage
+from ocmm_gui.home._settings_parts import SOUND_WORDS, SoundsPage
 from ocmm_gui.kit import Sound
 from ocmm_gui.kit._sound import tone_wav
 

@@ -20,8 +20,8 @@ from ocmm_core.documents import resource
 from ocmm_core.inspection.archive import LastJob
 from ocmm_core.settings import RecentPlaces, SettingsFile, SettingsStore
 from ocmm_core.tolerances.decisions import PartWord, RequirementCount
-from ocmm_gui.home import Choice, Errands, SettingsPage, StartWindow
-from ocmm_gui.home._job_cards import JobCards, JudgedJob, card_words
+from ocmm_gui.home import SettingsPage, StartChoice, StartPurpose, StartWindow
+from ocmm_gui.home._start_lists import JobCardData, JobCards, card_words
 from ocmm_gui.kit import DEFAULT_THEME, THEMES, NoticeCentre, Theme, counted_line
 from tests.core.calibration.made_records import make_record
 from tests.generated_jobs import generated_job
@@ -111,7 +111,7 @@ def test_the_last_jobs_are_listed_and_a_damaged_one_is_named(
     assert any("BROKEN-001.ocmm: cannot be read" in text for text in texts)
     assert window.page.chosen_job() == built.job_path.absolute()
     window.page.keys["continue"].trigger()
-    assert window.choice == Choice(Errands.CONTINUE, built.job_path.absolute())
+    assert window.choice == StartChoice(StartPurpose.CONTINUE, built.job_path.absolute())
 
 
 @pytest.mark.usefixtures("qapp")
@@ -123,7 +123,7 @@ def test_no_card_is_greener_than_its_job() -> None:
             Path("A.ocmm"), "P", "S", "anna", 9, len(view.features), len(view.features),
             simulated=view.simulated,
         )  # fmt: skip
-        before, after = card_words(listed), card_words(listed, JudgedJob(listed.path, view))
+        before, after = card_words(listed), card_words(listed, JobCardData(listed.path, view))
         assert "CONFORM" not in before, seed
         assert counted_line(view) in after, seed
         for text in (before, after):
@@ -145,7 +145,7 @@ def test_a_card_without_any_requirement_of_the_model_is_not_green(qtbot: QtBot) 
     cards.show_jobs((listed,))
     colours = []
     for count in (None, RequirementCount(0, 52, 0, "model")):
-        cards.show_verdict(JudgedJob(listed.path, replace(view, requirements=count)))
+        cards.show_verdict(JobCardData(listed.path, replace(view, requirements=count)))
         colours.append(cards.item(0).foreground().color().name())
     theme = THEMES[DEFAULT_THEME]
     assert colours == [QColor(one).name() for one in (theme.good, theme.warn)]
@@ -169,13 +169,14 @@ def test_a_newcomer_is_led_to_the_demo_and_no_panel_is_empty(
 @pytest.mark.parametrize(
     ("key", "errand"),
     [
-        ("plans", Errands.PLANS), ("calibrate", Errands.CALIBRATE), ("demo", Errands.DEMO),
+        ("plans", StartPurpose.PLANS), ("calibrate", StartPurpose.CALIBRATE),
+        ("demo", StartPurpose.DEMO),
     ],
 )  # fmt: skip
-def test_a_key_does_its_errand(make_start: MakeStart, key: str, errand: Errands) -> None:
+def test_a_key_does_its_errand(make_start: MakeStart, key: str, errand: StartPurpose) -> None:
     window = make_start()
     window.page.keys[key].trigger()
-    assert window.choice == Choice(errand)
+    assert window.choice == StartChoice(errand)
     assert not window.isVisible()
 
 
@@ -188,7 +189,7 @@ def test_a_new_job_begins_with_a_plan(make_start: MakeStart, qtbot: QtBot, tmp_p
     qtbot.waitUntil(lambda: window.plans.list.count() > 1, timeout=HANG_MS)
     # What was used last is first, and Return takes it.
     QTest.keyClick(window.plans.list, Qt.Key.Key_Return)
-    assert window.choice == Choice(Errands.NEW, own.absolute())
+    assert window.choice == StartChoice(StartPurpose.NEW, own.absolute())
 
 
 @pytest.mark.parametrize("theme", THEMES)
@@ -239,7 +240,11 @@ def test_settings_are_made_when_somebody_looks_at_them(make_start: MakeStart) ->
 def test_a_dropped_plan_or_job_is_opened_and_nothing_else(
     make_start: MakeStart, tmp_path: Path
 ) -> None:
-    for name, errand in (("a.toml", Errands.NEW), ("a.ocmm", Errands.LOOK), ("a.txt", None)):
+    for name, errand in (
+        ("a.toml", StartPurpose.NEW),
+        ("a.ocmm", StartPurpose.LOOK),
+        ("a.txt", None),
+    ):
         window = make_start()
         dragged = QMimeData()
         dragged.setUrls([QUrl.fromLocalFile(str(tmp_path / name))])
@@ -251,7 +256,7 @@ def test_a_dropped_plan_or_job_is_opened_and_nothing_else(
         window.dropEvent(
             QDropEvent(QPointF(9, 9), Qt.DropAction.CopyAction, dragged, buttons, keys)
         )
-        assert window.choice == (None if errand is None else Choice(errand, tmp_path / name))
+        assert window.choice == (None if errand is None else StartChoice(errand, tmp_path / name))
 
 
 def test_the_browser_lists_folders_beside_the_work_and_gives_a_file(
@@ -269,4 +274,4 @@ def test_the_browser_lists_folders_beside_the_work_and_gives_a_file(
     QTest.keyClick(window.browser.path, Qt.Key.Key_Return)
     assert "not there" in window.browser.told.text()
     files.itemActivated.emit(files.item(2))
-    assert window.choice == Choice(Errands.LOOK, tmp_path / "jobs" / "a.ocmm")
+    assert window.choice == StartChoice(StartPurpose.LOOK, tmp_path / "jobs" / "a.ocmm")

@@ -19,8 +19,7 @@ from ocmm_gui.bridge import StationBridge
 from ocmm_gui.kit import Mark, NoticeCentre, use_language
 from ocmm_gui.maintain._status_page import _sentence
 from ocmm_gui.operator import TrustPlace
-from ocmm_gui.operator._tip_line import tip_mark, tip_words
-from ocmm_gui.operator._trust_bar import trust_words
+from ocmm_gui.operator._status_bands import tip_mark, tip_words, trust_words
 from ocmm_gui.window import MainWindow
 from tests.core.calibration.fresh_tips import TIP, Tips
 from tests.host import HANG_MS

@@ -18,7 +18,7 @@ from ocmm_core.features.shapes import NominalFeature, Shape
 from ocmm_core.inspection.plan import Plan, new_plan
 from ocmm_gui.kit import THEMES
 from ocmm_gui.plan_editor import PlanSheet
-from ocmm_gui.plan_editor._importing import Imported
+from ocmm_gui.plan_editor._importing import ImportResult
 from ocmm_gui.plan_editor._plan_items import ItemKey
 
 BORE = NominalFeature(
@@ -49,11 +49,11 @@ def sheet(qtbot: QtBot, tmp_path: Path) -> Iterator[PlanSheet]:
     sheet.close_work()
 
 
-def imported(before: Plan) -> Imported:
+def imported(before: Plan) -> ImportResult:
     bare = msgspec.structs.replace(before, features=[*before.features, BORE])
     model = StepModel((BORE,), (), {}, pmi=Pmi(dimensions=SIZES), faces={1: ("BORE",)})
     plan, account = plan_with_tolerances(bare, model)
-    return Imported(before, plan, ItemKey("features", "BORE"), "1 feature.", account, bare)
+    return ImportResult(before, plan, ItemKey("features", "BORE"), "1 feature.", account, bare)
 
 
 def test_nothing_is_taken_over_before_it_is_answered(sheet: PlanSheet) -> None:

@@ -24,9 +24,9 @@ from ocmm_core.typed_numbers import (
     option_field,
 )
 from ocmm_gui.arguments import parser
-from ocmm_gui.plan_editor.form._field_labels import Measure
-from ocmm_gui.plan_editor.form._field_text import value_of
-from ocmm_gui.plan_editor.form._form_lines import FieldKind, FormLine
+from ocmm_gui.plan_editor._field_labels import FieldUnit
+from ocmm_gui.plan_editor._field_text import value_of
+from ocmm_gui.plan_editor._form_lines import FieldKind, FormLine
 from tests.core.test_typed_numbers import HOSTILE
 
 TEXTS = (*HOSTILE, "-1", "1e300", "1,5", "1e-400", "text", "1 in", "9" * 400)
@@ -54,7 +54,7 @@ def fields() -> Iterator[tuple[str, Callable[[str], Any], float, float]]:
         one = field.quantity
         yield name, partial(entry_with, name), one.least, one.most
     for kind in (FieldKind.NUMBER, FieldKind.COUNT, FieldKind.NUMBERS):
-        for measure in Measure:
+        for measure in FieldUnit:
             line = FormLine(key="x", label="Size", tip="mm", kind=kind, measure=measure)
             one = COORDINATE.quantity
             name = f"plan {kind.name} {measure.name}"

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from PySide6.QtGui import QAccessible, QKeySequence
 from PySide6.QtWidgets import QAbstractButton, QLineEdit, QListWidget, QTableWidget, QWidget
 
-from ocmm_gui.kit import ACTIONS, Themed
+from ocmm_gui.kit import ACTIONS, ThemedWidget
 
 if TYPE_CHECKING:
     from tests.gui.conftest import OpenWindow
@@ -17,7 +17,7 @@ _QT_PARTS = ("qt_", "Scroll", "ExtensionButton")
 
 
 def _is_control(widget: QWidget) -> bool:
-    paints_itself = isinstance(widget, Themed) and not QWidget.children(widget)
+    paints_itself = isinstance(widget, ThemedWidget) and not QWidget.children(widget)
     return paints_itself or isinstance(
         widget, QAbstractButton | QLineEdit | QListWidget | QTableWidget
     )

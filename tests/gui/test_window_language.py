@@ -15,7 +15,7 @@ from pytestqt.qtbot import QtBot
 
 from docs.make_texts import LRELEASE, LUPDATE, compiled, extract, languages
 from ocmm_core.settings import SettingsFile, SettingsStore
-from ocmm_gui.home import Errands, StartWindow
+from ocmm_gui.home import StartPurpose, StartWindow
 from ocmm_gui.kit import (
     LANGUAGES,
     NoticeCentre,
@@ -173,7 +173,7 @@ def test_a_language_chosen_on_the_start_page_makes_it_anew(
     assert any("Einstellungen" in one.text() for one in window.findChildren(QPushButton))
     window.settings.change("window.language", "en")
     assert window.choice is not None
-    assert window.choice.errand is Errands.START
+    assert window.choice.errand is StartPurpose.START
     assert window.choice.section == "window"
     assert not window.isVisible()
 

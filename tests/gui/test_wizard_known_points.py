@@ -23,8 +23,7 @@ from ocmm_core.calibration.guided import (
 from ocmm_core.calibration.records import State
 from ocmm_core.errors import CalibrationError
 from ocmm_gui.kit import DEBOUNCE_S
-from ocmm_gui.wizards.pages import ResultPage
-from ocmm_gui.wizards.parts import KnownPointsPage
+from ocmm_gui.wizards.pages import KnownPointsPage, ResultPage
 from ocmm_sim.calibration_scenes import TargetScene
 from tests.gui.wizard_bench import WizardBench
 from tests.waiting import let_pass

@@ -16,10 +16,10 @@ from ocmm_core.errors import InputError
 from ocmm_gui.kit import ACTIONS, Mode
 from ocmm_gui.wizards import _registry as registry
 from ocmm_gui.wizards import _wizard as _sessions
-from ocmm_gui.wizards._keys import WIZARD_ACTIONS
 from ocmm_gui.wizards._registry import WIZARDS, WizardSpec, wizard_of
-from ocmm_gui.wizards._site import Opened
-from ocmm_gui.wizards.parts import WHO, StepPage
+from ocmm_gui.wizards._runner_parts import WIZARD_ACTIONS
+from ocmm_gui.wizards._site import OpenSession
+from ocmm_gui.wizards.pages import WHO, StepPage
 from tests.core.calibration.test_procedure_tip import TIP, Tips
 from tests.gui.wizard_bench import WizardBench
 
@@ -46,7 +46,7 @@ def bench(qtbot: QtBot, tmp_path: Path) -> Iterator[WizardBench]:
     made.wizard.deleteLater()
 
 
-def _begun(bench: WizardBench, spec: WizardSpec[Any]) -> Opened:
+def _begun(bench: WizardBench, spec: WizardSpec[Any]) -> OpenSession:
     """Return a session that began with what is proposed."""
     values = {
         one.key: one.choices[0][0] if one.choices else one.proposal

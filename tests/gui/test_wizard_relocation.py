@@ -15,9 +15,8 @@ from ocmm_core.calibration.cameras import KnownPoints
 from ocmm_core.calibration.guided import CalibrationOutcome, ProcedureKind, RelocationView
 from ocmm_core.calibration.records import State
 from ocmm_core.calibration.relocation import RelocationProcedure
-from ocmm_gui.wizards.pages import BarPage, ResultPage, WavePage, WorldPage
+from ocmm_gui.wizards.pages import BarPage, ResultPage, SeatsPage, WavePage, WorldPage
 from ocmm_gui.wizards.pages._relocation_pages import example_places
-from ocmm_gui.wizards.parts import SeatsPage
 from ocmm_sim.calibration_scenes import SEATS, FreeMotionScene, ShowBar, TouchSeats
 from ocmm_sim.sources import VirtualSite, scenes_of_relocation
 from tests.core.calibration.procedure_site import PROBE_DOCUMENT, RIG_DOCUMENT, SEED, show

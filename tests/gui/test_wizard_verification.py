@@ -16,8 +16,7 @@ from ocmm_core.calibration.guided import ProcedureKind, VerificationOutcome, Ver
 from ocmm_core.calibration.records import EventKind, State, load_bar
 from ocmm_core.calibration.verification import VerificationProcedure
 from ocmm_core.documents import resource
-from ocmm_gui.wizards.pages import SpheresPage, VerdictPage
-from ocmm_gui.wizards.parts import LinesPage, SeatsPage
+from ocmm_gui.wizards.pages import LinesPage, SeatsPage, SpheresPage, VerdictPage
 from ocmm_sim.calibration_scenes import TouchSeats
 from tests.core.calibration.procedure_site import show
 from tests.gui.wizard_bench import WizardBench

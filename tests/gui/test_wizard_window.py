@@ -28,11 +28,11 @@ from ocmm_core.composition import StationRequest, build_station
 from ocmm_core.documents import resource
 from ocmm_core.inspection.evaluation import StatusWord
 from ocmm_gui.bridge import StationBridge
-from ocmm_gui.kit import ACTIONS, THEMES, Mode, NoticeCentre, Themed
+from ocmm_gui.kit import ACTIONS, THEMES, Mode, NoticeCentre, ThemedWidget
 from ocmm_gui.window import MainWindow
 from ocmm_gui.wizards import WIZARDS
-from ocmm_gui.wizards._keys import WIZARD_ACTIONS
-from ocmm_gui.wizards.parts import CollectPage
+from ocmm_gui.wizards._runner_parts import WIZARD_ACTIONS
+from ocmm_gui.wizards.pages import CollectPage
 from tests.core.calibration.test_procedure_tip import TIP, Tips
 from tests.gui.wizard_bench import WizardBench
 from tests.host import HANG_MS
@@ -214,7 +214,7 @@ def test_every_page_is_named_fits_and_uses_the_theme(
 
 
 def _is_control(widget: QWidget) -> bool:
-    paints_itself = isinstance(widget, Themed) and not QWidget.children(widget)
+    paints_itself = isinstance(widget, ThemedWidget) and not QWidget.children(widget)
     return not isinstance(widget, QLabel) and (
         paints_itself
         or isinstance(widget, QAbstractButton | QLineEdit | QListWidget | QTableWidget | QComboBox)

@@ -52,7 +52,7 @@ _KNOWN = {
         "QT_QPA_PLATFORM": "environment", "Fusion": "style of Qt",
     },
     "_showing.py": {"The picture … cannot be written.\n": "on the terminal"},
-    "access/_touch.py": {"*": "names of Qt, and what a test says"},
+    "access/_hands_and_eyes.py": {"*": "names of Qt, and what a test says"},
     "access/_zoom.py": {"*": "names of Qt"},
     "acceptance/_artefact_sheet.py": {"The register": "part of an error"},
     "acceptance/_desk.py": {
@@ -62,11 +62,12 @@ _KNOWN = {
     "acceptance/_study_sheet.py": {"STUDY-1": "name that is filled in"},
     "window/_acceptance.py": {"INTERIM": "name of a procedure"},
     "window/_running_job.py": {"The window": "part of an error"},
-    "window/_preload.py": {"*": "names of classes"},
-    "plan_editor/form/_field_text.py": {"*": "parts of an error"},
+    "window/_main_window.py": {"*": "names of classes"},
+    "plan_editor/_field_text.py": {"*": "parts of an error"},
     "wizards/_driver.py": {"*": "parts of errors"},
-    "wizards/_camera_sessions.py": {"Length bar document": "part of an error"},
-    "wizards/_probe_sessions.py": {"the document of the sphere": "part of an error"},
+    "wizards/_sessions.py": {
+        "Length bar document": "part of an error", "the document of the sphere": "part of an error",
+    },
 }  # fmt: skip
 """Sentences that are not translated here, by file, and why."""
 
@@ -74,8 +75,9 @@ _SHOWS = frozenset(
     (
         "setText", "setWindowTitle", "setToolTip", "setAccessibleName", "setAccessibleDescription",
         "setPlaceholderText", "addItem", "addItems", "setTitle", "drawText", "show_text", "say",
-        "inform", "begin", "QLabel", "QPushButton", "QAction", "FitText", "sentence_label",
-        "value_label", "caption", "form_field", "Said", "Told", "Row", "Tag",
+        "inform", "begin", "dressed", "QLabel", "QPushButton", "QAction", "FitText",
+        "sentence_label",
+        "value_label", "caption", "form_field", "ResultVerdict", "BannerMessage", "Row", "Tag",
     )
 )  # fmt: skip
 """What is given to one of these is seen: there a single small word counts as well."""

@@ -16,9 +16,9 @@ from ocmm_core.calibration.guided import ProcedureKind
 from ocmm_core.calibration.records import CalibrationStore, rig_from_record
 from ocmm_core.camera import Rig
 from ocmm_core.errors import OcmmError
-from ocmm_gui.kit import DEBOUNCE_S, THEMES, Themed
-from ocmm_gui.wizards import ProbeSite, Runner, Wizard, WizardSite
-from ocmm_gui.wizards.parts import Seen
+from ocmm_gui.kit import DEBOUNCE_S, THEMES, ThemedWidget
+from ocmm_gui.wizards import ProbeWizardSite, Runner, Wizard, WizardSite
+from ocmm_gui.wizards.pages import StepSnapshot
 from ocmm_sim.calibration_scenes import CalibrationScenesRig, Scene
 from tests.core.calibration.procedure_site import Bench
 from tests.host import HANG_MS
@@ -50,14 +50,14 @@ class WizardBench:
         return self.wizard.runner
 
     @property
-    def seen(self) -> Seen:
+    def seen(self) -> StepSnapshot:
         """Return what is shown."""
         return self.runner.driver.now
 
     def _open(self) -> Wizard:
         self.site = WizardSite(
             self.bench.rig, self.bench.body, self.store, "technician", self._tap,
-            probe=ProbeSite(self.bench.body, self.probe_store, self.tip, hold_s=0.0),
+            probe=ProbeWizardSite(self.bench.body, self.probe_store, self.tip, hold_s=0.0),
         )  # fmt: skip
         wizard = Wizard(self.site, self.bench.now)
         wizard.resize(1024, 600)
@@ -161,7 +161,7 @@ class WizardBench:
     def dress(self, theme: str) -> None:
         """Paint everything in a theme."""
         for widget in (self.wizard, *self.wizard.findChildren(QWidget)):
-            if isinstance(widget, Themed):
+            if isinstance(widget, ThemedWidget):
                 widget.set_theme(THEMES[theme])
 
     def close(self) -> None:

@@ -1,4 +1,4 @@
-"""Constructions of features from others, as stored in a plan; table in ``docs/quality/alignment.md``.
+"""Constructions of features from others, as in a plan (docs/quality/alignment.md).
 
 Their permitted inputs and the resulting shapes are checked here.
 """

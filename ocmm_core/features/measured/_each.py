@@ -14,6 +14,7 @@ import numpy as np
 from ocmm_core.errors import FitError
 from ocmm_core.features.elements import fit_oriented, fixed_direction, turned_direction
 from ocmm_core.features.measured._actual import ActualFeature, Touches, compensated, fit_projected
+from ocmm_core.features.search import unambiguous
 from ocmm_core.features.shapes import Criterion, Fit, Shape
 from ocmm_core.geometry import Float
 from ocmm_core.measuring import Rows

@@ -1,11 +1,12 @@
-"""Pages of the wizards, by kind of step.
+"""Pages of the wizards, by kind of step, and their building blocks.
 
 In: the snapshot of a step. Out: its display, and the user's input.
 
-By subject: `_relocation_pages`, `_result_page` (cameras), `_sphere_page`, `_verdict_page`
-(verification), `_sweep_page`, `_pivot_result_page` (probe), `_touch_pages`, `_tip_result_page`
-(tip), `_definition_page` with `_definition_form` (definition of a probe). Pages get their data by
-constructor. They must not import the wizard that shows them.
+Start with `_shown` (common types, fields, texts) and `_pages` (collecting pages) with
+`_hands_pages`, `_live_panel`, `_picture`, `_result_frame`, `_calculation` (in a separate process).
+By subject: `_relocation_pages`, `_result_pages` (cameras, probe), `_verdict_page` (verification),
+`_sweep_page`, `_touch_pages`, `_tip_result_page` (tip), `_definition_page` with `_definition_form`
+(definition of a probe). Pages get their data by constructor, and must not import the wizard.
 """
 
 from __future__ import annotations
@@ -15,31 +16,76 @@ from typing import TYPE_CHECKING
 from ocmm_core.door import door
 
 if TYPE_CHECKING:
+    from ocmm_gui.wizards.pages._calculation import ProcessCalculation
     from ocmm_gui.wizards.pages._definition_page import DefinitionPage
-    from ocmm_gui.wizards.pages._pivot_result_page import PivotResultPage
+    from ocmm_gui.wizards.pages._hands_pages import (
+        PreparePage,
+        ProbePreparePage,
+        StepPlan,
+        planned_lines,
+        planned_points,
+    )
+    from ocmm_gui.wizards.pages._pages import (
+        CollectPage,
+        KnownPointsPage,
+        LinesPage,
+        SeatsPage,
+        StepPage,
+    )
+    from ocmm_gui.wizards.pages._picture import BarPlace, Contents, bars
     from ocmm_gui.wizards.pages._relocation_pages import BarPage, WavePage, WorldPage
-    from ocmm_gui.wizards.pages._result_page import ResultPage
-    from ocmm_gui.wizards.pages._sphere_page import SpheresPage
-    from ocmm_gui.wizards.pages._sweep_page import FirstConePage, SweepPage
+    from ocmm_gui.wizards.pages._result_frame import PlotTabs, ResultFrame, ResultVerdict
+    from ocmm_gui.wizards.pages._result_pages import PivotResultPage, ResultPage
+    from ocmm_gui.wizards.pages._shown import (
+        CALIBRATION_ENDS,
+        TEMPERATURE,
+        THERMOMETER,
+        VERDICT_ENDS,
+        WHO,
+        Calculation,
+        Field,
+        StepProcedure,
+        StepSnapshot,
+        Tap,
+        TemperatureReadings,
+        WizardTexts,
+        gate_words,
+        is_unstored,
+        practice_title,
+    )
+    from ocmm_gui.wizards.pages._sweep_page import FirstConePage, SpheresPage, SweepPage
     from ocmm_gui.wizards.pages._tip_result_page import TipCheckResultPage, TipResultPage
     from ocmm_gui.wizards.pages._touch_pages import ConePage, SpherePage
     from ocmm_gui.wizards.pages._verdict_page import VerdictPage, repeat_worst
 else:
     __getattr__ = door(
         __name__,
+        _calculation="ProcessCalculation",
         _definition_page="DefinitionPage",
-        _pivot_result_page="PivotResultPage",
+        _hands_pages="PreparePage ProbePreparePage StepPlan planned_lines planned_points",
+        _pages="CollectPage KnownPointsPage LinesPage SeatsPage StepPage",
+        _picture="BarPlace Contents bars",
         _relocation_pages="BarPage WavePage WorldPage",
-        _result_page="ResultPage",
-        _sphere_page="SpheresPage",
-        _sweep_page="FirstConePage SweepPage",
+        _result_frame="PlotTabs ResultFrame ResultVerdict",
+        _result_pages="PivotResultPage ResultPage",
+        _shown=(
+            "CALIBRATION_ENDS TEMPERATURE THERMOMETER VERDICT_ENDS WHO Calculation Field "
+            "StepProcedure StepSnapshot Tap TemperatureReadings WizardTexts gate_words "
+            "is_unstored practice_title"
+        ),
+        _sweep_page="FirstConePage SpheresPage SweepPage",
         _tip_result_page="TipCheckResultPage TipResultPage",
         _touch_pages="ConePage SpherePage",
         _verdict_page="VerdictPage repeat_worst",
     )
 
 __all__ = [
-    "BarPage", "ConePage", "DefinitionPage", "FirstConePage", "PivotResultPage", "ResultPage",
-    "SpherePage", "SpheresPage", "SweepPage", "TipCheckResultPage", "TipResultPage", "VerdictPage",
-    "WavePage", "WorldPage", "repeat_worst",
+    "CALIBRATION_ENDS", "TEMPERATURE", "THERMOMETER", "VERDICT_ENDS", "WHO", "BarPage", "BarPlace",
+    "Calculation", "CollectPage", "ConePage", "Contents", "DefinitionPage", "Field",
+    "FirstConePage", "KnownPointsPage", "LinesPage", "PivotResultPage", "PlotTabs", "PreparePage",
+    "ProbePreparePage", "ProcessCalculation", "ResultFrame", "ResultPage", "ResultVerdict",
+    "SeatsPage", "SpherePage", "SpheresPage", "StepPage", "StepPlan", "StepProcedure",
+    "StepSnapshot", "SweepPage", "Tap", "TemperatureReadings", "TipCheckResultPage",
+    "TipResultPage", "VerdictPage", "WavePage", "WizardTexts", "WorldPage", "bars", "gate_words",
+    "is_unstored", "planned_lines", "planned_points", "practice_title", "repeat_worst",
 ]  # fmt: skip

@@ -16,6 +16,7 @@ from ocmm_gui.kit import (
     NumberTable,
     PlainLabel,
     digit_font,
+    dressed,
     later,
     led_name,
     literal,
@@ -134,9 +135,7 @@ class DefinitionForm(QWidget):
         grid.setContentsMargins(0, 0, 0, 0)
         grid.setVerticalSpacing(6)
         for row, (key, label, tip) in enumerate(_FIELDS):
-            caption = PlainLabel(tr(label))
-            caption.setFont(text_font(15))
-            caption.setProperty("role", "muted")
+            caption = dressed(PlainLabel(tr(label)), font=text_font(15), role="muted")
             field = HintField()
             field.setObjectName(key)
             field.setAccessibleName(tr(label))

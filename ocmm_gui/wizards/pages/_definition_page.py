@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 from PySide6.QtCore import QTimer, Signal
 from PySide6.QtGui import QHideEvent, QKeySequence, QShortcut
-from PySide6.QtWidgets import QHBoxLayout, QPushButton, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QPushButton, QVBoxLayout, QWidget
 
 from ocmm_core.calibration.probe_design import (
     DefinitionCheck,
@@ -29,6 +29,8 @@ from ocmm_gui.kit import (
     PathPanel,
     PlainLabel,
     Theme,
+    dressed,
+    hbox,
     later,
     led_name,
     literal,
@@ -39,9 +41,10 @@ from ocmm_gui.kit import (
     sentence_label,
     text_font,
     tr,
+    vbox,
 )
 from ocmm_gui.wizards.pages._definition_form import DefinitionForm, LedTable
-from ocmm_gui.wizards.parts import ProbePicture
+from ocmm_gui.wizards.pages._picture import ProbeDrawing
 from ocmm_gui.work import SideProcess
 
 SETTLE_MS = 500
@@ -68,7 +71,7 @@ class DefinitionPage(QWidget):
         self._measured: ProbeRecord | None = None
         self.form = DefinitionForm()
         self.leds = LedTable()
-        self.picture = ProbePicture()
+        self.picture = ProbeDrawing()
         self._word = FitText(tr("Verdict"), limit=34)
         self._word.setFixedHeight(44)
         self.sentence = sentence_label(tr("Meaning of the verdict"), 17)
@@ -94,9 +97,7 @@ class DefinitionPage(QWidget):
         self._examination = SideProcess(self)
         self._examination.finished.connect(self._show_examined)
         self._examination.failed.connect(self._show_refused)
-        self._settle = QTimer(self)
-        self._settle.setSingleShot(True)
-        self._settle.setInterval(SETTLE_MS)
+        self._settle = QTimer(self, singleShot=True, interval=SETTLE_MS)
         self._settle.timeout.connect(self._examine)
         self.form.changed.connect(self._on_changed)
         self.leds.itemChanged.connect(lambda _item: self._on_changed())
@@ -226,9 +227,7 @@ class DefinitionPage(QWidget):
             self.left.emit()
 
     def _button(self, text: str, tip: str, keys: str, call: Callable[[], None]) -> QPushButton:
-        button = NarrowButton(f"{text}\n[{keys}]")
-        button.setAccessibleName(text)
-        button.setAccessibleDescription(tip)
+        button = dressed(NarrowButton(f"{text}\n[{keys}]"), text, tip)
         button.setToolTip(literal(f"{tip} ({keys})"))
         button.setFont(text_font(16, bold=True))
         button.setMinimumHeight(60)
@@ -244,21 +243,11 @@ class DefinitionPage(QWidget):
         title.setFont(text_font(28, bold=True))
         purpose = sentence_label(tr("Purpose"), 16)
         purpose.setText(tr(_PURPOSE))
-        form = QVBoxLayout()
-        form.addWidget(self.form)
+        form = vbox(self.form)
         form.addStretch(1)
-        right = QVBoxLayout()
-        right.setSpacing(8)
-        right.addWidget(self.picture, 1)
-        right.addWidget(self._word)
-        right.addWidget(self.sentence)
-        middle = QHBoxLayout()
-        middle.setSpacing(8)
-        middle.addWidget(panel(form), 4)
-        middle.addWidget(self.leds, 5)
-        middle.addWidget(panel(right), 4)
-        row = QHBoxLayout()
-        row.setSpacing(8)
+        right = vbox((self.picture, 1), self._word, self.sentence, spacing=8)
+        middle = hbox((panel(form), 4), (self.leds, 5), (panel(right), 4), spacing=8)
+        row = hbox(spacing=8)
         for key, button in self.buttons.items():
             row.addWidget(button, 2 if key == "save" else 1)
         layout = QVBoxLayout(self)

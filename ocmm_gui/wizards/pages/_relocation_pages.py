@@ -8,7 +8,7 @@ from math import cos, radians, sin
 import numpy as np
 from PySide6.QtCore import QPointF, QRectF, Qt
 from PySide6.QtGui import QColor, QPainter, QPaintEvent, QPen
-from PySide6.QtWidgets import QSizePolicy, QVBoxLayout
+from PySide6.QtWidgets import QSizePolicy
 
 from ocmm_core.calibration.guided import RelocationView, Tilt
 from ocmm_core.camera import Rig
@@ -17,16 +17,22 @@ from ocmm_gui.kit import (
     SCENE_LEAST,
     SCENE_SIZE,
     Mark,
-    Painted,
+    PaintedWidget,
+    fill,
     fitted,
+    ink,
     later,
     localised,
     paint_mark,
     said_word,
     text_font,
     tr,
+    vbox,
 )
-from ocmm_gui.wizards.parts import BarPlace, CollectPage, Score, Seen, bars, volume_coverage
+from ocmm_gui.wizards.pages._live_panel import Score
+from ocmm_gui.wizards.pages._pages import CollectPage
+from ocmm_gui.wizards.pages._picture import BarPlace, bars, volume_coverage
+from ocmm_gui.wizards.pages._shown import StepSnapshot
 
 _TILT_PX, _ROOMY_PX = 86, 112
 _LEAN = {"leaning left": -32.0, "leaning right": 32.0}
@@ -45,7 +51,7 @@ _EXAMPLES = (
 """Middle and direction of placements, in halves of the volume: advice only."""
 
 
-class TiltRow(Painted):
+class TiltRow(PaintedWidget):
     """Probe attitudes used, and those missing."""
 
     def __init__(self) -> None:
@@ -73,8 +79,7 @@ class TiltRow(Painted):
         for index, tilt in enumerate(self._tilts):
             box = QRectF(index * (wide + 6.0) + 1.0, 1.5, wide - 2.0, self.height() - 3.0)
             done = tilt.poses >= tilt.wanted
-            painter.setPen(QPen(QColor(theme.border), theme.border_px))
-            painter.setBrush(QColor(theme.panel))
+            ink(painter, QPen(QColor(theme.border), theme.border_px), QColor(theme.panel))
             painter.drawRoundedRect(box, 6, 6)
             share = QRectF(box.left() + 4.0, box.bottom() - 8.0, box.width() - 8.0, 5.0)
             share.setWidth(share.width() * min(tilt.poses / tilt.wanted, 1.0))
@@ -109,8 +114,7 @@ class TiltRow(Painted):
         )
         painter.setPen(QPen(QColor(theme.text), 4.0, c=Qt.PenCapStyle.RoundCap))
         painter.drawLine(tip, end)
-        painter.setPen(Qt.PenStyle.NoPen)
-        painter.setBrush(QColor(theme.bad))
+        ink(painter, Qt.PenStyle.NoPen, QColor(theme.bad))
         side = QPointF(10.0 * cos(radians(angle)), 10.0 * sin(radians(angle)))
         for point in (end, end + side, end - side):
             near = 5.5 if "forward" in name else 3.0 if "back" in name else 4.0
@@ -131,15 +135,13 @@ class WavePage(CollectPage):
         self.side.setStretch(0, 5)
         self.side.setStretch(1, 4)
         self.tilts = TiltRow()
-        column = QVBoxLayout()
-        column.setSpacing(8)
+        column = vbox(spacing=8)
         self.beside.removeWidget(self.picture)
-        column.addWidget(self.picture, 1)
-        column.addWidget(self.tilts)
+        fill(column, (self.picture, 1), self.tilts)
         self.beside.insertLayout(0, column, 1)
         self._shown: object = None
 
-    def show_seen(self, seen: Seen) -> None:
+    def show_seen(self, seen: StepSnapshot) -> None:
         super().show_seen(seen)
         view = seen.view_as(RelocationView)
         step, fraction = view.base.step, view.coverage.fraction
@@ -173,7 +175,7 @@ class BarPage(CollectPage):
         self.side.setStretch(1, 4)
         self._shown: object = None
 
-    def show_seen(self, seen: Seen) -> None:
+    def show_seen(self, seen: StepSnapshot) -> None:
         super().show_seen(seen)
         view = seen.view_as(RelocationView)
         show_prediction(self.length, view)
@@ -186,7 +188,7 @@ class BarPage(CollectPage):
             self.picture.show_contents(bars(places, current), words)
 
 
-class SeatPicture(Painted):
+class SeatPicture(PaintedWidget):
     """Points to put the ball into, in order."""
 
     def __init__(self) -> None:
@@ -211,8 +213,7 @@ class SeatPicture(Painted):
         frame = self._paint_panel(painter)
         inside = frame.adjusted(24.0, 16.0, -24.0, -16.0)
         if not self._names:
-            painter.setFont(text_font(22))
-            painter.setPen(QColor(theme.text))
+            ink(painter, QColor(theme.text), font=text_font(22))
             text = tr("The world fixed to the cameras.")
             painter.drawText(inside, Qt.AlignmentFlag.AlignCenter, text)
             return
@@ -247,7 +248,7 @@ class WorldPage(CollectPage):
         self.beside.replaceWidget(self.picture, self.seats)
         self.picture.hide()
 
-    def show_seen(self, seen: Seen) -> None:
+    def show_seen(self, seen: StepSnapshot) -> None:
         super().show_seen(seen)
         view = seen.view_as(RelocationView)
         self.seats.show_seats(view.world_wanted, len(view.world_points))

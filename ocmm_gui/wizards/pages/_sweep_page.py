@@ -1,7 +1,14 @@
+"""Pages of a sweep and of spheres: directions reached, and directions missing."""
+
 from __future__ import annotations
 
-import numpy as np
+from math import cos, pi, sin
 
+import numpy as np
+from PySide6.QtCore import QPointF, Qt
+from PySide6.QtGui import QColor, QPainter, QPaintEvent, QPen
+
+from ocmm_core.calibration.guided import VerificationView
 from ocmm_core.calibration.sweeping import (
     CELL_RAD,
     COUNTDOWN_S,
@@ -13,8 +20,126 @@ from ocmm_core.calibration.sweeping import (
 from ocmm_core.camera import Rig
 from ocmm_core.geometry import Points3
 from ocmm_gui.charts import Bars, Mapped, Row
-from ocmm_gui.kit import Mark, Sound, later, localised, said, tr, tr_all
-from ocmm_gui.wizards.parts import HandsPage, Score, Seen, Told
+from ocmm_gui.kit import (
+    SCENE_LEAST,
+    SCENE_SIZE,
+    Mark,
+    PaintedWidget,
+    Sound,
+    fill,
+    ink,
+    later,
+    localised,
+    said,
+    text_font,
+    tr,
+    tr_all,
+)
+from ocmm_gui.wizards.pages._hands_pages import HandsPage
+from ocmm_gui.wizards.pages._live_panel import BannerMessage, Score
+from ocmm_gui.wizards.pages._pages import CollectPage
+from ocmm_gui.wizards.pages._shown import StepSnapshot
+
+_LAYERS = ((0.0, 1, 0.0), (22.5, 4, 0.0), (45.0, 8, 22.5), (67.5, 4, 45.0), (90.0, 8, 67.5))
+"""Degrees below the pole, points, and turn of the layer: 25 points over a half sphere."""
+
+_TILT = 0.42
+"""Lean of the pole towards the eye, sine."""
+
+
+class SpherePicture(PaintedWidget):
+    """A half sphere with suggested touch points, from pole to equator."""
+
+    def __init__(self) -> None:
+        super().__init__(tr("Where to touch the sphere"), SCENE_SIZE, SCENE_LEAST)
+        self._taken = 0
+        self._title = ""
+
+    def show_taken(self, taken: int, title: str) -> None:
+        """Show the number of recorded points; the places are advice only."""
+        if (taken, title) != (self._taken, self._title):
+            self._taken, self._title = taken, title
+            self.setAccessibleDescription(
+                tr("{title}: %n points", "{title}: 1 point", taken).format(title=title)
+            )
+            self.update()
+
+    def paintEvent(self, event: QPaintEvent) -> None:
+        painter = self._painter()
+        theme = self._theme
+        frame = self._paint_panel(painter)
+        ink(painter, QColor(theme.text), font=text_font(17, bold=True))
+        painter.drawText(frame.adjusted(14, 10, -14, -10), Qt.AlignmentFlag.AlignTop, self._title)
+        radius = 0.34 * min(frame.width(), frame.height())
+        centre = QPointF(frame.center().x(), frame.center().y() - 0.04 * frame.height())
+        painter.setPen(QPen(QColor(theme.muted), 0.16 * radius, c=Qt.PenCapStyle.FlatCap))
+        painter.drawLine(
+            QPointF(centre.x(), centre.y() + radius), QPointF(centre.x(), frame.bottom() - 4.0)
+        )
+        ink(painter, QPen(QColor(theme.text), 2.0), QColor(theme.background))
+        painter.drawEllipse(centre, radius, radius)
+        number = 0
+        for below, count, turn in _LAYERS:
+            for index in range(count):
+                around = 2.0 * pi * index / count + turn * pi / 180.0
+                self._paint_place(painter, centre, radius, below * pi / 180.0, around, number)
+                number += 1
+
+    def _paint_place(
+        self,
+        painter: QPainter,
+        centre: QPointF,
+        radius: float,
+        below: float,
+        around: float,
+        number: int,
+    ) -> None:
+        theme = self._theme
+        x, z = sin(below) * cos(around), cos(below)
+        toward = sin(below) * sin(around)
+        lean = (1.0 - _TILT**2) ** 0.5
+        up, depth = lean * z - _TILT * toward, _TILT * z + lean * toward
+        place = QPointF(centre.x() + radius * x, centre.y() - radius * up)
+        behind = depth < -0.05
+        size = 5.0 if behind else 8.0
+        done = number < self._taken
+        painter.setPen(QPen(QColor(theme.border if behind else theme.text), 1.5))
+        painter.setBrush(QColor(theme.good if done else theme.panel))
+        if number == self._taken:
+            painter.setBrush(QColor(theme.accent))
+            size = 11.0
+        painter.drawEllipse(place, size, size)
+
+
+class SpheresPage(CollectPage):
+    """Points on the spheres, one sphere after the other."""
+
+    def __init__(self, rig: Rig) -> None:
+        super().__init__(rig, tr("Points on spheres"))
+        self.sphere = SpherePicture()
+        self.beside.replaceWidget(self.picture, self.sphere)
+        self.picture.hide()
+        self.picture.setParent(self)
+
+    def show_seen(self, seen: StepSnapshot) -> None:
+        super().show_seen(seen)
+        view = seen.view_as(VerificationView)
+        if not view.spheres:
+            self.sphere.show_taken(0, tr("No sphere chosen: press Next."))
+            return
+        open_ones = [i for i, taken in enumerate(view.spheres) if taken < view.sphere_points]
+        number = open_ones[0] if open_ones else len(view.spheres) - 1
+        taken = view.spheres[number]
+        title = tr("Sphere {number} of {count}: {taken} of {sphere_points}").format(
+            number=number + 1,
+            count=len(view.spheres),
+            taken=taken,
+            sphere_points=view.sphere_points,
+        )
+        if view.places[number]:
+            title += f", {view.places[number]}"
+        self.sphere.show_taken(taken, title)
+
 
 _TURNS = (later("Leaning"), later("Leaning the other way"), later("Turning the handle"))
 _SEATED = later("Ball in the cone: keep it there.")
@@ -38,10 +163,9 @@ class SweepPage(HandsPage):
         self._mapped = Mapped()
         self.sigma = Score(tr("Uncertainty of the tip"))
         self.bars = Bars(tr("Rotation of the probe"), 6 if second else 5)
-        self.scores.addWidget(self.sigma, 2)
-        self.scores.addWidget(self.bars, 6)
+        fill(self.scores, (self.sigma, 2), (self.bars, 6))
 
-    def show_seen(self, seen: Seen) -> None:
+    def show_seen(self, seen: StepSnapshot) -> None:
         view = seen.view_as(PivotView)
         self.show_cameras(view.base.live)
         sweep = view.second if self._second else view.first
@@ -97,26 +221,28 @@ class FirstConePage(HandsPage):
         self.visits = Score(tr("The first cone again"))
         self.scores.addWidget(self.visits)
 
-    def show_seen(self, seen: Seen) -> None:
+    def show_seen(self, seen: StepSnapshot) -> None:
         view = seen.view_as(PivotView)
         self.show_cameras(view.base.live)
         step = view.base.step
         self.map.show_map(mapped_of(view, view.first))
         if step.gate.open:
-            self.banner.tell(Told(tr("COMPLETE"), tr("Nothing is missing."), Mark.GOOD, 1.0))
+            self.banner.tell(
+                BannerMessage(tr("COMPLETE"), tr("Nothing is missing."), Mark.GOOD, 1.0)
+            )
         else:
             hint = said(view.base.live.hint or step.instruction)
-            self.banner.tell(Told(tr("BACK INTO THE FIRST CONE"), hint, Mark.DOUBT))
+            self.banner.tell(BannerMessage(tr("BACK INTO THE FIRST CONE"), hint, Mark.DOUBT))
         share = 1.0 if step.gate.open else 0.0
         self.visits.show_score(f"{step.done} / {step.wanted}", tr("held as at the start"), share)
 
 
-def told_of(view: PivotView, sweep: SweepView) -> Told:
+def told_of(view: PivotView, sweep: SweepView) -> BannerMessage:
     hint = said(view.base.live.hint)
     if sweep.phase is SweepPhase.COUNTDOWN:
         seconds = max(view.countdown_s or 0.0, 0.0)
         share = 1.0 - seconds / COUNTDOWN_S
-        return Told(
+        return BannerMessage(
             tr("STARTS IN {seconds}").format(seconds=int(np.ceil(seconds))),
             tr(_SEATED),
             Mark.ACTIVE,
@@ -124,12 +250,12 @@ def told_of(view: PivotView, sweep: SweepView) -> Told:
         )
     if sweep.phase is SweepPhase.TAKING:
         missing = sweep.missing or hint
-        return Told(tr("SWEEP"), missing, Mark.ACTIVE, min(sweep.covered, 1.0))
+        return BannerMessage(tr("SWEEP"), missing, Mark.ACTIVE, min(sweep.covered, 1.0))
     if sweep.phase is SweepPhase.LEFT:
-        return Told(tr("BALL LEFT THE CONE"), hint, Mark.BAD, min(sweep.covered, 1.0))
+        return BannerMessage(tr("BALL LEFT THE CONE"), hint, Mark.BAD, min(sweep.covered, 1.0))
     if sweep.phase is SweepPhase.GOOD:
-        return Told(tr("COMPLETE"), tr("Nothing is missing."), Mark.GOOD, 1.0)
-    return Told(tr("BALL INTO THE CONE"), hint, Mark.DOUBT)
+        return BannerMessage(tr("COMPLETE"), tr("Nothing is missing."), Mark.GOOD, 1.0)
+    return BannerMessage(tr("BALL INTO THE CONE"), hint, Mark.DOUBT)
 
 
 def mapped_of(view: PivotView, sweep: SweepView) -> Mapped:

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from PySide6.QtCore import QPointF, QRectF, Qt
 from PySide6.QtGui import QColor, QPaintEvent, QPen
-from PySide6.QtWidgets import QVBoxLayout, QWidget
+from PySide6.QtWidgets import QWidget
 
 from ocmm_core.calibration.records import Check, Finding, TipCheckRecord, TipRecord
 from ocmm_core.calibration.tip import TipCheckOutcome, TipOutcome
@@ -19,15 +19,17 @@ from ocmm_gui.kit import (
     NumberTable,
     day_words,
     digit_font,
+    ink,
     later,
     localised,
     said_word,
     text_font,
     tr,
     tr_all,
+    vbox,
 )
+from ocmm_gui.wizards.pages._result_frame import ResultFrame, ResultVerdict
 from ocmm_gui.wizards.pages._touch_pages import TipScatter
-from ocmm_gui.wizards.parts import ResultFrame, Said
 
 _SCALE_PX = 58.0
 _CHECKED = (
@@ -52,11 +54,7 @@ class ChecksView(QWidget):
         self.setAccessibleName(tr("Errors and limits"))
         self.chart = ErrorChart(whole_names=True)
         self.table = NumberTable(tr("Errors in numbers"), tr_all(_CHECKED))
-        layout = QVBoxLayout(self)
-        layout.setContentsMargins(0, 0, 0, 0)
-        layout.setSpacing(8)
-        layout.addWidget(self.chart, 1)
-        layout.addWidget(self.table)
+        vbox((self.chart, 1), self.table, parent=self, spacing=8, margins=0)
 
     def show_checks(self, checks: Sequence[Check], largest: int) -> None:
         """Show all checks; name the one nearest to its limit."""
@@ -103,14 +101,12 @@ class FormPlot(Plot):
         theme = self._theme
         reach = 1.2 * max(float(np.abs(self._residuals_um).max()), 1.0)
         widest = max(90.0, float(self._below.max()))
-        painter.setPen(QPen(QColor(theme.border), max(theme.border_px, 1)))
-        painter.setBrush(QColor(theme.background))
+        ink(painter, QPen(QColor(theme.border), max(theme.border_px, 1)), QColor(theme.background))
         painter.drawRect(box)
         painter.drawLine(
             QPointF(box.left(), box.center().y()), QPointF(box.right(), box.center().y())
         )
-        painter.setFont(digit_font(13, bold=False))
-        painter.setPen(QColor(theme.muted))
+        ink(painter, QColor(theme.muted), font=digit_font(13, bold=False))
         right = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
         for value in (reach, 0.0, -reach):
             y = box.center().y() - 0.5 * box.height() * value / reach
@@ -123,8 +119,7 @@ class FormPlot(Plot):
         painter.setFont(text_font(13))
         foot = QRectF(box.left(), box.bottom() + 22.0, box.width(), 20.0)
         painter.drawText(foot, Qt.AlignmentFlag.AlignCenter, tr("angle from the pole"))
-        painter.setPen(QPen(QColor(theme.panel), 1.0))
-        painter.setBrush(QColor(theme.accent))
+        ink(painter, QPen(QColor(theme.panel), 1.0), QColor(theme.accent))
         for angle, value in zip(self._below.tolist(), self._residuals_um.tolist(), strict=True):
             x = box.left() + box.width() * angle / widest
             y = box.center().y() - 0.5 * box.height() * value / reach
@@ -142,11 +137,11 @@ class TipResultPage(ResultFrame):
         super().__init__(tuple(zip(tr_all(self.plots), views, strict=True)))
         self.chart, self.form, self.cone, self.compared = views
 
-    def judge(self, outcome: object) -> Said:
+    def judge(self, outcome: object) -> ResultVerdict:
         if not isinstance(outcome, TipOutcome):
-            return Said("", Mark.OPEN, "")
+            return ResultVerdict("", Mark.OPEN, "")
         if outcome.record.passed:
-            return Said(
+            return ResultVerdict(
                 tr("PASSED"),
                 Mark.GOOD,
                 tr(
@@ -154,7 +149,7 @@ class TipResultPage(ResultFrame):
                     "Ctrl+P in Maintain, page Probe."
                 ),
             )
-        return Said(
+        return ResultVerdict(
             tr("FAILED"),
             Mark.BAD,
             tr(
@@ -199,11 +194,11 @@ class TipCheckResultPage(ResultFrame):
         super().__init__(((tr("Limits"), chart),))
         self.chart = chart
 
-    def judge(self, outcome: object) -> Said:
+    def judge(self, outcome: object) -> ResultVerdict:
         if not isinstance(outcome, TipCheckOutcome):
-            return Said("", Mark.OPEN, "")
+            return ResultVerdict("", Mark.OPEN, "")
         if outcome.record.passed:
-            return Said(
+            return ResultVerdict(
                 tr("PASSED"),
                 Mark.GOOD,
                 tr(
@@ -212,7 +207,7 @@ class TipCheckResultPage(ResultFrame):
                     "Maintain, page Probe."
                 ),
             )
-        return Said(
+        return ResultVerdict(
             tr("FAILED"),
             Mark.BAD,
             tr(

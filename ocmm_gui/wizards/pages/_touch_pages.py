@@ -10,9 +10,11 @@ from ocmm_core.calibration.tip import ConeProgress, Phase, SphereProgress, Touch
 from ocmm_core.camera import Rig
 from ocmm_core.geometry import Float, Points3, unit
 from ocmm_gui.charts import Bars, Mapped, Plot, Row
-from ocmm_gui.kit import Mark, digit_font, localised, said, said_word, text_font, tr
+from ocmm_gui.kit import Mark, digit_font, fill, ink, localised, said, said_word, text_font, tr
 from ocmm_gui.views import upright
-from ocmm_gui.wizards.parts import HandsPage, Score, Seen, Told
+from ocmm_gui.wizards.pages._hands_pages import HandsPage
+from ocmm_gui.wizards.pages._live_panel import BannerMessage, Score
+from ocmm_gui.wizards.pages._shown import StepSnapshot
 
 _SPHERE_SPACING, _CONE_SPACING = float(np.radians(16.0)), float(np.radians(14.0))
 _KEYS = ("back", "drop", "automatic", "take", "next")
@@ -27,10 +29,9 @@ class SpherePage(HandsPage):
         super().__init__(rig, tr("Touch"), tr("Places on the sphere, seen from its pole"))
         self.ball = Score(tr("Diameter of the ball"))
         self.bars = Bars(tr("Coverage of the sphere"), 3)
-        self.scores.addWidget(self.ball, 3)
-        self.scores.addWidget(self.bars, 3)
+        fill(self.scores, (self.ball, 3), (self.bars, 3))
 
-    def show_seen(self, seen: Seen) -> None:
+    def show_seen(self, seen: StepSnapshot) -> None:
         view = seen.view_as(TouchView)
         self.show_cameras(view.base.live)
         sphere = view.sphere
@@ -73,10 +74,9 @@ class ConePage(HandsPage):
         self._up = upright(rig)
         self.spread = Score(tr("Spread of the tip (2 s)"))
         self.tips = TipScatter(rig)
-        self.scores.addWidget(self.spread, 2)
-        self.scores.addWidget(self.tips, 4)
+        fill(self.scores, (self.spread, 2), (self.tips, 4))
 
-    def show_seen(self, seen: Seen) -> None:
+    def show_seen(self, seen: StepSnapshot) -> None:
         view = seen.view_as(TouchView)
         self.show_cameras(view.base.live)
         cone = view.cone
@@ -141,45 +141,41 @@ class TipScatter(Plot):
         theme = self._theme
         radius = 0.5 * min(part.width(), part.height() - 20.0) - 2.0
         centre = QPointF(part.center().x(), part.top() + radius + 2.0)
-        painter.setPen(QPen(QColor(theme.border), max(theme.border_px, 1)))
-        painter.setBrush(QColor(theme.background))
+        ink(painter, QPen(QColor(theme.border), max(theme.border_px, 1)), QColor(theme.background))
         side = QRectF(centre.x() - radius, centre.y() - radius, 2.0 * radius, 2.0 * radius)
         painter.drawRect(side)
         painter.drawLine(QPointF(side.left(), centre.y()), QPointF(side.right(), centre.y()))
         painter.drawLine(QPointF(centre.x(), side.top()), QPointF(centre.x(), side.bottom()))
         if np.isfinite(self._limit_um):
             allowed = radius * self._limit_um / reach
-            painter.setPen(QPen(QColor(theme.warn), 1.5, Qt.PenStyle.DashLine))
-            painter.setBrush(Qt.BrushStyle.NoBrush)
+            ink(painter, QPen(QColor(theme.warn), 1.5, Qt.PenStyle.DashLine), Qt.BrushStyle.NoBrush)
             painter.drawEllipse(centre, allowed, allowed)
-        painter.setPen(QPen(QColor(theme.panel), 1.0))
-        painter.setBrush(QColor(theme.accent))
+        ink(painter, QPen(QColor(theme.panel), 1.0), QColor(theme.accent))
         for off in self._off_um:
             x, y = radius * off[axes[0]] / reach, -sign * radius * off[axes[1]] / reach
             painter.drawEllipse(centre + QPointF(x, y), 5.0, 5.0)
-        painter.setPen(QColor(theme.muted))
-        painter.setFont(digit_font(12, bold=False))
+        ink(painter, QColor(theme.muted), font=digit_font(12, bold=False))
         names = f"{'XYZ'[axes[0]]} → {'XYZ'[axes[1]]} {'↑' if sign > 0 else '↓'}  ±{reach:.0f} µm"
         foot = QRectF(part.left(), side.bottom() + 1.0, part.width(), 18.0)
         painter.setFont(text_font(12))
         painter.drawText(foot, Qt.AlignmentFlag.AlignCenter, names)
 
 
-def told_of(view: TouchView, word: str, where: str, *, automatic: bool) -> Told:
+def told_of(view: TouchView, word: str, where: str, *, automatic: bool) -> BannerMessage:
     """Return the banner before an observation: ``word`` until the ball is near."""
     countdown, hint = view.countdown, said(view.base.live.hint)
     if not where:
-        return Told(tr("COMPLETE"), tr("Nothing is missing."), Mark.GOOD, 1.0)
+        return BannerMessage(tr("COMPLETE"), tr("Nothing is missing."), Mark.GOOD, 1.0)
     if countdown.phase is Phase.RESTING:
         still = tr("HOLD STILL  {seconds_left:.1f}").format(seconds_left=countdown.seconds_left)
-        return Told(still, _sentence(where), Mark.ACTIVE, countdown.fraction)
+        return BannerMessage(still, _sentence(where), Mark.ACTIVE, countdown.fraction)
     if countdown.phase is Phase.READY:
         note = tr("Taken automatically.") if automatic else tr("Press Space to take it.")
-        return Told(tr("READY"), note, Mark.GOOD, 1.0)
+        return BannerMessage(tr("READY"), note, Mark.GOOD, 1.0)
     if countdown.phase is Phase.TAKEN:
-        return Told(tr("TAKEN"), tr("Next: {where}").format(where=where), Mark.GOOD, 0.0)
+        return BannerMessage(tr("TAKEN"), tr("Next: {where}").format(where=where), Mark.GOOD, 0.0)
     note = hint if word == where.upper() else f"{_sentence(where)} {hint}"
-    return Told(word, note, Mark.ACTIVE, 0.0)
+    return BannerMessage(word, note, Mark.ACTIVE, 0.0)
 
 
 def _sentence(where: str) -> str:

@@ -8,9 +8,9 @@ from typing import Protocol
 
 from ocmm_core.calibration.guided import VerificationOutcome, VerificationView
 from ocmm_core.calibration.records import Check, Finding
-from ocmm_gui.charts import ErrorChart, check_words, group_of
-from ocmm_gui.kit import Mark, day_words, said, said_word, session_of, tr
-from ocmm_gui.wizards.parts import ResultFrame, Said
+from ocmm_gui.charts import ErrorChart, check_words, group_of, session_of
+from ocmm_gui.kit import Mark, day_words, said, said_word, tr
+from ocmm_gui.wizards.pages._result_frame import ResultFrame, ResultVerdict
 
 _BACK_TO_LINES = 3
 
@@ -44,17 +44,17 @@ class VerdictPage(ResultFrame):
         self.chart = ErrorChart()
         super().__init__(((tr("Errors and limits"), self.chart),))
 
-    def judge(self, outcome: object) -> Said:
+    def judge(self, outcome: object) -> ResultVerdict:
         """Return the verdict."""
         if not isinstance(outcome, VerificationOutcome):
-            return Said("", Mark.OPEN, "")
+            return ResultVerdict("", Mark.OPEN, "")
         record = outcome.record
         if record.passed:
             text = tr(
                 "Store the verdict; the calibration can then be used. Certificate: Ctrl+P in "
                 "Maintain, page Calibration."
             )
-            return Said(tr("PASSED"), Mark.GOOD, text)
+            return ResultVerdict(tr("PASSED"), Mark.GOOD, text)
         if record.objections:
             remedies = dict.fromkeys(said(one.remedy) for one in record.objections)
             text = "\n".join((*(said(one.what) for one in record.objections), *remedies))
@@ -68,7 +68,7 @@ class VerdictPage(ResultFrame):
                 "and calibrate again. Jobs since the last good verification are then suspect: "
                 "Recall jobs (F12), on page Calibration, shows which of their verdicts hold."
             )
-        return Said(tr("FAILED"), Mark.BAD, text)
+        return ResultVerdict(tr("FAILED"), Mark.BAD, text)
 
     def fill(self, outcome: object) -> tuple[Sequence[tuple[str, str]], Sequence[Finding]]:
         if not isinstance(outcome, VerificationOutcome):

@@ -1,0 +1,333 @@
+"""Pages of a running test: target, progress and errors against the MPE, then the verdict."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from datetime import datetime
+from pathlib import Path
+from typing import Protocol
+
+import numpy as np
+from PySide6.QtCore import Signal
+from PySide6.QtWidgets import QHBoxLayout, QHeaderView, QVBoxLayout
+
+from ocmm_core.acceptance import (
+    AcceptanceOutcome,
+    AcceptanceVerdict,
+    GuidedAcceptanceView,
+    JudgedValue,
+    worst_value,
+)
+from ocmm_core.calibration.records import Check, Finding
+from ocmm_core.camera import Rig
+from ocmm_core.errors import InputError
+from ocmm_core.geometry import Float
+from ocmm_core.typed_numbers import TEMPERATURE
+from ocmm_gui.acceptance._touch_picture import TouchPicture, planned_places, position_contents
+from ocmm_gui.charts import ErrorChart, InterimPlot
+from ocmm_gui.kit import (
+    DEFAULT_THEME,
+    THEMES,
+    FitText,
+    Mark,
+    NarrowButton,
+    NumberTable,
+    OwnKeysField,
+    PlainLabel,
+    Theme,
+    dressed,
+    fill,
+    hbox,
+    later,
+    literal,
+    localised,
+    panel,
+    read_number,
+    said,
+    said_word,
+    sentence_label,
+    text_font,
+    tr,
+    tr_all,
+    vbox,
+)
+from ocmm_gui.wizards.pages import CollectPage, ResultFrame, ResultVerdict, StepSnapshot, bars
+
+
+def checks_of(values: Sequence[JudgedValue]) -> tuple[Check, ...]:
+    """Return values as checks; a chart groups them by the text before the comma."""
+    return tuple(
+        Check(
+            name=f"{one.position}, {one.quantity} {one.name}", measured_mm=one.error_mm,
+            certified_mm=0.0, expanded_mm=one.expanded_mm, limit_mm=one.limit_mm,
+        )
+        for one in values
+    )  # fmt: skip
+
+
+_CHART_PX = 150
+
+
+class TemperatureLog(Protocol):
+    """A procedure that logs the room temperature."""
+
+    def set_temperature(self, celsius: float, now: datetime) -> None: ...
+
+
+class MeasurePage(CollectPage):
+    """Volume, artefact, progress, last errors, temperature; ``away`` (3,): cameras to volume."""
+
+    keys = ("back", "automatic", "take", "next")
+    misread = Signal(object)
+    """Emits the `InputError` of a typed temperature."""
+
+    def __init__(self, rig: Rig, away: Float, procedure: TemperatureLog) -> None:
+        super().__init__(rig, tr("Points taken"))
+        self._theme = THEMES[DEFAULT_THEME]
+        self._procedure = procedure
+        self._shown: object = None
+        self._beyond = False
+        self.touches = TouchPicture(away)
+        self.chart = ErrorChart()
+        self.chart.setMinimumHeight(_CHART_PX)
+        self.errors = panel(_one(self.chart))
+        self.errors.hide()
+        self.last = sentence_label(tr("Last error against its limit"), 16)
+        self.hint = sentence_label(tr("Why something is measured again"), 15)
+        self.place = sentence_label(tr("Position"), 15)
+        self.temperature = OwnKeysField()
+        self.temperature.setObjectName("room")
+        self.temperature.setAccessibleName(tr("Room, °C"))
+        self.temperature.setAccessibleDescription(tr("Type it when it changes, then Return"))
+        self.temperature.setFont(text_font(15))
+        self.temperature.returnPressed.connect(self._note_temperature)
+        self.temperature.left.connect(self._give_keys_back)
+        self._lay_out()
+
+    def show_seen(self, seen: StepSnapshot) -> None:
+        super().show_seen(seen)
+        view = seen.view_as(GuidedAcceptanceView)
+        if not self.temperature.hasFocus():
+            text = localised(f"{view.temperature_c:g}")
+            if self.temperature.text() != text:
+                self.temperature.setText(text)
+        state = (view.test.done, view.test.current, len(view.test.positions), view.hint)
+        if state == self._shown:
+            return
+        self._shown = state
+        self._show_position(view)
+        self._show_errors(view.test.values, view.latest)
+        self.hint.setText(f"▲ {said(view.hint)}" if view.hint else "")
+        self._paint()
+
+    def set_theme(self, theme: Theme) -> None:
+        self._theme = theme
+        self._paint()
+
+    def _show_position(self, view: GuidedAcceptanceView) -> None:
+        test = view.test
+        if test.current < 0:
+            self.picture.show_contents(bars(planned_places(test), None), tr("all points taken"))
+            self.touches.hide()
+            self.place.setText("")
+            return
+        plan = test.positions[test.current]
+        self.picture.show_contents(position_contents(test), plan.name)
+        self.touches.setVisible(bool(plan.normals))
+        if plan.normals:
+            self.touches.show_normals(np.array(plan.normals), test.next_item, plan.name)
+        used = view.artefact()
+        what = "" if used is None else f"{used.use.name} ({used.use.serial})"
+        text = tr("Position {number} of {count}: {name}").format(
+            number=test.current + 1, count=len(test.positions), name=plan.name
+        )
+        held = "" if used is None or not used.supports else f"\n{used.supports}"
+        self.place.setText(f"{text}\n{what}{held}")
+
+    def _show_errors(self, values: Sequence[JudgedValue], latest: Sequence[JudgedValue]) -> None:
+        self.errors.setVisible(bool(values))
+        if not values or not latest:
+            self.last.setText(tr("No errors yet: they follow when a position is complete."))
+            self._beyond = False
+            return
+        self.chart.show_checks(checks_of(values), worst_value(values))
+        worst = latest[worst_value(latest)]
+        self._beyond = abs(worst.error_mm) > worst.limit_mm
+        self.last.setText(
+            tr("Last: {quantity} {error:+.1f} µm, limit ± {limit:.1f} µm\n{name}").format(
+                quantity=worst.quantity, error=1e3 * worst.error_mm, limit=1e3 * worst.limit_mm,
+                name=f"{worst.position}, {worst.name}",
+            )
+        )  # fmt: skip
+
+    def _note_temperature(self) -> None:
+        try:
+            celsius = read_number(TEMPERATURE, self.temperature.text())
+        except InputError as error:
+            self.misread.emit(error)
+            return
+        self.commanded.emit(lambda now: self._procedure.set_temperature(celsius, now))
+        self._give_keys_back()
+
+    def _give_keys_back(self) -> None:
+        """Return the focus to the page, so that keys take points."""
+        parent = self.parentWidget()
+        if parent is not None:
+            parent.setFocus()
+
+    def _paint(self) -> None:
+        theme = self._theme
+        self.last.setStyleSheet(f"color: {theme.bad if self._beyond else theme.text};")
+        self.hint.setStyleSheet(f"color: {theme.warn};")
+
+    def _lay_out(self) -> None:
+        pictures = hbox((self.picture, 1), (self.touches, 1), spacing=8)
+        self.touches.hide()
+        self.beside.insertLayout(0, vbox((pictures, 3), (self.errors, 2), spacing=8), 1)
+        for widget in (self.place, self.last, self.hint):
+            self.scores.addWidget(widget)
+        row = QHBoxLayout()
+        label = dressed(PlainLabel(tr("Room, °C")), font=text_font(15), role="muted")
+        label.setBuddy(self.temperature)
+        fill(row, label, (self.temperature, 1))
+        self.scores.addLayout(row)
+
+
+def _one(widget: ErrorChart) -> QVBoxLayout:
+    return vbox(widget)
+
+
+_MARKS = {
+    AcceptanceVerdict.PASS: Mark.GOOD,
+    AcceptanceVerdict.FAIL: Mark.BAD,
+    AcceptanceVerdict.LEANING_IN: Mark.DOUBT,
+    AcceptanceVerdict.LEANING_OUT: Mark.DOUBT,
+    AcceptanceVerdict.VOID: Mark.DOUBT,
+}
+_COLUMNS = (
+    (later("Quantity"), later("What is tested")),
+    (later("Where"), later("Position and length")),
+    (later("Error, µm"), later("Test value")),
+    (later("U, µm"), later("Of the test value, k = 2")),
+    (later("MPE, µm"), later("Limit")),
+    (later("Verdict"), later("By the decision rule")),
+)
+
+
+class AcceptanceVerdictPage(ResultFrame):
+    """Pass or fail, margin, decision rule; then certificate and record."""
+
+    keys = ("back", "repeat", "calculate", "keep", "accept", "plot1", "plot2", "plot3")
+    paper_wanted = Signal(object)
+    """Emits the `Path` of the record for a certificate."""
+
+    def __init__(self) -> None:
+        self.chart = ErrorChart()
+        self.interim = InterimPlot()
+        self.values = NumberTable(tr("Every value"), tr_all(_COLUMNS), whole=False)
+        header = self.values.horizontalHeader()
+        header.setSectionResizeMode(QHeaderView.ResizeMode.ResizeToContents)
+        header.setSectionResizeMode(1, QHeaderView.ResizeMode.Stretch)
+        self.values.right_heads((2, 3, 4))
+        super().__init__(
+            (
+                (tr("Errors and limits"), self.chart),
+                (tr("Record"), self.values),
+                (tr("Interim checks"), self.interim),
+            )
+        )
+        self._simulated = FitText(tr("Source"), limit=20)
+        self._simulated.setFixedHeight(28)
+        self.right.insertWidget(1, self._simulated)
+        self.record = dressed(NarrowButton(tr("Record  [2]")), tr("Show every value of the record"))
+        self.record.clicked.connect(lambda: self.show_plot(1))
+        self.paper = NarrowButton(tr("Certificate (PDF and DCC)  [P]"))
+        self.paper.setAccessibleName(tr("Write the certificate, PDF and DCC"))
+        self.paper.setToolTip(literal(tr("Write the certificate, PDF and DCC")))
+        self.paper.setShortcut("P")
+        self.paper.clicked.connect(self._want_paper)
+        for button in (self.record, self.paper):
+            button.setFont(text_font(15, bold=True))
+            button.setMinimumHeight(44)
+            self.right.addWidget(button)
+
+    def allows(self, key: str) -> bool:
+        """Return whether the procedure permits another retest."""
+        outcome = self._shown
+        left = outcome.retests_left if isinstance(outcome, AcceptanceOutcome) else 0
+        return key != "repeat" or left > 0
+
+    def show_seen(self, seen: StepSnapshot) -> None:
+        super().show_seen(seen)
+        self.paper.setEnabled(self._file() is not None)
+        self._show_source(seen)
+
+    def set_theme(self, theme: Theme) -> None:
+        super().set_theme(theme)
+        if self._seen is not None:
+            self._show_source(self._seen)
+
+    def judge(self, outcome: object) -> ResultVerdict:
+        """Return the verdict."""
+        if not isinstance(outcome, AcceptanceOutcome):
+            return ResultVerdict("", Mark.OPEN, "")
+        return ResultVerdict(
+            said_word(outcome.word), _MARKS[outcome.verdict], said(outcome.sentence)
+        )
+
+    def fill(self, outcome: object) -> tuple[Sequence[tuple[str, str]], Sequence[Finding]]:
+        if not isinstance(outcome, AcceptanceOutcome) or self._seen is None:
+            return (), ()
+        values, stage = outcome.values, self._seen.view_as(GuidedAcceptanceView).stage
+        if values:
+            self.chart.show_checks(checks_of(values), worst_value(values))
+        self.values.show_rows([_row(one) for one in values])
+        if outcome.chart is not None:
+            self.interim.show_chart(outcome.chart)
+            self.show_plot(2)
+        facts = [
+            (
+                said_word(one.quantity),
+                tr("{error:+.1f} µm, U {u:.1f} µm (k = 2), limit {limit:.1f} µm").format(
+                    error=1e3 * one.error_mm, u=1e3 * one.expanded_mm, limit=1e3 * one.limit_mm
+                ),
+            )
+            for one in outcome.quantities
+        ]  # fmt: skip
+        used = ", ".join(f"{one.use.name} ({one.use.serial})" for one in stage.artefacts)
+        facts += [
+            (tr("Values"), str(len([one for one in values if not one.superseded]))),
+            (tr("Retests left"), str(outcome.retests_left)),
+            (tr("Method"), said(stage.procedure.wording)),
+            (tr("Rule"), said(stage.procedure.rule)),
+            (tr("Artefact"), used or tr("none")),
+        ]
+        if outcome.file is not None:
+            facts.append((tr("Record"), outcome.file.name[:16]))
+        return facts, ()
+
+    def _file(self) -> Path | None:
+        return self._shown.file if isinstance(self._shown, AcceptanceOutcome) else None
+
+    def _want_paper(self) -> None:
+        if self._file() is not None:
+            self.paper_wanted.emit(self._file())
+
+    def _show_source(self, seen: StepSnapshot) -> None:
+        instrument = seen.view_as(GuidedAcceptanceView).stage.instrument
+        known = ", ".join(map(said, instrument.states))
+        if instrument.simulated and not instrument.unproven:
+            known = tr("SIMULATED: virtual rig and artefact")
+        self._simulated.show_text(known, self._theme.warn, Mark.DOUBT if known else None)
+        self._simulated.setToolTip(literal(" ".join(map(said, instrument.unproven))))
+        self._simulated.setVisible(bool(known))
+
+
+def _row(one: JudgedValue) -> tuple[str, ...]:
+    superseded = tr(" (repeated)") if one.superseded else ""
+    return (
+        said_word(one.quantity), f"{said(one.position)}, {said(one.name)}{superseded}",
+        localised(f"{1e3 * one.error_mm:+.1f}"),
+        localised(f"{1e3 * one.expanded_mm:.1f}") if one.expanded_mm else "–",
+        localised(f"{1e3 * one.limit_mm:.1f}"), said_word(one.verdict.value),
+    )  # fmt: skip

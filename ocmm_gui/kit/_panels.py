@@ -1,0 +1,275 @@
+"""Non-modal questions as part of the window: a path, one of two answers, a reason."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from PySide6.QtCore import QEvent, QMimeData, QSize, Qt, QUrl, Signal
+from PySide6.QtGui import QKeyEvent, QResizeEvent
+from PySide6.QtWidgets import QApplication, QFileDialog, QFrame, QSizePolicy, QWidget
+
+from ocmm_core.settings import RecentPlaces
+from ocmm_gui.kit._layouts import dressed, hbox
+from ocmm_gui.kit._narrow import HintField, NarrowButton
+from ocmm_gui.kit._shortcuts import is_never_typed
+from ocmm_gui.kit._texts import PlainLabel, later, tr
+from ocmm_gui.kit._theme import DEFAULT_THEME, THEMES, Theme, text_font
+
+
+class PathPanel(QFrame):
+    """One line: text ``what``, path with hint ``asked``, Browse, Write, Cancel."""
+
+    given = Signal(object)
+
+    def __init__(self, what: str, asked: str, verb: str, *, folders: bool = False) -> None:
+        super().__init__()
+        self._folders = folders
+        self.setProperty("role", "panel")
+        self.setAccessibleName(what)
+        self._proposal = Path.home()
+        self._field = OwnKeysField()
+        self._field.setObjectName("path")
+        self._field.setAccessibleName(asked)
+        self._field.setMinimumWidth(300)
+        write = dressed(NarrowButton(verb), what, role="primary")
+        find = dressed(NarrowButton(tr("Browse")), tr("Look for the file or folder"))
+        find.clicked.connect(self._browse)
+        self._files: QFileDialog | None = None
+        cancel = dressed(NarrowButton(tr("Cancel")), tr("Close without changes"))
+        label = PlainLabel(what)
+        label.setBuddy(self._field)
+        hbox(label, (self._field, 1), find, write, cancel, parent=self, margins=(12, 6, 8, 6))
+        self._field.returnPressed.connect(self._give)
+        self._field.left.connect(self.hide)
+        write.clicked.connect(self._give)
+        cancel.clicked.connect(self.hide)
+        self.hide()
+
+    def ask(self, proposal: Path) -> None:
+        """Open the panel with the focus in the field."""
+        self._proposal = proposal
+        self._field.setText(str(proposal))
+        self.show()
+        self._field.setFocus()
+        self._field.selectAll()
+
+    def _browse(self) -> None:
+        """Browse without blocking: the page behind remains active."""
+        if self._files is None:
+            # Qt's own dialog is the same on every system and respects its parent.
+            self._files = QFileDialog(self)
+            self._files.setOption(QFileDialog.Option.DontUseNativeDialog)
+            self._files.setModal(False)
+            self._files.fileSelected.connect(self._on_found)
+        at = Path(self._field.text().strip() or self._proposal).expanduser()
+        folder = at if at.is_dir() else at.parent
+        self._files.setFileMode(
+            QFileDialog.FileMode.Directory if self._folders else QFileDialog.FileMode.AnyFile
+        )
+        self._files.setDirectory(str(folder))
+        places = (*RecentPlaces().folders(), Path.home())
+        self._files.setSidebarUrls([QUrl.fromLocalFile(str(place)) for place in places])
+        self._files.show()
+
+    def _on_found(self, path: str) -> None:
+        self._field.setText(path)
+        self._field.setFocus()
+
+    def _give(self) -> None:
+        text = self._field.text().strip()
+        if text:
+            self.hide()
+            self.given.emit(Path(text).expanduser())
+
+
+class OwnKeysField(HintField):
+    """A field that captures its keys, so that a space in a path records no point."""
+
+    left = Signal()
+
+    def event(self, event: QEvent) -> bool:
+        """Keep all keys from window shortcuts except F1 and zoom."""
+        if event.type() is QEvent.Type.ShortcutOverride:
+            if isinstance(event, QKeyEvent) and is_never_typed(event):
+                event.ignore()
+                return False
+            event.accept()
+            return True
+        return super().event(event)
+
+    def keyPressEvent(self, event: QKeyEvent) -> None:
+        if event.key() == Qt.Key.Key_Escape:
+            self.left.emit()
+            return
+        super().keyPressEvent(event)
+
+
+def list_step(event: QKeyEvent) -> int:
+    """Return the list step of a key in a field: down, up, or none."""
+    return {Qt.Key.Key_Down: 1, Qt.Key.Key_Up: -1}.get(Qt.Key(event.key()), 0)
+
+
+_DROPPED = (".ocmm", ".toml")
+
+
+def dropped_file(dragged: QMimeData) -> Path | None:
+    """Return the single dragged plan or job; None otherwise."""
+    paths = [Path(url.toLocalFile()) for url in dragged.urls() if url.isLocalFile()]
+    if len(paths) != 1 or paths[0].suffix.lower() not in _DROPPED:
+        return None
+    return paths[0]
+
+
+_YES = (Qt.Key.Key_Return, Qt.Key.Key_Enter)
+_FAR_SHARE, _DESK_PX = 34.0 / 1080.0, 16.0
+"""Type size: relative to the window height, and in pixels."""
+
+
+class AnswerPanel(QFrame):
+    """One line: the question, and the keys to agree and decline; other keys act as before."""
+
+    agreed = Signal()
+    declined = Signal()
+
+    def __init__(self, name: str, verb: str) -> None:
+        super().__init__()
+        self.setObjectName("answer")
+        self.setAccessibleName(name)
+        self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
+        self._theme = THEMES[DEFAULT_THEME]
+        self._before: QWidget | None = None
+        self._far = False
+        self._label = dressed(PlainLabel(), tr("Question"))
+        self._label.setTextFormat(Qt.TextFormat.PlainText)
+        self._label.setWordWrap(True)
+        self._label.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Preferred)
+        self._yes, self._no = (
+            NarrowButton(tr("{verb}  [Return]").format(verb=verb)),
+            NarrowButton(tr("Back  [Esc]")),
+        )
+        self._yes.setAccessibleName(tr("{verb} anyway").format(verb=verb))
+        self._no.setAccessibleName(tr("Cancel and go back"))
+        layout = hbox((self._label, 1), parent=self, spacing=8, margins=(14, 6, 8, 6))
+        for button in (self._yes, self._no):
+            # The panel keeps the focus, so that Return answers wherever the mouse was.
+            button.setFocusPolicy(Qt.FocusPolicy.NoFocus)
+            layout.addWidget(button)
+        self._yes.clicked.connect(self.agree)
+        self._no.clicked.connect(self.decline)
+        self.hide()
+
+    def ask(self, question: str, *, far: bool = False) -> None:
+        """Show a question, in a type for near or far reading."""
+        self._far = far
+        self._set_fonts()
+        self._label.setText(question)
+        self.setAccessibleDescription(question)
+        self._paint()
+        if not self.isVisible():
+            self._before = QApplication.focusWidget()
+        self.show()
+        self.setFocus()
+
+    def question(self) -> str:
+        return self._label.text()
+
+    def agree(self) -> None:
+        self._leave()
+        self.agreed.emit()
+
+    def decline(self) -> None:
+        self._leave()
+        self.declined.emit()
+
+    def set_theme(self, theme: Theme) -> None:
+        self._theme = theme
+        self._paint()
+
+    def minimumSizeHint(self) -> QSize:
+        """Return a size that widens no window: the text wraps."""
+        return QSize(300, super().minimumSizeHint().height())
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        super().resizeEvent(event)
+        self._set_fonts()
+
+    def event(self, event: QEvent) -> bool:
+        """Keep Return and Esc from the shortcuts of the window."""
+        if (
+            event.type() is QEvent.Type.ShortcutOverride
+            and isinstance(event, QKeyEvent)
+            and event.key() in (*_YES, Qt.Key.Key_Escape)
+        ):
+            event.accept()
+            return True
+        return super().event(event)
+
+    def keyPressEvent(self, event: QKeyEvent) -> None:
+        if event.key() in _YES:
+            self.agree()
+        elif event.key() == Qt.Key.Key_Escape:
+            self.decline()
+        else:
+            super().keyPressEvent(event)
+
+    def _leave(self) -> None:
+        had_keyboard = self.hasFocus()
+        self.hide()
+        if had_keyboard and self._before is not None and self._before.isVisible():
+            self._before.setFocus()
+
+    def _set_fonts(self) -> None:
+        pixels = max(_FAR_SHARE * self.window().height(), _DESK_PX) if self._far else _DESK_PX
+        self._label.setFont(text_font(pixels, bold=True))
+        for button in (self._yes, self._no):
+            button.setFont(text_font(0.7 * pixels if self._far else pixels, bold=True))
+
+    def _paint(self) -> None:
+        colour = self._theme.warn
+        self.setStyleSheet(
+            f"#answer {{ background: {self._theme.panel}; border: 2px solid {colour};"
+            f" border-radius: 6px; }} #answer QLabel {{ color: {colour}; }}"
+        )
+
+
+PROPOSAL = later("missed the surface")
+
+
+class ReasonPanel(QFrame):
+    """One line: object, reason, Delete, Cancel."""
+
+    given = Signal(int, str)
+    """Emits the number of the point and the reason."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.setProperty("role", "panel")
+        self.setAccessibleName(tr("Delete a point"))
+        self._number = 0
+        self._label = PlainLabel()
+        self.field = dressed(OwnKeysField(), tr("Reason for deletion"))
+        self.field.setMinimumWidth(260)
+        self._label.setBuddy(self.field)
+        delete = dressed(NarrowButton(tr("Delete")), tr("Delete the point now"), role="primary")
+        cancel = dressed(NarrowButton(tr("Cancel")), tr("Close without deleting"))
+        hbox(self._label, (self.field, 1), delete, cancel, parent=self, margins=(12, 6, 8, 6))
+        self.field.returnPressed.connect(self._give)
+        self.field.left.connect(self.hide)
+        delete.clicked.connect(self._give)
+        cancel.clicked.connect(self.hide)
+        self.hide()
+
+    def ask(self, number: int) -> None:
+        """Open the panel for a point, with the focus in the field."""
+        self._number = number
+        self._label.setText(tr("Reason for deleting point {number}").format(number=number))
+        self.field.setText(tr(PROPOSAL))
+        self.show()
+        self.field.setFocus()
+        self.field.selectAll()
+
+    def _give(self) -> None:
+        reason = self.field.text().strip()
+        if reason:
+            self.hide()
+            self.given.emit(self._number, reason)

@@ -1,0 +1,222 @@
+"""Lines of a form, derived from the types of the core: all that a plan can hold can be edited.
+
+A type is a struct, or a union of structs whose tag is a line of its own; ``None`` among them is the
+empty choice. The lines of a nested struct follow those of the outer one, with keys like
+``start.primary``.
+"""
+
+from __future__ import annotations
+
+import types
+from collections.abc import Mapping
+from dataclasses import dataclass
+from enum import Enum
+from typing import Any, Literal, Union, get_args, get_origin
+
+import msgspec
+
+from ocmm_core.part_model import NominalFace
+from ocmm_gui.plan_editor._field_labels import FieldUnit, Words, choices_of, measure_of, words_of
+
+GIVEN = "given"
+"""Pseudo field: whether an optional struct without a tag is present."""
+
+
+class FieldKind(Enum):
+    TEXT = "text"
+    COUNT = "whole number"
+    NUMBER = "number"
+    FLAG = "yes or no"
+    CHOICE = "one of a list"
+    VECTOR = "three numbers"
+    NUMBERS = "any count of numbers"
+    NAMES = "names"
+    PLACES = "a name and three numbers on every line"
+    SPAN = "least and most, or nothing"
+    FIXED = "only shown: it comes from a document with a hash"
+
+
+@dataclass(frozen=True, slots=True)
+class FormLine:
+    key: str
+    """As in the document; parts of a nested struct after a dot."""
+    label: str
+    tip: str
+    kind: FieldKind
+    choices: tuple[str, ...] = ()
+    """The only possible values, if any."""
+    neutral: Any = ""
+    """Initial value."""
+    decides: bool = False
+    """Other lines depend on its choice."""
+    parts: tuple[str, ...] = ()
+    """Fields of every line of `FieldKind.PLACES`: of the name, and of the numbers."""
+    measure: FieldUnit = FieldUnit.NONE
+    """Whether its numbers are lengths."""
+
+
+def form_lines(
+    make: Any,
+    data: Mapping[str, Any],
+    without: tuple[str, ...] = (),
+    at: str = "",
+    head: Words | None = None,
+) -> tuple[FormLine, ...]:
+    """Return the lines for an item of a type.
+
+    ``make``: a struct, or a union of structs and optionally ``None``; ``data``: current content by
+    field, which selects the struct of a union; ``without``: fields without a line; ``at``: prefix
+    of the keys; ``head``: label and explanation of the line that selects the struct.
+    """
+    variants, optional = _variants(make)
+    field = tag_field(make)
+    lines: list[FormLine] = []
+    if field:
+        choices = (*(("",) if optional else ()), *variants)
+        label, tip = head or words_of(next(iter(variants.values())), field)
+        start = choices[0]
+        lines.append(
+            FormLine(at + field, label, tip, FieldKind.CHOICE, choices, start, decides=True)
+        )
+        chosen = str(data.get(field, start))
+    else:
+        chosen = next(iter(variants))
+    struct = variants.get(chosen)
+    if struct is None:
+        return tuple(lines)
+    for item in msgspec.structs.fields(struct):
+        if item.name in without:
+            continue
+        if _is_structs(item.type):
+            inner = data.get(item.name) or {}
+            words = words_of(struct, item.name)
+            lines += form_lines(item.type, inner, at=f"{at}{item.name}.", head=words)
+        else:
+            lines.append(_line(struct, item, at))
+    return tuple(lines)
+
+
+def opened(make: Any, data: Any) -> dict[str, Any]:
+    """Return plain data of an item with every choice of `form_lines` filled in."""
+    variants, optional = _variants(make)
+    field = tag_field(make)
+    found: dict[str, Any] = dict(data or {})
+    if field:
+        there = "" if data is None and optional else next(iter(variants))
+        found.setdefault(field, there)
+    struct = variants.get(found.get(field, next(iter(variants))))
+    for item in () if struct is None else msgspec.structs.fields(struct):
+        if _is_structs(item.type):
+            found[item.name] = opened(item.type, found.get(item.name))
+    return found
+
+
+def closed(make: Any, data: Mapping[str, Any]) -> Any:
+    """Return the inverse of `opened`: plain data without fields that the type lacks."""
+    variants, optional = _variants(make)
+    field = tag_field(make)
+    struct = variants.get(str(data.get(field, "")) if field else next(iter(variants)))
+    if struct is None:
+        return None
+    if not field and optional and all(data.get(name) is None for name in struct.__struct_fields__):
+        return None
+    plain = {field: data[field]} if field and field != GIVEN else {}
+    for item in msgspec.structs.fields(struct):
+        if item.name in data:
+            inner = data[item.name]
+            plain[item.name] = closed(item.type, inner) if _is_structs(item.type) else inner
+    return plain
+
+
+def tag_field(make: Any) -> str:
+    """Return the field that distinguishes the structs of a union; empty for a single struct.
+
+    An optional struct with only optional fields is present if any field is.
+    """
+    variants, optional = _variants(make)
+    first = next(iter(variants.values()))
+    if len(variants) == 1 and (not optional or _is_all_optional(first)):
+        return ""
+    config = first.__struct_config__
+    return str(config.tag_field) if config.tag_field else GIVEN
+
+
+def _is_all_optional(struct: type[msgspec.Struct]) -> bool:
+    return all(item.default is None for item in msgspec.structs.fields(struct))
+
+
+def _variants(make: Any) -> tuple[dict[str, type[msgspec.Struct]], bool]:
+    """Return the structs of a type by tag, and whether None is allowed."""
+    members = get_args(make) if _is_union(make) else (make,)
+    structs = [item for item in members if item is not type(None)]
+    named = {str(item.__struct_config__.tag or GIVEN): item for item in structs}
+    return named, type(None) in members
+
+
+def _is_union(make: Any) -> bool:
+    return get_origin(make) in (Union, types.UnionType)
+
+
+def _is_structs(make: Any) -> bool:
+    members = get_args(make) if _is_union(make) else (make,)
+    return all(
+        item is type(None) or (isinstance(item, type) and issubclass(item, msgspec.Struct))
+        for item in members
+    )
+
+
+def _line(struct: type[msgspec.Struct], item: msgspec.structs.FieldInfo, at: str) -> FormLine:
+    label, tip = words_of(struct, item.name)
+    kind, choices, neutral = _held(item.type)
+    if kind is FieldKind.TEXT and (words := choices_of(struct, item.name)):
+        kind, choices, neutral = FieldKind.CHOICE, words, words[0]
+    parts = get_args(item.type)[0].__struct_fields__ if kind is FieldKind.PLACES else ()
+    if item.default is not msgspec.NODEFAULT:
+        neutral = item.default
+    elif item.default_factory is not msgspec.NODEFAULT:
+        neutral = item.default_factory()
+    if "digest" in struct.__struct_fields__ and item.name != "limit":
+        # The hash covers all of the document except the fields edited here.
+        kind = FieldKind.FIXED
+    neutral = msgspec.to_builtins(neutral)
+    measure = FieldUnit.NONE if kind is FieldKind.FIXED else measure_of(struct, item.name)
+    return FormLine(
+        at + item.name, label, tip, kind, choices, neutral, parts=parts, measure=measure
+    )
+
+
+def _held(make: Any) -> tuple[FieldKind, tuple[str, ...], Any]:
+    """Return kind, choices, and initial value of a field's type."""
+    origin, inner = get_origin(make), get_args(make)
+    if _is_union(make):
+        # The only such fields in a plan are ambient limits.
+        return FieldKind.SPAN, (), None
+    if origin is Literal:
+        return FieldKind.CHOICE, inner, inner[0]
+    if origin in (list, tuple):
+        return _listed(inner)
+    if issubclass(make, Enum):
+        words = tuple(str(item.value) for item in make)
+        return FieldKind.CHOICE, words, words[0]
+    if issubclass(make, bool):
+        return FieldKind.FLAG, (), False
+    if issubclass(make, int):
+        return FieldKind.COUNT, (), 0
+    if issubclass(make, float):
+        return FieldKind.NUMBER, (), 0.0
+    return FieldKind.TEXT, (), ""
+
+
+def _listed(inner: tuple[Any, ...]) -> tuple[FieldKind, tuple[str, ...], Any]:
+    first = inner[0]
+    if first is float:
+        return (
+            (FieldKind.NUMBERS, (), []) if Ellipsis in inner else (FieldKind.VECTOR, (), [0.0] * 3)
+        )
+    if get_origin(first) is Literal:
+        return FieldKind.NAMES, get_args(first), []
+    if first is str:
+        return FieldKind.NAMES, (), []
+    # Rows of numbers and faces of a model come from documents only.
+    fixed = get_origin(first) is tuple or first is NominalFace
+    return (FieldKind.FIXED if fixed else FieldKind.PLACES), (), []

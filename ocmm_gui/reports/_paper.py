@@ -1,0 +1,329 @@
+"""Head and end of a report, drawn without a window.
+
+Head: laboratory, customer, part, place, time, equipment. End: records, statements, signatures, end
+mark. The process that draws has no application and no screen.
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Callable, Collection, Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import replace
+from functools import partial
+
+import segno
+from PySide6.QtCore import QRectF, Qt
+from PySide6.QtGui import QColor, QGuiApplication, QImage, QPainter, QPainterPath, QPen
+
+from ocmm_core.errors import InputError, InternalError
+from ocmm_core.export.report import (
+    NOT_STATED,
+    PaperFact,
+    ReportData,
+    paper_facts,
+    report_number,
+    statements,
+)
+from ocmm_core.export.template import Paper
+from ocmm_core.failure import EXIT_INTERNAL, contained
+from ocmm_core.seals import shown_key
+from ocmm_core.wording import Speech
+from ocmm_gui.kit import ink
+from ocmm_gui.reports._canvas import (
+    BODY,
+    HEADING,
+    INK,
+    LEFT,
+    SMALL,
+    WIDTH,
+    PageCanvas,
+    Style,
+    forget_faces,
+    paint_text,
+    text_height,
+    whole_words,
+)
+
+
+@contextmanager
+def drawing() -> Iterator[None]:
+    """Provide the application that fonts and painters need, while held."""
+    if sys.platform == "linux":
+        # A report needs no screen, and there may be none.
+        os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
+    application = QGuiApplication.instance() or QGuiApplication([])
+    try:
+        yield
+    finally:
+        forget_faces()
+        del application
+
+
+def draw(write: Callable[[], None], part: str, safe: str) -> int:
+    """Draw and write in a separate program, and return its exit code.
+
+    0, 2 on failure, and 3 after an unexpected error, with a line on stderr. `part`, `safe`: the
+    failed part and what is not lost, as for `contained`.
+    """
+    try:
+        with drawing():
+            write()
+    except Exception as error:
+        told = contained(error, part, safe)
+        sys.stderr.write(f"{told.what} {told.remedy}\n")
+        return EXIT_INTERNAL if isinstance(told, InternalError) else 2
+    return 0
+
+
+_LOGO = (420.0, 150.0)
+_MOST_PX = 4096
+"""Limit of a template's picture, which may declare any size."""
+
+_NAMED, _SAID, _UNSAID = (
+    Style(25.0, colour=INK.muted), Style(25.0), Style(25.0, colour=INK.muted)
+)  # fmt: skip
+_GROUP = Style(27.0, bold=True)
+_NAME_WIDTH, _GAP = 225.0, 40.0
+_HALF = 0.5 * (WIDTH - _GAP)
+_LONG = 240
+"""Characters beyond which a fact gets the whole width, below the two columns."""
+
+_COLUMNS = ((("laboratory", "Laboratory"), ("customer", "Customer"), ("item", "Item measured"),
+             ("instrument", "Instrument")), (("measurement", "Measurement"),))  # fmt: skip
+
+
+def letterhead(canvas: PageCanvas, data: ReportData) -> None:
+    """Write the laboratory with its logo across the top of the first page, if known."""
+    paper_letterhead(canvas, data.paper)
+
+
+def paper_letterhead(canvas: PageCanvas, paper: Paper) -> None:
+    house = paper.template.laboratory
+    logo = _picture(paper.logo)
+    if not house.name and logo is None:
+        return
+    address = " · ".join([*house.address, *([house.contact] if house.contact else [])])
+    width = WIDTH - (_LOGO[0] + _GAP if logo is not None else 0.0)
+    small = Style(24.0, colour=INK.muted)
+    named = text_height(house.name, HEADING, width)
+    height = named + 6.0 + (text_height(address, small, width) if address else 0.0)
+
+    def paint(painter: QPainter, box: QRectF) -> None:
+        paint_text(painter, QRectF(box.left(), box.top(), width, named), house.name, HEADING)
+        if address:
+            below = QRectF(box.left(), box.top() + named + 6.0, width, box.height() - named)
+            paint_text(painter, below, address, small)
+        if logo is not None:
+            _paint_logo(painter, box, logo)
+
+    canvas.draw(max(height, _LOGO[1] if logo is not None else 0.0), paint)
+    canvas.skip(26.0)
+
+
+def head_facts(canvas: PageCanvas, data: ReportData) -> None:
+    """Write the facts of the head in two columns; long ones below them, at full width."""
+    facts = [
+        replace(fact, name=canvas.speech.word(fact.name), value=canvas.speech.say(fact.value))
+        for fact in paper_facts(data, canvas.lengths)
+        if fact.name not in ("Title", "Statement")
+    ]
+    short = [fact for fact in facts if len(fact.value) <= _LONG]
+    columns = [
+        [
+            (canvas.speech.word(words), [one for one in short if one.group == group])
+            for group, words in groups
+        ]
+        for groups in _COLUMNS
+    ]
+    height = max(sum(_block_height(block) for _, block in column) for column in columns)
+    canvas.draw(
+        height,
+        partial(
+            _paint_columns, columns=columns, unsaid={NOT_STATED, canvas.speech.say(NOT_STATED)}
+        ),
+    )
+    for fact in facts:
+        if len(fact.value) > _LONG:
+            canvas.skip(6.0)
+            canvas.text(f"{fact.name}: {fact.value}", _SAID)
+
+
+def _block_height(block: Sequence[PaperFact]) -> float:
+    return 58.0 + sum(_fact_height(fact) for fact in block)
+
+
+def _fact_height(fact: PaperFact) -> float:
+    name = text_height(fact.name, _named(fact), _NAME_WIDTH - 10.0)
+    return max(name, text_height(fact.value, _SAID, _HALF - _NAME_WIDTH)) + 5.0
+
+
+def _named(fact: PaperFact) -> Style:
+    return whole_words(fact.name, _NAMED, _NAME_WIDTH - 10.0)
+
+
+def _paint_columns(
+    painter: QPainter,
+    box: QRectF,
+    *,
+    columns: Sequence[Sequence[tuple[str, list[PaperFact]]]],
+    unsaid: Collection[str],
+) -> None:
+    for number, column in enumerate(columns):
+        left, y = LEFT + number * (_HALF + _GAP), box.top()
+        for words, block in column:
+            paint_text(painter, QRectF(left, y + 12.0, _HALF, 40.0), words, _GROUP)
+            y += 52.0
+            for fact in block:
+                height = _fact_height(fact)
+                paint_text(
+                    painter, QRectF(left, y, _NAME_WIDTH - 10.0, height), fact.name, _named(fact)
+                )
+                said = QRectF(left + _NAME_WIDTH, y, _HALF - _NAME_WIDTH, height)
+                style = _UNSAID if fact.value in unsaid else _SAID
+                paint_text(painter, said, fact.value, style)
+                y += height
+            y += 6.0
+
+
+def _picture(content: bytes) -> QImage | None:
+    if not content:
+        return None
+    image = QImage.fromData(content)
+    if image.isNull():
+        fault = "cannot be drawn: it begins as a picture, and is damaged or far too large"
+    elif max(image.width(), image.height()) > _MOST_PX:
+        fault = f"is {image.width()} × {image.height()} pixels; at most {_MOST_PX} are drawn"
+    else:
+        return image
+    raise InputError(
+        "report.logo",
+        f"The logo of the template (field 'laboratory.logo') {fault}.",
+        "Give another picture, or leave the field empty.",
+    )
+
+
+def _paint_logo(painter: QPainter, box: QRectF, logo: QImage) -> None:
+    scale = min(_LOGO[0] / logo.width(), _LOGO[1] / logo.height())
+    width, height = scale * logo.width(), scale * logo.height()
+    painter.setRenderHint(QPainter.RenderHint.SmoothPixmapTransform)
+    place = QRectF(box.right() - width, box.top(), width, height)
+    painter.drawImage(place, logo, QRectF(logo.rect()), Qt.ImageConversionFlag.AutoColor)
+
+
+_ABOVE = 140.0
+"""Room to sign in, above the line."""
+_STATEMENTS = Style(26.0)
+
+
+def closing(canvas: PageCanvas, data: ReportData) -> None:
+    told = [canvas.speech.say(one) for one in statements(data)]
+    end = f"End of report {report_number(data)}"
+    write_end(canvas, told, data.paper.template.signatures, end)
+
+
+def write_end(canvas: PageCanvas, told: Sequence[str], signers: Sequence[str], end: str) -> None:
+    """Write statements, signatures and the end on one page, never without other content."""
+    words = [canvas.speech.say(one) for one in signers]
+    each = WIDTH / len(words)
+    below = 16.0 + max(text_height(one, SMALL, each - 60.0) for one in words)
+    canvas.skip(30.0)
+    height = sum(text_height(one, _STATEMENTS, WIDTH) + 6.0 for one in told) + _ABOVE + below + 50.0
+    canvas.room_with_last(height)
+    for sentence in told:
+        canvas.text(sentence, _STATEMENTS)
+    canvas.draw(_ABOVE + below, partial(_paint_signatures, words=words))
+    last = canvas.speech.say(end)
+    canvas.draw(50.0, lambda painter, box: paint_text(painter, box, last, SMALL))
+
+
+def _paint_signatures(painter: QPainter, box: QRectF, *, words: list[str]) -> None:
+    each = WIDTH / len(words)
+    y = box.top() + _ABOVE
+    for index, signer in enumerate(words):
+        left, right = box.left() + index * each, box.left() + (index + 1) * each - 60.0
+        painter.setPen(QPen(QColor(INK.text), 2.0))
+        painter.drawLine(int(left), int(y), int(right), int(y))
+        below = QRectF(left, y + 8.0, right - left, box.bottom() - y - 8.0)
+        paint_text(painter, below, signer, SMALL)
+
+
+_CODE_SIDE = 300.0
+"""30 mm: half a millimetre a module, legible for any telephone."""
+
+
+_CODE_WORDS = (
+    "This code holds the head of the job file and its signature.\n"
+    "ocmm audit verify JOB --line TEXT says whether a file is the one that was reported."
+)
+
+
+def records(canvas: PageCanvas, data: ReportData) -> None:
+    """Write the complete hashes, and the code that proves the job file."""
+    canvas.heading("Records", 240.0)
+    head, say = data.head, canvas.speech.say
+    hashes = (
+        ("Job", f"{data.job} ({head.job_uuid})"),
+        ("Cameras", say(data.calibration.note or data.calibration.label)),
+        ("Probe and tip", say(data.probe.note or data.probe.label)),
+        ("Reference body", data.reference.note),
+        ("Plan, SHA-256", head.plan_identity),
+        ("Cameras, SHA-256", head.rig_identity),
+        ("Probe, SHA-256", head.probe_identity),
+        ("Measured with", f"OCMM {head.software_version}"),
+        ("Reported with", f"OCMM {data.written_by}"),
+    )
+    for name, value in hashes:
+        if value:
+            _fact(canvas, name, value, SMALL)
+    _seal(canvas, data)
+
+
+def _seal(canvas: PageCanvas, data: ReportData) -> None:
+    """Write the step of the job that the report covers, with the code that proves the file."""
+    seal = data.seal
+    if seal is None:
+        return
+    _fact(canvas, "Job at step", f"{seal.steps}: {seal.head}", SMALL)
+    _fact(
+        canvas,
+        "Signed with key",
+        shown_key(seal.state.fingerprint) or canvas.speech.say("not signed"),
+        SMALL,
+    )
+    if seal.line:
+        canvas.skip(16.0)
+        paint = partial(_paint_code, line=seal.line, speech=canvas.speech)
+        canvas.draw(_CODE_SIDE, paint, canvas.speech.say(_CODE_WORDS))
+
+
+def _paint_code(painter: QPainter, box: QRectF, *, line: str, speech: Speech) -> None:
+    rows = [bytes(row) for row in segno.make(line, micro=False, error="m").matrix]
+    side = _CODE_SIDE / len(rows)
+    ink(painter, Qt.PenStyle.NoPen, QColor(INK.text))
+    # One path: squares painted one by one leave hairlines between them.
+    path = QPainterPath()
+    path.setFillRule(Qt.FillRule.WindingFill)
+    for y, row in enumerate(rows):
+        for x, dark in enumerate(row):
+            if dark:
+                path.addRect(box.left() + x * side, box.top() + y * side, side, side)
+    painter.drawPath(path)
+    words = QRectF(box.left() + _CODE_SIDE + 40.0, box.top(), 1200.0, 110.0)
+    paint_text(
+        painter, words,
+        speech.say(_CODE_WORDS),
+        SMALL,
+    )  # fmt: skip
+
+
+def _fact(canvas: PageCanvas, name: str, value: str, style: Style = BODY) -> None:
+    y, pages = canvas.y, len(canvas.pages)
+    canvas.text(value, style, left=LEFT + 360.0)
+    if len(canvas.pages) > pages:
+        y = canvas.y - 46.0
+    box = QRectF(LEFT, y, 350.0, 60.0)
+    muted, words = Style(style.size, colour=INK.muted), canvas.speech.word(name)
+    draw = canvas.tagged(lambda painter: paint_text(painter, box, words, muted), "P")
+    canvas.pages[-1].append(draw)

@@ -1,0 +1,180 @@
+"""Base of result pages: plots on the left, verdict and figures on the right."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from PySide6.QtCore import Qt
+from PySide6.QtWidgets import QButtonGroup, QSizePolicy, QStackedWidget, QVBoxLayout, QWidget
+
+from ocmm_core.calibration.records import Finding
+from ocmm_gui.kit import (
+    DEFAULT_THEME,
+    THEMES,
+    FitText,
+    Mark,
+    NarrowButton,
+    PlainLabel,
+    Theme,
+    dressed,
+    fill,
+    hbox,
+    mark_colour,
+    panel,
+    said,
+    sentence_label,
+    text_font,
+    tr,
+    vbox,
+)
+from ocmm_gui.wizards.pages._pages import StepPage
+from ocmm_gui.wizards.pages._shown import Facts, StepSnapshot, figures_area
+
+_SIDE_PX = 360
+
+
+@dataclass(frozen=True, slots=True)
+class ResultVerdict:
+    """Verdict in large letters, with its meaning."""
+
+    word: str
+    mark: Mark
+    sentence: str
+
+
+class PlotTabs(QWidget):
+    """Several plots, one visible; selected with buttons or the keys 1 to 4."""
+
+    def __init__(self, plots: Sequence[tuple[str, QWidget]]) -> None:
+        super().__init__()
+        self.setAccessibleName(tr("Plots"))
+        self.titles = tuple(title for title, _ in plots)
+        self._stack = QStackedWidget()
+        self._buttons = QButtonGroup(self)
+        tabs = hbox(spacing=6)
+        for number, (title, view) in enumerate(plots, start=1):
+            button = NarrowButton(f"{title}  [{number}]")
+            button.setAccessibleName(title)
+            button.setFont(text_font(14, bold=True))
+            button.setProperty("role", "tool")
+            button.setMinimumHeight(40)
+            button.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Fixed)
+            button.setCheckable(True)
+            button.setFocusPolicy(Qt.FocusPolicy.TabFocus)
+            self._buttons.addButton(button, number - 1)
+            tabs.addWidget(button, 1)
+            self._stack.addWidget(view)
+            if len(plots) == 1:
+                button.hide()
+        self._buttons.idClicked.connect(self.show_plot)
+        vbox(tabs, (self._stack, 1), parent=self, spacing=8, margins=0)
+        self.show_plot(0)
+
+    def show_plot(self, number: int) -> None:
+        """Show a plot; an invalid number does nothing."""
+        button = self._buttons.button(number)
+        if button is not None:
+            self._stack.setCurrentIndex(number)
+            button.setChecked(True)
+
+    def plot(self) -> str:
+        return self.titles[self._stack.currentIndex()]
+
+
+class ResultFrame(StepPage):
+    """Plots on the left, selected with the keys 1 to 4; the verdict on the right."""
+
+    keys: tuple[str, ...] = (
+        "back", "calculate", "keep", "accept", "plot1", "plot2", "plot3", "plot4",
+    )  # fmt: skip
+
+    def __init__(self, plots: Sequence[tuple[str, QWidget]]) -> None:
+        super().__init__()
+        self._theme = THEMES[DEFAULT_THEME]
+        self._shown: object | None = None
+        self._seen: StepSnapshot | None = None
+        self.tabs = PlotTabs(plots)
+        self._word = FitText(tr("Result"), limit=40)
+        self._word.setFixedHeight(50)
+        self.sentence = sentence_label(tr("Result of the calculation"), 18)
+        self.facts = Facts(tr("Figures of the result"))
+        self.warnings = sentence_label(tr("Objections"), 16)
+        self._plots = panel(vbox((self.tabs, 1)))
+        figures = vbox(spacing=12, margins=(0, 0, 6, 0))
+        for widget in (self.sentence, self.facts, self.warnings):
+            figures.addWidget(widget)
+        figures.addStretch(1)
+        self.right = right = QVBoxLayout()
+        fill(right, self._word, (figures_area(figures), 1))
+        side = panel(right)
+        side.setFixedWidth(_SIDE_PX)
+        self._waiting = dressed(PlainLabel(""), tr("No plots yet"), role="muted")
+        self._waiting.setAlignment(Qt.AlignmentFlag.AlignCenter)
+        self._waiting.setFont(text_font(20))
+        hbox((self._plots, 1), (self._waiting, 1), side, parent=self, spacing=8, margins=0)
+        self._show(None)
+
+    def judge(self, outcome: object) -> ResultVerdict:
+        raise NotImplementedError
+
+    def fill(self, outcome: object) -> tuple[Sequence[tuple[str, str]], Sequence[Finding]]:
+        """Show a result in the plots; return its figures and warnings."""
+        raise NotImplementedError
+
+    def show_plot(self, number: int) -> None:
+        self.tabs.show_plot(number)
+
+    def plot(self) -> str:
+        return self.tabs.plot()
+
+    def word(self) -> str:
+        return self._word.text()
+
+    def show_seen(self, seen: StepSnapshot) -> None:
+        self._seen = seen
+        if seen.view.outcome is not self._shown:
+            self._show(seen.view.outcome)
+        self._show_word()
+
+    def set_theme(self, theme: Theme) -> None:
+        self._theme = theme
+        self._show_word()
+
+    def _show_word(self) -> None:
+        seen = self._seen
+        if seen is None:
+            return
+        said = self._said(seen)
+        self._word.show_text(said.word, mark_colour(self._theme, said.mark), said.mark)
+        if said.sentence != self.sentence.text():
+            self.sentence.setText(said.sentence)
+        waiting = tr("Calculating …") if seen.calculating_s is not None else tr("No result to show")
+        self._waiting.setText(waiting)
+
+    def _said(self, seen: StepSnapshot) -> ResultVerdict:
+        error = seen.view.base.error
+        if seen.calculating_s is not None:
+            return ResultVerdict(
+                tr("CALCULATING  {calculating_s:.0f} s").format(calculating_s=seen.calculating_s),
+                Mark.ACTIVE,
+                tr("Window and session stay as they are; C cancels the calculation."),
+            )
+        if error is not None:
+            return ResultVerdict(tr("NO RESULT"), Mark.BAD, said(f"{error.what} {error.remedy}"))
+        if self._shown is None:
+            return ResultVerdict(tr("NOT CALCULATED"), Mark.OPEN, tr("Press R to calculate."))
+        return self.judge(self._shown)
+
+    def _show(self, outcome: object | None) -> None:
+        self._shown = outcome
+        self._plots.setVisible(outcome is not None)
+        self._waiting.setVisible(outcome is None)
+        facts: Sequence[tuple[str, str]] = ()
+        findings: Sequence[Finding] = ()
+        if outcome is not None:
+            facts, findings = self.fill(outcome)
+        self.facts.show_facts(facts)
+        self.warnings.setText(
+            "\n".join(f"▲ {said(one.what)} {said(one.remedy)}" for one in findings)
+        )
