@@ -46,5 +46,6 @@ else:
 
 __all__ = [
     "SESSIONS", "WIZARDS", "DirectCalculation", "GuidedStack", "PracticeRoom", "ProbeWizardSite",
-    "Runner", "Subject", "Wizard", "WizardDriver", "WizardSite", "practice_site", "site_of", "temperature",
+    "Runner", "Subject", "Wizard", "WizardDriver", "WizardSite", "practice_site", "site_of",
+    "temperature",
 ]  # fmt: skip
