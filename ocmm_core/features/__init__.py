@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING
 from ocmm_core.door import door
 
 if TYPE_CHECKING:
-    from ocmm_core.features.measured import ZoneProof, certificate, fit_shape
+    from ocmm_core.features.measured import ZoneProof, certificate, fit, fit_shape
     from ocmm_core.features.shapes import (
         GEOMETRY_NAMES,
         Criterion,
@@ -28,11 +28,11 @@ if TYPE_CHECKING:
 else:
     __getattr__ = door(
         __name__,
-        measured="ZoneProof certificate fit_shape",
+        measured="ZoneProof certificate fit fit_shape",
         shapes="Criterion Fit GEOMETRY_NAMES PointsFile Shape read_points_file",
     )
 
 __all__ = [
     "GEOMETRY_NAMES", "Criterion", "Fit", "PointsFile", "Shape", "ZoneProof", "certificate",
-    "fit_shape", "read_points_file",
+    "fit", "fit_shape", "read_points_file",
 ]  # fmt: skip

@@ -93,11 +93,11 @@ def test_fits_need_the_core_alone(tmp_path: Path) -> None:
     )  # fmt: skip
     done = _run(
         _HIDE.format(hidden=hidden) + "import numpy as np\n"
-        "from ocmm_core.features import Shape, fit_shape\n"
+        "from ocmm_core.features import Shape, fit\n"
         "rng = np.random.default_rng(1)\n"
         "points = rng.normal(size=(50, 3))\n"
         "points = 10 * points / np.linalg.norm(points, axis=1)[:, None] + [1, 2, 3]\n"
-        "print(fit_shape(Shape.SPHERE, points).diameter)\n",
+        "print(fit(Shape.SPHERE, points).diameter)\n",
         tmp_path,
     )
     assert done.returncode == 0, done.stderr

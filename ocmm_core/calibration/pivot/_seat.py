@@ -149,12 +149,12 @@ def examine_seat(
     of_tip = any_cone if slope.chance < _SUSPECT * max(1.0, 8.0 * unseen**6) else np.zeros((3, 3))
     if best.chance > CHANCE:
         size = float(np.sqrt(np.trace(any_cone if pattern else of_tip)))
-        return SeatWander(of_tip, 0.0, _unproven(size, refuses=not pattern))
+        return SeatWander(of_tip, 0.0, _unproven(size))
     worth = max(one.gain - 2.0 * one.dof for one in fits)
     return SeatWander(of_tip, worth, _finding(cone_fit, ball_fit, best.rms))
 
 
-def _unproven(size: float, *, refuses: bool) -> Finding | None:
+def _unproven(size: float) -> Finding | None:
     """Return the finding on a wander of a cone that the sweep would not reveal."""
     if size <= _OPEN_MM:
         return None
@@ -162,7 +162,8 @@ def _unproven(size: float, *, refuses: bool) -> Finding | None:
         "pivot.seat_open",
         f"The sweep would not reveal a worn cone that shifts the tip by {1e3 * size:.0f} um.",
         "Sweep wider and longer in a new cone, or qualify the tip on a sphere.",
-        refuses=refuses,
+        # U of the tip includes it: an honest short sweep is not refused for what it cannot show.
+        refuses=False,
         forcible=True,
     )
 

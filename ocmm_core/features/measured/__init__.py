@@ -53,7 +53,7 @@ if TYPE_CHECKING:
         measured_of,
         oriented_feature,
     )
-    from ocmm_core.features.measured._fit import ZoneProof, certificate, fit_shape, outliers
+    from ocmm_core.features.measured._fit import ZoneProof, certificate, fit, fit_shape, outliers
     from ocmm_core.features.measured._influence import (
         CommandingPoints,
         commanding_points,
@@ -82,7 +82,7 @@ else:
         _construct_geometry="gauge_point",
         _constructed="constructed_features nominal_geometries",
         _each="Each Instead Orientation can_be_oriented geometries_of measured_of oriented_feature",
-        _fit="ZoneProof certificate fit_shape outliers",
+        _fit="ZoneProof certificate fit fit_shape outliers",
         _influence="CommandingPoints commanding_points commanding_rows commanding_touches",
         _second_order="beyond_first_order solver_start",
         _verify=(
@@ -98,7 +98,8 @@ __all__ = [
     "Orientation", "PairResult", "PartOf", "ResidualSlopes", "SetReport", "Touches", "ZoneProof",
     "actual_features", "beyond_first_order", "can_be_oriented", "certificate", "commanding_points",
     "commanding_rows", "commanding_touches", "constructed_features", "construction_fault",
-    "fit_shape", "gauge_point", "geometries_of", "in_order", "measured_of", "needed_features",
+    "fit", "fit_shape", "gauge_point", "geometries_of", "in_order", "measured_of",
+    "needed_features",
     "nominal_geometries", "oriented_feature", "outliers", "probed_features", "shapes_with",
     "solver_start", "verify_folder",
 ]  # fmt: skip

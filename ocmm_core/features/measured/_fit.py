@@ -16,7 +16,7 @@ from ocmm_core.features.shapes import Criterion, Fit, Shape
 from ocmm_core.features.zones import ZoneProof, certificate, fit_bounded, fit_zone
 from ocmm_core.geometry import Float, Points3
 
-__all__ = ["ZoneProof", "associate", "certificate", "fit_shape"]
+__all__ = ["ZoneProof", "associate", "certificate", "fit", "fit_shape"]
 
 
 def fit_shape(
@@ -67,6 +67,10 @@ def fit_shape(
         return associate(start, points, criterion, offset)
     known = FitPrior(direction_hint, radius_hint, second_hint, half_angle_hint, free, offset)
     return ELEMENTS[shape].fit(points, known)
+
+
+fit = fit_shape
+"""Its short name in programs that use the library."""
 
 
 def associate(start: Fit, points: Points3, criterion: Criterion, offset: float = 0.0) -> Fit:

@@ -62,21 +62,19 @@ def test_honest_sweep_over_sensor_patterns_is_accepted() -> None:
     assert np.linalg.norm(found.tip_probe) <= 2.0 * found.tip_sigma
 
 
-def test_short_sweep_that_hides_a_worn_cone_is_refused_or_has_a_large_uncertainty() -> None:
+def test_short_sweep_that_hides_a_worn_cone_has_a_large_uncertainty() -> None:
     rng = np.random.default_rng((1, 400, 20))
     held = waved_attitudes(400, 20.0, rng)
     fault = SeatFault(worn_mm=(0.05, 0.05, 0.0))
     uv = spots(disturbed(rig(), rng), probe(), held, CONE_WORLD + fault.shifts(held), rng)
     sweep = PivotSweep.even(uv, SIGMA_PX)
 
-    with pytest.raises(CalibrationError) as caught:
-        calibrate_probe(rig(), probe(), sweep, QUICK)
-    forced = calibrate_probe(rig(), probe(), sweep, QUICK, force=True)
+    found = calibrate_probe(rig(), probe(), sweep, QUICK)
 
-    assert caught.value.code == "pivot.seat_open"
-    assert "Sweep wider" in caught.value.remedy
-    off = float(np.linalg.norm(forced.tip_probe - probe().tip_probe))
-    assert 0.03 < off <= 2.0 * forced.tip_sigma
+    (warning,) = [one for one in found.warnings if one.code == "pivot.seat_open"]
+    assert "Sweep wider" in warning.remedy
+    off = float(np.linalg.norm(found.tip_probe - probe().tip_probe))
+    assert 0.03 < off <= 2.0 * found.tip_sigma
 
 
 def test_turn_about_the_handle_distinguishes_lobes_from_a_worn_cone() -> None:
