@@ -30,7 +30,7 @@ from ocmm_core.inspection.session import InspectionSession
 from ocmm_core.measuring import Touch, TouchCollector
 from ocmm_core.storage import JobFile, make_head
 from ocmm_core.tracking import TrackingPipeline, load_probe
-from ocmm_shop.archive.questions import Asked, cpk_by_month, parts, passed, today, trend, used
+from ocmm_shop.archive.questions import Query, cpk_by_month, parts, passed, today, trend, used
 from ocmm_shop.archive.records import Delivery, Sender, extract_job, snapshot
 from ocmm_shop.archive.stores import SqlArchive, open_archive
 from ocmm_sim.scene import VirtualRig, load_part
@@ -113,18 +113,18 @@ def questions(archive: SqlArchive, jobs: int) -> dict[str, float]:
     """Return how long each question takes, ms."""
     middle = (START + timedelta(minutes=5.256 * jobs / 2)).astimezone().date()
     some = f"{jobs // 2 * CALIBRATIONS // 100_000 % CALIBRATIONS:064x}"
-    asked = Asked(part="PART 7", characteristic="D1", first=middle)
+    asked = Query(part="PART 7", characteristic="D1", first=middle)
     return {
         "a day's list": timed(lambda: today(archive, asked)),
         "trend (500 newest)": timed(lambda: trend(archive, asked)),
         "where used (500 newest)": timed(
-            lambda: used(archive, Asked(kind="calibration", what=some))
+            lambda: used(archive, Query(kind="calibration", what=some))
         ),
         "where used, all rows": timed(
-            lambda: used(archive, Asked(kind="calibration", what=some, most=100_000)), 3
+            lambda: used(archive, Query(kind="calibration", what=some, most=100_000)), 3
         ),
         "where used, all jobs have it": timed(
-            lambda: used(archive, Asked(kind="artefact", what="B-17"))
+            lambda: used(archive, Query(kind="artefact", what="B-17"))
         ),
         "parts to choose from": timed(lambda: parts(archive)),
         "Cpk by month": timed(lambda: cpk_by_month(archive, asked), 3),

@@ -60,7 +60,7 @@ from ocmm_gui.app import make_application
 from ocmm_gui.bridge import StationBridge
 from ocmm_gui.kit import NoticeCentre
 from ocmm_gui.window import MainWindow
-from ocmm_sim.bus import READY, LineRule, ProxyConfig, Trick, Way
+from ocmm_sim.bus import READY, LineDirection, LineRule, ProxyConfig, Trick
 from ocmm_sim.sources import segment_of
 
 SECONDS = 600.0
@@ -215,7 +215,11 @@ def _with_window(
 
 RUNS = (
     ("undisturbed", (), False),
-    ("1 % of answers dropped", (LineRule(do=Trick.DROP, way=Way.ANSWER, share=DROPPED),), False),
+    (
+        "1 % of answers dropped",
+        (LineRule(do=Trick.DROP, way=LineDirection.ANSWER, share=DROPPED),),
+        False,
+    ),
     ("window stands still", (), True),
 )
 

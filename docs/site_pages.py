@@ -11,7 +11,7 @@ from itertools import groupby
 from pathlib import Path
 from typing import Any
 
-from ocmm_core.manual import Part, load_manual
+from ocmm_core.manual import ManualPart, load_manual
 
 DOCS = Path(__file__).resolve().parent
 FACES = (
@@ -19,8 +19,9 @@ FACES = (
     "ocmm_core.camera", "ocmm_core.tracking", "ocmm_core.inspection.plan", "ocmm_core.errors",
 )  # fmt: skip
 _TITLES = {
-    Part.INSPECTOR: "Inspector", Part.TECHNICIAN: "Technician", Part.QUALITY: "Quality engineer",
-    Part.INTEGRATOR: "Integrator", Part.DEVELOPER: "Developer", Part.DECISIONS: "Decisions",
+    ManualPart.INSPECTOR: "Inspector", ManualPart.TECHNICIAN: "Technician",
+    ManualPart.QUALITY: "Quality engineer", ManualPart.INTEGRATOR: "Integrator",
+    ManualPart.DEVELOPER: "Developer", ManualPart.DECISIONS: "Decisions",
 }  # fmt: skip
 _LINK = re.compile(r"(?<!!)\[([^\]]*)\]\(([^):#]+)(#[^)]*)?\)")
 

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from ocmm_core.documents import resource
 from ocmm_core.errors import InputError
-from ocmm_core.settings import LoadedSettings, Origin, Value
+from ocmm_core.settings import LoadedSettings, SettingOrigin, Value
 from ocmm_core.typed_numbers import option_field
 from ocmm_gui.kit import DEFAULT_THEME, THEMES
 
@@ -213,7 +213,7 @@ class WindowOptions:
 def window_options(parsed: argparse.Namespace, loaded: LoadedSettings) -> WindowOptions:
     """Return the options of a start; arguments take precedence over settings."""
     settings = loaded.settings
-    told = loaded.origins["job.folder"] is not Origin.DEFAULT
+    told = loaded.origins["job.folder"] is not SettingOrigin.DEFAULT
     return WindowOptions(
         theme=settings.window_theme,
         far=settings.window_far,

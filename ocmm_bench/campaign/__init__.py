@@ -27,7 +27,7 @@ if TYPE_CHECKING:
         recording_kinds,
         table_kinds,
     )
-    from ocmm_bench.campaign._hostile_forge import Kind, forged
+    from ocmm_bench.campaign._hostile_forge import Forgery, forged
     from ocmm_bench.campaign._hostile_groups import given, good_files, hostile_groups, usual_of
     from ocmm_bench.campaign._hostile_jobs import damaged_kinds, job_kinds
     from ocmm_bench.campaign._hostile_runs import REFUSED
@@ -42,7 +42,7 @@ else:
         _clock="serve_clock",
         _faults="serve_faults",
         _hostile_documents="document_kinds leaf_kinds points_kinds recording_kinds table_kinds",
-        _hostile_forge="Kind forged",
+        _hostile_forge="Forgery forged",
         _hostile_groups="given good_files hostile_groups usual_of",
         _hostile_jobs="damaged_kinds job_kinds",
         _hostile_runs="REFUSED",
@@ -54,7 +54,7 @@ else:
     )
 
 __all__ = [
-    "MAKERS", "REFUSED", "Kind", "Make", "damaged_kinds", "document_kinds", "forged", "given",
+    "MAKERS", "REFUSED", "Forgery", "Make", "damaged_kinds", "document_kinds", "forged", "given",
     "good_files", "hostile_groups", "job_kinds", "leaf_kinds", "lose_name", "measure_job",
     "other_station", "points_kinds", "possible_losses", "recording_kinds", "reliability",
     "selftest_app", "serve_clock", "serve_faults", "table_kinds", "usual_of",

@@ -10,9 +10,9 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from ocmm_bench.campaign._hostile_forge import Kind
+from ocmm_bench.campaign._hostile_forge import Forgery
 from ocmm_bench.campaign._hostile_groups import Group, given, good_files, hostile_groups, usual_of
-from ocmm_bench.campaign._hostile_runs import REFUSED, Answer
+from ocmm_bench.campaign._hostile_runs import REFUSED, CommandResult
 from ocmm_bench.campaign._stores import other_station
 from ocmm_bench.campaign._trials import Trial
 
@@ -40,14 +40,14 @@ def hostile(seed: int, runs: int, done: frozenset[int]) -> Iterator[Trial]:
                 yield _trial(seed, number, kind, answer, answer.fault(kind, usual[group.word]))
 
 
-def _drawn(groups: list[Group], seed: int) -> list[tuple[Group, Kind]]:
+def _drawn(groups: list[Group], seed: int) -> list[tuple[Group, Forgery]]:
     """Return all kinds, shuffled, so that a short run samples each group."""
     every = [(group, kind) for group in groups for kind in group.kinds]
     random.Random(seed).shuffle(every)  # noqa: S311 - an order, no secret
     return every
 
 
-def _trial(seed: int, number: int, kind: Kind, answer: Answer, fault: str) -> Trial:
+def _trial(seed: int, number: int, kind: Forgery, answer: CommandResult, fault: str) -> Trial:
     refused = int(answer.code == REFUSED and not fault)
     if not fault:
         return Trial("hostile", seed, number, refused, {})

@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from ocmm_bench.campaign._hostile_forge import DEEP, LONG_DIGITS, MARKUP, Kind
+from ocmm_bench.campaign._hostile_forge import DEEP, LONG_DIGITS, MARKUP, Forgery
 
 WRONG: dict[str, Any] = {
     "nothing": "", "markup": MARKUP, "control codes": "\x1b[2J\x1b]0;t\x07", "a path": "../../x",
@@ -28,7 +28,7 @@ WRONG: dict[str, Any] = {
 TOO_LONG_NUMBER = object()
 
 
-def document_kinds(what: str, good: str, n: int, seed: int) -> list[Kind]:
+def document_kinds(what: str, good: str, n: int, seed: int) -> list[Forgery]:
     """Return kinds of a hostile document ``what``, ``n`` of them with one leaf replaced."""
     return [*_as_text(what, good), *leaf_kinds(what, good, n, seed)]
 
@@ -64,12 +64,12 @@ def _paths(value: Any, before: tuple[Any, ...] = ()) -> Iterator[tuple[Any, ...]
             yield from _paths(item, (*before, key))
 
 
-def leaf_kinds(what: str, good: str, n: int, seed: int) -> list[Kind]:
+def leaf_kinds(what: str, good: str, n: int, seed: int) -> list[Forgery]:
     """Return ``n`` kinds of a hostile document, each with one leaf replaced."""
     rng = np.random.default_rng(seed)
     document = tomllib.loads(good)
     paths = list(_paths(document))
-    found: dict[str, Kind] = {}
+    found: dict[str, Forgery] = {}
     wrong = {**WRONG, "5,000 digits": TOO_LONG_NUMBER, "left out": None}
     names = list(wrong)
     while len(found) < n:
@@ -87,7 +87,7 @@ def leaf_kinds(what: str, good: str, n: int, seed: int) -> list[Kind]:
         else:
             inner[path[-1]] = wrong[word]
         # Many values are valid in many places: only forbidden outcomes are checked.
-        found[name] = Kind(name, _writes(as_toml(changed).encode("utf-8", "replace")), True)
+        found[name] = Forgery(name, _writes(as_toml(changed).encode("utf-8", "replace")), True)
     return list(found.values())
 
 
@@ -98,7 +98,7 @@ def _writes(content: bytes) -> Callable[[Path, Path], None]:
     return make
 
 
-def _as_text(what: str, good: str) -> Iterator[Kind]:
+def _as_text(what: str, good: str) -> Iterator[Forgery]:
     raw = good.encode()
     texts = {
         "empty": b"", "zeros": bytes(1000), "Latin-1": raw + "\n# Zoë µ\n".encode("latin-1"),
@@ -114,11 +114,11 @@ def _as_text(what: str, good: str) -> Iterator[Kind]:
         "a date": raw + b"\nx = 9999-99-99\n", "a zero": raw.replace(b'name = "', b'name = "\0', 1),
     }  # fmt: skip
     for name, content in texts.items():
-        yield Kind(f"{what}, {name}", _writes(content), name in ("a byte order mark",))
+        yield Forgery(f"{what}, {name}", _writes(content), name in ("a byte order mark",))
     yield from _places(what)
 
 
-def _places(what: str) -> Iterator[Kind]:
+def _places(what: str) -> Iterator[Forgery]:
     def folder(good: Path, path: Path) -> None:
         path.mkdir()
 
@@ -138,11 +138,11 @@ def _places(what: str) -> Iterator[Kind]:
     for name, make in {
         "a folder": folder, "a pipe": pipe, "20 GB": sparse, "a device": device, "a circle": circle,
     }.items():  # fmt: skip
-        yield Kind(f"{what}, {name}", make)
-    yield Kind(f"{what}, nothing there", lambda good, path: None)
+        yield Forgery(f"{what}, {name}", make)
+    yield Forgery(f"{what}, nothing there", lambda good, path: None)
 
 
-def points_kinds() -> list[Kind]:
+def points_kinds() -> list[Forgery]:
     rows = "\n".join(f"{x} {y} {0.001 * x * y}" for x in range(6) for y in range(6))
     texts = {
         "letters": "a b c\n" * 10, "two columns": "1 2\n" * 10, "many columns": "1 " * 100_000,
@@ -166,15 +166,15 @@ def points_kinds() -> list[Kind]:
         "a million rows",
     }
     return [
-        *(Kind(f"points, {k}", _writes(v.encode()), k in odd) for k, v in texts.items()),
-        Kind("points, Latin-1", _writes(("# Zoë\n" + rows).encode("latin-1")), True),
-        Kind("points, UTF-16", _writes(rows.encode("utf-16")), True),
-        Kind("points, half of UTF-16", _writes(rows.encode("utf-16")[:101]), True),
+        *(Forgery(f"points, {k}", _writes(v.encode()), k in odd) for k, v in texts.items()),
+        Forgery("points, Latin-1", _writes(("# Zoë\n" + rows).encode("latin-1")), True),
+        Forgery("points, UTF-16", _writes(rows.encode("utf-16")), True),
+        Forgery("points, half of UTF-16", _writes(rows.encode("utf-16")[:101]), True),
         *_places("points"),
     ]
 
 
-def table_kinds() -> list[Kind]:
+def table_kinds() -> list[Forgery]:
     """Return kinds of hostile feature tables for the import into a plan."""
     head = "name,shape,x,y,z,diameter\n"
     good = head + "S1,Sphere,0,0,0,20\n"
@@ -188,13 +188,15 @@ def table_kinds() -> list[Kind]:
         "another shape": good.replace("Sphere", "Donut"), "a formula": good.replace("S1", "=1+1"),
     }  # fmt: skip
     return [
-        *(Kind(f"table, {k}", _writes(v.encode())) for k, v in texts.items()),
-        Kind("table, Latin-1", _writes(good.replace("S1", "Sé").encode("latin-1")), harmless=True),
+        *(Forgery(f"table, {k}", _writes(v.encode())) for k, v in texts.items()),
+        Forgery(
+            "table, Latin-1", _writes(good.replace("S1", "Sé").encode("latin-1")), harmless=True
+        ),
         *_places("table"),
     ]
 
 
-def recording_kinds(good: bytes) -> list[Kind]:
+def recording_kinds(good: bytes) -> list[Forgery]:
     """Return kinds of hostile recordings, from the bytes of a good one."""
     line, _, rest = good.partition(b"\n")
     head = json.loads(line)["head"]
@@ -206,7 +208,7 @@ def recording_kinds(good: bytes) -> list[Kind]:
         return json.dumps(whole, separators=(",", ":")).encode() + b"\n" + rest
 
     kinds = [
-        Kind(f"recording, {key} is {word}", _writes(headed(**{key: value})))
+        Forgery(f"recording, {key} is {word}", _writes(headed(**{key: value})))
         for key in ("frame_period_ns", "cycle_period_ns", "n_slots")
         for word, value in (("0", 0), ("-1", -1), ("10**18", 10**18), ("a text", "x"),
                             ("10**400", 10**400), ("1.5", 1.5))
@@ -214,19 +216,20 @@ def recording_kinds(good: bytes) -> list[Kind]:
     for word, serials in {"none": [], "a hundred": [1] * 100, "the same": [1, 1], "-1": [-1, -2],
                           "10**30": [10**30, 2], "texts": ["a", "b"]}.items():  # fmt: skip
         kinds.append(
-            Kind(f"recording, serials are {word}", _writes(headed(camera_serials=serials)))
+            Forgery(f"recording, serials are {word}", _writes(headed(camera_serials=serials)))
         )
     kinds += [
-        Kind("recording, source is markup", _writes(headed(source=MARKUP)), True),
-        Kind("recording, another time", _writes(headed(started_utc="yesterday")), True),
-        Kind("recording, deep head", _writes(b'{"head":' + DEEP.encode() + b"\n" + rest)),
-        Kind("recording, long digits", _writes(b'{"head":' + LONG_DIGITS.encode() + b"}\n" + rest)),
-        Kind("recording, no line end", _writes(b"x" * 1_000_000)),
-        Kind("recording, only a head", _writes(line + b"\n"), True),
-        Kind("recording, cut", _writes(good[: len(good) // 2]), True),
-        Kind("recording, empty", _writes(b"")),
-        Kind("recording, magic everywhere", _writes(line + b"\n" + b"OCRF" * 500_000), True),
-        *(Kind(f"recording, frames of {word}", _writes(line + b"\n" + _filled(rest, fill)), True)
+        Forgery("recording, source is markup", _writes(headed(source=MARKUP)), True),
+        Forgery("recording, another time", _writes(headed(started_utc="yesterday")), True),
+        Forgery("recording, deep head", _writes(b'{"head":' + DEEP.encode() + b"\n" + rest)),
+        Forgery("recording, long digits",
+                _writes(b'{"head":' + LONG_DIGITS.encode() + b"}\n" + rest)),
+        Forgery("recording, no line end", _writes(b"x" * 1_000_000)),
+        Forgery("recording, only a head", _writes(line + b"\n"), True),
+        Forgery("recording, cut", _writes(good[: len(good) // 2]), True),
+        Forgery("recording, empty", _writes(b"")),
+        Forgery("recording, magic everywhere", _writes(line + b"\n" + b"OCRF" * 500_000), True),
+        *(Forgery(f"recording, frames of {word}", _writes(line + b"\n" + _filled(rest, fill)), True)
           for word, fill in (("zeros", b"\0"), ("ones", b"\xff"),
                              ("NaN", struct.pack("<d", math.nan)),
                              ("1e308", struct.pack("<d", 1e308)))),

@@ -34,7 +34,7 @@ Edit = Callable[[sqlite3.Connection], object]
 
 
 @dataclass(frozen=True, slots=True)
-class Kind:
+class Forgery:
     name: str
     make: Callable[[Path, Path], None]
     """Writes it to a path, from a good one: ``make(good, path)``."""

@@ -15,9 +15,9 @@ from ocmm_bench.campaign._hostile_documents import (
     recording_kinds,
     table_kinds,
 )
-from ocmm_bench.campaign._hostile_forge import Kind
+from ocmm_bench.campaign._hostile_forge import Forgery
 from ocmm_bench.campaign._hostile_jobs import damaged_kinds, job_kinds
-from ocmm_bench.campaign._hostile_runs import Answer, run_aside, run_here
+from ocmm_bench.campaign._hostile_runs import CommandResult, run_aside, run_here
 from ocmm_bench.campaign._hostile_steps import has_models, step_kinds, write_good_step
 from ocmm_bench.campaign._kills import measure_job
 from ocmm_bench.campaign._trials import NotRunError
@@ -33,7 +33,7 @@ class Group:
     """Kinds of files and the command that reads them."""
 
     word: str
-    kinds: Sequence[Kind]
+    kinds: Sequence[Forgery]
     name: str
     command: Command
     good: Path
@@ -140,7 +140,7 @@ def hostile_groups(good: dict[str, Path], damaged: int, leaves: int, seed: int) 
     return found
 
 
-def given(group: Group, kind: Kind, folder: Path, index: int) -> Answer:
+def given(group: Group, kind: Forgery, folder: Path, index: int) -> CommandResult:
     """Make a file and give it to its command, in a separate process."""
     place = folder / f"{group.word}-{index}".replace(" ", "-")
     out = place / "out"
@@ -155,7 +155,7 @@ def given(group: Group, kind: Kind, folder: Path, index: int) -> Answer:
 
 def usual_of(group: Group, folder: Path) -> float:
     """Return the CPU time of the good file of a group, s."""
-    return given(group, Kind("good", partial(_copy, group.good)), folder, -1).cpu_s
+    return given(group, Forgery("good", partial(_copy, group.good)), folder, -1).cpu_s
 
 
 def _copy(file: Path, good: Path, path: Path) -> None:

@@ -13,23 +13,23 @@ from typing import Any
 
 import numpy as np
 
-from ocmm_bench.campaign._hostile_forge import DEEP, LONG_DIGITS, MARKUP, TABLES, Kind, forged
+from ocmm_bench.campaign._hostile_forge import DEEP, LONG_DIGITS, MARKUP, TABLES, Forgery, forged
 
 
-def job_kinds() -> list[Kind]:
+def job_kinds() -> list[Forgery]:
     """Return all kinds of hostile job files except random damage."""
     return [*_values(), *_texts(), *_seals(), *_schemas(), *_bytes()]
 
 
-def damaged_kinds(n: int, seed: int) -> list[Kind]:
+def damaged_kinds(n: int, seed: int) -> list[Forgery]:
     """Return ``n`` jobs with random damage: bytes replaced, removed, doubled, zeroed."""
     return [
-        Kind(f"job, damage {index}", partial(_damage, seed=seed + index), True)
+        Forgery(f"job, damage {index}", partial(_damage, seed=seed + index), True)
         for index in range(n)
     ]
 
 
-def _set(table: str, column: str, value: Any, name: str, *, harmless: bool = False) -> Kind:
+def _set(table: str, column: str, value: Any, name: str, *, harmless: bool = False) -> Forgery:
     key = TABLES[table][0]
 
     def make(good: Path, path: Path) -> None:
@@ -42,7 +42,7 @@ def _set(table: str, column: str, value: Any, name: str, *, harmless: bool = Fal
                 last = "(SELECT max(key) FROM audit WHERE subject = 'observation')"
                 db.execute(f"UPDATE audit SET key = ? WHERE key = {last}", (value,))  # noqa: S608 - a constant
 
-    return Kind(f"job, {table}.{column} {name}", make, harmless)
+    return Forgery(f"job, {table}.{column} {name}", make, harmless)
 
 
 _WRONG_INTEGERS = {
@@ -59,7 +59,7 @@ _WRONG_TEXTS = {
 _ODD_TEXTS = {"nothing": "", "a zero": "a\0b", "markup": MARKUP, "a megabyte": "x" * 1_000_000}
 
 
-def _values() -> Iterator[Kind]:
+def _values() -> Iterator[Forgery]:
     for column in ("number", "first_frame", "last_frame", "n_frames"):
         for name, wrong in _WRONG_INTEGERS.items():
             if column != "number" or isinstance(wrong, int):
@@ -97,7 +97,7 @@ def _values() -> Iterator[Kind]:
     yield _set("observation", "spots_shape", None, "NULL")
 
 
-def _texts() -> Iterator[Kind]:
+def _texts() -> Iterator[Forgery]:
     for column in TABLES["head"][1:]:
         for name, wrong in _WRONG_TEXTS.items():
             yield _set("head", column, wrong, name)
@@ -133,19 +133,23 @@ def _texts() -> Iterator[Kind]:
             "another field": '{"done": 1}', "long digits": f'{{"order": {LONG_DIGITS}}}',
             "1e999": '{"max_form": 1e999}', "markup": MARKUP, "NaN": "NaN",
         }.items():  # fmt: skip
-            yield Kind(f"job, event {kind!r} is {name}", _event(kind, text), kind in _FREE)
+            yield Forgery(f"job, event {kind!r} is {name}", _event(kind, text), kind in _FREE)
     for text in ("1 as 1", "2 as 1", "1 as 99999999999", "1 as 2\n"):
-        yield Kind(f"job, event 'restored' is {text!r}", _event("restored", text))
+        yield Forgery(f"job, event 'restored' is {text!r}", _event("restored", text))
     limits = (
         '{"max_form":%s,"window_s":%s,"still_mm":0.05,"min_share":0.9,"approach_mm":3.0,'
         '"max_uncertainty":0.1,"method":"gauss-newton"}'
     )
     for limit in ("-1", "0", "1e308", "1e-320", "123456789012345678901234567890"):
-        yield Kind(f"job, limit max_form {limit}", _event("limits", limits % (limit, "0.3")), True)
-        yield Kind(f"job, limit window_s {limit}", _event("limits", limits % ("0.5", limit)), True)
+        yield Forgery(
+            f"job, limit max_form {limit}", _event("limits", limits % (limit, "0.3")), True
+        )
+        yield Forgery(
+            f"job, limit window_s {limit}", _event("limits", limits % ("0.5", limit)), True
+        )
 
 
-def _seals() -> Iterator[Kind]:
+def _seals() -> Iterator[Forgery]:
     for name, wrong in _WRONG_INTEGERS.items():
         if isinstance(wrong, int):
             yield _set("seal", "sequence", wrong, name)
@@ -161,7 +165,7 @@ def _seals() -> Iterator[Kind]:
             # warning.
             yield _set("seal", column, text, name, harmless=name != "30 MB")
     for many, length in ((200_000, 44), (3, 9_000_000)):
-        yield Kind(f"job, {many} signatures more of {length} signs", _more_seals(many, length))
+        yield Forgery(f"job, {many} signatures more of {length} signs", _more_seals(many, length))
 
 
 def _more_seals(many: int, length: int) -> Callable[[Path, Path], None]:
@@ -201,7 +205,7 @@ _RECURSION = (
 )
 
 
-def _schemas() -> Iterator[Kind]:
+def _schemas() -> Iterator[Forgery]:
     for table in ("head", "observation", "annulment", "event", "audit"):
         columns = TABLES.get(
             table, ("sequence", "time_utc", "subject", "key", "content_sha256", "previous", "hash")
@@ -226,7 +230,7 @@ def _schemas() -> Iterator[Kind]:
     yield _statements("another application", "PRAGMA application_id = 1")
 
 
-def _statements(name: str, *statements: str) -> Kind:
+def _statements(name: str, *statements: str) -> Forgery:
     def make(good: Path, path: Path) -> None:
         shutil.copyfile(good, path)
         with contextlib.closing(sqlite3.connect(path, isolation_level=None)) as db:
@@ -234,10 +238,10 @@ def _statements(name: str, *statements: str) -> Kind:
             for statement in statements:
                 db.execute(statement)
 
-    return Kind(f"job, {name}", make)
+    return Forgery(f"job, {name}", make)
 
 
-def _bytes() -> Iterator[Kind]:
+def _bytes() -> Iterator[Forgery]:
     def cut(share: float) -> Callable[[Path, Path], None]:
         def make(good: Path, path: Path) -> None:
             content = good.read_bytes()
@@ -255,13 +259,13 @@ def _bytes() -> Iterator[Kind]:
 
     for share in (0.0, 0.01, 0.5, 0.99):
         # The last page may be cut if it is empty.
-        yield Kind(f"job, {share:.0%} of it", cut(share), share == 0.99)
+        yield Forgery(f"job, {share:.0%} of it", cut(share), share == 0.99)
     for at, content in (
         (16, b"\0\0"), (16, b"\x00\x03"), (18, b"\xff\xff"), (20, b"\xff"), (44, b"\0\0\0\x09"),
         (56, b"\0\0\0\x02"), (100, b"\x02"), (103, b"\xff\xff"),
     ):  # fmt: skip
         harmless = at in (18, 56)
-        yield Kind(f"job, byte {at} is {content.hex()}", header(at, content), harmless)
+        yield Forgery(f"job, byte {at} is {content.hex()}", header(at, content), harmless)
 
     def sparse(good: Path, path: Path) -> None:
         shutil.copyfile(good, path)
@@ -275,9 +279,9 @@ def _bytes() -> Iterator[Kind]:
         shutil.copyfile(good, path)
         path.with_name(f"{path.name}-wal").write_bytes(bytes(100_000))
 
-    yield Kind("job, 20 GB that are not there", sparse)
-    yield Kind("job, a folder", folder)
-    yield Kind("job, a log of zeros", log, True)
+    yield Forgery("job, 20 GB that are not there", sparse)
+    yield Forgery("job, a folder", folder)
+    yield Forgery("job, a log of zeros", log, True)
 
 
 def _damage(good: Path, path: Path, seed: int) -> None:

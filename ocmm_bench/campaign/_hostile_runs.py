@@ -11,7 +11,7 @@ import time
 from dataclasses import dataclass
 from pathlib import Path
 
-from ocmm_bench.campaign._hostile_forge import Kind
+from ocmm_bench.campaign._hostile_forge import Forgery
 
 LONGEST_S, LONGEST_CLOCK_S, MOST_MB = 5.0, 120.0, 512.0
 REFUSED = 2
@@ -20,7 +20,7 @@ _NOBODY = 65534
 
 
 @dataclass(frozen=True, slots=True)
-class Answer:
+class CommandResult:
     """Result of a command: exit code, CPU and wall time, memory, output."""
 
     code: int
@@ -29,7 +29,7 @@ class Answer:
     memory_mb: float
     words: str
 
-    def fault(self, kind: Kind, usual_s: float) -> str:
+    def fault(self, kind: Forgery, usual_s: float) -> str:
         """Return the forbidden outcome or "": a good file takes ``usual_s`` of CPU time."""
         if self.code == -signal.SIGKILL or self.cpu_s > 2.0 * usual_s + LONGEST_S:
             return "hang"
@@ -72,7 +72,7 @@ def _give_up_rights(user: int) -> None:
 
 def run_aside(
     arguments: list[str], words: Path, most_s: float = LONGEST_CLOCK_S, user: int | None = None
-) -> Answer:
+) -> CommandResult:
     """Run a command as ``user`` (None: this one), killed after ``most_s``; prints to ``words``."""
     sys.stdout.flush()
     sys.stderr.flush()
@@ -88,7 +88,7 @@ def run_aside(
             os.kill(child, signal.SIGKILL)
         time.sleep(0.005)
     text = words.read_text("utf-8", "replace") if words.exists() else ""
-    return Answer(
+    return CommandResult(
         os.waitstatus_to_exitcode(status),
         used.ru_utime + used.ru_stime,
         time.perf_counter() - begun,

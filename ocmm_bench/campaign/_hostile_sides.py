@@ -19,9 +19,9 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from ocmm_bench.campaign._hostile import quiet
-from ocmm_bench.campaign._hostile_forge import Kind
+from ocmm_bench.campaign._hostile_forge import Forgery
 from ocmm_bench.campaign._hostile_groups import good_files
-from ocmm_bench.campaign._hostile_runs import Answer, ordinary_user, run_aside, run_here
+from ocmm_bench.campaign._hostile_runs import CommandResult, ordinary_user, run_aside, run_here
 from ocmm_bench.campaign._stores import CalibrationSite
 from ocmm_bench.campaign._trials import Trial
 from ocmm_core.documents import resource
@@ -233,7 +233,7 @@ def made_site(folder: Path) -> Path:
     return site
 
 
-def tried(site: Path, pair: SidePair, folder: Path, user: int | None) -> tuple[Answer, str]:
+def tried(site: Path, pair: SidePair, folder: Path, user: int | None) -> tuple[CommandResult, str]:
     """Give a hostile file to its command; return the result and the forbidden outcome."""
     place = folder / "trial"
     shutil.copytree(site, place, symlinks=True)
@@ -251,7 +251,7 @@ def tried(site: Path, pair: SidePair, folder: Path, user: int | None) -> tuple[A
         with _home(place):
             words = folder / "words.txt"
             answer = run_aside(_filled(pair.command, place), words, _LONGEST_CLOCK_S, user)
-        fault = answer.fault(Kind(pair.name, lambda good, path: None, harmless=True), 2.0)
+        fault = answer.fault(Forgery(pair.name, lambda good, path: None, harmless=True), 2.0)
         if answer.clock_s > _LONGEST_CLOCK_S:
             fault = "hang"
         elif fault == "no sentence" and len(answer.words) > _SHORTEST:

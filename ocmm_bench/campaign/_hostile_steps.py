@@ -10,7 +10,7 @@ import sys
 from functools import partial
 from pathlib import Path
 
-from ocmm_bench.campaign._hostile_forge import Kind
+from ocmm_bench.campaign._hostile_forge import Forgery
 
 _DAMAGED = 40
 _GOOD = """
@@ -39,7 +39,7 @@ def write_good_step(path: Path) -> None:
     subprocess.run(command, check=True, capture_output=True)  # noqa: S603 - the text above
 
 
-def step_kinds(good: str, seed: int) -> list[Kind]:
+def step_kinds(good: str, seed: int) -> list[Forgery]:
     """Return kinds of hostile models, made from the text of a good one with one solid."""
     head, data = good.split("DATA;", 1)
     body, end = data.rsplit("ENDSEC;", 1)
@@ -89,7 +89,8 @@ def step_kinds(good: str, seed: int) -> list[Kind]:
         "twice the same", "twice the same data", "units of nothing", "all numbers -1",
     }  # fmt: skip
     kinds = [
-        Kind(name, partial(_write, text.encode()), name in harmless) for name, text in whole.items()
+        Forgery(name, partial(_write, text.encode()), name in harmless)
+        for name, text in whole.items()
     ]
     raw = {
         "no UTF-8": good.replace("'", "'\udcff\udcc3", 40).encode("utf-8", "surrogateescape"),
@@ -97,10 +98,12 @@ def step_kinds(good: str, seed: int) -> list[Kind]:
         "noughts within": good.encode()[:3000] + bytes(1000) + good.encode()[3000:],
         "UTF-16": b"ISO-10303-21;" + good.encode("utf-16"),
     }
-    kinds += [Kind(name, partial(_write, content), harmless=True) for name, content in raw.items()]
+    kinds += [
+        Forgery(name, partial(_write, content), harmless=True) for name, content in raw.items()
+    ]
     for number in range(_DAMAGED):
         content = _damaged(good, random.Random(f"{seed} {number}"))  # noqa: S311 - no secret
-        kinds.append(Kind(f"damaged {number}", partial(_write, content), harmless=True))
+        kinds.append(Forgery(f"damaged {number}", partial(_write, content), harmless=True))
     return kinds
 
 

@@ -27,11 +27,11 @@ if TYPE_CHECKING:
         conform_virtual,
     )
     from ocmm_bench.conform._findings import (
+        CameraOutcome,
         ConformanceReport,
-        Outcome,
         RuleResult,
+        RuleVerdict,
         TimingSheet,
-        Verdict,
     )
     from ocmm_bench.conform._line import ConformLine, WireLine
     from ocmm_bench.conform._page import conformance_page, conformance_text
@@ -41,14 +41,28 @@ else:
         __name__,
         _command="conform_camera",
         _conform_process="ConformConfig ConformNews conform_command conform_virtual",
-        _findings="ConformanceReport Outcome RuleResult TimingSheet Verdict",
+        _findings="ConformanceReport CameraOutcome RuleResult TimingSheet RuleVerdict",
         _line="ConformLine WireLine",
         _page="conformance_page conformance_text",
         _run="RULES conform find_place",
     )
 
 __all__ = [
-    "RULES", "ConformConfig", "ConformLine", "ConformNews", "ConformanceReport", "Outcome",
-    "RuleResult", "TimingSheet", "Verdict", "WireLine", "conform", "conform_camera",
-    "conform_command", "conform_virtual", "conformance_page", "conformance_text", "find_place",
+    "RULES",
+    "CameraOutcome",
+    "ConformConfig",
+    "ConformLine",
+    "ConformNews",
+    "ConformanceReport",
+    "RuleResult",
+    "RuleVerdict",
+    "TimingSheet",
+    "WireLine",
+    "conform",
+    "conform_camera",
+    "conform_command",
+    "conform_virtual",
+    "conformance_page",
+    "conformance_text",
+    "find_place",
 ]  # fmt: skip

@@ -18,10 +18,10 @@ from ocmm_bench.conform._exchanges import (
     SAFEOP,
     STATE_LIMIT_NS,
     STATE_TIME,
-    Cycle,
+    ExchangeCycle,
     Status,
 )
-from ocmm_bench.conform._findings import Findings, NotAsDescribedError
+from ocmm_bench.conform._findings import NotAsDescribedError, RuleFindings
 from ocmm_bench.conform._line import ConformLine
 from ocmm_bench.conform._mail_line import MailLine
 from ocmm_core.fieldbus.device import (
@@ -55,7 +55,7 @@ class Bench:
     def __init__(self, line: ConformLine, place: int, firmware: bytes = b"") -> None:
         self.line = line
         self.firmware = firmware
-        self.findings = Findings({})
+        self.findings = RuleFindings({})
         self.serial = 0
         self.sync0_start = 0
         self.place = place
@@ -195,12 +195,12 @@ class Bench:
 
     # Process data
 
-    def cycle(self, acknowledge: int | None = None, *, command: int = Command.LRW) -> Cycle:
+    def cycle(self, acknowledge: int | None = None, *, command: int = Command.LRW) -> ExchangeCycle:
         """Exchange process data once; acknowledge up to a number, or nothing."""
         control = 0 if acknowledge is None else 1
         return self.outputs(control, acknowledge or 0, command)
 
-    def outputs(self, control: int, number: int, command: int = Command.LRW) -> Cycle:
+    def outputs(self, control: int, number: int, command: int = Command.LRW) -> ExchangeCycle:
         """Exchange process data once with these outputs."""
         self._heartbeat = self._heartbeat + 1 & 0xFFFFFFFF
         sent = OUTPUT_STRUCT.pack(control, 0, number & 0xFFFFFFFF, self._heartbeat)
@@ -214,7 +214,7 @@ class Bench:
         )
         came = self.line.now_ns()
         content = logical.data[OUTPUT_STRUCT.size :]
-        return Cycle(
+        return ExchangeCycle(
             logical.working_counter, content, NEWEST_LAYOUT.decode(content),
             int.from_bytes(clock.data, "little"), before, came,
         )  # fmt: skip
@@ -227,13 +227,13 @@ class Bench:
         if header.frames_valid:
             self._seen = header.counter + header.frames_valid - 1
 
-    def belongs(self, cycle: Cycle) -> bool:
+    def belongs(self, cycle: ExchangeCycle) -> bool:
         """Return whether the checksum matches this camera's input."""
         return cycle.header.data_crc == NEWEST_LAYOUT.crc(cycle.content, self.serial)
 
-    def run(self, cycles: int, *, step_s: float = 0.001) -> list[Cycle]:
+    def run(self, cycles: int, *, step_s: float = 0.001) -> list[ExchangeCycle]:
         """Exchange process data and acknowledge all frames; return the cycles."""
-        found: list[Cycle] = []
+        found: list[ExchangeCycle] = []
         last: int | None = None
         for _ in range(cycles):
             each = self.cycle(last)
@@ -243,7 +243,7 @@ class Bench:
             self.line.sleep(step_s)
         return found
 
-    def streaming(self, *, sync0_ns: int = SYNC0_NS) -> Cycle:
+    def streaming(self, *, sync0_ns: int = SYNC0_NS) -> ExchangeCycle:
         """Bring the camera to OP with running exposures; return a cycle with frames."""
         self.feeding = False
         self.go(INIT)

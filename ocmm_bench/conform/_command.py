@@ -47,7 +47,7 @@ def conform_camera(
     and, with --firmware, updates it permanently. Exit code 0: GREEN; 1: RED; 3: INCOMPLETE.
     """
     from ocmm_bench.conform._conform_process import ConformNews
-    from ocmm_bench.conform._findings import Outcome
+    from ocmm_bench.conform._findings import CameraOutcome
     from ocmm_bench.conform._page import conformance_page, conformance_text
     from ocmm_core.fieldbus.device import Firmware
 
@@ -88,7 +88,7 @@ def conform_camera(
         write_bytes(json, report.to_json())
     if page is not None:
         write_bytes(page, conformance_page(report).encode())
-    codes = {Outcome.RED: _EXIT_RED, Outcome.INCOMPLETE: _EXIT_INCOMPLETE}
+    codes = {CameraOutcome.RED: _EXIT_RED, CameraOutcome.INCOMPLETE: _EXIT_INCOMPLETE}
     raise typer.Exit(codes.get(report.outcome, 0))
 
 

@@ -31,7 +31,7 @@ class Status:
 
 
 @dataclass(frozen=True, slots=True)
-class Cycle:
+class ExchangeCycle:
     """One exchange of process data."""
 
     working_counter: int

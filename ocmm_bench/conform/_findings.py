@@ -14,7 +14,7 @@ from ocmm_core.errors import BusError
 _BINS = 24
 
 
-class Verdict(StrEnum):
+class RuleVerdict(StrEnum):
     """Verdict of a rule or run."""
 
     PASSED = "PASSED"
@@ -22,7 +22,7 @@ class Verdict(StrEnum):
     NOT_TESTED = "NOT TESTED"
 
 
-class Outcome(StrEnum):
+class CameraOutcome(StrEnum):
     """Verdict on a camera."""
 
     GREEN = "GREEN"
@@ -74,7 +74,7 @@ class RuleResult(msgspec.Struct, frozen=True, kw_only=True):
     code: str
     section: str
     title: str
-    verdict: Verdict
+    verdict: RuleVerdict
     checked: int
     """Number of single expectations checked."""
     complaints: tuple[str, ...] = ()
@@ -97,13 +97,15 @@ class ConformanceReport(msgspec.Struct, frozen=True, kw_only=True):
     timings: tuple[TimingSheet, ...]
 
     @property
-    def outcome(self) -> Outcome:
+    def outcome(self) -> CameraOutcome:
         """Return the verdict on the camera, from rules and times."""
         verdicts = {result.verdict for result in self.results}
         late = any(not sheet.kept for sheet in self.timings)
-        if Verdict.FAILED in verdicts or late or not verdicts:
-            return Outcome.RED
-        return Outcome.INCOMPLETE if Verdict.NOT_TESTED in verdicts else Outcome.GREEN
+        if RuleVerdict.FAILED in verdicts or late or not verdicts:
+            return CameraOutcome.RED
+        return (
+            CameraOutcome.INCOMPLETE if RuleVerdict.NOT_TESTED in verdicts else CameraOutcome.GREEN
+        )
 
     def to_json(self) -> bytes:
         """Return the report as JSON, including the verdict."""
@@ -133,7 +135,7 @@ class NotTestedError(BusError):
         return (type(self), (self.complaint,))
 
 
-class Findings:
+class RuleFindings:
     """Collects the findings of a running rule; extends `times` in place."""
 
     MOST_COMPLAINTS = 12

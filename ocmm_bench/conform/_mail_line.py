@@ -12,7 +12,7 @@ from ocmm_bench.conform._sdo_talk import (
     COE,
     EMERGENCY,
     REQUEST,
-    Refusal,
+    SdoRefusal,
     download,
     mailbox,
     parts,
@@ -97,19 +97,19 @@ class MailLine:
         self._timed(SDO_TIME, self._line.now_ns() - before, SDO_LIMIT_NS)
         return answer
 
-    def read(self, index: int, sub: int, *, complete: bool = False) -> bytes | Refusal:
+    def read(self, index: int, sub: int, *, complete: bool = False) -> bytes | SdoRefusal:
         return upload(self.sdo, index, sub, complete=complete)
 
     def write(
         self, index: int, sub: int, value: bytes, *, complete: bool = False
-    ) -> Refusal | None:
+    ) -> SdoRefusal | None:
         """Write an entry; return the refusal, if any."""
         return download(self.sdo, index, sub, value, complete=complete)
 
     def value(self, index: int, sub: int = 0) -> bytes:
         """Read a required entry."""
         found = self.read(index, sub)
-        if isinstance(found, Refusal):
+        if isinstance(found, SdoRefusal):
             raise NotAsDescribedError(f"{index:#06x}:{sub:02X} is {found}.")
         return found
 

@@ -6,17 +6,17 @@ from html import escape
 from itertools import groupby
 
 from ocmm_bench.conform._findings import (
+    CameraOutcome,
     ConformanceReport,
-    Outcome,
     RuleResult,
+    RuleVerdict,
     TimingSheet,
-    Verdict,
 )
 
 _WORDS = {
-    Outcome.GREEN: "Every rule was tried and is kept.",
-    Outcome.INCOMPLETE: "What was tried is kept; not everything was tried.",
-    Outcome.RED: "The camera is not as described.",
+    CameraOutcome.GREEN: "Every rule was tried and is kept.",
+    CameraOutcome.INCOMPLETE: "What was tried is kept; not everything was tried.",
+    CameraOutcome.RED: "The camera is not as described.",
 }
 _NOT_SHOWN = (
     "Not shown by this test: clocks of several cameras that follow each other below 1 us, frames "
@@ -121,7 +121,9 @@ def _rule_row(result: RuleResult) -> str:
 
 def _sheet_row(sheet: TimingSheet) -> str:
     limit = _ms(sheet.limit_ns) if sheet.limit_ns else "-"
-    worst = f'<td class="n {"" if sheet.kept else Verdict.FAILED.value}">{_ms(sheet.worst_ns)}</td>'
+    worst = (
+        f'<td class="n {"" if sheet.kept else RuleVerdict.FAILED.value}">{_ms(sheet.worst_ns)}</td>'
+    )
     return (
         f"<tr><td>{escape(sheet.name)}</td><td class=n>{sheet.count}</td>"
         f"<td class=n>{_ms(sheet.median_ns)}</td><td class=n>{_ms(sheet.p99_ns)}</td>{worst}"

@@ -4,7 +4,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from ocmm_bench.conform._bench import Bench
-from ocmm_bench.conform._findings import Findings
+from ocmm_bench.conform._findings import RuleFindings
 
 
 @dataclass(frozen=True, slots=True)
@@ -16,5 +16,5 @@ class Rule:
     section: str
     title: str
     """Requirement, one sentence."""
-    run: Callable[[Bench, Findings], None]
+    run: Callable[[Bench, RuleFindings], None]
     """Tests the rule; may leave the camera in any state."""

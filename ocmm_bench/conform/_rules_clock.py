@@ -7,7 +7,7 @@ import struct
 
 from ocmm_bench.conform._bench import Bench
 from ocmm_bench.conform._exchanges import INIT, MS, OP, PREOP, SAFEOP
-from ocmm_bench.conform._findings import Findings
+from ocmm_bench.conform._findings import RuleFindings
 from ocmm_bench.conform._rule import Rule
 from ocmm_core.fieldbus.device import CONFIGURATION, INPUT_SYNC, OUTPUT_SYNC, SYNC0_NS, CameraStatus
 
@@ -20,7 +20,7 @@ _LATE_START_NS = 50 * MS
 _FREE_PERIOD_NS = 250_000
 
 
-def system_time(bench: Bench, see: Findings) -> None:
+def system_time(bench: Bench, see: RuleFindings) -> None:
     """Check the bus time: 64 bits, running, offset applied, rate of the computer."""
     bench.go(INIT)
     times = [bench.system_ns() for _ in range(20)]
@@ -47,7 +47,7 @@ def system_time(bench: Bench, see: Findings) -> None:
     see.expect(ppm <= _MOST_PPM, f"The clock is {ppm:.0f} ppm wrong against this computer.")
 
 
-def difference(bench: Bench, see: Findings) -> None:
+def difference(bench: Bench, see: RuleFindings) -> None:
     """Send a reference time ahead of and behind the clock."""
     bench.go(INIT)
     for ahead_ns in (10 * MS, -10 * MS):
@@ -62,7 +62,7 @@ def difference(bench: Bench, see: Findings) -> None:
     bench.put(_SPEED, bench.get(_SPEED, 2))
 
 
-def phase(bench: Bench, see: Findings) -> None:
+def phase(bench: Bench, see: RuleFindings) -> None:
     """Program other SYNC0 periods, and check the exposure times."""
     for period in (SYNC0_NS, 250_000, 100_000):
         bench.streaming(sync0_ns=period)
@@ -75,7 +75,7 @@ def phase(bench: Bench, see: Findings) -> None:
     bench.go(INIT)
 
 
-def late_start(bench: Bench, see: Findings) -> None:
+def late_start(bench: Bench, see: RuleFindings) -> None:
     """Program a late SYNC0 start: no exposure before it, the first one at it."""
     bench.again(PREOP)
     bench.prepare(SAFEOP)
@@ -100,7 +100,7 @@ def late_start(bench: Bench, see: Findings) -> None:
     bench.go(INIT)
 
 
-def free_running(bench: Bench, see: Findings) -> None:
+def free_running(bench: Bench, see: RuleFindings) -> None:
     """Start without SYNC0, and check the reported mode."""
     bench.again(PREOP)
     bench.program_clock(0)
@@ -122,7 +122,7 @@ def free_running(bench: Bench, see: Findings) -> None:
     bench.go(INIT)
 
 
-def restarted(bench: Bench, see: Findings) -> None:
+def restarted(bench: Bench, see: RuleFindings) -> None:
     """Start exposures twice: each start begins with exposure 0 of its SYNC0."""
     for _ in range(2):
         header = bench.streaming().header

@@ -5,7 +5,7 @@ from __future__ import annotations
 import struct
 
 from ocmm_bench.conform._bench import Bench
-from ocmm_bench.conform._findings import Findings
+from ocmm_bench.conform._findings import RuleFindings
 from ocmm_bench.conform._rule import Rule
 from ocmm_core.fieldbus.device import (
     CLOCK_MODES,
@@ -39,7 +39,7 @@ _CLOCK_BYTES = 24
 _MEMORY, _KB = 0x1000, 1024
 
 
-def configuration(bench: Bench, see: Findings) -> None:
+def configuration(bench: Bench, see: RuleFindings) -> None:
     """Check the words that the controller loads at power-on."""
     head = bench.eeprom()[:16]
     see.equal("The check sum in word 0x07", head[14], check_sum(head[:14]))
@@ -58,7 +58,7 @@ def configuration(bench: Bench, see: Findings) -> None:
     see.equal("Register 0x0012 (station alias)", bench.number(0x0012), words[4])
 
 
-def identity(bench: Bench, see: Findings) -> None:
+def identity(bench: Bench, see: RuleFindings) -> None:
     """Check the identity words."""
     vendor, product, revision, serial = struct.unpack_from("<IIII", bench.eeprom(), 16)
     see.equal("The vendor (word 0x08)", vendor, VENDOR_ID)
@@ -68,7 +68,7 @@ def identity(bench: Bench, see: Findings) -> None:
     see.equal("Words 0x10 to 0x13", bench.eeprom()[32:40], bytes(8))
 
 
-def mailboxes(bench: Bench, see: Findings) -> None:
+def mailboxes(bench: Bench, see: RuleFindings) -> None:
     """Check the EEPROM's mailboxes, protocols and size."""
     eeprom = bench.eeprom()
     boxes = (MAILBOX_OUT_START, MAILBOX_BYTES, MAILBOX_IN_START, MAILBOX_BYTES)
@@ -82,7 +82,7 @@ def mailboxes(bench: Bench, see: Findings) -> None:
     see.equal("The version (word 0x3F)", version, 1)
 
 
-def categories(bench: Bench, see: Findings) -> None:
+def categories(bench: Bench, see: RuleFindings) -> None:
     """Check the categories, which tools read without the device's ESI file."""
     found: dict[int, list[bytes]] = {}
     eeprom, at = bench.eeprom(), 2 * _FIRST_CATEGORY
@@ -139,7 +139,7 @@ def categories(bench: Bench, see: Findings) -> None:
         see.equal(f"Text of clock mode {mode.name}", _text(texts, text), mode.text)
 
 
-def registers(bench: Bench, see: Findings) -> None:
+def registers(bench: Bench, see: RuleFindings) -> None:
     """Check the controller's resources and its watchdog at power-on."""
     _kind, _revision, _build, fmmus, managers, ram, _ports, features = struct.unpack(
         "<BBHBBBBH", bench.get(0x0000, 10)
@@ -156,7 +156,7 @@ def registers(bench: Bench, see: Findings) -> None:
     see.equal("The watchdog time (0x0420)", bench.number(0x0420), 1000)
 
 
-def alias(bench: Bench, see: Findings) -> None:
+def alias(bench: Bench, see: RuleFindings) -> None:
     """Store another station alias with checksum, and restore the old one."""
     head = bench.eeprom()[:14]
     other = bytearray(head)
@@ -180,7 +180,7 @@ def check_sum(content: bytes) -> int:
     return crc
 
 
-def _mapping(see: Findings, pdo: Pdo, content: bytes, texts: list[str]) -> None:
+def _mapping(see: RuleFindings, pdo: Pdo, content: bytes, texts: list[str]) -> None:
     index, count, manager, _sync, name, flags = struct.unpack_from("<HBBBBH", content)
     see.equal(f"A PDO of the category ({pdo.name})", index, pdo.index)
     see.equal(f"The sync manager of {pdo.name}", manager, 2 if pdo is OUTPUT_PDO else 3)

@@ -6,10 +6,10 @@ import struct
 
 from ocmm_bench.conform._bench import Bench
 from ocmm_bench.conform._exchanges import BACK_LIMIT_NS, ERROR, INIT, MS, OP, PREOP, SAFEOP
-from ocmm_bench.conform._findings import Findings
+from ocmm_bench.conform._findings import RuleFindings
 from ocmm_bench.conform._rule import Rule
 from ocmm_bench.conform._rules_objects import VALUE
-from ocmm_bench.conform._sdo_talk import Refusal
+from ocmm_bench.conform._sdo_talk import SdoRefusal
 from ocmm_core.fieldbus.device import (
     COUNTERS,
     ERROR_REGISTER,
@@ -31,7 +31,7 @@ _NEWEST, _ACKNOWLEDGED, _NEW, _FLAGS = 2, 3, 4, 5
 _MESSAGE = struct.Struct("<HHHHQHBH5s")
 
 
-def watchdog(bench: Bench, see: Findings) -> None:
+def watchdog(bench: Bench, see: RuleFindings) -> None:
     """Stop the outputs, with the power-on watchdog (100 ms) and other times."""
     for ticks in (1000, 300):
         limit = ticks * _UNIT_NS
@@ -60,7 +60,7 @@ def watchdog(bench: Bench, see: Findings) -> None:
     bench.go(INIT)
 
 
-def frames_go_on(bench: Bench, see: Findings) -> None:
+def frames_go_on(bench: Bench, see: RuleFindings) -> None:
     """Check that exposures continue without outputs and none is lost."""
     bench.streaming()
     last = bench.run(10)[-1].header
@@ -73,7 +73,7 @@ def frames_go_on(bench: Bench, see: Findings) -> None:
     bench.go(INIT)
 
 
-def told(bench: Bench, see: Findings) -> None:
+def told(bench: Bench, see: RuleFindings) -> None:
     """Check all reports of a watchdog event."""
     bench.again(PREOP)
     bench.mail.set(HISTORY, _FLAGS, b"\x01\x00")
@@ -115,7 +115,7 @@ def told(bench: Bench, see: Findings) -> None:
     _message(bench, see, newest, ErrorCode.RESET, 0x0200)
     see.expect(
         isinstance(
-            refused := bench.mail.write(HISTORY, _ACKNOWLEDGED, bytes([newest + 1])), Refusal
+            refused := bench.mail.write(HISTORY, _ACKNOWLEDGED, bytes([newest + 1])), SdoRefusal
         )
         and refused.code == VALUE,
         "A message that is not there can be acknowledged.",
@@ -131,7 +131,7 @@ def told(bench: Bench, see: Findings) -> None:
     bench.go(INIT)
 
 
-def history(bench: Bench, see: Findings) -> None:
+def history(bench: Bench, see: RuleFindings) -> None:
     """Fill the history until the oldest message is dropped; then disable it."""
     bench.again(PREOP)
     bench.mail.set(HISTORY, _ACKNOWLEDGED, b"\x00")
@@ -184,12 +184,12 @@ def _fall(bench: Bench, limit_ns: int) -> int | None:
     return None
 
 
-def _communication(see: Findings, what: str, register: int) -> None:
+def _communication(see: RuleFindings, what: str, register: int) -> None:
     wanted = int(ErrorRegister.GENERIC | ErrorRegister.COMMUNICATION)
     see.expect(register & wanted == wanted, f"{what} is {register:#04x}, must have bits 0 and 4.")
 
 
-def _message(bench: Bench, see: Findings, place: int, code: int, flags: int) -> None:
+def _message(bench: Bench, see: RuleFindings, place: int, code: int, flags: int) -> None:
     content = bench.mail.value(HISTORY, place)
     if not see.equal("The length of a message", len(content), _MESSAGE.size):
         return

@@ -6,7 +6,7 @@ import struct
 
 from ocmm_bench.conform._bench import Bench
 from ocmm_bench.conform._exchanges import BOOT, ERASE_LIMIT_NS, INIT, PACKET_LIMIT_NS, PREOP
-from ocmm_bench.conform._findings import Findings, NotAsDescribedError, NotTestedError
+from ocmm_bench.conform._findings import NotAsDescribedError, NotTestedError, RuleFindings
 from ocmm_bench.conform._rule import Rule
 from ocmm_bench.conform._sdo_talk import FOE, parts
 from ocmm_core.fieldbus.device import MAILBOX_BYTES, Firmware
@@ -22,7 +22,7 @@ _SHARE = 2
 """Interrupt an update after this fraction (1 / 2)."""
 
 
-def refusals(bench: Bench, see: Findings) -> None:
+def refusals(bench: Bench, see: RuleFindings) -> None:
     """Send requests that must be refused."""
     bench.go(PREOP)
     _error(bench, see, "a file outside of BOOT", _foe(_WRITE, 0, FIRMWARE_NAME), _ILLEGAL)
@@ -38,7 +38,7 @@ def refusals(bench: Bench, see: Findings) -> None:
     bench.go(INIT)
 
 
-def wrong_files(bench: Bench, see: Findings) -> None:
+def wrong_files(bench: Bench, see: RuleFindings) -> None:
     """Send files that are no firmware of this camera; the old firmware keeps running."""
     bench.go(PREOP)
     before = bench.mail.value(_VERSION)
@@ -64,7 +64,7 @@ def wrong_files(bench: Bench, see: Findings) -> None:
     bench.go(INIT)
 
 
-def interrupted(bench: Bench, see: Findings) -> None:
+def interrupted(bench: Bench, see: RuleFindings) -> None:
     """Abort an update midway, and start another during an update."""
     bench.go(PREOP)
     before = bench.mail.value(_VERSION)
@@ -85,7 +85,7 @@ def interrupted(bench: Bench, see: Findings) -> None:
     bench.go(INIT)
 
 
-def update(bench: Bench, see: Findings) -> None:
+def update(bench: Bench, see: RuleFindings) -> None:
     """Update twice: without PREOP, which rolls back, then permanently."""
     if not bench.firmware:
         raise NotTestedError("No firmware of the camera's maker was given (--firmware).")
@@ -110,14 +110,14 @@ def update(bench: Bench, see: Findings) -> None:
     bench.go(INIT)
 
 
-def _update(bench: Bench, see: Findings) -> None:
+def _update(bench: Bench, see: RuleFindings) -> None:
     bench.go(BOOT)
     _begin(bench, see)
     see.equal("The answer to the last packet", _send(bench, see, bench.firmware)[0], _ACK)
     bench.go(INIT)
 
 
-def _begin(bench: Bench, see: Findings) -> None:
+def _begin(bench: Bench, see: RuleFindings) -> None:
     before = bench.line.now_ns()
     answer = _ask(bench, _foe(_WRITE, 0, FIRMWARE_NAME), ERASE_LIMIT_NS)
     see.timed("Answer to the request to write a file", bench.line.now_ns() - before, ERASE_LIMIT_NS)
@@ -126,7 +126,7 @@ def _begin(bench: Bench, see: Findings) -> None:
     see.checked += 1
 
 
-def _send(bench: Bench, see: Findings, content: bytes) -> tuple[int, int]:
+def _send(bench: Bench, see: RuleFindings, content: bytes) -> tuple[int, int]:
     """Send a file; return the answer to its last or first refused packet."""
     number = 0
     while True:
@@ -139,12 +139,12 @@ def _send(bench: Bench, see: Findings, content: bytes) -> tuple[int, int]:
             return answer
 
 
-def _packet(bench: Bench, see: Findings, number: int, content: bytes) -> None:
+def _packet(bench: Bench, see: RuleFindings, number: int, content: bytes) -> None:
     answer = _ask(bench, _foe(_DATA, number, content), PACKET_LIMIT_NS)
     see.equal(f"The answer to packet {number}", answer, (_ACK, number))
 
 
-def _error(bench: Bench, see: Findings, what: str, request: bytes, code: int) -> None:
+def _error(bench: Bench, see: RuleFindings, what: str, request: bytes, code: int) -> None:
     see.equal(f"The answer to {what}", _ask(bench, request, ERASE_LIMIT_NS), (_ERROR, code))
 
 

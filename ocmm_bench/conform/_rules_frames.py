@@ -7,8 +7,8 @@ import struct
 from collections.abc import Sequence
 
 from ocmm_bench.conform._bench import Bench
-from ocmm_bench.conform._exchanges import INIT, PREOP, SAFEOP, Cycle
-from ocmm_bench.conform._findings import Findings
+from ocmm_bench.conform._exchanges import INIT, PREOP, SAFEOP, ExchangeCycle
+from ocmm_bench.conform._findings import RuleFindings
 from ocmm_bench.conform._rule import Rule
 from ocmm_core.fieldbus.device import (
     COUNTERS,
@@ -30,7 +30,7 @@ _LATE_NS = 100_000
 """A frame that ended earlier must be readable: 20 us to compute plus read time."""
 
 
-def exchange(bench: Bench, see: Findings) -> None:
+def exchange(bench: Bench, see: RuleFindings) -> None:
     """Check when the camera takes part in the process data exchange."""
     bench.again(PREOP)
     bench.prepare(SAFEOP)
@@ -47,7 +47,7 @@ def exchange(bench: Bench, see: Findings) -> None:
     see.equal("The working counter of LWR", bench.cycle(command=Command.LWR).working_counter, 1)
 
 
-def inputs(bench: Bench, see: Findings) -> None:
+def inputs(bench: Bench, see: RuleFindings) -> None:
     """Acknowledge frames for a while, and check every meaningful byte."""
     bench.streaming()
     boots = bench.cycle().header.boot_counter
@@ -78,7 +78,7 @@ def inputs(bench: Bench, see: Findings) -> None:
     bench.go(INIT)
 
 
-def order(bench: Bench, see: Findings) -> None:
+def order(bench: Bench, see: RuleFindings) -> None:
     """Check that each exposure comes once, in order, and not before its end."""
     bench.streaming()
     cycles = bench.run(_CYCLES)
@@ -102,7 +102,7 @@ def order(bench: Bench, see: Findings) -> None:
     see.equal("The first exposure", cycles[0].header.counter, 0)
 
 
-def go_back(bench: Bench, see: Findings) -> None:
+def go_back(bench: Bench, see: RuleFindings) -> None:
     """Acknowledge nothing, a part, and frames never sent."""
     bench.streaming()
     bench.run(3)
@@ -126,11 +126,11 @@ def go_back(bench: Bench, see: Findings) -> None:
     _check_sums(bench, see, (first, part))
 
 
-def overrun(bench: Bench, see: Findings) -> None:
+def overrun(bench: Bench, see: RuleFindings) -> None:
     """Overrun the buffer with a master that never acknowledges."""
     bench.streaming()
     lost, overruns = bench.mail.count(COUNTERS, 1), bench.mail.count(COUNTERS, 3)
-    last: Cycle | None = None
+    last: ExchangeCycle | None = None
     begin = bench.line.now_ns()
     while bench.line.now_ns() - begin < (_BUFFER + 240) * SYNC0_NS:
         last = bench.cycle()
@@ -165,7 +165,7 @@ def overrun(bench: Bench, see: Findings) -> None:
     bench.go(INIT)
 
 
-def objects(bench: Bench, see: Findings) -> None:
+def objects(bench: Bench, see: RuleFindings) -> None:
     """Read process data as objects."""
     bench.streaming()
     cycle = bench.outputs(0, 0x12345678)
@@ -177,7 +177,7 @@ def objects(bench: Bench, see: Findings) -> None:
     bench.go(INIT)
 
 
-def sensor_limits(bench: Bench, see: Findings) -> None:
+def sensor_limits(bench: Bench, see: RuleFindings) -> None:
     """Check that every valid spot lies on the sensor."""
     bench.go(PREOP)
     width, height = bench.mail.count(INFORMATION, 2), bench.mail.count(INFORMATION, 3)
@@ -195,21 +195,21 @@ def sensor_limits(bench: Bench, see: Findings) -> None:
                     )
 
 
-def _frame(see: Findings, frame: bytes) -> None:
+def _frame(see: RuleFindings, frame: bytes) -> None:
     valid, flags = struct.unpack_from("<HH", frame)
     see.expect(not valid >> N_SLOTS, f"valid is {valid:#x}, which has slots that are not there.")
     see.expect(not flags & ~_KNOWN_FLAGS, f"Flags {flags:#x} have unknown bits.")
     see.expect(not flags & _LOST_FLAG, "Bit 1 of the flags is set without a loss.")
 
 
-def _check_sums(bench: Bench, see: Findings, cycles: Sequence[Cycle]) -> None:
+def _check_sums(bench: Bench, see: RuleFindings, cycles: Sequence[ExchangeCycle]) -> None:
     for each in cycles:
         see.expect(
             bench.belongs(each), "data_crc is not the check sum of serial number and inputs."
         )
 
 
-def _after(bench: Bench, control: int, number: int) -> Cycle:
+def _after(bench: Bench, control: int, number: int) -> ExchangeCycle:
     """Send an acknowledgement, wait, and return the inputs of the next cycle."""
     bench.outputs(control, number)
     bench.line.sleep(1 / 1000)

@@ -7,13 +7,13 @@ import struct
 
 from ocmm_bench.conform._bench import Bench
 from ocmm_bench.conform._exchanges import INIT, PREOP, SDO_LIMIT_NS
-from ocmm_bench.conform._findings import Findings
+from ocmm_bench.conform._findings import RuleFindings
 from ocmm_bench.conform._rule import Rule
 from ocmm_bench.conform._sdo_talk import (
     COE,
     INFORMATION,
     REQUEST,
-    Refusal,
+    SdoRefusal,
     download,
     mailbox,
     parts,
@@ -32,7 +32,7 @@ _SM_IN_CONTROL = 0x080E
 _LIST, _OBJECT, _ENTRY = 1, 3, 5
 
 
-def segments(bench: Bench, see: Findings) -> None:
+def segments(bench: Bench, see: RuleFindings) -> None:
     """Write and read a value that needs several mailboxes."""
     bench.again(PREOP)
     before = bench.mail.value(CALIBRATION, _NOTE)
@@ -47,7 +47,7 @@ def segments(bench: Bench, see: Findings) -> None:
     bench.mail.set(CALIBRATION, _NOTE, before)
 
 
-def broken_transfers(bench: Bench, see: Findings) -> None:
+def broken_transfers(bench: Bench, see: RuleFindings) -> None:
     """Abort transfers, and continue transfers that were never started."""
     bench.go(PREOP)
     before = bench.mail.value(CALIBRATION, _NOTE)
@@ -73,7 +73,7 @@ def broken_transfers(bench: Bench, see: Findings) -> None:
     bench.mail.set(CALIBRATION, _NOTE, before)
 
 
-def bad_mailboxes(bench: Bench, see: Findings) -> None:
+def bad_mailboxes(bench: Bench, see: RuleFindings) -> None:
     """Send malformed mailboxes."""
     bench.go(PREOP)
     before = bench.mail.count(COUNTERS, _BAD_MAILBOXES)
@@ -103,7 +103,7 @@ def bad_mailboxes(bench: Bench, see: Findings) -> None:
     see.equal("0xA000:04 after bad mailboxes", after, before + len(cases))
 
 
-def repetition(bench: Bench, see: Findings) -> None:
+def repetition(bench: Bench, see: RuleFindings) -> None:
     """Request the last answer again, as after a lost return frame."""
     bench.go(PREOP)
     first = bench.mail.sdo(struct.pack("<BHB4x", 0x40, 0x1018, 4))
@@ -117,7 +117,7 @@ def repetition(bench: Bench, see: Findings) -> None:
     bench.go(INIT)
 
 
-def counters(bench: Bench, see: Findings) -> None:
+def counters(bench: Bench, see: RuleFindings) -> None:
     """Check the counters of the answering mailboxes."""
     bench.again(PREOP)
     bench.mail.reply_counters.clear()
@@ -128,7 +128,7 @@ def counters(bench: Bench, see: Findings) -> None:
         see.equal("A mailbox counter", next_one, one % 7 + 1)
 
 
-def information(bench: Bench, see: Findings) -> None:
+def information(bench: Bench, see: RuleFindings) -> None:
     """Request the list and the descriptions of the objects."""
     bench.go(PREOP)
     objects = bench.objects
@@ -180,15 +180,15 @@ def _info(bench: Bench, body: bytes) -> bytes | None:
     return whole
 
 
-def _aborts(see: Findings, what: str, answer: bytes, code: int) -> None:
+def _aborts(see: RuleFindings, what: str, answer: bytes, code: int) -> None:
     found = refusal(answer)
     see.expect(
-        isinstance(found, Refusal) and found.code == code,
+        isinstance(found, SdoRefusal) and found.code == code,
         f"After {what} the answer is {found or 'no abort'}, must be {code:#010x}.",
     )
 
 
-def deadlines(bench: Bench, see: Findings) -> None:
+def deadlines(bench: Bench, see: RuleFindings) -> None:
     """Send a hundred requests back to back."""
     bench.again(PREOP)
     for _ in range(100):

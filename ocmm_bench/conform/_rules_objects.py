@@ -7,9 +7,9 @@ from collections.abc import Iterator
 
 from ocmm_bench.conform._bench import Bench
 from ocmm_bench.conform._exchanges import INIT, OP, PREOP, SAFEOP
-from ocmm_bench.conform._findings import Findings
+from ocmm_bench.conform._findings import RuleFindings
 from ocmm_bench.conform._rule import Rule
-from ocmm_bench.conform._sdo_talk import Refusal
+from ocmm_bench.conform._sdo_talk import SdoRefusal
 from ocmm_core.fieldbus.device import (
     BLACK_IMAGE,
     CALIBRATION,
@@ -38,13 +38,13 @@ _ABSENT = ((0x1002, 0), (0x2000, 0), (0x5FFF, 1), (0x8002, 1), (0xA001, 0), (0xF
 _SOFTWARE_VERSION = 0x100A
 
 
-def reading(bench: Bench, see: Findings) -> None:
+def reading(bench: Bench, see: RuleFindings) -> None:
     """Read every entry: its length, and its specified value."""
     bench.again(PREOP)
     for index, sub, entry in _entries(bench):
         found = bench.mail.read(index, sub)
         name = f"{index:#06x}:{sub:02X} {entry.name}"
-        if isinstance(found, Refusal):
+        if isinstance(found, SdoRefusal):
             nothing = (index, sub) == _SNAPSHOT_CHUNK and found.code == NO_DATA
             see.expect(nothing, f"Reading {name} is {found}.")
         elif entry.max_bytes:
@@ -61,7 +61,7 @@ def reading(bench: Bench, see: Findings) -> None:
                 see.equal(name, entry.number(found), entry.number(entry.value))
 
 
-def identity(bench: Bench, see: Findings) -> None:
+def identity(bench: Bench, see: RuleFindings) -> None:
     """Compare values that are available in two places."""
     bench.go(PREOP)
     see.equal("0x1018:04, by the EEPROM", bench.mail.count(IDENTITY, 4), bench.serial)
@@ -77,7 +77,7 @@ def identity(bench: Bench, see: Findings) -> None:
         )
 
 
-def absent(bench: Bench, see: Findings) -> None:
+def absent(bench: Bench, see: RuleFindings) -> None:
     """Read and write absent objects."""
     bench.go(PREOP)
     for index, sub in _ABSENT:
@@ -91,7 +91,7 @@ def absent(bench: Bench, see: Findings) -> None:
             _refused(see, f"Reading {index:#06x}:{sub:02X}", found, NO_ENTRY)
 
 
-def read_only(bench: Bench, see: Findings) -> None:
+def read_only(bench: Bench, see: RuleFindings) -> None:
     """Write every read-only entry."""
     bench.go(PREOP)
     for index, sub, entry in _entries(bench):
@@ -101,7 +101,7 @@ def read_only(bench: Bench, see: Findings) -> None:
             _refused(see, f"Writing {index:#06x}:{sub:02X} {entry.name}", found, READ_ONLY)
 
 
-def limits(bench: Bench, see: Findings) -> None:
+def limits(bench: Bench, see: RuleFindings) -> None:
     """Write every number at its limits and just outside them."""
     bench.go(PREOP)
     for index, sub, entry in _numbers(bench):
@@ -127,7 +127,7 @@ def limits(bench: Bench, see: Findings) -> None:
         see.equal(f"{name} as before", bench.mail.value(index, sub), before)
 
 
-def lengths(bench: Bench, see: Findings) -> None:
+def lengths(bench: Bench, see: RuleFindings) -> None:
     """Write too many bytes and too few."""
     bench.go(PREOP)
     for index, sub, entry in _entries(bench):
@@ -140,7 +140,7 @@ def lengths(bench: Bench, see: Findings) -> None:
             _refused(see, f"{size} bytes in {index:#06x}:{sub:02X} {entry.name}", found, LENGTH)
 
 
-def only_in_preop(bench: Bench, see: Findings) -> None:
+def only_in_preop(bench: Bench, see: RuleFindings) -> None:
     """Write the configuration while the camera exposes."""
     bench.again(PREOP)
     values = {
@@ -163,7 +163,7 @@ def only_in_preop(bench: Bench, see: Findings) -> None:
     bench.go(INIT)
 
 
-def complete_access(bench: Bench, see: Findings) -> None:
+def complete_access(bench: Bench, see: RuleFindings) -> None:
     """Read and write records as a whole."""
     bench.again(PREOP)
     for index in (IDENTITY, CONFIGURATION, WINDOWS):
@@ -200,7 +200,7 @@ def complete_access(bench: Bench, see: Findings) -> None:
     _refused(see, "Writing 0x1018 as a whole", refused, READ_ONLY)
 
 
-def configuration_sum(bench: Bench, see: Findings) -> None:
+def configuration_sum(bench: Bench, see: RuleFindings) -> None:
     """Compare the checksum in the header with the written configuration."""
     import binascii
 
@@ -233,8 +233,8 @@ def _packed(value: int, size: int) -> bytes:
     return value.to_bytes(size, "little")
 
 
-def _refused(see: Findings, what: str, found: object, code: int) -> None:
-    if isinstance(found, Refusal):
+def _refused(see: RuleFindings, what: str, found: object, code: int) -> None:
+    if isinstance(found, SdoRefusal):
         see.equal(f"The code of: {what}", found.code, code)
     else:
         see.expect(False, f"{what} is not refused ({code:#010x}).")

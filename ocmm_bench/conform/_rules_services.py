@@ -8,10 +8,10 @@ import zlib
 
 from ocmm_bench.conform._bench import Bench
 from ocmm_bench.conform._exchanges import INIT, MS, PREOP
-from ocmm_bench.conform._findings import Findings, NotAsDescribedError
+from ocmm_bench.conform._findings import NotAsDescribedError, RuleFindings
 from ocmm_bench.conform._rule import Rule
 from ocmm_bench.conform._rules_objects import BUSY, NO_DATA, VALUE
-from ocmm_bench.conform._sdo_talk import Refusal
+from ocmm_bench.conform._sdo_talk import SdoRefusal
 from ocmm_core.fieldbus.device import (
     BLACK_IMAGE,
     BLOB_BYTES,
@@ -32,7 +32,7 @@ _IN_USE, _STORED, _SAME = 1, 2, 4
 _EXPOSURES = 400
 
 
-def identify(bench: Bench, see: Findings) -> None:
+def identify(bench: Bench, see: RuleFindings) -> None:
     """Blink the camera's identification LED."""
     bench.again(PREOP)
     see.expect(bench.mail.write(IDENTIFY, 1, b"\x05\x00") is None, "5 s are refused.")
@@ -45,7 +45,7 @@ def identify(bench: Bench, see: Findings) -> None:
     see.equal("What is left after 0", bench.mail.count(IDENTIFY, 2), 0)
 
 
-def intrinsics(bench: Bench, see: Findings) -> None:
+def intrinsics(bench: Bench, see: RuleFindings) -> None:
     """Write intrinsics that are damaged, foreign and valid; restore the previous ones."""
     bench.again(PREOP)
     before = bench.mail.value(CALIBRATION, 1)
@@ -76,7 +76,7 @@ def intrinsics(bench: Bench, see: Findings) -> None:
     see.equal("The old block", bench.mail.value(CALIBRATION, 1), before)
 
 
-def black_image(bench: Bench, see: Findings) -> None:
+def black_image(bench: Bench, see: RuleFindings) -> None:
     """Measure, store, load and drop a black image; the camera ends without one."""
     bench.again(PREOP)
     bench.mail.set(BLACK_IMAGE, 1, b"\x04")
@@ -116,14 +116,14 @@ def black_image(bench: Bench, see: Findings) -> None:
     bench.go(INIT)
 
 
-def snapshot(bench: Bench, see: Findings) -> None:
+def snapshot(bench: Bench, see: RuleFindings) -> None:
     """Capture and read an image of a region."""
     bench.again(PREOP)
     width, height = bench.mail.count(INFORMATION, 2), bench.mail.count(INFORMATION, 3)
     bench.mail.set(SNAPSHOT, 5, b"\x02")
     see.equal("The state without a picture", bench.mail.count(SNAPSHOT, 6), Work.IDLE)
     chunk = bench.mail.read(SNAPSHOT, 0x0A)
-    _is(see, "a chunk without a picture", chunk if isinstance(chunk, Refusal) else None, NO_DATA)
+    _is(see, "a chunk without a picture", chunk if isinstance(chunk, SdoRefusal) else None, NO_DATA)
     _region(bench, width - 10, 0, 20, 20)
     _is(see, "a region off the sensor", bench.mail.write(SNAPSHOT, 5, b"\x01"), VALUE)
     _region(bench, 8, min(16, height - 48), 64, 48)
@@ -143,7 +143,7 @@ def snapshot(bench: Bench, see: Findings) -> None:
     see.equal("The CRC-32 of the picture", zlib.crc32(content), bench.mail.count(SNAPSHOT, 0x0B))
     bench.mail.set(SNAPSHOT, 9, struct.pack("<I", total))
     chunk = bench.mail.read(SNAPSHOT, 0x0A)
-    _is(see, "a chunk behind the end", chunk if isinstance(chunk, Refusal) else None, NO_DATA)
+    _is(see, "a chunk behind the end", chunk if isinstance(chunk, SdoRefusal) else None, NO_DATA)
     bench.mail.set(SNAPSHOT, 5, b"\x02")
     see.equal("The state after release", bench.mail.count(SNAPSHOT, 6), Work.IDLE)
     _region(bench, 0, 0, 0, 0)
@@ -156,7 +156,7 @@ def _region(bench: Bench, *numbers: int) -> None:
         bench.mail.set(SNAPSHOT, sub, struct.pack("<H", number))
 
 
-def _done(bench: Bench, see: Findings, index: int, sub: int) -> None:
+def _done(bench: Bench, see: RuleFindings, index: int, sub: int) -> None:
     deadline = bench.line.now_ns() + _WORK_NS
     while (state := bench.mail.count(index, sub)) == Work.BUSY:
         if bench.line.now_ns() > deadline:
@@ -165,7 +165,7 @@ def _done(bench: Bench, see: Findings, index: int, sub: int) -> None:
     see.equal(f"The state of {index:#06x}:{sub:02X} at the end", state, Work.DONE)
 
 
-def _is(see: Findings, what: str, found: Refusal | None, code: int) -> None:
+def _is(see: RuleFindings, what: str, found: SdoRefusal | None, code: int) -> None:
     if found is None:
         see.expect(False, f"{what.capitalize()} is not refused ({code:#010x}).")
     else:

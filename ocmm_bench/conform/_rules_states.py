@@ -6,7 +6,7 @@ import struct
 
 from ocmm_bench.conform._bench import Bench
 from ocmm_bench.conform._exchanges import BOOT, ERROR, INIT, MS, NAMES, OP, PREOP, SAFEOP
-from ocmm_bench.conform._findings import Findings
+from ocmm_bench.conform._findings import RuleFindings
 from ocmm_bench.conform._rule import Rule
 from ocmm_bench.conform._sdo_talk import COE, mailbox
 from ocmm_core.fieldbus.device import (
@@ -29,7 +29,7 @@ _FORBIDDEN = (
 )  # fmt: skip
 
 
-def allowed(bench: Bench, see: Findings) -> None:
+def allowed(bench: Bench, see: RuleFindings) -> None:
     """Run every allowed transition."""
     for start, end in (*_UP, *_DOWN):
         bench.go(start)
@@ -40,7 +40,7 @@ def allowed(bench: Bench, see: Findings) -> None:
         see.equal(f"The AL status code in {NAMES[end]}", status.code, 0)
 
 
-def forbidden(bench: Bench, see: Findings) -> None:
+def forbidden(bench: Bench, see: RuleFindings) -> None:
     """Request every forbidden transition."""
     for start, end, code in _FORBIDDEN:
         bench.go(start)
@@ -50,7 +50,7 @@ def forbidden(bench: Bench, see: Findings) -> None:
         bench.ask_state(start, acknowledge=True)
 
 
-def acknowledged(bench: Bench, see: Findings) -> None:
+def acknowledged(bench: Bench, see: RuleFindings) -> None:
     """Leave an error only by acknowledging it."""
     bench.go(PREOP)
     bench.ask_state(OP, settle_s=0.0)
@@ -63,7 +63,7 @@ def acknowledged(bench: Bench, see: Findings) -> None:
     see.equal("SAFEOP afterwards", bench.ask_state(SAFEOP).state, SAFEOP)
 
 
-def missing_managers(bench: Bench, see: Findings) -> None:
+def missing_managers(bench: Bench, see: RuleFindings) -> None:
     """Request states without their sync managers."""
     for number in (0, 1):
         bench.go(INIT)
@@ -93,7 +93,7 @@ def missing_managers(bench: Bench, see: Findings) -> None:
         see.equal(f"The code of SAFEOP with sync manager {number} too long", status.code, code)
 
 
-def clock_too_fast(bench: Bench, see: Findings) -> None:
+def clock_too_fast(bench: Bench, see: RuleFindings) -> None:
     """Request SAFEOP with too fast exposures."""
     bench.again(PREOP)
     bench.prepare(SAFEOP, sync0_ns=49_999)
@@ -106,7 +106,7 @@ def clock_too_fast(bench: Bench, see: Findings) -> None:
     bench.go(INIT)
 
 
-def contradictions(bench: Bench, see: Findings) -> None:
+def contradictions(bench: Bench, see: RuleFindings) -> None:
     """Start with contradictory configurations."""
     bench.again(PREOP)
     width = bench.mail.count(INFORMATION, 2)
@@ -136,7 +136,7 @@ def contradictions(bench: Bench, see: Findings) -> None:
     see.equal("SAFEOP with the old configuration", bench.ask_state(SAFEOP).state, SAFEOP)
 
 
-def boot(bench: Bench, see: Findings) -> None:
+def boot(bench: Bench, see: RuleFindings) -> None:
     """Enter and leave BOOT, and request forbidden transitions to it."""
     bench.go(INIT)
     bench.prepare(PREOP, without=(1,))
@@ -158,7 +158,7 @@ def boot(bench: Bench, see: Findings) -> None:
     see.equal("The state after BOOT to INIT", bench.ask_state(INIT).state, INIT)
 
 
-def _refused(see: Findings, what: str, found: int, stays: int) -> None:
+def _refused(see: RuleFindings, what: str, found: int, stays: int) -> None:
     see.expect(
         found == stays | ERROR,
         f"After {what} the camera is in {NAMES.get(found & 0x0F, found)}"

@@ -11,12 +11,12 @@ from ocmm_bench.conform._bench import Bench
 from ocmm_bench.conform._exchanges import INIT, PREOP
 from ocmm_bench.conform._findings import (
     ConformanceReport,
-    Findings,
     NotAsDescribedError,
     NotTestedError,
+    RuleFindings,
     RuleResult,
+    RuleVerdict,
     TimingSheet,
-    Verdict,
     printable,
 )
 from ocmm_bench.conform._line import ConformLine
@@ -74,7 +74,7 @@ def conform(
     """
     bench = Bench(line, place, firmware)
     times: dict[str, tuple[int, list[int]]] = {}
-    bench.findings = Findings(times)
+    bench.findings = RuleFindings(times)
     started = datetime.now(UTC).isoformat(timespec="seconds")
     eeprom = bench.eeprom()
     vendor, product, revision, bench.serial = struct.unpack_from("<IIII", eeprom, 16)
@@ -107,7 +107,7 @@ def _tried(bench: Bench, rule: Rule, times: dict[str, tuple[int, list[int]]]) ->
         result = _once(bench, rule, taken)
         late = any(limit and max(found) > limit for limit, found in taken.values())
         paused_ns = bench.line.paused_ns()
-        if not paused_ns or not (late or result.verdict is Verdict.FAILED):
+        if not paused_ns or not (late or result.verdict is RuleVerdict.FAILED):
             for name, (limit, found) in taken.items():
                 times.setdefault(name, (limit, []))[1].extend(found)
             return result
@@ -115,18 +115,18 @@ def _tried(bench: Bench, rule: Rule, times: dict[str, tuple[int, list[int]]]) ->
         f"This computer paused for {paused_ns / 1e6:.0f} ms in each of {_TRIES} tries. Close other "
         "programs, then repeat the test."
     )
-    return msgspec.structs.replace(result, verdict=Verdict.NOT_TESTED, complaints=(why,))
+    return msgspec.structs.replace(result, verdict=RuleVerdict.NOT_TESTED, complaints=(why,))
 
 
 def _once(bench: Bench, rule: Rule, times: dict[str, tuple[int, list[int]]]) -> RuleResult:
     """Run one rule; failures never end the run."""
-    see = bench.findings = Findings(times)
-    verdict = Verdict.PASSED
+    see = bench.findings = RuleFindings(times)
+    verdict = RuleVerdict.PASSED
     bench.feeding = False
     try:
         rule.run(bench, see)
     except NotTestedError as why:
-        verdict = Verdict.NOT_TESTED
+        verdict = RuleVerdict.NOT_TESTED
         see.complaints.append(why.complaint)
     except NotAsDescribedError as broken:
         see.checked += 1
@@ -140,8 +140,8 @@ def _once(bench: Bench, rule: Rule, times: dict[str, tuple[int, list[int]]]) -> 
     except (struct.error, IndexError) as broken:
         see.checked += 1
         see.complaints.append(f"An answer is too short to be read ({broken}).")
-    if see.complaints and verdict is Verdict.PASSED:
-        verdict = Verdict.FAILED
+    if see.complaints and verdict is RuleVerdict.PASSED:
+        verdict = RuleVerdict.FAILED
     return RuleResult(
         code=rule.code,
         section=rule.section,
@@ -154,7 +154,7 @@ def _once(bench: Bench, rule: Rule, times: dict[str, tuple[int, list[int]]]) -> 
 
 def _is_red(results: list[RuleResult], times: dict[str, tuple[int, list[int]]]) -> bool:
     late = any(limit and max(found) > limit for limit, found in times.values())
-    return late or results[-1].verdict is Verdict.FAILED
+    return late or results[-1].verdict is RuleVerdict.FAILED
 
 
 def _left(bench: Bench) -> str:

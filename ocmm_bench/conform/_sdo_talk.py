@@ -24,7 +24,7 @@ Ask = Callable[[bytes], bytes]
 
 
 @dataclass(frozen=True, slots=True)
-class Refusal:
+class SdoRefusal:
     """SDO abort: code and entry."""
 
     code: int
@@ -56,7 +56,7 @@ def sdo_body(content: bytes) -> tuple[int, bytes]:
     return int(struct.unpack_from("<H", body)[0]) >> 12, body[2:]
 
 
-def refusal(content: bytes) -> Refusal | None:
+def refusal(content: bytes) -> SdoRefusal | None:
     """Return the abort in an answer, or None."""
     service, body = sdo_body(content)
     if body[:1] != bytes([_ABORT]):
@@ -64,10 +64,10 @@ def refusal(content: bytes) -> Refusal | None:
             raise NotAsDescribedError(f"An SDO request is answered with CoE service {service}.")
         return None
     _command, index, sub = _SDO.unpack_from(body.ljust(8, b"\x00"))
-    return Refusal(int(struct.unpack_from("<I", body.ljust(8, b"\x00"), 4)[0]), index, sub)
+    return SdoRefusal(int(struct.unpack_from("<I", body.ljust(8, b"\x00"), 4)[0]), index, sub)
 
 
-def upload(ask: Ask, index: int, sub: int, *, complete: bool = False) -> bytes | Refusal:
+def upload(ask: Ask, index: int, sub: int, *, complete: bool = False) -> bytes | SdoRefusal:
     """Read an entry or a whole record."""
     bit = 0x10 if complete else 0
     answer = ask(_SDO.pack(0x40 | bit, index, sub) + bytes(4))
@@ -116,7 +116,7 @@ def download(
     complete: bool = False,
     room: int = 240,
     expedited: bool = True,
-) -> Refusal | None:
+) -> SdoRefusal | None:
     """Write an entry or a whole record; return the refusal, if any."""
     bit = 0x10 if complete else 0
     if expedited and 1 <= len(value) <= 4:
@@ -140,7 +140,7 @@ def download(
     return refused
 
 
-def _taken(answer: bytes, index: int, sub: int, specifier: int) -> Refusal | None:
+def _taken(answer: bytes, index: int, sub: int, specifier: int) -> SdoRefusal | None:
     refused = refusal(answer)
     if refused is not None:
         return refused

@@ -32,7 +32,7 @@ _MOST = 100
 """Points on each face of a datum of several, and targets of it."""
 
 
-class Frames:
+class DatumFrames:
     """Datums of a model; two opposite faces give a middle plane in the plan."""
 
     def __init__(

@@ -16,7 +16,7 @@ CLASSES: dict[str, Letter] = {f"iso2768-{letter}": letter for letter in ("f", "m
 """Accepted words."""
 
 
-class Step(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+class ToleranceStep(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """Deviations of nominal sizes up to ``to``, mm; zero if undefined."""
 
     to: float
@@ -26,13 +26,13 @@ class Step(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True
     v: float
 
 
-class Table(Document, frozen=True, kw_only=True, rename={"start": "from"}):
+class ToleranceTable(Document, frozen=True, kw_only=True, rename={"start": "from"}):
     name: str
     source: str
     """`name`, `source`: The standard, and the place in it."""
     start: float
     """mm: the smallest nominal size."""
-    steps: list[Step]
+    steps: list[ToleranceStep]
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,7 +42,7 @@ class General:
     words: str
     """As on the drawing: ``ISO 2768-m``."""
     _letter: Letter
-    _table: Table
+    _table: ToleranceTable
 
     def deviation(self, nominal: float) -> float | None:
         """Return the symmetric deviation of a size, mm; None beyond the table."""
@@ -66,5 +66,5 @@ def general_of(asked: str) -> General | None:
             f"{asked!r} is no general tolerance.",
             f"Choose one of {', '.join(CLASSES)}, or none.",
         )
-    table = load_document(resource("general_tolerances", "iso2768_1.toml"), Table, _SCHEMA)
+    table = load_document(resource("general_tolerances", "iso2768_1.toml"), ToleranceTable, _SCHEMA)
     return General(f"ISO 2768-{letter}", letter, table)

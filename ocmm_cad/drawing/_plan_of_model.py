@@ -10,7 +10,7 @@ import msgspec
 
 from ocmm_cad.drawing._account import NOTE, Account, AccountItem, Group, Status
 from ocmm_cad.drawing._context import Context
-from ocmm_cad.drawing._frames import Frames
+from ocmm_cad.drawing._frames import DatumFrames
 from ocmm_cad.drawing._general import general_of
 from ocmm_cad.drawing._sizes import Sizes
 from ocmm_cad.drawing._surfaces import Surfaces
@@ -107,7 +107,7 @@ def plan_with_tolerances(plan: Plan, model: StepModel, general: str = "") -> tup
         return plan, _all_refused(pmi)
     features = {feature.name: feature for feature in plan.features}
     context = Context(plan, Surfaces(model, features))
-    frames = Frames(context, pmi.datums, pmi.targets)
+    frames = DatumFrames(context, pmi.datums, pmi.targets)
     aligned = frames.align(pmi.tolerances)
     sizes = Sizes(context, asked)
     items = [sizes.take(item) for item in pmi.dimensions]

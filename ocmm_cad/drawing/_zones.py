@@ -10,7 +10,7 @@ import msgspec
 
 from ocmm_cad.drawing._account import AccountItem, RefusedError
 from ocmm_cad.drawing._context import Context, plan_name
-from ocmm_cad.drawing._frames import Frames
+from ocmm_cad.drawing._frames import DatumFrames
 from ocmm_cad.drawing._sizes import Sizes
 from ocmm_cad.drawing._surfaces import Found
 from ocmm_cad.pmi import Tolerance
@@ -34,7 +34,7 @@ _IN_DATUMS = ("position", "line profile", "surface profile")
 
 class Zones:
     def __init__(
-        self, context: Context, frames: Frames, sizes: Sizes, tolerances: Sequence[Tolerance]
+        self, context: Context, frames: DatumFrames, sizes: Sizes, tolerances: Sequence[Tolerance]
     ) -> None:
         self._context, self._frames, self._sizes = context, frames, sizes
         self._shared = Counter(

@@ -17,18 +17,25 @@ from ocmm_core.door import door
 if TYPE_CHECKING:
     from ocmm_cad.reach._part_in_the_way import Obstacle, make_obstacle
     from ocmm_cad.reach._probe_solid import solid_of
-    from ocmm_cad.reach._reach import LEAST_LEDS, Places, Reach, Reached
+    from ocmm_cad.reach._reach import LEAST_LEDS, Reach, Reached, SurfaceTargets
     from ocmm_cad.reach._setting import TILT_DEG, Setting
 else:
     __getattr__ = door(
         __name__,
         _part_in_the_way="Obstacle make_obstacle",
         _probe_solid="solid_of",
-        _reach="LEAST_LEDS Places Reach Reached",
+        _reach="LEAST_LEDS SurfaceTargets Reach Reached",
         _setting="Setting TILT_DEG",
     )
 
 __all__ = [
-    "LEAST_LEDS", "TILT_DEG", "Obstacle", "Places", "Reach", "Reached", "Setting", "make_obstacle",
+    "LEAST_LEDS",
+    "TILT_DEG",
+    "Obstacle",
+    "Reach",
+    "Reached",
+    "Setting",
+    "SurfaceTargets",
+    "make_obstacle",
     "solid_of",
 ]  # fmt: skip

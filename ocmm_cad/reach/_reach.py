@@ -49,7 +49,7 @@ class Reached:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Places:
+class SurfaceTargets:
     """Queried targets on one surface."""
 
     points: Float
@@ -119,11 +119,11 @@ class Reach:
     def of(
         self, points: Float, normals: Float, own: Sequence[int], axis_part: Float | None = None
     ) -> Reached:
-        """Return the result of targets on one surface, see `Places`."""
-        (found,) = self.of_each([Places(points, normals, own, axis_part)])
+        """Return the result of targets on one surface, see `SurfaceTargets`."""
+        (found,) = self.of_each([SurfaceTargets(points, normals, own, axis_part)])
         return found
 
-    def of_each(self, asked: Sequence[Places]) -> list[Reached]:
+    def of_each(self, asked: Sequence[SurfaceTargets]) -> list[Reached]:
         """Return the results per surface; one call for thousands."""
         if not asked:
             return []
@@ -180,7 +180,7 @@ class Reach:
         outside: NDArray[np.bool_] = ((centres < low) | (centres > high)).any(axis=1)
         return outside
 
-    def _all_ranks(self, asked: Sequence[Places]) -> Int:
+    def _all_ranks(self, asked: Sequence[SurfaceTargets]) -> Int:
         """Return `_ranks` of all; at once without handles, as for most large models."""
         if not len(self._handles):
             return np.full((sum(len(one.points) for one in asked), 1), -1, dtype=np.int64)

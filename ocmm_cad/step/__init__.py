@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from ocmm_cad.step._model import (
         USUAL_BALL_MM,
         LeftOut,
-        Reached,
+        ReachableTargets,
         StepModel,
         read_model,
         read_part,
@@ -43,7 +43,7 @@ else:
         _choice="FREE_FORM Choice Offer chosen offers_of",
         _chosen_reach="ChosenReach ask_for_chosen",
         _faces_account="FacesAccount faces_account",
-        _model="USUAL_BALL_MM LeftOut Reached StepModel read_model read_part",
+        _model="USUAL_BALL_MM LeftOut ReachableTargets StepModel read_model read_part",
         _model_files="ModelFiles model_files",
         _plugin="STEP",
         _profiled="NOT_EXACT FreeForm",
@@ -53,7 +53,7 @@ else:
 __all__ = [
     "FREE_FORM", "NOT_EXACT", "READER_MODULES", "STEP", "STEP_SETUP", "STEP_SIZE_MB",
     "USUAL_BALL_MM", "Choice", "ChosenReach", "FacesAccount", "FreeForm", "LeftOut", "ModelFiles",
-    "Offer", "Reached", "StepModel", "StepRequest", "ask_for_chosen", "chosen", "faces_account",
-    "has_step", "model_files", "offers_of", "read_model", "read_part", "setting_for", "setting_of",
-    "up_of", "usual_request",
+    "Offer", "ReachableTargets", "StepModel", "StepRequest", "ask_for_chosen", "chosen",
+    "faces_account", "has_step", "model_files", "offers_of", "read_model", "read_part",
+    "setting_for", "setting_of", "up_of", "usual_request",
 ]  # fmt: skip

@@ -43,7 +43,7 @@ class LeftOut:
 
 
 @dataclass(frozen=True, slots=True)
-class Reached:
+class ReachableTargets:
     """Faces and attitudes of a feature's targets."""
 
     faces: tuple[int, ...] = ()
@@ -72,7 +72,7 @@ class StepModel:
     """Surfaces (of both lists) by face number in the file; several for a repeated part."""
     face_words: dict[int, str] = field(default_factory=dict)
     """Kind of surface of every face of the file, by its number there."""
-    reached: tuple[Reached, ...] = ()
+    reached: tuple[ReachableTargets, ...] = ()
     """Per item of ``features``."""
     remark: str = ""
     """Omitted checks of targets, as a sentence; empty if none."""
@@ -154,7 +154,7 @@ def _model(
     features: list[NominalFeature] = []
     left_out: list[LeftOut] = []
     owners: dict[int, str] = {}
-    reached: list[Reached] = []
+    reached: list[ReachableTargets] = []
     recognised: dict[str, float] = {}
     for surface, nameless, name, fault in zip(surfaces, made, named, faults, strict=True):
         feature = msgspec.structs.replace(nameless, name=name)
@@ -166,7 +166,7 @@ def _model(
             left_out.append(LeftOut(bare, fault, surface.numbers))
         else:
             features.append(feature)
-            reached.append(Reached(surface.numbers, surface.held, surface.ways))
+            reached.append(ReachableTargets(surface.numbers, surface.held, surface.ways))
     free_forms, against = free_forms_of(said.free_forms, named)
     return StepModel(
         tuple(features), tuple(left_out), dict(said.others), _with_owners(part, owners), said.pmi,

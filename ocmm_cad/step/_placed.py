@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from ocmm_cad.reach import Places, Reach, Reached
+from ocmm_cad.reach import Reach, Reached, SurfaceTargets
 from ocmm_cad.step import _place_kernel as kernel
 from ocmm_cad.step.brep import StepFace, normals_of
 from ocmm_core.geometry import Float
@@ -49,7 +49,7 @@ class Wish:
     _found: list[tuple[Float, Reached]] = field(default_factory=list)
     _good: int = 0
 
-    def asks(self, turn: int) -> Places | None:
+    def asks(self, turn: int) -> SurfaceTargets | None:
         """Return the next places to try; None if it has enough, or gives up."""
         if self._good >= self.wanted:
             return None
@@ -60,9 +60,9 @@ class Wish:
         more = self.order[tried : _TRIED[turn] * self.wanted]
         if not len(more):
             return None
-        return Places(more, normals_of(self.face, more), self.own, bore_axis(self.face))
+        return SurfaceTargets(more, normals_of(self.face, more), self.own, bore_axis(self.face))
 
-    def note(self, places: Places, reached: Reached) -> None:
+    def note(self, places: SurfaceTargets, reached: Reached) -> None:
         self._found.append((places.points, reached))
         self._good += int(np.count_nonzero(reached.stage == 0))
 

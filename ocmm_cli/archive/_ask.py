@@ -25,7 +25,7 @@ from ocmm_cli.terminal import lead, make_console, say
 from ocmm_core.errors import InputError
 
 if TYPE_CHECKING:
-    from ocmm_shop.archive.questions import Asked
+    from ocmm_shop.archive.questions import Query
 
 
 @archive_app.command()
@@ -39,9 +39,9 @@ def today(
     export: ExportOption = None,
 ) -> None:
     """List what was measured on a day, by the clock on the wall; default: today."""
-    from ocmm_shop.archive.questions import Asked
+    from ocmm_shop.archive.questions import Query
 
-    asked = Asked(station=station, first=day_of(first), last=day_of(last), most=most)
+    asked = Query(station=station, first=day_of(first), last=day_of(last), most=most)
     _answer("today", archive, asked, export)
 
 
@@ -56,9 +56,9 @@ def trend(
     export: ExportOption = None,
 ) -> None:
     """Show the trend of a characteristic over stations, with run rules, Cp and Cpk."""
-    from ocmm_shop.archive.questions import Asked
+    from ocmm_shop.archive.questions import Query
 
-    asked = Asked(part=part, characteristic=characteristic, station=station, most=most)
+    asked = Query(part=part, characteristic=characteristic, station=station, most=most)
     _answer("trend", archive, asked, export)
 
 
@@ -74,9 +74,9 @@ def used(
     export: ExportOption = None,
 ) -> None:
     """List the jobs that used this calibration, tip or artefact."""
-    from ocmm_shop.archive.questions import Asked
+    from ocmm_shop.archive.questions import Query
 
-    _answer("used", archive, Asked(kind=kind, what=what, most=most), export)
+    _answer("used", archive, Query(kind=kind, what=what, most=most), export)
 
 
 @archive_app.command()
@@ -90,11 +90,11 @@ def cpk(
     export: ExportOption = None,
 ) -> None:
     """Show Cp and Cpk of the characteristics of a part, month by month."""
-    from ocmm_shop.archive.questions import Asked
+    from ocmm_shop.archive.questions import Query
 
     if by != "month":
         raise InputError("archive.by", f"Cpk by {by!r} is not known.", "Use --by month.")
-    asked = Asked(part=part, characteristic=characteristic, station=station)
+    asked = Query(part=part, characteristic=characteristic, station=station)
     _answer("cpk", archive, asked, export)
 
 
@@ -110,9 +110,9 @@ def passed(
     export: ExportOption = None,
 ) -> None:
     """Count who passed what: finished jobs by operator, part and verdict."""
-    from ocmm_shop.archive.questions import Asked
+    from ocmm_shop.archive.questions import Query
 
-    asked = Asked(
+    asked = Query(
         operator=operator, part=part, station=station, first=day_of(first), last=day_of(last)
     )
     _answer("passed", archive, asked, export)
@@ -127,9 +127,9 @@ def rr(
     export: ExportOption = None,
 ) -> None:
     """Study gauge R&R over stations: parts that each of them measured twice or more."""
-    from ocmm_shop.archive.questions import Asked
+    from ocmm_shop.archive.questions import Query
 
-    _answer("rr", archive, Asked(part=part, characteristic=characteristic), export)
+    _answer("rr", archive, Query(part=part, characteristic=characteristic), export)
 
 
 @archive_app.command(name="export")
@@ -157,7 +157,7 @@ def export_command(
     make_console().print(say(f"{rows}  {file}"), highlight=False, markup=False)
 
 
-def _answer(name: str, archive: str | None, asked: Asked, export: Path | None) -> None:
+def _answer(name: str, archive: str | None, asked: Query, export: Path | None) -> None:
     from ocmm_cli.archive._shown import print_answer
     from ocmm_shop.archive.questions import QUESTIONS, export_answer
 

@@ -9,7 +9,7 @@ from typing import Protocol, TypeVar
 
 from rich.console import Console
 
-from ocmm_cli.calibrate._run import SESSIONS, Site, collect, make_recorder
+from ocmm_cli.calibrate._run import SESSIONS, TerminalSite, collect, make_recorder
 from ocmm_cli.terminal import lead, say_word, told
 from ocmm_core.calibration.guided import Procedure
 from ocmm_core.calibration.records import (
@@ -40,7 +40,7 @@ P = TypeVar("P", bound=AboutTip)
 class TerminalProbeSite:
     """Resources of a session about a probe."""
 
-    site: Site
+    site: TerminalSite
     """Cameras, with the folder of sessions about the probe."""
     cameras: CalibrationInUse
     """State of their calibration."""
@@ -68,7 +68,7 @@ def open_probe_site(
     store = ProbeStore(probe_store_folder(probes or own_folder(source), body.name))
     root = calibrations or default_folder()
     of_cameras = CalibrationStore(store_folder(root, design.name))
-    site = Site(design, cameras.rig, rig, root, of_cameras, store.folder / SESSIONS)
+    site = TerminalSite(design, cameras.rig, rig, root, of_cameras, store.folder / SESSIONS)
     return TerminalProbeSite(site, cameras, body, store)
 
 

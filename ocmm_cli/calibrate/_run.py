@@ -59,7 +59,7 @@ P = TypeVar("P", bound=Procedure)
 
 
 @dataclass(frozen=True, slots=True)
-class Site:
+class TerminalSite:
     """Rig with the place of its calibrations."""
 
     design: Rig
@@ -72,18 +72,18 @@ class Site:
     sessions: Path
 
 
-def open_site(rig: Path, calibrations: Path | None) -> Site:
+def open_site(rig: Path, calibrations: Path | None) -> TerminalSite:
     """Return the rig and its calibrations; InputError if the document is wrong."""
     design = load_rig(rig)
     root = calibrations or default_folder()
     folder = store_folder(root, design.name)
     store = CalibrationStore(folder)
     in_use = open_calibration(rig, root)
-    return Site(design, in_use.rig, rig, root, store, folder / SESSIONS)
+    return TerminalSite(design, in_use.rig, rig, root, store, folder / SESSIONS)
 
 
 def continued(
-    site: Site,
+    site: TerminalSite,
     kind: ProcedureKind,
     resume: Callable[[Path], P],
     console: Console,

@@ -9,7 +9,7 @@ from pathlib import Path
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
-from ocmm_cli.calibrate._run import Site
+from ocmm_cli.calibrate._run import TerminalSite
 from ocmm_cli.terminal import lead, say
 from ocmm_core.acquisition.frames import AcquisitionState, read_status
 from ocmm_core.calibration.monitor import (
@@ -28,7 +28,7 @@ _BATCH = 800
 _IDLE_S = 0.005
 
 
-def require_usable(site: Site, now: datetime) -> str:
+def require_usable(site: TerminalSite, now: datetime) -> str:
     """Return the hash of the calibration in force, to which the baseline belongs.
 
     Raises CalibrationError if it is missing or unusable: a moved camera must not be learned.
@@ -45,7 +45,7 @@ def require_usable(site: Site, now: datetime) -> str:
 
 
 def wave(
-    site: Site, body: ProbeBody, feed: Feed, seconds: float, console: Console
+    site: TerminalSite, body: ProbeBody, feed: Feed, seconds: float, console: Console
 ) -> list[ResidualSample]:
     """Return samples of the probe over ``seconds`` of bus time, or until the source ends."""
     pipeline = TrackingPipeline(site.rig, body)
@@ -75,7 +75,11 @@ def wave(
 
 
 def learn(
-    site: Site, body: ProbeBody, looks: list[ResidualSample], calibration: str, console: Console
+    site: TerminalSite,
+    body: ProbeBody,
+    looks: list[ResidualSample],
+    calibration: str,
+    console: Console,
 ) -> Path:
     """Learn the baseline, store it next to the calibration, and print its quality."""
     baseline: Baseline = learn_baseline(looks, site.rig, body)

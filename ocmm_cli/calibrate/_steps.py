@@ -10,7 +10,7 @@ from rich.console import Console
 
 from ocmm_cli.calibrate._report import print_status
 from ocmm_cli.calibrate._run import (
-    Site,
+    TerminalSite,
     collect,
     decide,
     make_recorder,
@@ -46,7 +46,7 @@ def require_end(procedure: Procedure) -> None:
 
 def collect_from(
     procedure: Procedure,
-    site: Site,
+    site: TerminalSite,
     rig: Path,
     source: str,
     script: Callable[[], CalibratingScript],
@@ -80,7 +80,7 @@ def decided_code(procedure: Procedure, decision: bool | None, reason: str, conso
 
 
 def finish(
-    procedure: Procedure, site: Site, decision: bool | None, reason: str, console: Console
+    procedure: Procedure, site: TerminalSite, decision: bool | None, reason: str, console: Console
 ) -> None:
     """Decide, print the calibration in force, and exit if nothing was accepted."""
     code = decided_code(procedure, decision, reason, console)
@@ -89,7 +89,9 @@ def finish(
         raise typer.Exit(code)
 
 
-def store_in_cameras(site: Site, source: str, rig: Path, force: bool, console: Console) -> None:
+def store_in_cameras(
+    site: TerminalSite, source: str, rig: Path, force: bool, console: Console
+) -> None:
     """Write an accepted calibration into real cameras; virtual ones lose it when they end."""
     record = site.store.active()
     if record is not None and origin_of(source) is Origin.CAMERAS:

@@ -13,8 +13,8 @@ from ocmm_core.settings import (
     SETTINGS,
     LoadedSettings,
     Note,
-    Origin,
     Scope,
+    SettingOrigin,
     SettingsStore,
     spec_of,
     text_of,
@@ -65,7 +65,7 @@ def show(
     for spec in specs:
         origin = loaded.origins[spec.key]
         mark = "*" if loaded.differs(spec.key) else " "
-        told = "" if origin is Origin.DEFAULT else f"  ({origin.value})"
+        told = "" if origin is SettingOrigin.DEFAULT else f"  ({origin.value})"
         value = text_of(loaded.values[spec.key]) or "-"
         console.print(f"{mark} {spec.key:34} {value}{told}", highlight=False, markup=False)
     console.print(
@@ -127,7 +127,7 @@ def check() -> None:
 def _look(loaded: LoadedSettings) -> bool:
     found = False
     for spec in SETTINGS:
-        if loaded.origins[spec.key] is Origin.DEFAULT or spec.key == "window.keys":
+        if loaded.origins[spec.key] is SettingOrigin.DEFAULT or spec.key == "window.keys":
             continue
         try:
             value_of_text(spec, text_of(loaded.values[spec.key]))

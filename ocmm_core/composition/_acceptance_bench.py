@@ -63,7 +63,7 @@ VIRTUAL_ROOM = Temperature(20.0, 0.1, "")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Conditions:
+class StatedConditions:
     """Conditions entered before a test."""
 
     who: str
@@ -178,7 +178,7 @@ class AcceptanceBench:
         self,
         offer: ProcedureOffer,
         artefacts: tuple[UsedArtefact, ...],
-        given: Conditions,
+        given: StatedConditions,
         now: datetime,
         seed: int | None = None,
     ) -> AcceptanceProcedure:

@@ -22,7 +22,7 @@ from ocmm_core.export.report import (
     Profile,
     ReportData,
     ReportFormat,
-    Table,
+    ReportTable,
     polyworks_profile,
 )
 
@@ -138,7 +138,7 @@ def write_report(
 
 def preview(
     data: ReportData | Sequence[ReportData], name: str, profile: Profile | None = None
-) -> tuple[Table, ...]:
+) -> tuple[ReportTable, ...]:
     """Return the contents of a format as tables; errors as `write_report`."""
     profile = profile or polyworks_profile()
     return tuple(
@@ -148,7 +148,7 @@ def preview(
     )
 
 
-def preview_text(tables: Sequence[Table]) -> str:
+def preview_text(tables: Sequence[ReportTable]) -> str:
     """Return tables as text with columns of equal width."""
     parts = []
     for table in tables:

@@ -18,8 +18,8 @@ if TYPE_CHECKING:
     from ocmm_core.manual._document import (
         ENGLISH,
         Chapter,
+        ManualPart,
         ManualSection,
-        Part,
         anchors_of,
         mark_of,
     )
@@ -28,12 +28,23 @@ if TYPE_CHECKING:
 else:
     __getattr__ = door(
         __name__,
-        _document="ENGLISH Chapter ManualSection Part anchors_of mark_of",
+        _document="ENGLISH Chapter ManualSection ManualPart anchors_of mark_of",
         _manual="Manual Place load_manual manual_folder",
         _search="ManualHit search_words word_fits",
     )
 
 __all__ = [
-    "ENGLISH", "Chapter", "Manual", "ManualHit", "ManualSection", "Part", "Place", "anchors_of",
-    "load_manual", "manual_folder", "mark_of", "search_words", "word_fits",
+    "ENGLISH",
+    "Chapter",
+    "Manual",
+    "ManualHit",
+    "ManualPart",
+    "ManualSection",
+    "Place",
+    "anchors_of",
+    "load_manual",
+    "manual_folder",
+    "mark_of",
+    "search_words",
+    "word_fits",
 ]  # fmt: skip

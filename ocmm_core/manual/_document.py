@@ -17,7 +17,7 @@ _NO_ANCHOR = re.compile(r"[^\w\- ]")
 _RULE = re.compile(r"[-:| ]+")
 
 
-class Part(Enum):
+class ManualPart(Enum):
     """Readers of a document, in the order of the manual; each has the folder of its name."""
 
     OVERVIEW = 0
@@ -51,7 +51,7 @@ class ManualSection:
 class Chapter:
     name: str
     """Path below the folder of the manual, such as ``inspector/start.md``."""
-    part: Part
+    part: ManualPart
     markdown: str
     sections: tuple[ManualSection, ...]
     """In order; the first one has the title."""
@@ -74,7 +74,7 @@ class Chapter:
         return dict(zip(made, (one.anchor for one in self.sections), strict=True))
 
 
-def chapter_of(name: str, part: Part, text: str) -> Chapter:
+def chapter_of(name: str, part: ManualPart, text: str) -> Chapter:
     """Return a document in sections; text before the first heading gets its own section."""
     markdown = _COMMENT.sub("", text.replace("\r\n", "\n"))
     heads: list[tuple[int, str]] = []

@@ -12,7 +12,14 @@ from urllib.parse import unquote
 
 from ocmm_core.documents import resource
 from ocmm_core.errors import InputError
-from ocmm_core.manual._document import ENGLISH, Chapter, ManualSection, Part, chapter_of, translated
+from ocmm_core.manual._document import (
+    ENGLISH,
+    Chapter,
+    ManualPart,
+    ManualSection,
+    chapter_of,
+    translated,
+)
 from ocmm_core.manual._search import Index, ManualHit
 
 _INDEX = "README.md"
@@ -111,7 +118,7 @@ def load_manual(folder: Path | None = None, language: str = ENGLISH) -> Manual:
     return Manual(folder, chapters)
 
 
-def _chapter(folder: Path, part: Part, path: Path, language: str) -> Chapter:
+def _chapter(folder: Path, part: ManualPart, path: Path, language: str) -> Chapter:
     name, text = path.relative_to(folder).as_posix(), _text(path)
     english = chapter_of(name, part, text)
     other = folder / language / name
@@ -120,9 +127,9 @@ def _chapter(folder: Path, part: Part, path: Path, language: str) -> Chapter:
     return translated(english, text, language, _text(other)) or english
 
 
-def _documents(folder: Path) -> Iterator[tuple[Part, Path]]:
-    for part in Part:
-        place = folder if part is Part.OVERVIEW else folder / part.name.lower()
+def _documents(folder: Path) -> Iterator[tuple[ManualPart, Path]]:
+    for part in ManualPart:
+        place = folder if part is ManualPart.OVERVIEW else folder / part.name.lower()
         found = {path.name: path for path in sorted(place.glob("*.md"))}
         listed = _LINK.findall(_text(found[_INDEX])) if _INDEX in found else []
         for name in dict.fromkeys((_INDEX, *listed, *found)):

@@ -8,7 +8,7 @@ from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from ocmm_core.manual._document import ENGLISH, Chapter, ManualSection, Part
+from ocmm_core.manual._document import ENGLISH, Chapter, ManualPart, ManualSection
 
 _WORD = re.compile(r"[^\W_]+(?:[.'-][^\W_]+)*")
 _MOST_WORDS = 12
@@ -19,8 +19,9 @@ _IN_TITLE, _IN_CHAPTER = 6.0, 2.0
 """Weight of a word of a heading, and of the document title, in words of the text."""
 
 _WEIGHTS = {
-    Part.OVERVIEW: 0.8, Part.INSPECTOR: 1.6, Part.TECHNICIAN: 1.2, Part.QUALITY: 1.2,
-    Part.INTEGRATOR: 1.0, Part.DEVELOPER: 0.8, Part.DECISIONS: 0.5,
+    ManualPart.OVERVIEW: 0.8, ManualPart.INSPECTOR: 1.6, ManualPart.TECHNICIAN: 1.2,
+    ManualPart.QUALITY: 1.2, ManualPart.INTEGRATOR: 1.0, ManualPart.DEVELOPER: 0.8,
+    ManualPart.DECISIONS: 0.5,
 }  # fmt: skip
 """Most searches at the machine are by inspectors."""
 

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from ocmm_core.settings._recent import RecentPlaces, is_shipped
     from ocmm_core.settings._settings import (
         LoadedSettings,
-        Origin,
+        SettingOrigin,
         Settings,
         SettingsStore,
         released_plans_only,
@@ -47,7 +47,8 @@ else:
         _file="Note SETTINGS_SCHEMA SettingsFile",
         _recent="RecentPlaces is_shipped",
         _settings=(
-            "LoadedSettings Origin Settings SettingsStore released_plans_only temperatures_hold"
+            "LoadedSettings SettingOrigin Settings SettingsStore released_plans_only "
+            "temperatures_hold"
         ),
         _specs="Applies Kind SECTIONS SETTINGS Scope SettingSpec Value spec_of",
         _toml="toml_text",
@@ -56,7 +57,7 @@ else:
 
 __all__ = [
     "SECTIONS", "SETTINGS", "SETTINGS_SCHEMA", "Applies", "Kind", "LoadedSettings", "Note",
-    "Origin", "RecentPlaces", "Scope", "SettingSpec", "Settings", "SettingsFile", "SettingsStore",
-    "Value", "is_shipped", "released_plans_only", "spec_of", "temperatures_hold", "text_of",
-    "toml_text", "value_of_text",
+    "RecentPlaces", "Scope", "SettingOrigin", "SettingSpec", "Settings", "SettingsFile",
+    "SettingsStore", "Value", "is_shipped", "released_plans_only", "spec_of", "temperatures_hold",
+    "text_of", "toml_text", "value_of_text",
 ]  # fmt: skip

@@ -19,7 +19,7 @@ _AHEAD = timedelta(minutes=5)
 """Tolerated clock difference before a time counts as in the future."""
 
 
-class Origin(Enum):
+class SettingOrigin(Enum):
     """Origin of a value; later ones win."""
 
     DEFAULT = "default"
@@ -98,7 +98,7 @@ class LoadedSettings:
 
     settings: Settings
     values: Mapping[str, Value]
-    origins: Mapping[str, Origin]
+    origins: Mapping[str, SettingOrigin]
     """`values`, `origins`: Value and origin by key."""
     notes: tuple[Note, ...] = ()
     """Ignored entries of the documents."""
@@ -134,11 +134,14 @@ class SettingsStore:
     def load(self, now: datetime | None = None) -> LoadedSettings:
         """Return the effective settings; never raises, unusable entries are in the notes."""
         values: dict[str, Value] = {spec.key: spec.default for spec in SETTINGS}
-        origins = dict.fromkeys(values, Origin.DEFAULT)
+        origins = dict.fromkeys(values, SettingOrigin.DEFAULT)
         notes: list[Note] = []
         stamps: dict[str, str] = {}
         now = now or datetime.now(UTC)
-        for file, origin in ((self.station, Origin.STATION), (self.user, Origin.USER)):
+        for file, origin in (
+            (self.station, SettingOrigin.STATION),
+            (self.user, SettingOrigin.USER),
+        ):
             read = file.read()
             notes += read.notes
             for key, value in read.values.items():
@@ -146,18 +149,18 @@ class SettingsStore:
                 if key in MEASURED:
                     stamps[key] = read.stamps.get(key, "")
         for key, value in self.given.items():
-            values[key], origins[key] = value, Origin.COMMAND_LINE
+            values[key], origins[key] = value, SettingOrigin.COMMAND_LINE
         valid_h = values["temperature.valid_h"]
         assert isinstance(valid_h, float)  # noqa: S101 - by its entry
         too_old = tuple(
             key
             for key, stamp in stamps.items()
-            if origins[key] is not Origin.COMMAND_LINE
+            if origins[key] is not SettingOrigin.COMMAND_LINE
             and values[key] is not None
             and not temperatures_hold(stamp, valid_h, now)
         )
         for key in too_old:
-            values[key], origins[key] = None, Origin.DEFAULT
+            values[key], origins[key] = None, SettingOrigin.DEFAULT
             notes.append(
                 Note(
                     f"{spec_of(key).label}: what was typed is older than {valid_h:g} h, or says "

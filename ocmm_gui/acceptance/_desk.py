@@ -19,7 +19,7 @@ from ocmm_core.acceptance import (
 )
 from ocmm_core.acquisition.frames import FrameBlock
 from ocmm_core.calibration.probe_design import Temperature
-from ocmm_core.composition import VIRTUAL_ROOM, AcceptanceBench, Conditions
+from ocmm_core.composition import VIRTUAL_ROOM, AcceptanceBench, StatedConditions
 from ocmm_core.errors import InputError, OcmmError
 from ocmm_core.failure import contained
 from ocmm_core.geometry import unit
@@ -182,7 +182,7 @@ class AcceptanceDesk(GuidedStack):
         condition = start.chosen_condition()
 
         def begin() -> AcceptanceProcedure:
-            given = Conditions(
+            given = StatedConditions(
                 who=who, place=place, customer=customer, condition=condition, temperature=warm(),
                 air=air,
             )  # fmt: skip

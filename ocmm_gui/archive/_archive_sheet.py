@@ -42,7 +42,7 @@ from ocmm_gui.kit import (
 )
 from ocmm_gui.work import WorkSheet
 from ocmm_shop.archive.outbox import ArchivePlace, HandOver
-from ocmm_shop.archive.questions import QUESTIONS, ArchiveAnswer, Asked, export_answer
+from ocmm_shop.archive.questions import QUESTIONS, ArchiveAnswer, Query, export_answer
 from ocmm_shop.archive.records import USES, shown_text
 
 _GOOD = (Verdict.CONFORM.value, PartWord.CONFORMS.value)
@@ -309,9 +309,9 @@ class ArchiveSheet(WorkSheet):
             sorted({name for one, name in self._known if one == part or not part})
         )
 
-    def _asked(self) -> Asked:
+    def _asked(self) -> Query:
         text = {key: field.text().strip() for key, field in self.fields.items()}
-        return Asked(
+        return Query(
             station=text["station"], part=text["part"], characteristic=text["characteristic"],
             operator=text["operator"], kind=USES[self.kind.currentIndex()], what=text["what"],
             first=_day(text["first"]), last=_day(text["last"]),

@@ -12,7 +12,7 @@ from ocmm_core.errors import InputError
 from ocmm_gui.kit import ActionInfo, caption, later, tr, vbox
 from ocmm_gui.work import Tell
 from ocmm_shop.archive.outbox import ArchivePlace, HandOver, hand_over
-from ocmm_shop.archive.questions import QUESTIONS, ArchiveAnswer, Asked, parts
+from ocmm_shop.archive.questions import QUESTIONS, ArchiveAnswer, Query, parts
 from ocmm_shop.archive.stores import open_archive
 
 D = TypeVar("D")
@@ -101,7 +101,7 @@ class ArchiveTask:
 
     place: ArchivePlace
     question: str
-    asked: Asked
+    asked: Query
 
     def __call__(self, tell: Tell) -> ArchiveResult:
         """Return the answer; errors as those of `open_archive` and of the query."""

@@ -17,8 +17,8 @@ from ocmm_core.settings import (
     Applies,
     Kind,
     LoadedSettings,
-    Origin,
     Scope,
+    SettingOrigin,
     Settings,
     SettingSpec,
     Value,
@@ -150,7 +150,7 @@ class SettingRow(QObject):
             self.field.setText(text)
             self.field.setModified(False)
         origin = loaded.origins[key]
-        given = origin is Origin.COMMAND_LINE
+        given = origin is SettingOrigin.COMMAND_LINE
         self.editor.setEnabled(not given)
         if self.find is not None:
             self.find.setEnabled(not given)
@@ -164,9 +164,9 @@ class SettingRow(QObject):
         if differs:
             default = _default_words(spec)
             told.append(tr("Default: {default}.").format(default=default))
-        if origin is Origin.STATION and spec.scope is Scope.USER:
+        if origin is SettingOrigin.STATION and spec.scope is Scope.USER:
             told.append(tr("Set for this station."))
-        elif origin is Origin.USER and spec.scope is Scope.STATION:
+        elif origin is SettingOrigin.USER and spec.scope is Scope.STATION:
             told.append(tr("Set for this user only."))
         told.append(f"{said(spec.tip)}.")
         if in_job and spec.applies is Applies.REOPEN:

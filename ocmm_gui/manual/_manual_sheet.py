@@ -9,7 +9,7 @@ from PySide6.QtGui import QAction, QKeyEvent, QKeySequence
 from PySide6.QtWidgets import QApplication, QListWidget, QListWidgetItem, QWidget
 from shiboken6 import isValid
 
-from ocmm_core.manual import Chapter, Manual, ManualHit, Part, Place, load_manual
+from ocmm_core.manual import Chapter, Manual, ManualHit, ManualPart, Place, load_manual
 from ocmm_gui.kit import (
     ActionInfo,
     FormField,
@@ -70,13 +70,13 @@ _INFOS = (
     ),
 )  # fmt: skip
 _PARTS = {
-    Part.OVERVIEW: later("Overview"),
-    Part.INSPECTOR: later("For the inspector"),
-    Part.TECHNICIAN: later("For the technician"),
-    Part.QUALITY: later("For the quality engineer"),
-    Part.INTEGRATOR: later("For the integrator"),
-    Part.DEVELOPER: later("For developers"),
-    Part.DECISIONS: later("Decisions"),
+    ManualPart.OVERVIEW: later("Overview"),
+    ManualPart.INSPECTOR: later("For the inspector"),
+    ManualPart.TECHNICIAN: later("For the technician"),
+    ManualPart.QUALITY: later("For the quality engineer"),
+    ManualPart.INTEGRATOR: later("For the integrator"),
+    ManualPart.DEVELOPER: later("For developers"),
+    ManualPart.DECISIONS: later("Decisions"),
 }
 _PLACE = Qt.ItemDataRole.UserRole
 _SIDE_PX = 330

@@ -20,7 +20,7 @@ _SEEN = 4096
 
 
 @dataclass(slots=True)
-class Contents:
+class TaskContents:
     """Contents of the tasks of one call, by their SHA-256."""
 
     kept: dict[str, Future] = field(default_factory=dict)

@@ -21,7 +21,7 @@ from distributed import Client, Future, KilledWorker
 
 from ocmm_core.errors import InputError, OcmmError
 from ocmm_core.failure import contained
-from ocmm_shop.cluster._contents import Contents
+from ocmm_shop.cluster._contents import TaskContents
 from ocmm_shop.cluster._sentences import (
     died,
     no_workers,
@@ -29,10 +29,18 @@ from ocmm_shop.cluster._sentences import (
     other_version,
     scheduler_lost,
 )
-from ocmm_shop.cluster._worker import Asked, Computer, Done, Refused, do, this_computer, versions
+from ocmm_shop.cluster._worker import (
+    Done,
+    Refused,
+    TaskRequest,
+    WorkerPlatform,
+    do,
+    this_computer,
+    versions,
+)
 
 
-def check_all(client: Client, ours: Computer) -> None:
+def check_all(client: Client, ours: WorkerPlatform) -> None:
     """Raise InputError if workers could give other digits; the scheduler computes nothing."""
     scheduler = _of_scheduler(client)
     if scheduler != ours.versions:
@@ -42,9 +50,9 @@ def check_all(client: Client, ours: Computer) -> None:
             raise refusal(f"Worker {worker}", theirs, ours)
 
 
-def refusal(who: str, theirs: object, ours: Computer) -> InputError:
+def refusal(who: str, theirs: object, ours: WorkerPlatform) -> InputError:
     """Return why a worker unlike this computer could give other digits."""
-    if not isinstance(theirs, Computer):
+    if not isinstance(theirs, WorkerPlatform):
         # A worker without that class has another version.
         return other_version(who, _named(theirs), ours.versions)
     if theirs.versions != ours.versions:
@@ -126,7 +134,7 @@ class Tasks:
     contents: Callable[[Any], Sequence[bytes]]
     told: Callable[[int], None]
     open: dict[str, _Open] = field(default_factory=dict)
-    kept: Contents = field(default_factory=Contents)
+    kept: TaskContents = field(default_factory=TaskContents)
     begun: int = 0
     """Number of things submitted at least once."""
     alone: deque[int] = field(default_factory=deque)
@@ -186,7 +194,7 @@ class Tasks:
             self.kept.clear()
             end_client(client, 5.0)
 
-    def _connected(self, ours: Computer) -> Client:
+    def _connected(self, ours: WorkerPlatform) -> Client:
         client = self.connect(_CONNECT_S)
         try:
             self._wait_for_workers(client)
@@ -225,10 +233,12 @@ class Tasks:
         together = min(int(_BUNDLE_S / max(self.thing_s, 1e-6)), _LARGEST, left // (2 * room))
         return range(self.begun, self.begun + max(together, 1))
 
-    def _give(self, client: Client, places: Sequence[int], ours: Computer) -> dict[int, OcmmError]:
+    def _give(
+        self, client: Client, places: Sequence[int], ours: WorkerPlatform
+    ) -> dict[int, OcmmError]:
         """Submit a task for the first of some things; return those that cannot be."""
         failed: dict[int, OcmmError] = {}
-        asked: list[Asked] = []
+        asked: list[TaskRequest] = []
         handed: list[bytes | Future] = []
         taken: list[int] = []
         size = 0
@@ -245,7 +255,7 @@ class Tasks:
                 continue
             hashes, given = self.kept.hand(client, contents)
             size += sum(len(one) for one in given if isinstance(one, bytes))
-            asked.append(Asked(thing, name, hashes))
+            asked.append(TaskRequest(thing, name, hashes))
             handed += given
             taken.append(place)
         if not asked:
@@ -311,7 +321,7 @@ class Tasks:
     def _name(self, place: int) -> str:
         return self.named(self.things[place])
 
-    def _again(self, client: Client, ours: Computer) -> Client:
+    def _again(self, client: Client, ours: WorkerPlatform) -> Client:
         """Return a new client with all open tasks resubmitted."""
         end_client(client, 2.0)
         # Contents are read again; a failure to do so becomes the answer.

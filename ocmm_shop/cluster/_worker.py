@@ -97,7 +97,7 @@ R = TypeVar("R")
 
 
 @dataclass(frozen=True, slots=True)
-class Computer:
+class WorkerPlatform:
     """Program and processor of a computer, which determine its digits."""
 
     versions: str
@@ -109,11 +109,11 @@ class Computer:
 class Refused:
     """A worker that refused to start, with its properties."""
 
-    computer: Computer
+    computer: WorkerPlatform
 
 
 @dataclass(frozen=True, slots=True)
-class Asked:
+class TaskRequest:
     """A thing, the name of its work, and the SHA-256 of each of its contents."""
 
     thing: object
@@ -157,8 +157,8 @@ def versions() -> str:
     return ", ".join(found)
 
 
-def this_computer() -> Computer:
-    return Computer(versions(), arithmetic())
+def this_computer() -> WorkerPlatform:
+    return WorkerPlatform(versions(), arithmetic())
 
 
 def held(content: bytes) -> bytes:
@@ -167,7 +167,7 @@ def held(content: bytes) -> bytes:
 
 
 def do(
-    ours: Computer, work: Callable[..., R], asked: Sequence[Asked], *contents: bytes
+    ours: WorkerPlatform, work: Callable[..., R], asked: Sequence[TaskRequest], *contents: bytes
 ) -> Done | Refused:
     """Compute some things; errors are answers; `contents`: in turn, as many as each has hashes."""
     if this_computer() != ours:

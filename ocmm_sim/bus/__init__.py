@@ -32,7 +32,14 @@ if TYPE_CHECKING:
         FaultKind,
         Faults,
     )
-    from ocmm_sim.bus._line_rules import FrameKind, LineLog, LineOrder, LineRule, Trick, Way
+    from ocmm_sim.bus._line_rules import (
+        FrameKind,
+        LineDirection,
+        LineLog,
+        LineOrder,
+        LineRule,
+        Trick,
+    )
     from ocmm_sim.bus._named_rig import RigStatus, rig_down, rig_status, rig_up
     from ocmm_sim.bus._proxy import LineTricks, ProxyConfig, kind_of
     from ocmm_sim.bus._virtual_bus import (
@@ -52,7 +59,7 @@ else:
         _fault_commands="FaultCommands",
         _fault_rig="CAMERAS FAR FaultRig HOST NEAR",
         _faults="COPIED CORRUPT_WITH_SUM CameraDeed EXCHANGED SHARED FaultKind DeedAnswer Faults",
-        _line_rules="FrameKind LineLog LineOrder LineRule Trick Way",
+        _line_rules="FrameKind LineLog LineOrder LineRule Trick LineDirection",
         _named_rig="RigStatus named_rig rig_down rig_status rig_up",
         _proxy="LineTricks ProxyConfig kind_of",
         _virtual_bus=(
@@ -63,10 +70,43 @@ else:
     )
 
 __all__ = [
-    "CAMERAS", "CAMERA_INTERFACE", "COPIED", "CORRUPT_WITH_SUM", "EXCHANGED", "FAR", "HOST",
-    "HOST_INTERFACE", "NEAR", "READY", "SHARED", "CameraDeed", "Chain", "DeedAnswer",
-    "FaultCommands", "FaultKind", "FaultRig", "Faults", "FrameKind", "LineLog", "LineOrder",
-    "LineRule", "LineTricks", "ProxyConfig", "RigStatus", "SegmentConfig", "Trick", "Unit",
-    "VirtualBus", "Way", "Wire", "errand_virtual", "kind_of", "maintain_virtual", "named_rig",
-    "rig_down", "rig_status", "rig_up", "scan_virtual",
+    "CAMERAS",
+    "CAMERA_INTERFACE",
+    "COPIED",
+    "CORRUPT_WITH_SUM",
+    "EXCHANGED",
+    "FAR",
+    "HOST",
+    "HOST_INTERFACE",
+    "NEAR",
+    "READY",
+    "SHARED",
+    "CameraDeed",
+    "Chain",
+    "DeedAnswer",
+    "FaultCommands",
+    "FaultKind",
+    "FaultRig",
+    "Faults",
+    "FrameKind",
+    "LineDirection",
+    "LineLog",
+    "LineOrder",
+    "LineRule",
+    "LineTricks",
+    "ProxyConfig",
+    "RigStatus",
+    "SegmentConfig",
+    "Trick",
+    "Unit",
+    "VirtualBus",
+    "Wire",
+    "errand_virtual",
+    "kind_of",
+    "maintain_virtual",
+    "named_rig",
+    "rig_down",
+    "rig_status",
+    "rig_up",
+    "scan_virtual",
 ]  # fmt: skip

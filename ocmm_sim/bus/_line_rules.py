@@ -7,7 +7,7 @@ from enum import StrEnum
 import msgspec
 
 
-class Way(StrEnum):
+class LineDirection(StrEnum):
     """Direction of a frame."""
 
     REQUEST = "request"
@@ -49,7 +49,7 @@ class LineRule(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=
 
     do: Trick
     value: int = 1
-    way: Way = Way.ANSWER
+    way: LineDirection = LineDirection.ANSWER
     kinds: tuple[FrameKind, ...] = (FrameKind.PROCESS, FrameKind.SERVICE, FrameKind.OTHER)
     share: float = 1.0
     """Random fraction of these frames, 0 to 1."""
@@ -66,10 +66,10 @@ class LineOrder(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields
     """Start a new log after sending the current one."""
 
 
-class Touched(msgspec.Struct, frozen=True, array_like=True):
+class ModifiedFrame(msgspec.Struct, frozen=True, array_like=True):
     """A modified process data frame: direction, heartbeat and fault."""
 
-    way: Way
+    way: LineDirection
     heartbeat: int
     did: Trick
 
@@ -83,7 +83,7 @@ class LineLog(msgspec.Struct, kw_only=True, forbid_unknown_fields=True):
     """Incoming frames by ``"way kind"``."""
     done: dict[str, int] = msgspec.field(default_factory=dict)
     """Modified frames by ``"way kind trick"``."""
-    touched: list[Touched] = msgspec.field(default_factory=list)
+    touched: list[ModifiedFrame] = msgspec.field(default_factory=list)
     """Modified process data frames, the first `MAX_TOUCHED`."""
     heartbeats: tuple[int, int] = (-1, -1)
     """First and last heartbeat of process data from the master; -1 if none."""

@@ -26,12 +26,12 @@ from ocmm_sim.bus._camera_process import READY, input_ended
 from ocmm_sim.bus._line_rules import (
     MAX_TOUCHED,
     FrameKind,
+    LineDirection,
     LineLog,
     LineOrder,
     LineRule,
-    Touched,
+    ModifiedFrame,
     Trick,
-    Way,
 )
 from ocmm_sim.bus._wire import LinkPort
 
@@ -65,11 +65,11 @@ class LineTricks:
         self._random = np.random.default_rng(seed)
         self._draws: list[float] = []
         self.rules: list[tuple[LineRule, list[int]]] = []
-        self._before: dict[tuple[Way, FrameKind], bytes] = {}
-        self._held: list[tuple[int, Way, FrameKind, bytes]] = []
-        self._seen: Counter[tuple[Way, FrameKind]] = Counter()
-        self._done: Counter[tuple[Way, FrameKind, Trick]] = Counter()
-        self._touched: list[Touched] = []
+        self._before: dict[tuple[LineDirection, FrameKind], bytes] = {}
+        self._held: list[tuple[int, LineDirection, FrameKind, bytes]] = []
+        self._seen: Counter[tuple[LineDirection, FrameKind]] = Counter()
+        self._done: Counter[tuple[LineDirection, FrameKind, Trick]] = Counter()
+        self._touched: list[ModifiedFrame] = []
         self._first = self._last = -1
         self._first_utc_ns = 0
         self._cycles: dict[int, int] = {}
@@ -96,7 +96,7 @@ class LineTricks:
             self._first_utc_ns = 0
         return log
 
-    def treat(self, frame: bytes, way: Way) -> list[tuple[int, bytes]]:
+    def treat(self, frame: bytes, way: LineDirection) -> list[tuple[int, bytes]]:
         """Return the outgoing frames for `frame`: delays in ns and frames, in order."""
         kind = kind_of(frame)
         key = (way, kind)
@@ -110,15 +110,15 @@ class LineTricks:
         self._done[way, kind, rule.do] += 1
         self._first_utc_ns = self._first_utc_ns or time.time_ns()
         if kind is FrameKind.PROCESS:
-            self._touched.append(Touched(way, heartbeat, rule.do))
+            self._touched.append(ModifiedFrame(way, heartbeat, rule.do))
         leaving = self._changed(frame, key, rule)
         self._before[key] = frame
         return [*leaving, *released]
 
-    def _cycle_of(self, frame: bytes, way: Way) -> int:
+    def _cycle_of(self, frame: bytes, way: LineDirection) -> int:
         """Return the heartbeat of the cycle of a process data frame."""
         index = frame[_INDEX_AT]
-        if way is Way.REQUEST:
+        if way is LineDirection.REQUEST:
             # The outputs come first; a cycle's other frames hold inputs only, and follow.
             if frame[_ADDRESS] == _NO_ADDRESS:
                 self._last = int.from_bytes(frame[_HEARTBEAT], "little")
@@ -127,7 +127,7 @@ class LineTricks:
         return self._cycles.get(index, -1)
 
     def _changed(
-        self, frame: bytes, key: tuple[Way, FrameKind], rule: LineRule
+        self, frame: bytes, key: tuple[LineDirection, FrameKind], rule: LineRule
     ) -> list[tuple[int, bytes]]:
         if rule.do is Trick.DROP:
             return []
@@ -154,7 +154,7 @@ class LineTricks:
             changed[bit // 8] ^= 1 << int(bit % 8)
         return bytes(changed)
 
-    def _rule(self, way: Way, kind: FrameKind) -> LineRule | None:
+    def _rule(self, way: LineDirection, kind: FrameKind) -> LineRule | None:
         chosen = None
         for rule, count in self.rules:
             if rule.way is not way or kind not in rule.kinds:
@@ -175,7 +175,7 @@ class LineTricks:
             self._draws = self._random.random(1000).tolist()
         return self._draws.pop()
 
-    def _release(self, key: tuple[Way, FrameKind]) -> list[tuple[int, bytes]]:
+    def _release(self, key: tuple[LineDirection, FrameKind]) -> list[tuple[int, bytes]]:
         kept, released = [], []
         for left, way, kind, frame in self._held:
             if (way, kind) == key and left <= 1:
@@ -190,10 +190,10 @@ class Proxy:
     """The proxy on its two interfaces; raises BusError if one cannot be opened."""
 
     def __init__(self, config: ProxyConfig) -> None:
-        self._ports = {Way.REQUEST: LinkPort(config.master_side)}
-        self._ports[Way.ANSWER] = LinkPort(config.camera_side)
+        self._ports = {LineDirection.REQUEST: LinkPort(config.master_side)}
+        self._ports[LineDirection.ANSWER] = LinkPort(config.camera_side)
         self._tricks = LineTricks(config.seed)
-        self._later: list[tuple[int, int, Way, bytes]] = []
+        self._later: list[tuple[int, int, LineDirection, bytes]] = []
         self._number = 0
         self._path = Path(config.control)
         self._control = socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM | socket.SOCK_NONBLOCK)
@@ -244,8 +244,10 @@ class Proxy:
                         self._send(way, leaving)
         return moved
 
-    def _send(self, way: Way, frame: bytes) -> None:
-        self._ports[Way.ANSWER if way is Way.REQUEST else Way.REQUEST].send(frame)
+    def _send(self, way: LineDirection, frame: bytes) -> None:
+        self._ports[
+            LineDirection.ANSWER if way is LineDirection.REQUEST else LineDirection.REQUEST
+        ].send(frame)
 
     def _obey(self) -> None:
         try:

@@ -17,10 +17,10 @@ from ocmm_core.door import door
 
 if TYPE_CHECKING:
     from ocmm_sim.hand._hand_at_rig import HandAtRig, LedView
-    from ocmm_sim.hand._led_hand import HandView, MouseHand, Wish
+    from ocmm_sim.hand._led_hand import HandTarget, HandView, MouseHand
 else:
     __getattr__ = door(
-        __name__, _hand_at_rig="HandAtRig LedView", _led_hand="HandView MouseHand Wish"
+        __name__, _hand_at_rig="HandAtRig LedView", _led_hand="HandView MouseHand HandTarget"
     )
 
-__all__ = ["HandAtRig", "HandView", "LedView", "MouseHand", "Wish"]
+__all__ = ["HandAtRig", "HandTarget", "HandView", "LedView", "MouseHand"]

@@ -9,7 +9,14 @@ import numpy as np
 
 from ocmm_core.geometry import Float
 from ocmm_core.part_model import PlacedPart
-from ocmm_sim.hand._led_hand import CLEAR_MM, FARTHEST_MM, NEAREST_MM, HandView, MouseHand, Wish
+from ocmm_sim.hand._led_hand import (
+    CLEAR_MM,
+    FARTHEST_MM,
+    NEAREST_MM,
+    HandTarget,
+    HandView,
+    MouseHand,
+)
 from ocmm_sim.scene import SimulatedSource, VirtualRig
 
 _MOST_RAD = np.radians(60.0)
@@ -115,7 +122,7 @@ class HandAtRig:
         if self._taken and self._hand is not None:
             self._hand.lead(self._wish(self._hand))
 
-    def _wish(self, hand: MouseHand) -> Wish:
+    def _wish(self, hand: MouseHand) -> HandTarget:
         if self._ray is None:
             # No mouse movement since take-over.
             return hand.wish_here(self._turn)

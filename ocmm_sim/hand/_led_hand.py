@@ -49,7 +49,7 @@ _OVER_MM = 14.0
 
 
 @dataclass(frozen=True, slots=True)
-class Wish:
+class HandTarget:
     """A target of the ball, queued for the hand."""
 
     contact_part: Float
@@ -105,12 +105,12 @@ class MouseHand:
         self._radius = rig.tip_radius
         self._period_s = rig.frame_period_ns * 1e-9
         self._lock = threading.Lock()
-        self._letters: deque[Wish] = deque(maxlen=MOST_LETTERS)
-        self._touch: Wish | None = None
+        self._letters: deque[HandTarget] = deque(maxlen=MOST_LETTERS)
+        self._touch: HandTarget | None = None
         self._presses = 0
         self._forgotten = 0
-        self._wish: Wish | None = None
-        self._wanted: tuple[Wish, Float] | None = None
+        self._wish: HandTarget | None = None
+        self._wanted: tuple[HandTarget, Float] | None = None
         self._state = np.zeros(kernel.N_STATE)
         self._attitude = np.zeros(3)
         self._phase, self._since_s, self._button_s = _Phase.FOLLOW, 0.0, 0.0
@@ -122,7 +122,7 @@ class MouseHand:
     # Calls of the leader.
 
     def wish_at(self, origin_world: Float, toward_world: Float, clear_mm: float, turn: Float) -> (
-        Wish
+        HandTarget
     ):  # fmt: skip
         """Return the target on the surface seen along a ray, (3,) mm and unit."""
         inverse = self._pose.inverse()
@@ -137,23 +137,23 @@ class MouseHand:
                 free = self._march(place + 1e-3 * normal, normal, 2.0 * clear, np.empty(3),
                                    np.empty(3))  # fmt: skip
                 clear = min(clear, _FREE_SHARE * free)
-            return Wish(place, normal, clear, turn)
+            return HandTarget(place, normal, clear, turn)
         # Off the part: in the plane through the ball, perpendicular to the view.
         now = self._ball_part()
         along = float((now - start) @ toward)
-        return Wish(start + along * toward, np.zeros(3), 0.0, turn)
+        return HandTarget(start + along * toward, np.zeros(3), 0.0, turn)
 
-    def wish_here(self, turn: Float) -> Wish:
-        """Return the target that holds the ball in place, leaned by `turn` (see `Wish`)."""
-        return Wish(self._ball_part(), np.zeros(3), 0.0, turn)
+    def wish_here(self, turn: Float) -> HandTarget:
+        """Return the target that holds the ball in place, leaned by `turn` (see `HandTarget`)."""
+        return HandTarget(self._ball_part(), np.zeros(3), 0.0, turn)
 
-    def lead(self, wish: Wish) -> None:
+    def lead(self, wish: HandTarget) -> None:
         """Queue a target; drop the oldest if full."""
         with self._lock:
             self._forgotten += len(self._letters) == MOST_LETTERS
             self._letters.append(wish)
 
-    def touch(self, wish: Wish) -> bool:
+    def touch(self, wish: HandTarget) -> bool:
         """Touch once: travel, approach, rest, press the button, lift.
 
         One more may be queued during a touch; False for a third, and off the part.
@@ -312,13 +312,13 @@ class MouseHand:
         first = start + 0.01 * normal
         return self._march(first, toward, way, place, normal) >= way - 0.05
 
-    def _wanted_attitude(self, wish: Wish) -> Float:
+    def _wanted_attitude(self, wish: HandTarget) -> Float:
         # Cached for many blocks of frames: the part does not move.
         if self._wanted is None or self._wanted[0] is not wish:
             self._wanted = wish, self._attitude_of(wish)
         return self._wanted[1]
 
-    def _attitude_of(self, wish: Wish) -> Float:
+    def _attitude_of(self, wish: HandTarget) -> Float:
         normal = self._pose.rotation @ wish.normal_part
         if not np.any(normal):
             normal = np.array([0.0, 0.0, 1.0])

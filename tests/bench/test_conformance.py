@@ -9,9 +9,9 @@ import pytest
 
 from ocmm_bench.conform import (
     RULES,
+    CameraOutcome,
     ConformanceReport,
-    Outcome,
-    Verdict,
+    RuleVerdict,
     conform,
     conformance_page,
     conformance_text,
@@ -46,7 +46,7 @@ def good() -> ConformanceReport:
 def test_the_good_camera_is_green(good: ConformanceReport) -> None:
     broken = [(each.code, each.complaints) for each in good.results if each.complaints]
     assert not broken
-    assert good.outcome is Outcome.GREEN
+    assert good.outcome is CameraOutcome.GREEN
     assert [each.code for each in good.results] == CODES
     assert all(each.checked for each in good.results)
     assert (good.serial, good.alias, good.firmware) == (SERIAL, 7, "3.1.0")
@@ -57,7 +57,7 @@ def test_the_good_camera_passes_each_rule_on_its_own(code: str) -> None:
     # Otherwise a bug could be found by what the rule before left behind.
     rules = tuple(rule for rule in RULES if rule.code == code)
     report = conform(software_line(good_unit()), firmware=new_firmware(), rules=rules)
-    assert report.outcome is Outcome.GREEN, report.results[0].complaints
+    assert report.outcome is CameraOutcome.GREEN, report.results[0].complaints
 
 
 @pytest.mark.parametrize("bug", BUGS, ids=lambda bug: bug.name)
@@ -68,7 +68,7 @@ def test_a_bug_of_the_firmware_is_found_by_its_rule(bug: Bug) -> None:
     report = conform(software_line(unit), firmware=new_firmware(), rules=rules)
     (result,) = report.results
     late = [sheet.name for sheet in report.timings if not sheet.kept]
-    assert report.outcome is Outcome.RED
+    assert report.outcome is CameraOutcome.RED
     assert result.complaints or late
 
 
@@ -80,8 +80,8 @@ def test_there_are_enough_bugs_and_each_rule_finds_one() -> None:
 def test_without_firmware_the_test_is_incomplete_and_says_so() -> None:
     rules = tuple(rule for rule in RULES if rule.section == "Firmware")
     report = conform(software_line(good_unit()), rules=rules)
-    assert report.outcome is Outcome.INCOMPLETE
-    (left_out,) = [each for each in report.results if each.verdict is Verdict.NOT_TESTED]
+    assert report.outcome is CameraOutcome.INCOMPLETE
+    (left_out,) = [each for each in report.results if each.verdict is RuleVerdict.NOT_TESTED]
     assert "--firmware" in left_out.complaints[0]
     assert report.firmware == "3.0.0"
 
@@ -128,10 +128,10 @@ def test_what_breaks_while_the_computer_pauses_is_tried_again() -> None:
     # Asked before and after each try; the last one is popped first.
     line.pauses_ns = [0, 0, 30_000_000, 0]
     report = conform(line, rules=rules)
-    assert report.outcome is Outcome.RED
+    assert report.outcome is CameraOutcome.RED
     line.pauses_ns = [30_000_000, 0, 30_000_000, 0, 30_000_000, 0]
     (result,) = conform(line, rules=rules).results
-    assert result.verdict is Verdict.NOT_TESTED
+    assert result.verdict is RuleVerdict.NOT_TESTED
     assert result.complaints[0].startswith("This computer paused for 30 ms")
 
 

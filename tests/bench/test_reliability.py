@@ -19,8 +19,8 @@ from ocmm_bench.campaign._clock import clock
 from ocmm_bench.campaign._cuts import cuts
 from ocmm_bench.campaign._faults import faults
 from ocmm_bench.campaign._faulty_disk import build, why_not_here, with_faults
-from ocmm_bench.campaign._hostile_forge import Kind
-from ocmm_bench.campaign._hostile_runs import Answer
+from ocmm_bench.campaign._hostile_forge import Forgery
+from ocmm_bench.campaign._hostile_runs import CommandResult
 from ocmm_bench.campaign._kills import kills
 from ocmm_bench.campaign._reliability import print_results
 from ocmm_bench.campaign._soak import SoakSamples, soak
@@ -248,15 +248,15 @@ def test_some_hostile_files_are_refused_with_a_sentence(tmp_path: Path) -> None:
 
 
 def test_a_hostile_file_that_does_something_would_be_found() -> None:
-    kind = Kind("any", lambda good, path: None)
+    kind = Forgery("any", lambda good, path: None)
     said = "ocmm: This is no file of ours."
     answers = {
-        "": Answer(2, 0.1, 0.1, 90.0, said),
-        "traceback": Answer(3, 0.1, 0.1, 90.0, said),
-        "hang": Answer(2, 8.0, 9.0, 90.0, said),
-        "memory": Answer(2, 0.1, 0.1, 600.0, said),
-        "accepted": Answer(0, 0.1, 0.1, 90.0, ""),
-        "no sentence": Answer(2, 0.1, 0.1, 90.0, ""),
+        "": CommandResult(2, 0.1, 0.1, 90.0, said),
+        "traceback": CommandResult(3, 0.1, 0.1, 90.0, said),
+        "hang": CommandResult(2, 8.0, 9.0, 90.0, said),
+        "memory": CommandResult(2, 0.1, 0.1, 600.0, said),
+        "accepted": CommandResult(0, 0.1, 0.1, 90.0, ""),
+        "no sentence": CommandResult(2, 0.1, 0.1, 90.0, ""),
     }
     assert [answer.fault(kind, 1.0) for answer in answers.values()] == list(answers)
 

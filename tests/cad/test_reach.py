@@ -9,7 +9,7 @@ import msgspec
 import numpy as np
 import pytest
 
-from ocmm_cad.reach import Obstacle, Places, Reach, Setting, make_obstacle
+from ocmm_cad.reach import Obstacle, Reach, Setting, SurfaceTargets, make_obstacle
 from ocmm_cad.reach import _tree_kernel as kernel
 from ocmm_cad.step import setting_of, up_of, usual_request
 from ocmm_core.calibration.probe_design import load_design, shipped_design
@@ -331,10 +331,12 @@ def test_surfaces_that_are_asked_at_once_are_answered_as_one_by_one() -> None:
     """Also where one of them has no handle that serves it, and where own faces count as such."""
     reach = Reach(BLOCK, 3.0, SETTING, UP[None])
     asked = [
-        Places(np.array([[50.0, 30.0, 20.0], [20.0, 30.0, 20.0]]), np.tile(UP, (2, 1)), [5]),
-        Places(np.array([[50.0, 30.0, 0.0]]), DOWN[None], [4]),
-        Places(np.array([[0.0, 30.0, 10.0], [0.0, 20.0, 4.0]]), np.tile(LEFT, (2, 1)), [0]),
-        Places(np.array([[100.0, 30.0, 10.0]]), RIGHT[None], [1], RIGHT),
+        SurfaceTargets(
+            np.array([[50.0, 30.0, 20.0], [20.0, 30.0, 20.0]]), np.tile(UP, (2, 1)), [5]
+        ),
+        SurfaceTargets(np.array([[50.0, 30.0, 0.0]]), DOWN[None], [4]),
+        SurfaceTargets(np.array([[0.0, 30.0, 10.0], [0.0, 20.0, 4.0]]), np.tile(LEFT, (2, 1)), [0]),
+        SurfaceTargets(np.array([[100.0, 30.0, 10.0]]), RIGHT[None], [1], RIGHT),
     ]
     at_once = reach.of_each(asked)
     assert at_once[0].stage.tolist() == [0, 0]

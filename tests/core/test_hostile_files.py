@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from benchmarks.fuzz import run
-from ocmm_bench.campaign import Kind, document_kinds, points_kinds, recording_kinds, table_kinds
+from ocmm_bench.campaign import Forgery, document_kinds, points_kinds, recording_kinds, table_kinds
 from ocmm_core.camera import load_rig
 from ocmm_core.documents import LARGEST_DOCUMENT, read_bytes, read_text, resource
 from ocmm_core.errors import InputError, OcmmError
@@ -37,7 +37,7 @@ LOADERS: dict[str, tuple[Path, Callable[[Path], object]]] = {
 
 SLOW = ("many tables", "a million rows", "5 MB")
 """Kinds that take seconds; of documents only the plan is given them."""
-KINDS: list[tuple[Kind, Callable[[Path], object]]] = [
+KINDS: list[tuple[Forgery, Callable[[Path], object]]] = [
     *((kind, load) for word, (good, load) in LOADERS.items()
       for kind in document_kinds(word, good.read_text("utf-8"), 25, seed=2)
       if word == "plan" or not kind.name.endswith(SLOW)),
@@ -51,7 +51,7 @@ SHAPES = ("one point", "the same point", "a line", "1e9", "serials", "a text", "
 
 @pytest.mark.parametrize(("kind", "load"), KINDS, ids=lambda one: getattr(one, "name", ""))
 def test_a_hostile_file_is_refused_in_one_sentence(
-    tmp_path: Path, kind: Kind, load: Callable[[Path], object]
+    tmp_path: Path, kind: Forgery, load: Callable[[Path], object]
 ) -> None:
     path = tmp_path / "file"
     kind.make(path, path)

@@ -24,7 +24,7 @@ from ocmm_core.names import (
     normal_name,
     usable_name,
 )
-from ocmm_shop.archive.questions import Asked
+from ocmm_shop.archive.questions import Query
 
 NFD = unicodedata.normalize("NFD", "Größe é")
 GOOD = ("Ø40/7", "Größe é", "零件 4711", "Деталь №7", 'Nabe "A", 2 x', "한글", "ক্‌ষ", "#1", "½")
@@ -124,7 +124,7 @@ def test_one_name_has_one_spelling(tmp_path: Path) -> None:
     """A name typed on a Mac (NFD) and on Windows (NFC) is one part."""
     header = JobHeader(NFD, NFD, NFD, NFD, NFD)
     assert header == JobHeader(*[normal_name(NFD)] * 5)
-    assert Asked(part=NFD) == Asked(part=normal_name(NFD))
+    assert Query(part=NFD) == Query(part=normal_name(NFD))
     text = resource("plans", "quick.toml").read_text()
     for word in ('"QUICK"', "BED"):
         text = text.replace(word, word.replace("BED", NFD) if word == "BED" else f'"{NFD}"')

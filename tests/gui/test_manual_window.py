@@ -13,7 +13,7 @@ from PySide6.QtWidgets import QApplication, QMainWindow, QWidget
 from pytestqt.qtbot import QtBot
 
 from ocmm_core.calibration.guided import ProcedureKind
-from ocmm_core.manual import Part, Place, load_manual
+from ocmm_core.manual import ManualPart, Place, load_manual
 from ocmm_core.settings import RecentPlaces, SettingsFile, SettingsStore
 from ocmm_gui.access import PageStack
 from ocmm_gui.home import StartWindow
@@ -180,7 +180,7 @@ def test_a_german_window_reads_german_pages_and_says_which_are_in_english_only(
     manual, text = load_manual(language="de"), _reading(sheet)
     seen = {"de": 0, "en": 0}
     for chapter in manual.chapters:
-        if chapter.part is Part.DECISIONS and seen["en"]:
+        if chapter.part is ManualPart.DECISIONS and seen["en"]:
             continue
         sheet.open(chapter.name)
         seen[chapter.language] += 1

@@ -13,7 +13,7 @@ from ocmm_core.documents import resource
 from ocmm_core.errors import InputError
 from ocmm_core.geometry import Float
 from ocmm_core.tracking import load_probe
-from ocmm_sim.hand import MouseHand, Wish
+from ocmm_sim.hand import HandTarget, MouseHand
 from ocmm_sim.hand import _kernel as kernel
 from ocmm_sim.hand._led_hand import CLEAR_MM, MOST_LETTERS, NEAREST_MM, TRAVEL_MM_S
 from ocmm_sim.hand._solids import solids_of
@@ -52,7 +52,7 @@ class _Led:
         self.button: list[bool] = []
         self.contact: list[bool] = []
 
-    def wish(self, place_part: Float, normal_part: Float, clear: float = CLEAR_MM) -> Wish:
+    def wish(self, place_part: Float, normal_part: Float, clear: float = CLEAR_MM) -> HandTarget:
         origin = self.pose.apply(np.asarray(place_part) + 60.0 * np.asarray(normal_part))
         toward = -(self.pose.rotation @ np.asarray(normal_part))
         return self.hand.wish_at(origin, toward, clear, np.zeros(2))

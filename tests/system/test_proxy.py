@@ -8,7 +8,7 @@ import pytest
 
 from ocmm_core.fieldbus.device import OUTPUT_STRUCT
 from ocmm_core.fieldbus.wire import Command, Datagram, decode_frame, encode_frame
-from ocmm_sim.bus import FrameKind, LineRule, LineTricks, Trick, Way, kind_of
+from ocmm_sim.bus import FrameKind, LineDirection, LineRule, LineTricks, Trick, kind_of
 
 
 def process_frame(heartbeat: int, counter: int = 0) -> bytes:
@@ -24,10 +24,10 @@ def travel(tricks: LineTricks, heartbeats: Sequence[int]) -> list[int]:
     """Send requests, bring their answers back and return the order in which they arrive."""
     arrived = []
     for heartbeat in heartbeats:
-        for _delay, frame in tricks.treat(process_frame(heartbeat), Way.REQUEST):
+        for _delay, frame in tricks.treat(process_frame(heartbeat), LineDirection.REQUEST):
             arrived += [
                 OUTPUT_STRUCT.unpack_from(answer, 26)[3]
-                for _, answer in tricks.treat(frame, Way.ANSWER)
+                for _, answer in tricks.treat(frame, LineDirection.ANSWER)
             ]
     return arrived
 
@@ -83,14 +83,14 @@ def test_frames_are_duplicated_held_and_replayed() -> None:
 def test_a_delay_is_passed_on_with_the_frame() -> None:
     tricks = LineTricks(0)
     tricks.set_rules((LineRule(do=Trick.DELAY, value=1500),))
-    assert tricks.treat(process_frame(1), Way.ANSWER) == [(1_500_000, process_frame(1))]
+    assert tricks.treat(process_frame(1), LineDirection.ANSWER) == [(1_500_000, process_frame(1))]
 
 
 @pytest.mark.parametrize("value", [1, -1, 65535])
 def test_only_the_working_counter_is_changed(value: int) -> None:
     tricks = LineTricks(0)
     tricks.set_rules((LineRule(do=Trick.COUNTER, value=value),))
-    ((_, changed),) = tricks.treat(process_frame(1, counter=6), Way.ANSWER)
+    ((_, changed),) = tricks.treat(process_frame(1, counter=6), LineDirection.ANSWER)
     (datagram,) = decode_frame(changed)[1]
     assert datagram.working_counter == (6 + value) % 65536
     assert datagram.data == decode_frame(process_frame(1, counter=6))[1][0].data
@@ -102,7 +102,7 @@ def test_one_bit_is_flipped_where_it_was_asked_for(trick: Trick) -> None:
     tricks.set_rules((LineRule(do=trick, value=1),))
     for heartbeat in range(200):
         frame = process_frame(heartbeat)
-        ((_, changed),) = tricks.treat(frame, Way.ANSWER)
+        ((_, changed),) = tricks.treat(frame, LineDirection.ANSWER)
         at = [place for place in range(len(frame)) if frame[place] != changed[place]]
         assert len(at) == 1
         assert (frame[at[0]] ^ changed[at[0]]).bit_count() == 1
@@ -114,5 +114,5 @@ def test_rules_leave_other_kinds_and_the_other_way_alone() -> None:
     tricks = LineTricks(0)
     tricks.set_rules((LineRule(do=Trick.DROP, kinds=(FrameKind.SERVICE,)),))
     assert travel(tricks, range(10)) == list(range(10))
-    assert tricks.treat(service_frame(), Way.REQUEST) == [(0, service_frame())]
-    assert tricks.treat(service_frame(), Way.ANSWER) == []
+    assert tricks.treat(service_frame(), LineDirection.REQUEST) == [(0, service_frame())]
+    assert tricks.treat(service_frame(), LineDirection.ANSWER) == []

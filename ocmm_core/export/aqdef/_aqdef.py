@@ -40,7 +40,7 @@ from ocmm_core.export.report import (
     Profile,
     ReportData,
     ReportedResult,
-    Table,
+    ReportTable,
     Units,
     last_moment,
     same_number,
@@ -95,7 +95,7 @@ def _differences(
     return different
 
 
-def _preview(jobs: Sequence[ReportData], profile: Profile) -> tuple[Table, ...]:
+def _preview(jobs: Sequence[ReportData], profile: Profile) -> tuple[ReportTable, ...]:
     units = profile.units
     rows: list[tuple[Cell, ...]] = []
     for index, reported in enumerate(jobs[0].reported):
@@ -106,8 +106,8 @@ def _preview(jobs: Sequence[ReportData], profile: Profile) -> tuple[Table, ...]:
     columns = ("No.", "Characteristic", "Unit", *(data.job for data in jobs))
     remarks = tuple((data.job, line.text) for data in jobs for line in _remarks(data))
     return (
-        Table("Verdicts", ("Job", "Remark"), remarks),
-        Table("Q-DAS values", columns, tuple(rows)),
+        ReportTable("Verdicts", ("Job", "Remark"), remarks),
+        ReportTable("Q-DAS values", columns, tuple(rows)),
     )
 
 

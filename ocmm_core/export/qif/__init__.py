@@ -16,9 +16,9 @@ from typing import TYPE_CHECKING
 from ocmm_core.door import door
 
 if TYPE_CHECKING:
-    from ocmm_core.export.qif._plan_in import LeftOut, QifPlan, plan_of_qif
+    from ocmm_core.export.qif._plan_in import QifOmission, QifPlan, plan_of_qif
     from ocmm_core.export.qif._qif import QIF
 else:
-    __getattr__ = door(__name__, _plan_in="LeftOut QifPlan plan_of_qif", _qif="QIF")
+    __getattr__ = door(__name__, _plan_in="QifOmission QifPlan plan_of_qif", _qif="QIF")
 
-__all__ = ["QIF", "LeftOut", "QifPlan", "plan_of_qif"]
+__all__ = ["QIF", "QifOmission", "QifPlan", "plan_of_qif"]

@@ -46,7 +46,7 @@ _PLACES = {
 
 
 @dataclass(frozen=True, slots=True)
-class LeftOut:
+class QifOmission:
     """An omitted item, and the reason."""
 
     name: str
@@ -58,7 +58,7 @@ class QifPlan:
     """A plan, and the account of its document."""
 
     plan: Plan
-    left_out: list[LeftOut] = field(default_factory=list)
+    left_out: list[QifOmission] = field(default_factory=list)
 
 
 def plan_of_qif(content: bytes, name: str, part: str, file: str = "QIF document") -> QifPlan:
@@ -80,7 +80,7 @@ def plan_of_qif(content: bytes, name: str, part: str, file: str = "QIF document"
                 raise NotTakenError("it has no nominal")
             found.plan = add_feature(found.plan, _feature(references, own, item, nominal))
         except (NotTakenError, OcmmError) as error:
-            found.left_out.append(LeftOut(own, _reason(error)))
+            found.left_out.append(QifOmission(own, _reason(error)))
         else:
             references.add_feature(item, nominal, own)
     unprobed = list(found.left_out)
@@ -99,7 +99,7 @@ def plan_of_qif(content: bytes, name: str, part: str, file: str = "QIF document"
             found.plan = plan
         except (NotTakenError, OcmmError) as error:
             why = _reason(error)
-            found.left_out.append(LeftOut(own, why))
+            found.left_out.append(QifOmission(own, why))
         account.append(_requirement(references, own, item, nominal, [] if why else kept, why))
     account += [
         Requirement(group="feature", label=one.name, asks=f"feature {one.name}", why=one.why)

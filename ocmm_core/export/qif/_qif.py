@@ -21,7 +21,7 @@ from ocmm_core.export.report import (
     Exporter,
     Profile,
     ReportData,
-    Table,
+    ReportTable,
     Units,
     features_table,
     head_table,
@@ -121,7 +121,7 @@ def _other_points(root: etree._Element, data: ReportData) -> Iterator[str]:
         yield "The points are not the measured ones."
 
 
-def _preview(jobs: Sequence[ReportData], profile: Profile) -> tuple[Table, ...]:
+def _preview(jobs: Sequence[ReportData], profile: Profile) -> tuple[ReportTable, ...]:
     (data,) = jobs
     units = Units(length_decimals=6, angle_decimals=6)
     return (

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from ocmm_core.export.report._names import clean_text, spreadsheet_text
 from ocmm_core.export.report._profile import Profile, TableProfile
-from ocmm_core.export.report._tables import Cell, Number, Table
+from ocmm_core.export.report._tables import Cell, Number, ReportTable
 from ocmm_core.names import ascii_name, ascii_text, name_fault
 
 _INSTEAD = {",": ";", ";": ",", "\t": " "}
 """Replacements of the delimiter in text."""
 
 
-def delimited(table: Table, profile: Profile, shape: TableProfile) -> bytes:
+def delimited(table: ReportTable, profile: Profile, shape: TableProfile) -> bytes:
     has_keys = _has_keys(table)
     lines = [[_cell(cell, profile, has_keys) for cell in row] for row in table.rows]
     if shape.header:
@@ -21,7 +21,7 @@ def delimited(table: Table, profile: Profile, shape: TableProfile) -> bytes:
 
 
 def compare_delimited(
-    name: str, content: bytes, table: Table, profile: Profile, shape: TableProfile
+    name: str, content: bytes, table: ReportTable, profile: Profile, shape: TableProfile
 ) -> list[str]:
     """Return the differences of a file read back from the table, in sentences."""
     try:
@@ -62,7 +62,7 @@ def same_number(wanted: Number, text: str, decimal: str = ".") -> bool:
     return abs(found - wanted.value) <= half * (1.0 + 1e-6) + 1e-12 * abs(wanted.value)
 
 
-def _has_keys(table: Table) -> bool:
+def _has_keys(table: ReportTable) -> bool:
     """Return whether cells are names by which programs find items; a list of facts has none."""
     return table.columns != ("Item", "Value")
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from ocmm_core.export.report._profile import Profile
 from ocmm_core.export.report._report_data import ReportData
-from ocmm_core.export.report._tables import Table
+from ocmm_core.export.report._tables import ReportTable
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -32,6 +32,6 @@ class Exporter(ReportFormat):
     """The files of jobs, bytes by file name."""
     differences: Callable[[Sequence[ReportData], Profile, Mapping[str, bytes]], list[str]]
     """Differences between files and jobs, in sentences, by a reader independent of the writer."""
-    preview: Callable[[Sequence[ReportData], Profile], tuple[Table, ...]]
+    preview: Callable[[Sequence[ReportData], Profile], tuple[ReportTable, ...]]
     batch: bool
     """Several jobs go into one file as several values; otherwise one job at a time."""

@@ -24,7 +24,7 @@ from ocmm_core.export.report._exporter import Exporter
 from ocmm_core.export.report._names import clean_text
 from ocmm_core.export.report._profile import Profile, TableProfile, polyworks_profile
 from ocmm_core.export.report._report_data import ReportData, ReportedResult
-from ocmm_core.export.report._tables import JOB_STATE, Cell, Number, Table, Units
+from ocmm_core.export.report._tables import JOB_STATE, Cell, Number, ReportTable, Units
 from ocmm_core.export.report._xlsx import looks_computed, new_workbook
 from ocmm_core.export.report._xlsx_reader import read_workbook
 from ocmm_core.export.template import PaperLengths
@@ -53,10 +53,10 @@ _DECIMALS = 6
 _WIDEST = 70
 
 
-def account_table(plan: Plan) -> Table:
+def account_table(plan: Plan) -> ReportTable:
     """Return the requirements of a plan with their state, as an inspection plan."""
     rows = [_planned(one) for one in requirement_states(plan)]
-    return Table("Inspection plan", _PLAN, tuple(rows))
+    return ReportTable("Inspection plan", _PLAN, tuple(rows))
 
 
 def account_file(plan: Plan, suffix: str) -> bytes:
@@ -87,7 +87,7 @@ def write_account(plan: Plan, path: Path) -> Path:
     return path
 
 
-def form_table(data: ReportData) -> Table:
+def form_table(data: ReportData) -> ReportTable:
     """Return form 3 of AS9102: a row for each requirement, then for each other characteristic."""
     rows: list[tuple[Cell, ...]] = []
     end = (clean_text(data.part.headline), data.state_words)
@@ -105,10 +105,10 @@ def form_table(data: ReportData) -> Table:
         asks = "" if one.asked is None else _words(one.asked, one.unit, lengths)
         cells = (str(number), place, one.result.name, asks)
         rows.append((*cells, *_results(data, [one], ""), *end))
-    return Table("Form 3", _FORM, tuple(rows))
+    return ReportTable("Form 3", _FORM, tuple(rows))
 
 
-def accountability_table(data: ReportData) -> Table:
+def accountability_table(data: ReportData) -> ReportTable:
     """Return form 1 of AS9102: part number accountability."""
     laboratory, plan = data.paper.template.laboratory, data.plan
     is_full = data.part.complete and not data.part.is_partial
@@ -130,10 +130,10 @@ def accountability_table(data: ReportData) -> Table:
         ("19. FAI complete", "yes" if is_full else "no", ""),
         ("20-25. Signatures and dates", "", _PEOPLE),
     )  # fmt: skip
-    return Table("Form 1", _BLOCKS, tuple((a, b, "" if b else why) for a, b, why in rows))
+    return ReportTable("Form 1", _BLOCKS, tuple((a, b, "" if b else why) for a, b, why in rows))
 
 
-def product_table(data: ReportData) -> Table:
+def product_table(data: ReportData) -> ReportTable:
     """Return form 2 of AS9102: materials, special processes and functional tests, left blank."""
     names = (
         "5. Material or Process Name", "6. Specification Number", "7. Code", "8. Supplier",
@@ -141,7 +141,7 @@ def product_table(data: ReportData) -> Table:
         "11. Functional Test Procedure Number", "12. Acceptance Report Number", "13. Comments",
     )  # fmt: skip
     rows = (*_identity(data), *((name, "", _PROCESS) for name in names))
-    return Table("Form 2", _BLOCKS, tuple((a, b, "" if b else why) for a, b, why in rows))
+    return ReportTable("Form 2", _BLOCKS, tuple((a, b, "" if b else why) for a, b, why in rows))
 
 
 def _identity(data: ReportData) -> tuple[tuple[str, str, str], ...]:
@@ -258,7 +258,7 @@ def _differences(
     return found + [f"{book}: the sheet {name} was not written here." for name in sheets]
 
 
-def _preview(jobs: Sequence[ReportData], profile: Profile) -> tuple[Table, ...]:
+def _preview(jobs: Sequence[ReportData], profile: Profile) -> tuple[ReportTable, ...]:
     (data,) = jobs
     return tuple(table for _, table in _sheets(data))
 
@@ -267,7 +267,7 @@ def _files(data: ReportData) -> tuple[str, str]:
     return f"{data.stem}_fai.csv", f"{data.stem}_fai.xlsx"
 
 
-def _sheets(data: ReportData) -> tuple[tuple[tuple[str, ...], Table], ...]:
+def _sheets(data: ReportData) -> tuple[tuple[tuple[str, ...], ReportTable], ...]:
     return (
         (_above(data, "AS9102 form 1: part number accountability"), accountability_table(data)),
         (_above(data, "AS9102 form 2: product accountability"), product_table(data)),
@@ -294,11 +294,11 @@ def _csv_profile() -> Profile:
     return msgspec.structs.replace(polyworks_profile(), encoding="utf-8-sig")
 
 
-def _shape(table: Table) -> TableProfile:
+def _shape(table: ReportTable) -> TableProfile:
     return TableProfile(header=True, columns=list(table.columns))
 
 
-def _workbook(*sheets: tuple[Sequence[str], Table]) -> bytes:
+def _workbook(*sheets: tuple[Sequence[str], ReportTable]) -> bytes:
     """Return a workbook with tables below lines; texts stay texts."""
     stream = io.BytesIO()
     book = new_workbook(stream, created=datetime(1980, 1, 1, tzinfo=UTC))

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 
 from ocmm_core.export.report._names import check_name, clean_text
 from ocmm_core.export.report._report_data import ReportData
-from ocmm_core.export.report._tables import Table
+from ocmm_core.export.report._tables import ReportTable
 from ocmm_core.tolerances.decisions import U_WORDS, Verdict
 
 _RESULT = "characteristic"
@@ -14,7 +14,7 @@ _LONGEST_LIST = 200
 """Characters of names in one cell; free text is cut at 250, and no name may be lost."""
 
 
-def head_table(data: ReportData) -> Table:
+def head_table(data: ReportData) -> ReportTable:
     """Return the summary of the job, as pairs of word and text."""
     view, head = data.view, data.head
     counts = dict.fromkeys(Verdict, 0)
@@ -60,7 +60,7 @@ def head_table(data: ReportData) -> Table:
         *_numbered("Noise", view.noise),
         *_numbered("Doubt", data.notes),
     ]
-    return Table("Job", ("Item", "Value"), tuple(pairs))
+    return ReportTable("Job", ("Item", "Value"), tuple(pairs))
 
 
 def _numbered(title: str, sentences: Sequence[str]) -> Iterator[tuple[str, str]]:

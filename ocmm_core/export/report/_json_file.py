@@ -39,7 +39,7 @@ from ocmm_core.export.report._paper_facts import paper_facts
 from ocmm_core.export.report._profile import Profile
 from ocmm_core.export.report._report_data import ReportData, ReportedFeature, ReportedResult
 from ocmm_core.export.report._tables import (
-    Table,
+    ReportTable,
     Units,
     features_table,
     note_of,
@@ -94,7 +94,7 @@ def _differences(
     return different
 
 
-def _preview(jobs: Sequence[ReportData], profile: Profile) -> tuple[Table, ...]:
+def _preview(jobs: Sequence[ReportData], profile: Profile) -> tuple[ReportTable, ...]:
     (data,) = jobs
     units = Units(length_decimals=6, angle_decimals=6)
     return (

@@ -26,7 +26,7 @@ from ocmm_core.export.report._report_data import ReportData
 from ocmm_core.export.report._tables import (
     JOB_STATE,
     Number,
-    Table,
+    ReportTable,
     features_table,
     points_table,
     report_table,
@@ -45,7 +45,7 @@ _CREATE = re.compile(
 class _Text:
     """A delimited file to be written."""
 
-    table: Table
+    table: ReportTable
     shape: TableProfile
 
 
@@ -75,7 +75,7 @@ def _differences(
     return found + _compare_macro(name, files[name], _points(data, profile))
 
 
-def _preview(jobs: Sequence[ReportData], profile: Profile) -> tuple[Table, ...]:
+def _preview(jobs: Sequence[ReportData], profile: Profile) -> tuple[ReportTable, ...]:
     (data,) = jobs
     return tuple(text.table for text in _texts(data, profile).values())
 
@@ -94,7 +94,7 @@ def _texts(data: ReportData, profile: Profile) -> dict[str, _Text]:
     return {name: _Text(_chosen(table, shape), shape) for name, (table, shape) in tables.items()}
 
 
-def _chosen(table: Table, shape: TableProfile) -> Table:
+def _chosen(table: ReportTable, shape: TableProfile) -> ReportTable:
     """Return a table with the columns of the profile, and the states if it has a header."""
     needed = shape.when_needed
     told = (*shape.columns, *needed)
@@ -103,7 +103,7 @@ def _chosen(table: Table, shape: TableProfile) -> Table:
     return table.chosen(shape.columns, needed)
 
 
-def _clouds(data: ReportData, profile: Profile) -> dict[str, Table]:
+def _clouds(data: ReportData, profile: Profile) -> dict[str, ReportTable]:
     """Return the clouds by name; they have fixed delimiter and decimal sign."""
     clouds = {f"{data.stem}_cloud.asc": points_table(data, profile.units)}
     if profile.centres:
@@ -112,15 +112,15 @@ def _clouds(data: ReportData, profile: Profile) -> dict[str, Table]:
     return {name: table.chosen(_PLACE) for name, table in clouds.items()}
 
 
-def _points(data: ReportData, profile: Profile) -> Table:
+def _points(data: ReportData, profile: Profile) -> ReportTable:
     return points_table(data, profile.units).chosen(("X", "Y", "Z", "Name"))
 
 
-def _cloud(table: Table) -> bytes:
+def _cloud(table: ReportTable) -> bytes:
     return "".join(" ".join(_numbers(row)) + _NEWLINE for row in table.rows).encode("ascii")
 
 
-def _macro(points: Table) -> bytes:
+def _macro(points: ReportTable) -> bytes:
     """Return a macro that makes every point; names contain neither ``$`` nor ``"``."""
     lines = [_VERSION]
     for *place, name in points.rows:
@@ -129,7 +129,7 @@ def _macro(points: Table) -> bytes:
     return "".join(line + _NEWLINE for line in lines).encode("utf-16-le").join((b"\xff\xfe", b""))
 
 
-def _compare_macro(name: str, content: bytes, points: Table) -> list[str]:
+def _compare_macro(name: str, content: bytes, points: ReportTable) -> list[str]:
     if not content.startswith(b"\xff\xfe"):
         return [f"{name}: it does not start with the UTF-16 byte order mark."]
     lines = content[2:].decode("utf-16-le", "replace").split(_NEWLINE)
@@ -142,7 +142,7 @@ def _compare_macro(name: str, content: bytes, points: Table) -> list[str]:
     return _compare_lines(name, found, points)
 
 
-def _compare_lines(name: str, found: Sequence[Sequence[str]], table: Table) -> list[str]:
+def _compare_lines(name: str, found: Sequence[Sequence[str]], table: ReportTable) -> list[str]:
     if len(found) != len(table.rows):
         return [f"{name}: there are {len(found)} points instead of {len(table.rows)}."]
     return [

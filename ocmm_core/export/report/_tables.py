@@ -70,12 +70,12 @@ Cell = str | int | Number | None
 
 
 @dataclass(frozen=True, slots=True)
-class Table:
+class ReportTable:
     title: str
     columns: tuple[str, ...]
     rows: tuple[tuple[Cell, ...], ...]
 
-    def chosen(self, columns: Sequence[str], when_needed: Sequence[str] = ()) -> Table:
+    def chosen(self, columns: Sequence[str], when_needed: Sequence[str] = ()) -> ReportTable:
         """Return the table with these columns; those in ``when_needed`` unless they are empty."""
         filled = [
             name
@@ -84,7 +84,7 @@ class Table:
         ]
         places = [self.columns.index(name) for name in (*columns, *filled)]
         rows = tuple(tuple(row[place] for place in places) for row in self.rows)
-        return Table(self.title, tuple(self.columns[place] for place in places), rows)
+        return ReportTable(self.title, tuple(self.columns[place] for place in places), rows)
 
 
 @dataclass(frozen=True, slots=True)
@@ -128,17 +128,17 @@ class Units:
         return Number(float(value), decimals)
 
 
-def points_table(data: ReportData, units: Units, *, centres: bool = False) -> Table:
+def points_table(data: ReportData, units: Units, *, centres: bool = False) -> ReportTable:
     """Return the points in the order of the plan: compensated surface points, or ball centres."""
     rows = [
         _point_row(data, units, feature, index, point, centres=centres)
         for feature in data.features
         for index, point in enumerate(feature.seen.points, start=1)
     ]
-    return Table("Ball centres" if centres else "Points", POINT_COLUMNS, tuple(rows))
+    return ReportTable("Ball centres" if centres else "Points", POINT_COLUMNS, tuple(rows))
 
 
-def features_table(data: ReportData, units: Units) -> Table:
+def features_table(data: ReportData, units: Units) -> ReportTable:
     rows: list[tuple[Cell, ...]] = []
     for feature in data.features:
         check_name("feature", feature.name)
@@ -151,7 +151,7 @@ def features_table(data: ReportData, units: Units) -> Table:
         if feature.actual_element is not None:
             row = _row_of(feature, feature.actual_element, "Measured", data.system, units)
             rows.append((*row, *told))
-    return Table("Features", FEATURE_COLUMNS, tuple(rows))
+    return ReportTable("Features", FEATURE_COLUMNS, tuple(rows))
 
 
 def _verdict_cells(data: ReportData, feature: ReportedFeature) -> tuple[Cell, ...]:
@@ -160,9 +160,9 @@ def _verdict_cells(data: ReportData, feature: ReportedFeature) -> tuple[Cell, ..
     return (verdict, summary.deciding, data.state_words)
 
 
-def report_table(data: ReportData, units: Units) -> Table:
+def report_table(data: ReportData, units: Units) -> ReportTable:
     rows = [_result_row(data, reported, units) for reported in data.reported]
-    return Table("Characteristics", REPORT_COLUMNS, tuple(rows))
+    return ReportTable("Characteristics", REPORT_COLUMNS, tuple(rows))
 
 
 def _point_row(

@@ -30,7 +30,7 @@ from ocmm_core.export.report._report_data import ReportData
 from ocmm_core.export.report._tables import (
     Cell,
     Number,
-    Table,
+    ReportTable,
     Units,
     features_table,
     points_table,
@@ -167,7 +167,7 @@ def looks_computed(text: str) -> bool:
     return text.lstrip()[:1] in ("=", "+", "-", "@")
 
 
-def _write_table(book: xlsxwriter.Workbook, data: ReportData, key: str, table: Table) -> None:
+def _write_table(book: xlsxwriter.Workbook, data: ReportData, key: str, table: ReportTable) -> None:
     """Write a table on a separate sheet, below the states of the job."""
     sheet = _new_sheet(book, data, key)
     heads = {
@@ -302,17 +302,17 @@ def _plain(cell: Cell) -> str | float | None:
     return cell or None
 
 
-def _preview(jobs: Sequence[ReportData], profile: Profile) -> tuple[Table, ...]:
+def _preview(jobs: Sequence[ReportData], profile: Profile) -> tuple[ReportTable, ...]:
     (data,) = jobs
     front = tuple((line,) for line in _front_lines(data)[1:])
     return (
-        Table(_speech(data).word(_FRONT), (_front_lines(data)[0],), front),
+        ReportTable(_speech(data).word(_FRONT), (_front_lines(data)[0],), front),
         head_table(data),
         *_tables(data, profile).values(),
     )
 
 
-def _tables(data: ReportData, profile: Profile) -> dict[str, Table]:
+def _tables(data: ReportData, profile: Profile) -> dict[str, ReportTable]:
     """Return the translated tables by untranslated names of their sheets."""
     units = _units(data, profile)
     tables = (report_table(data, units), features_table(data, units), points_table(data, units))
@@ -328,7 +328,7 @@ def _units(data: ReportData, profile: Profile) -> Units:
     return replace(profile.units, lengths="inch", length_decimals=decimals)
 
 
-def _for_paper(table: Table, units: Units, speech: Speech) -> Table:
+def _for_paper(table: ReportTable, units: Units, speech: Speech) -> ReportTable:
     """Return a table with printed columns first; its heads state the unit if no column does."""
     printed = PRINTED[table.title]
     chosen = table.chosen((*printed, *(name for name in table.columns if name not in printed)))
@@ -340,7 +340,7 @@ def _for_paper(table: Table, units: Units, speech: Speech) -> Table:
     return replace(named, columns=heads)
 
 
-def _width(table: Table, column: int) -> int:
+def _width(table: ReportTable, column: int) -> int:
     longest = max((len(_shown(row[column])) for row in table.rows), default=0)
     return min(max(longest, len(table.columns[column])) + 3, _WIDEST)
 

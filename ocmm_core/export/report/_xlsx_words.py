@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from ocmm_core.export.report._tables import JOB_STATE, Cell, Table
+from ocmm_core.export.report._tables import JOB_STATE, Cell, ReportTable
 from ocmm_core.wording import Speech
 
 _SPOKEN = frozenset({
@@ -23,7 +23,7 @@ _NUMBERED = ("Cameras ", "Doubt ")
 """Start of numbered lines of sentences."""
 
 
-def said_table(table: Table, speech: Speech) -> Table:
+def said_table(table: ReportTable, speech: Speech) -> ReportTable:
     """Return a translated table: its heads, and cells with words of the program."""
     spoken = [name in _SPOKEN for name in table.columns]
     rows = tuple(

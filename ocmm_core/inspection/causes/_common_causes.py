@@ -12,7 +12,7 @@ import numpy as np
 
 from ocmm_core.geometry import Float, RigidTransform
 from ocmm_core.inspection.causes._deviations import (
-    Pattern,
+    CommonPattern,
     TouchedSurface,
     misfits_in,
     rigid,
@@ -48,7 +48,7 @@ class Common:
 
     surfaces: tuple[TouchedSurface, ...]
     """Accepted touches, without suspects of their own feature."""
-    place: Pattern
+    place: CommonPattern
     """Pose of the nominals supported by most features, with misfits."""
     scale: float
     """mm: usual misfit of features that follow the best pattern."""
@@ -166,7 +166,7 @@ def scatter_ratio(sample: FormSample) -> float:
     return max(sample.scatter, _NOTHING) / max(sample.scatter - sample.variance, _NOTHING)
 
 
-def _explains(plain: Pattern, pattern: Pattern) -> bool:
+def _explains(plain: CommonPattern, pattern: CommonPattern) -> bool:
     """Return whether a pattern improves several features, and worsens none of weight."""
     scale = min(plain.scale(), pattern.scale())
     before, after = plain.unexplained(scale), pattern.unexplained(scale)
@@ -178,7 +178,9 @@ def _explains(plain: Pattern, pattern: Pattern) -> bool:
     return won >= _LEAST_WITNESSES and won >= _MANY * lost
 
 
-def _is_ball(plain: Pattern, ball: Pattern, surfaces: Collection[TouchedSurface]) -> bool:
+def _is_ball(
+    plain: CommonPattern, ball: CommonPattern, surfaces: Collection[TouchedSurface]
+) -> bool:
     """Return whether sizes support the ball: inner and outer ones, or enough of one kind."""
     agree = [
         item for item in _sized(surfaces)
@@ -198,7 +200,10 @@ def _is_inner(surface: TouchedSurface) -> bool:
 
 
 def _shift(
-    surfaces: tuple[TouchedSurface, ...], planned: RigidTransform, place: Pattern, scale: float
+    surfaces: tuple[TouchedSurface, ...],
+    planned: RigidTransform,
+    place: CommonPattern,
+    scale: float,
 ) -> float | None:
     """Return the error of the plan's frame at the features, mm; None if none."""
     there = misfits_in(surfaces, planned)

@@ -68,7 +68,7 @@ class TouchedSurface:
 
 
 @dataclass(frozen=True, slots=True)
-class Pattern:
+class CommonPattern:
     """A pattern common to all features."""
 
     T_nominal_from_world: RigidTransform
@@ -128,17 +128,17 @@ def _geometry(nominal: NominalFeature) -> Float:
     return geometry
 
 
-def rigid(surfaces: Sequence[TouchedSurface], start: RigidTransform) -> Pattern:
+def rigid(surfaces: Sequence[TouchedSurface], start: RigidTransform) -> CommonPattern:
     """Return the pose of the nominals by all features that agree."""
     return _fitted(surfaces, start, None)
 
 
-def with_ball(surfaces: Sequence[TouchedSurface], start: RigidTransform) -> Pattern:
+def with_ball(surfaces: Sequence[TouchedSurface], start: RigidTransform) -> CommonPattern:
     """Return the same with a ball larger than assumed by ``amount``, mm."""
     return _fitted(surfaces, start, lambda normals, contacts: np.ones(len(normals)))
 
 
-def with_growth(surfaces: Sequence[TouchedSurface], start: RigidTransform) -> Pattern:
+def with_growth(surfaces: Sequence[TouchedSurface], start: RigidTransform) -> CommonPattern:
     """Return the same with a part larger than its nominals by the share ``amount``."""
     middle = np.mean([surface.geometry[:3] for surface in surfaces], axis=0)
 
@@ -158,7 +158,7 @@ def _fitted(
     surfaces: Sequence[TouchedSurface],
     start: RigidTransform,
     pattern: Callable[[Float, Float], Float] | None,
-) -> Pattern:
+) -> CommonPattern:
     """Return motion and amount of a pattern, by Gauss-Newton with a weight per feature.
 
     `pattern`: from normals and contact points, (n, 3) each, frame of the nominals, to the change of
@@ -207,4 +207,4 @@ def _fitted(
     left = off + amount * matrix[:, 6] if pattern is not None else off
     own = np.sqrt(np.bincount(owner, left**2) / counts)
     names = [surface.name for surface in surfaces]
-    return Pattern(T, amount, sigma, dict(zip(names, own.tolist(), strict=True)))
+    return CommonPattern(T, amount, sigma, dict(zip(names, own.tolist(), strict=True)))

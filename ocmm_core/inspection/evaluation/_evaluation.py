@@ -12,7 +12,12 @@ from ocmm_core.errors import FitError
 from ocmm_core.features.measured import ActualFeature, CommandingPoints
 from ocmm_core.geometry import RigidTransform
 from ocmm_core.inspection.evaluation._cache import EvaluationCache
-from ocmm_core.inspection.evaluation._job_graph import Below, FeatureGraph, Touched, part_frame_of
+from ocmm_core.inspection.evaluation._job_graph import (
+    Below,
+    FeatureGraph,
+    PointsByFeature,
+    part_frame_of,
+)
 from ocmm_core.inspection.evaluation._job_values import ValueGraph
 from ocmm_core.inspection.evaluation._options import SessionOptions
 from ocmm_core.inspection.evaluation._outliers import REMOVE
@@ -159,7 +164,7 @@ def checked_features(
     plan: Plan, points: Sequence[MeasuredPoint], options: SessionOptions
 ) -> dict[str, ActualFeature | FitError]:
     """Return every feature of a plan, or why unknown; rows of jacobians are points by index."""
-    touched = Touched.of(points, range(len(points)))
+    touched = PointsByFeature.of(points, range(len(points)))
     return FeatureGraph(plan, options, EvaluationCache()).features(touched)
 
 

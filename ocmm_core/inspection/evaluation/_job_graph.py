@@ -132,14 +132,14 @@ class Below:
 
 
 @dataclass(frozen=True, slots=True)
-class Touched:
+class PointsByFeature:
     """Points of a job by feature, as reported, and their indices in rows of jacobians."""
 
     points: Mapping[str, tuple[MeasuredPoint, ...]]
     places: Mapping[str, tuple[int, ...]]
 
     @classmethod
-    def of(cls, points: Sequence[MeasuredPoint], places: Sequence[int]) -> Touched:
+    def of(cls, points: Sequence[MeasuredPoint], places: Sequence[int]) -> PointsByFeature:
         """Return the points by feature; indices must be unique."""
         if len(set(places)) < len(points):
             raise ValueError("two points have the same number")
@@ -173,11 +173,11 @@ class FeatureGraph:
     def below(self) -> Below:
         return self.cache.known("below", (self.plan,), lambda: Below.of(self.plan))
 
-    def touched(self, points: Sequence[MeasuredPoint]) -> Touched:
+    def touched(self, points: Sequence[MeasuredPoint]) -> PointsByFeature:
         """Return stored points as reported, indexed by their numbers."""
         part = self.options.climate.part
-        raw = Touched.of(points, [point.number for point in points])
-        return Touched(
+        raw = PointsByFeature.of(points, [point.number for point in points])
+        return PointsByFeature(
             {name: self._reported(name, own, part) for name, own in raw.points.items()}, raw.places
         )
 
@@ -188,7 +188,7 @@ class FeatureGraph:
             ("reported", name), (part, *own), lambda: tuple(reported_points(own, part))
         )
 
-    def features(self, touched: Touched) -> dict[str, ActualFeature | FitError]:
+    def features(self, touched: PointsByFeature) -> dict[str, ActualFeature | FitError]:
         """Return every feature of the plan, probed or constructed, or why it is unknown."""
         actual = {item.name: self._fitted(item, touched) for item in self.plan.features}
         rule, known = self.plan.alignment, actual
@@ -209,7 +209,7 @@ class FeatureGraph:
                 actual[nominal.name] = plane
         return actual | self._constructed(actual, "constructed")
 
-    def commanding(self, touched: Touched, actual: Found) -> dict[str, CommandingPoints]:
+    def commanding(self, touched: PointsByFeature, actual: Found) -> dict[str, CommandingPoints]:
         """Return the points that command the fit of a probed feature, by its name."""
         scatters = scatters_of(actual)
         found: dict[str, CommandingPoints | None] = {}
@@ -249,7 +249,9 @@ class FeatureGraph:
             ("alignment", choice), (bound,), lambda: replace(bound, choice=choice)
         )
 
-    def _fitted(self, nominal: NominalFeature, touched: Touched) -> ActualFeature | FitError:
+    def _fitted(
+        self, nominal: NominalFeature, touched: PointsByFeature
+    ) -> ActualFeature | FitError:
         names = [name for name in (nominal.projection, nominal.name) if name]
         points, places = touched.of_features(names)
 
@@ -261,7 +263,7 @@ class FeatureGraph:
         return self.cache.known(("feature", nominal.name), (self.plan, nominal, *points), made)
 
     def _compensated(
-        self, nominal: NominalFeature, touched: Touched, T_part_from_world: RigidTransform
+        self, nominal: NominalFeature, touched: PointsByFeature, T_part_from_world: RigidTransform
     ) -> ActualFeature | FitError:
         points, places = touched.of_features([nominal.name])
         return self.cache.known(

@@ -12,7 +12,7 @@ from ocmm_core.camera import Rig
 from ocmm_core.errors import FitError
 from ocmm_core.features.measured import ActualFeature, measured_of
 from ocmm_core.geometry import Float
-from ocmm_core.inspection.evaluation._job_graph import FeatureGraph, Found, Touched
+from ocmm_core.inspection.evaluation._job_graph import FeatureGraph, Found, PointsByFeature
 from ocmm_core.measuring import PointFactors, joined_factors, joint_factors, root_of
 from ocmm_core.tolerances.decisions import CharacteristicResult, evaluate_one
 from ocmm_core.tolerances.uncertainty import FormSample, form_samples
@@ -38,7 +38,10 @@ class ValueGraph:
         self._roots: dict[tuple[tuple[int, ...], bytes], Float] = {}
 
     def results(
-        self, touched: Touched, sensitivities: Mapping[str, Sequence[TipSensitivity]], actual: Found
+        self,
+        touched: PointsByFeature,
+        sensitivities: Mapping[str, Sequence[TipSensitivity]],
+        actual: Found,
     ) -> tuple[CharacteristicResult, ...]:
         """Return a result for every characteristic of the plan, in order.
 
@@ -52,7 +55,7 @@ class ValueGraph:
         return tuple(self._value(item, alignment, records, owners) for item in plan.characteristics)
 
     def _factors(
-        self, name: str, touched: Touched, sensitivities: Sequence[TipSensitivity]
+        self, name: str, touched: PointsByFeature, sensitivities: Sequence[TipSensitivity]
     ) -> PointFactors:
         points, options, bound = touched.points[name], self._graph.options, self._graph.facts.bound
 

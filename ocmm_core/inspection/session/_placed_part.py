@@ -21,7 +21,7 @@ from ocmm_core.measuring import MeasuredPoint
 from ocmm_core.part_model import PartModel, PlacedPart
 
 
-class JobPart:
+class PlacedNominal:
     """Nominal part of a job from its CAD model; initially the one in its file."""
 
     def __init__(self, ledger: JobLedger) -> None:

@@ -30,7 +30,7 @@ from ocmm_core.inspection.session._header import header_of
 from ocmm_core.inspection.session._intake import TouchIntake
 from ocmm_core.inspection.session._job_view import JobState, view_of
 from ocmm_core.inspection.session._ledger import JobLedger, UnderWay
-from ocmm_core.inspection.session._placed_part import JobPart
+from ocmm_core.inspection.session._placed_part import PlacedNominal
 from ocmm_core.inspection.session._point_steps import PointSteps
 from ocmm_core.inspection.session._reference_use import ReferenceUse
 from ocmm_core.inspection.session._side_choice import awaits_pull, methods_of
@@ -122,7 +122,7 @@ class InspectionSession:
         """Decisions about single points."""
         self.pausing = Pausing(ledger)
         self.held = HeldPoints(ledger)
-        self.part = JobPart(ledger)
+        self.part = PlacedNominal(ledger)
         """The nominal part, if there is a CAD model."""
         self._rig = rig
         self._body = body

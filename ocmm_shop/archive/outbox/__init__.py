@@ -33,7 +33,12 @@ if TYPE_CHECKING:
     from ocmm_shop.archive.outbox._learn import exchange_heads, learn_marks
     from ocmm_shop.archive.outbox._notes import JobNote, has_points, sweep
     from ocmm_shop.archive.outbox._outbox import Outbox, default_outbox
-    from ocmm_shop.archive.outbox._outbox_rows import Contact, Item, ItemState, machine_identity
+    from ocmm_shop.archive.outbox._outbox_rows import (
+        ConnectionState,
+        Item,
+        ItemState,
+        machine_identity,
+    )
     from ocmm_shop.archive.outbox._status import HandOver, hand_over
 else:
     __getattr__ = door(
@@ -43,13 +48,13 @@ else:
         _learn="exchange_heads learn_marks",
         _notes="JobNote has_points sweep",
         _outbox="Outbox default_outbox",
-        _outbox_rows="Contact Item ItemState machine_identity",
+        _outbox_rows="ConnectionState Item ItemState machine_identity",
         _status="HandOver hand_over",
     )
 
 __all__ = [
-    "ArchivePlace", "BackOff", "Contact", "Courier", "HandOver", "HandOverProcess", "Handed",
-    "Item", "ItemState", "JobNote", "Outbox", "default_outbox", "exchange_heads", "follow",
-    "hand_over", "has_points", "learn_marks", "lost_deliveries", "machine_identity", "main",
-    "only_one", "sender_of", "sweep",
+    "ArchivePlace", "BackOff", "ConnectionState", "Courier", "HandOver", "HandOverProcess",
+    "Handed", "Item", "ItemState", "JobNote", "Outbox", "default_outbox", "exchange_heads",
+    "follow", "hand_over", "has_points", "learn_marks", "lost_deliveries", "machine_identity",
+    "main", "only_one", "sender_of", "sweep",
 ]  # fmt: skip

@@ -22,7 +22,7 @@ from ocmm_core.documents import write_atomic
 from ocmm_core.errors import OcmmError, StorageError
 from ocmm_core.side_files import LARGEST_JOB, read_guarded
 from ocmm_shop.archive.outbox._outbox_file import OutboxFile, utc_now
-from ocmm_shop.archive.outbox._outbox_rows import Contact, Item, ItemState, machine_identity
+from ocmm_shop.archive.outbox._outbox_rows import ConnectionState, Item, ItemState, machine_identity
 from ocmm_shop.archive.records import snapshot
 from ocmm_shop.archive.stores import CLOCK_TELL_S
 
@@ -135,12 +135,12 @@ class Outbox(OutboxFile):
                     (error.code, str(error), utc_now()),
                 )
 
-    def contact(self) -> Contact:
+    def contact(self) -> ConnectionState:
         with self._reading() as db:
             row = db.execute(
                 "SELECT code, said, since_utc, good_utc, clock_off_s FROM contact"
             ).fetchone()
-        return Contact(*row)
+        return ConnectionState(*row)
 
     def prune(self, now: datetime | None = None) -> int:
         """Remove expired copies, none while the archive's clock differs; return how many."""

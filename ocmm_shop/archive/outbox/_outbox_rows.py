@@ -53,7 +53,7 @@ class Item:
 
 
 @dataclass(frozen=True, slots=True)
-class Contact:
+class ConnectionState:
     """State of the connection."""
 
     code: str = ""

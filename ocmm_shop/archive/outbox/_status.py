@@ -7,7 +7,7 @@ from datetime import datetime
 from pathlib import Path
 
 from ocmm_shop.archive.outbox._outbox import Outbox
-from ocmm_shop.archive.outbox._outbox_rows import Contact, Item, ItemState
+from ocmm_shop.archive.outbox._outbox_rows import ConnectionState, Item, ItemState
 from ocmm_shop.archive.stores import CLOCK_TELL_S
 
 
@@ -17,7 +17,7 @@ class HandOver:
     """Jobs that the archive does not have yet."""
     aside: tuple[Item, ...]
     """Jobs refused by it, newest first, with reasons."""
-    contact: Contact
+    contact: ConnectionState
 
     @property
     def needs_attention(self) -> bool:
@@ -86,7 +86,7 @@ _WORDS = {
 def hand_over(folder: Path) -> HandOver:
     """Return the state of an outbox, empty if there is none; StorageError if unreadable."""
     if not Outbox.is_in(folder):
-        return HandOver(0, (), Contact())
+        return HandOver(0, (), ConnectionState())
     with Outbox(folder) as outbox:
         return HandOver(outbox.count(ItemState.WAITING), tuple(outbox.aside()), outbox.contact())
 

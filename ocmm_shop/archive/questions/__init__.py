@@ -21,7 +21,7 @@ if TYPE_CHECKING:
         parquet_of,
         shown_cell,
     )
-    from ocmm_shop.archive.questions._asked import Asked, parts
+    from ocmm_shop.archive.questions._asked import Query, parts
     from ocmm_shop.archive.questions._lists import passed, today, used
     from ocmm_shop.archive.questions._registry import QUESTIONS, Question
     from ocmm_shop.archive.questions._statistics import cpk_by_month, rr, trend
@@ -29,13 +29,13 @@ else:
     __getattr__ = door(
         __name__,
         _answers="ArchiveAnswer csv_of export_answer parquet_of shown_cell",
-        _asked="Asked parts",
+        _asked="Query parts",
         _lists="passed today used",
         _registry="QUESTIONS Question",
         _statistics="cpk_by_month rr trend",
     )
 
 __all__ = [
-    "QUESTIONS", "ArchiveAnswer", "Asked", "Question", "cpk_by_month", "csv_of", "export_answer",
+    "QUESTIONS", "ArchiveAnswer", "Query", "Question", "cpk_by_month", "csv_of", "export_answer",
     "parquet_of", "parts", "passed", "rr", "shown_cell", "today", "trend", "used",
 ]  # fmt: skip

@@ -19,7 +19,7 @@ MOST_VALUES = 200_000
 
 
 @dataclass(frozen=True, slots=True)
-class Asked:
+class Query:
     """Parameters of a query; each uses some."""
 
     station: str = ""
@@ -48,7 +48,7 @@ def parts(archive: Archive) -> tuple[tuple[str, str], ...]:
     return tuple((shown_text(str(part)), shown_text(str(name))) for part, name in table.rows)
 
 
-def nothing_of(archive: Archive, asked: Asked) -> InputError:
+def nothing_of(archive: Archive, asked: Query) -> InputError:
     known = parts(archive)
     names = sorted({part for part, _ in known})
     if asked.part not in names:
@@ -65,7 +65,7 @@ def nothing_of(archive: Archive, asked: Asked) -> InputError:
     )
 
 
-def needs(asked: Asked, *fields: str) -> None:
+def needs(asked: Query, *fields: str) -> None:
     labels: Mapping[str, str] = {"what": "what was used"}
     for field in fields:
         if not getattr(asked, field):

@@ -11,7 +11,7 @@ from ocmm_core.tolerances.decisions import PartWord
 from ocmm_shop.archive.questions._answers import ArchiveAnswer
 from ocmm_shop.archive.questions._asked import (
     MOST_VALUES,
-    Asked,
+    Query,
     at_station,
     cut,
     needs,
@@ -28,7 +28,7 @@ _MOST_HASHES = 20
 """Identities that one shortened hash may match."""
 
 
-def today(archive: Archive, asked: Asked) -> ArchiveAnswer:
+def today(archive: Archive, asked: Query) -> ArchiveAnswer:
     """Return the jobs measured on a day, newest first."""
     first = asked.first or datetime.now().astimezone().date()
     last = asked.last or first
@@ -59,11 +59,11 @@ def today(archive: Archive, asked: Asked) -> ArchiveAnswer:
     )
 
 
-def _is_at(entry: Entry, asked: Asked) -> bool:
+def _is_at(entry: Entry, asked: Query) -> bool:
     return not asked.station or entry["station"] == asked.station
 
 
-def used(archive: Archive, asked: Asked) -> ArchiveAnswer:
+def used(archive: Archive, asked: Query) -> ArchiveAnswer:
     """Return jobs by equipment, newest first; InputError if kind or name is invalid."""
     if asked.kind not in USES:
         raise InputError(
@@ -99,7 +99,7 @@ def used(archive: Archive, asked: Asked) -> ArchiveAnswer:
     )
 
 
-def _words_for(archive: Archive, asked: Asked) -> Iterator[tuple[str, str]]:
+def _words_for(archive: Archive, asked: Query) -> Iterator[tuple[str, str]]:
     """Yield column and value of each search: a name, an identity, identities with a prefix."""
     yield "name", asked.what
     yield "identity", asked.what
@@ -120,7 +120,7 @@ def _words_for(archive: Archive, asked: Asked) -> Iterator[tuple[str, str]]:
         yield "identity", last
 
 
-def passed(archive: Archive, asked: Asked) -> ArchiveAnswer:
+def passed(archive: Archive, asked: Query) -> ArchiveAnswer:
     """Return finished real parts by operator, part and verdict."""
     low, high = span(asked.first or date(1970, 1, 1), asked.last or date(9000, 1, 1))
     entries = list(

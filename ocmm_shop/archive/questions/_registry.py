@@ -6,12 +6,12 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from ocmm_shop.archive.questions._answers import ArchiveAnswer
-from ocmm_shop.archive.questions._asked import Asked
+from ocmm_shop.archive.questions._asked import Query
 from ocmm_shop.archive.questions._lists import passed, today, used
 from ocmm_shop.archive.questions._statistics import cpk_by_month, rr, trend
 from ocmm_shop.archive.stores import Archive, not_understood
 
-Answers = Callable[[Archive, Asked], ArchiveAnswer]
+Answers = Callable[[Archive, Query], ArchiveAnswer]
 
 
 @dataclass(frozen=True, slots=True)
@@ -21,10 +21,10 @@ class Question:
     """`name`, `title`: For scripts, and for people."""
     takes: tuple[str, ...]
     needs: tuple[str, ...]
-    """`takes`, `needs`: Fields of `Asked` that it uses, and the required ones."""
+    """`takes`, `needs`: Fields of `Query` that it uses, and the required ones."""
     answers: Answers
 
-    def ask(self, archive: Archive, asked: Asked) -> ArchiveAnswer:
+    def ask(self, archive: Archive, asked: Query) -> ArchiveAnswer:
         """Return the answer; malformed ones are errors, and not shown.
 
         InputError: a required parameter is missing, or unknown. StorageError: the archive cannot be

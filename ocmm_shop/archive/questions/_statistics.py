@@ -16,7 +16,7 @@ from ocmm_core.tolerances.decisions import Verdict, capability, control_chart
 from ocmm_shop.archive.questions._answers import ArchiveAnswer
 from ocmm_shop.archive.questions._asked import (
     MOST_VALUES,
-    Asked,
+    Query,
     at_station,
     cut,
     needs,
@@ -30,7 +30,7 @@ from ocmm_shop.archive.stores import Archive, Cell, Row
 from ocmm_shop.studies import gauge_study
 
 
-def trend(archive: Archive, asked: Asked) -> ArchiveAnswer:
+def trend(archive: Archive, asked: Query) -> ArchiveAnswer:
     """Return the trend over stations: chart, run rules, Cpk; InputError: unknown characteristic."""
     needs(asked, "part", "characteristic")
     values = _values(archive, asked, asked.most)
@@ -73,7 +73,7 @@ class _Values:
         return [one for one in self.entries if one["counted"]]
 
 
-def _values(archive: Archive, asked: Asked, most: int, *, repeated: bool = False) -> _Values:
+def _values(archive: Archive, asked: Query, most: int, *, repeated: bool = False) -> _Values:
     """Return values of a part, ``most`` of those that count; `repeated`: not only the last."""
     judge = Judge(archive)
     named: dict[str, Cell] = {"part": asked.part, "name": asked.characteristic}
@@ -147,7 +147,7 @@ def _limits(low: Cell, high: Cell, unit: Cell) -> str:
     return f"Limits {number_of(low):.4f} to {number_of(high):.4f} {unit!s}"
 
 
-def cpk_by_month(archive: Archive, asked: Asked) -> ArchiveAnswer:
+def cpk_by_month(archive: Archive, asked: Query) -> ArchiveAnswer:
     """Return Cp and Cpk with intervals of a part by month; InputError if the part is unknown."""
     needs(asked, "part")
     found = _values(archive, asked, MOST_VALUES)
@@ -193,7 +193,7 @@ def cpk_by_month(archive: Archive, asked: Asked) -> ArchiveAnswer:
     )  # fmt: skip
 
 
-def rr(archive: Archive, asked: Asked) -> ArchiveAnswer:
+def rr(archive: Archive, asked: Query) -> ArchiveAnswer:
     """Return the gauge R&R over stations: parts by serial number, each measured at every station.
 
     Stations replace operators. The same number of first measurements counts for each part and

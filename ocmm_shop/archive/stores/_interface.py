@@ -49,7 +49,7 @@ class Table:
 
 
 @dataclass(frozen=True, slots=True)
-class Finding:
+class ArchivedDocument:
     """A document about archived jobs, such as that of a recall."""
 
     id: int
@@ -100,7 +100,7 @@ class Archive(Protocol):
     ) -> int:  # fmt: skip
         """Store a document with its marks in one transaction; return its number."""
 
-    def findings(self, after: int = 0) -> list[Finding]:
+    def findings(self, after: int = 0) -> list[ArchivedDocument]:
         """Return documents with a higher number, oldest first."""
 
     def marks(self, after: int = 0) -> list[tuple[int, MarkRow]]:

@@ -16,7 +16,7 @@ import msgspec
 from ocmm_core.errors import StorageError
 from ocmm_shop.archive.records import JobRecord, MarkRow, shown_text
 from ocmm_shop.archive.stores._faults import damaged_file, not_understood
-from ocmm_shop.archive.stores._interface import Cell, Finding, Kind, Row, Table
+from ocmm_shop.archive.stores._interface import ArchivedDocument, Cell, Kind, Row, Table
 from ocmm_shop.archive.stores._statements import JOB_FIELDS, OF_JOB, RESULT_FIELDS, USE_FIELDS
 
 
@@ -146,14 +146,17 @@ class SqlReader(ABC):
             raise not_understood(self.place, f"{len(rows)} rows where there is one")
         return rows[0]
 
-    def findings(self, after: int = 0) -> list[Finding]:
+    def findings(self, after: int = 0) -> list[ArchivedDocument]:
         """Return documents with a higher number: see `Archive`."""
         table = self.ask(
             "SELECT id, kind, subject, document, who, utc, received_utc FROM finding"
             " WHERE id > :after ORDER BY id",
             {"after": after}, int, *(str,) * 6,
         )  # fmt: skip
-        return [Finding(whole_of(row[0]), *(str(cell) for cell in row[1:])) for row in table.rows]
+        return [
+            ArchivedDocument(whole_of(row[0]), *(str(cell) for cell in row[1:]))
+            for row in table.rows
+        ]
 
     def marks(self, after: int = 0) -> list[tuple[int, MarkRow]]:
         """Return marks with a higher number: see `Archive`."""

@@ -16,7 +16,7 @@ from pathlib import Path
 
 from ocmm_core.acceptance import AcceptanceProcedure
 from ocmm_core.acquisition.frames import FrameBlock
-from ocmm_core.composition import AcceptanceBench, Conditions, StationRequest
+from ocmm_core.composition import AcceptanceBench, StatedConditions, StationRequest
 from ocmm_core.documents import resource
 from tests.core.acceptance.acceptance_site import ROOM
 from tests.slow_rig import CALM_HZ, slow_rig_in
@@ -44,7 +44,7 @@ def opened(bench: AcceptanceBench) -> AcceptanceProcedure:
         return bench.resume(left[0].path, ROOM)
     offer = next(one for one in bench.procedures(now) if one.procedure.id == NAME)
     used = tuple(one.used for one in bench.offers(offer, now, ROOM)[:1])
-    return bench.begin(offer, used, Conditions(who="Ann"), now)
+    return bench.begin(offer, used, StatedConditions(who="Ann"), now)
 
 
 def work(wanted: int, folder: Path) -> None:

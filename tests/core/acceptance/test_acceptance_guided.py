@@ -23,7 +23,7 @@ from ocmm_core.acceptance import (
     typed_entry,
 )
 from ocmm_core.calibration.records import EventKind, State
-from ocmm_core.composition import AcceptanceBench, Conditions, StationRequest
+from ocmm_core.composition import AcceptanceBench, StatedConditions, StationRequest
 from ocmm_core.documents import resource
 from ocmm_core.errors import CalibrationError, InputError
 from tests.core.acceptance.acceptance_site import (
@@ -61,8 +61,8 @@ def test_a_test_begins_on_its_first_page_goes_on_at_its_points_and_is_ended_once
     (dumbbell,) = bench.offers(offer, now, ROOM)
     assert not dumbbell.refusal
     with pytest.raises(InputError, match="No name given"):
-        bench.begin(offer, (dumbbell.used,), Conditions(who=" "), now)
-    procedure = bench.begin(offer, (dumbbell.used,), Conditions(who="Ann"), now)
+        bench.begin(offer, (dumbbell.used,), StatedConditions(who=" "), now)
+    procedure = bench.begin(offer, (dumbbell.used,), StatedConditions(who="Ann"), now)
     assert [one.name for one in procedure.base.steps] == ["prepare", "measure", "result"]
     with pytest.raises(CalibrationError, match="No frames yet"):
         procedure.take(now)

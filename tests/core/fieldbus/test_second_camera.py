@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from ocmm_bench.conform import Outcome, conform
+from ocmm_bench.conform import CameraOutcome, conform
 from ocmm_core.fieldbus.device import PRODUCT_CODE, REVISION
 from tests.core.fieldbus.conform_lines import TimedLine
 from tests.host import HANG_S, private_network
@@ -40,7 +40,7 @@ def test_the_second_camera_is_green() -> None:
     firmware = signed("1.1.0", bytes(range(256)) * 20, PRODUCT_CODE, REVISION)
     report = conform(TimedLine(camera.work_on, camera.idle), firmware=firmware)
     assert not [(each.code, each.complaints) for each in report.results if each.complaints]
-    assert report.outcome is Outcome.GREEN
+    assert report.outcome is CameraOutcome.GREEN
     assert (report.serial, report.firmware) == (SERIAL, "1.1.0")
 
 

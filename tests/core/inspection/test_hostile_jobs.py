@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from ocmm_bench.campaign import Kind, job_kinds
+from ocmm_bench.campaign import Forgery, job_kinds
 from ocmm_core.documents import resource
 from ocmm_core.errors import OcmmError
 from ocmm_core.inspection.archive import parts_of_batch, reopen_job, require_new_serial
@@ -40,7 +40,7 @@ def write(path: Path, serial: str) -> None:
 
 
 @pytest.mark.parametrize("kind", TEXTS, ids=lambda kind: kind.name)
-def test_a_forged_job_is_refused_or_read(good: Path, tmp_path: Path, kind: Kind) -> None:
+def test_a_forged_job_is_refused_or_read(good: Path, tmp_path: Path, kind: Forgery) -> None:
     path = tmp_path / "forged.ocmm"
     kind.make(good, path)
     begun = time.thread_time()

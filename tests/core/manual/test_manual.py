@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from ocmm_core.errors import InputError
-from ocmm_core.manual import Manual, Part, Place, anchors_of, load_manual
+from ocmm_core.manual import Manual, ManualPart, Place, anchors_of, load_manual
 
 _ROOT = Path(__file__).resolve().parents[3]
 _LINK = re.compile(r"(!?)\[[^\]]*\]\(([^)\s]*)\)")
@@ -41,7 +41,7 @@ def test_every_document_of_the_folder_is_a_chapter_and_those_of_the_inspector_co
     held = {path.relative_to(docs).as_posix() for path in docs.rglob("*.md")}
     assert names == {name for name in held if not name.startswith("de/")}
     parts = [chapter.part for chapter in manual.chapters]
-    assert parts == sorted(parts, key=list(Part).index)
+    assert parts == sorted(parts, key=list(ManualPart).index)
     assert [one.name for one in manual.chapters[:4]] == [
         "README.md", "inspector/README.md", "inspector/start.md", "inspector/inspecting.md",
     ]  # fmt: skip

@@ -23,9 +23,9 @@ from ocmm_core.settings import (
     SETTINGS,
     Kind,
     Note,
-    Origin,
     RecentPlaces,
     Scope,
+    SettingOrigin,
     Settings,
     SettingsFile,
     SettingsStore,
@@ -59,7 +59,7 @@ def test_the_table_and_the_typed_settings_are_the_same() -> None:
 def test_without_documents_all_is_as_shipped(tmp_path: Path) -> None:
     loaded = _store(tmp_path).load()
     assert loaded.settings.instrument_rig == resource("rigs", "recommended.toml")
-    assert set(loaded.origins.values()) == {Origin.DEFAULT}
+    assert set(loaded.origins.values()) == {SettingOrigin.DEFAULT}
     assert not loaded.notes
     assert not any(loaded.differs(spec.key) for spec in SETTINGS)
 
@@ -70,19 +70,19 @@ def test_the_user_wins_over_the_station_and_the_command_line_over_both(tmp_path:
     assert store.station.path.exists()
     assert tomllib.loads(store.user.path.read_text())["window"] == {"theme": "light"}
     loaded = store.load()
-    assert loaded.origins["instrument.source"] is Origin.STATION
-    assert loaded.origins["window.theme"] is Origin.USER
+    assert loaded.origins["instrument.source"] is SettingOrigin.STATION
+    assert loaded.origins["window.theme"] is SettingOrigin.USER
     assert loaded.differs("window.theme")
     store.change({"instrument.source": "ethercat:virtual"}, Scope.USER)
     assert store.load().settings.instrument_source == "ethercat:virtual"
     given = SettingsStore(store.station, store.user, {"instrument.source": "simulated"})
-    assert given.load().origins["instrument.source"] is Origin.COMMAND_LINE
+    assert given.load().origins["instrument.source"] is SettingOrigin.COMMAND_LINE
     assert given.load().settings.instrument_source == "simulated"
     # Set for everybody again, the user's own is taken out: else it would still win.
     store.change({"instrument.source": "ethercat:service"})
     assert store.load().settings.instrument_source == "ethercat:service"
     store.change({"instrument.source": None})
-    assert store.load().origins["instrument.source"] is Origin.DEFAULT
+    assert store.load().origins["instrument.source"] is SettingOrigin.DEFAULT
 
 
 @pytest.mark.parametrize(
@@ -153,7 +153,7 @@ def test_a_folder_without_rights_is_told_and_the_station_falls_back_to_the_user(
     store.station.path.parent.write_text("")
     (note,) = store.change({"instrument.source": "ethercat:service"})
     assert "this user" in note.what
-    assert store.load().origins["instrument.source"] is Origin.USER
+    assert store.load().origins["instrument.source"] is SettingOrigin.USER
     with pytest.raises(StorageError, match=r"settings\.toml"):
         store.change({"instrument.source": "ethercat:service"}, Scope.STATION)
 
@@ -176,7 +176,7 @@ def test_a_default_of_the_user_wins_over_what_the_station_says(tmp_path: Path) -
     store.change({"window.theme": "dark"})
     loaded = store.load()
     assert loaded.settings.window_theme == "dark"
-    assert loaded.origins["window.theme"] is Origin.USER
+    assert loaded.origins["window.theme"] is SettingOrigin.USER
     assert not loaded.differs("window.theme")
     # Without a station that says otherwise a default stands in no document.
     store.change({"window.theme": None}, Scope.STATION)

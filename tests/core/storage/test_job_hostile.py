@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from ocmm_bench.campaign import Kind, damaged_kinds, forged, job_kinds
+from ocmm_bench.campaign import Forgery, damaged_kinds, forged, job_kinds
 from ocmm_core.errors import StorageError
 from ocmm_core.storage import JobFile, read_summary
 from ocmm_core.storage._connection import connection_in_memory
@@ -89,7 +89,7 @@ def told(path: Path) -> str:
 
 
 @pytest.mark.parametrize("kind", [*TABLES, *SCHEMAS], ids=lambda kind: kind.name)
-def test_a_forged_job_is_refused_in_one_sentence(good: Path, tmp_path: Path, kind: Kind) -> None:
+def test_a_forged_job_is_refused_in_one_sentence(good: Path, tmp_path: Path, kind: Forgery) -> None:
     path = tmp_path / "forged.ocmm"
     kind.make(good, path)
     begun = time.thread_time()

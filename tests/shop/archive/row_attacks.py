@@ -16,7 +16,7 @@ import msgspec
 from ocmm_core.errors import OcmmError
 from ocmm_shop.archive.checks import verify_archive
 from ocmm_shop.archive.outbox import Courier, Outbox
-from ocmm_shop.archive.questions import Asked, cpk_by_month, parts, passed, today, trend, used
+from ocmm_shop.archive.questions import Query, cpk_by_month, parts, passed, today, trend, used
 from ocmm_shop.archive.records import Delivery
 from ocmm_shop.archive.stores import Answer, SqlArchive, open_archive
 from ocmm_shop.archive.stores._statements import JOB_FIELDS, RESULT_FIELDS, USE_FIELDS
@@ -151,26 +151,26 @@ class Shop:
 def answers(archive: SqlArchive) -> tuple[object, ...]:
     """Return what is asked of an archive most, without remarks."""
     found: list[object] = []
-    lists = today(archive, Asked(first=date(1971, 1, 1), last=date(8000, 1, 1), most=10**6))
+    lists = today(archive, Query(first=date(1971, 1, 1), last=date(8000, 1, 1), most=10**6))
     found.append(sorted(map(repr, (row[:8] for row in lists.rows))))
-    found.append(sorted(map(repr, passed(archive, Asked(most=10**6)).rows)))
+    found.append(sorted(map(repr, passed(archive, Query(most=10**6)).rows)))
     for part, name in parts(archive)[:2]:
         with contextlib.suppress(OcmmError):
             for question in (trend, cpk_by_month):
-                answer = question(archive, Asked(part=part, characteristic=name, most=10**6))
+                answer = question(archive, Query(part=part, characteristic=name, most=10**6))
                 found.append((part, name, sorted(map(repr, answer.rows))))
     for kind in ("plan", "probe", "rig"):
         (what,) = archive.ask(
             "SELECT min(name) FROM archived_use WHERE used_kind = :kind", {"kind": kind}
         ).rows[0]
-        answer = used(archive, Asked(kind=kind, what=str(what), most=10**6))
+        answer = used(archive, Query(kind=kind, what=str(what), most=10**6))
         found.append(sorted(map(repr, (row[:7] for row in answer.rows))))
     return tuple(found)
 
 
 def victims(archive: SqlArchive) -> Counter[str]:
     """Return the lines of the attacked station in lists, and what there is of its jobs."""
-    lists = today(archive, Asked(first=date(1971, 1, 1), last=date(8000, 1, 1), most=10**6))
+    lists = today(archive, Query(first=date(1971, 1, 1), last=date(8000, 1, 1), most=10**6))
     found = Counter(repr(row[1:8]) for row in lists.rows if row[1] == "Station 1")
     # By SQL as well, as a dashboard asks.
     table = archive.ask(

@@ -10,7 +10,7 @@ from typer.testing import CliRunner
 from ocmm_cli import app
 from ocmm_shop.archive.questions import (
     ArchiveAnswer,
-    Asked,
+    Query,
     cpk_by_month,
     export_answer,
     passed,
@@ -36,7 +36,7 @@ def test_a_table_in_parquet_is_read_back_to_the_digit(
     place: Place, tmp_path: Path, question: object
 ) -> None:
     needs_package("pyarrow", "extra `shop`")
-    asked = Asked(part="FLANGE", characteristic="D1", first=START.astimezone().date())
+    asked = Query(part="FLANGE", characteristic="D1", first=START.astimezone().date())
     with place.open() as archive:
         archive.put_all([made_delivery(seed) for seed in range(40)])
         answer: ArchiveAnswer = question(archive, asked)  # type: ignore[operator]

@@ -15,7 +15,7 @@ import pytest
 
 from ocmm_core.errors import OcmmError, StorageError
 from ocmm_shop.archive.outbox import Courier, Handed, ItemState, Outbox, hand_over
-from ocmm_shop.archive.questions import QUESTIONS, Asked
+from ocmm_shop.archive.questions import QUESTIONS, Query
 from ocmm_shop.archive.stores import SqlArchive, parse_server
 from ocmm_shop.archive.stores import _postgresql as postgresql
 from ocmm_shop.archive.stores._postgresql import PostgresArchive
@@ -275,7 +275,7 @@ def test_a_server_that_says_yes_to_everything_and_keeps_nothing_gets_no_job(
 @pytest.mark.parametrize("question", [one.name for one in QUESTIONS])
 def test_a_question_shows_nothing_of_an_answer_that_is_none(folder: Path, question: str) -> None:
     """Every question, with rows of too few columns, of other kinds, and of no numbers."""
-    asked = Asked(part="P", characteristic="D", what="B-17", kind="artefact")
+    asked = Query(part="P", characteristic="D", what="B-17", kind="artefact")
     (one,) = (one for one in QUESTIONS if one.name == question)
     nan, number = struct.pack("!d", float("nan")), struct.pack("!d", 1.0)
     for kinds, cells in (

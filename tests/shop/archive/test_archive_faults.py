@@ -18,7 +18,7 @@ from ocmm_core.cluster import Site
 from ocmm_core.errors import InputError, StorageError
 from ocmm_shop.archive.checks import verify_archive
 from ocmm_shop.archive.outbox import Courier, Handed, Outbox, hand_over
-from ocmm_shop.archive.questions import Asked, parts, used
+from ocmm_shop.archive.questions import Query, parts, used
 from ocmm_shop.archive.records import snapshot
 from ocmm_shop.archive.stores import SqlArchive, open_archive, parse_server
 from ocmm_shop.archive.stores._postgresql import PostgresArchive
@@ -366,7 +366,7 @@ def test_a_reader_and_a_station_are_offered_what_is_there(
     for user in ("looker", "station1", "anna"):
         with open_archive(shop.server.address(shop.database, user), read_only=True) as archive:
             assert parts(archive) == (("FLANGE", "D0"), ("FLANGE", "D1"), ("FLANGE", "D2"))
-            answer = used(archive, Asked(kind="artefact", what="B-17"))
+            answer = used(archive, Query(kind="artefact", what="B-17"))
             assert len(answer.rows) == 4
 
 

@@ -13,7 +13,7 @@ import pytest
 from ocmm_core.errors import OcmmError, StorageError
 from ocmm_shop.archive.outbox import (
     BackOff,
-    Contact,
+    ConnectionState,
     Courier,
     HandOver,
     ItemState,
@@ -227,9 +227,9 @@ def test_pauses_grow_and_are_not_the_same_for_all_stations() -> None:
 
 
 def test_a_wrong_clock_is_told() -> None:
-    ahead = HandOver(0, (), Contact(clock_off_s=3600.0))
+    ahead = HandOver(0, (), ConnectionState(clock_off_s=3600.0))
     assert "60 min ahead of that of the archive" in ahead.line
-    assert HandOver(0, (), Contact(clock_off_s=-10.0)).line == ""
+    assert HandOver(0, (), ConnectionState(clock_off_s=-10.0)).line == ""
 
 
 @pytest.mark.slow

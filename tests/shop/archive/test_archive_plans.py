@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import pytest
 
-from ocmm_shop.archive.questions import Asked, parts, today, trend, used
+from ocmm_shop.archive.questions import Query, parts, today, trend, used
 from ocmm_shop.archive.stores import SqlArchive
 from ocmm_shop.archive.stores._interface import Cell, Table
 from ocmm_shop.archive.stores._sqlite import SqliteArchive
@@ -40,7 +40,7 @@ class Explained:
 
 @pytest.mark.parametrize("question", ["today", "trend", "used", "used short", "parts"])
 def test_a_question_reads_no_table_from_end_to_end(place: Place, question: str) -> None:
-    asked = Asked(part="FLANGE", characteristic="D1", first=START.astimezone().date())
+    asked = Query(part="FLANGE", characteristic="D1", first=START.astimezone().date())
     with place.open() as archive:
         archive.put_all([made_delivery(seed) for seed in range(JOBS)])
         explained = Explained(archive)
@@ -83,11 +83,11 @@ def test_a_shortened_hash_finds_every_one_that_begins_so(place: Place) -> None:
             )
             record = structs.replace(made.record, uses=uses)
             archive.put(structs.replace(made, record=record))
-        assert len(used(archive, Asked(kind="calibration", what="abcdef")).rows) == 5
-        assert len(used(archive, Asked(kind="calibration", what="abcdef3")).rows) == 1
-        few = used(archive, Asked(kind="calibration", what="abcdef", most=2))
+        assert len(used(archive, Query(kind="calibration", what="abcdef")).rows) == 5
+        assert len(used(archive, Query(kind="calibration", what="abcdef3")).rows) == 1
+        few = used(archive, Query(kind="calibration", what="abcdef", most=2))
         assert len(few.rows) == 2
         assert few.rows[0][0] >= few.rows[1][0]  # type: ignore[operator]
         assert few.notes == ("Only the first 2 are shown.",)
         # By its name all have it.
-        assert len(used(archive, Asked(kind="calibration", what="hall3")).rows) == 5
+        assert len(used(archive, Query(kind="calibration", what="hall3")).rows) == 5

@@ -23,7 +23,7 @@ from ocmm_core.storage import JobFile, make_head
 from ocmm_core.tracking import load_probe
 from ocmm_shop.archive.checks import mark_altered, verify_archive
 from ocmm_shop.archive.outbox import Courier, Outbox
-from ocmm_shop.archive.questions import Asked, parts, passed, today, trend
+from ocmm_shop.archive.questions import Query, parts, passed, today, trend
 from ocmm_shop.archive.records import Delivery, snapshot
 from ocmm_shop.archive.stores import SqlArchive, open_archive
 from tests.core.inspection.conftest import PLAN, PROBE, RIG, Bench
@@ -125,11 +125,11 @@ def altered(path: Path, to: Path) -> Path:
 
 
 def lists(archive: SqlArchive) -> tuple[list[tuple[object, ...]], list[tuple[object, ...]]]:
-    days = Asked(first=date(1971, 1, 1), last=date(8000, 1, 1))
+    days = Query(first=date(1971, 1, 1), last=date(8000, 1, 1))
     name = archive.ask("SELECT min(characteristic) FROM archived_result WHERE part = 'P'").rows[0][
         0
     ]
-    values = trend(archive, Asked(part="P", characteristic=str(name))).rows
+    values = trend(archive, Query(part="P", characteristic=str(name))).rows
     return [row[:8] for row in today(archive, days).rows], [row[:9] for row in values]
 
 
@@ -176,7 +176,7 @@ def test_a_key_that_is_unknown_here_is_shown_as_such(
     for name in ("theirs", "one"):
         assert sent_from(place, tmp_path, "a", "Station 1", jobs[name]) == ""
     with place.open() as archive:
-        days = Asked(first=date(1971, 1, 1), last=date(8000, 1, 1))
+        days = Query(first=date(1971, 1, 1), last=date(8000, 1, 1))
         assert [row[8] for row in today(archive, days).rows if "key" in str(row[8])] == []
         shown = KeyFolder(jobs["attacker"] / "xdg_data_home" / "ocmm" / "keys").station_key()
         words = f"Signed by a key that is unknown here ({shown_key(shown.fingerprint)})."
@@ -185,10 +185,10 @@ def test_a_key_that_is_unknown_here_is_shown_as_such(
             rows = today(archive, days).rows
             assert [row[6] for row in rows] == ["NOT PROVEN", "NOT PROVEN"]
             assert words in {str(row[8]) for row in rows}
-            answer = trend(archive, Asked(part="P", characteristic=parts(archive)[0][1]))
+            answer = trend(archive, Query(part="P", characteristic=parts(archive)[0][1]))
             assert words in {str(row[9]) for row in answer.rows}
             assert answer.trends[0].values.size == 0
-            assert passed(archive, Asked()).rows == ()
+            assert passed(archive, Query()).rows == ()
             # What is unknown to a reader is nothing that somebody altered.
             assert verify_archive(archive).faults == ()
 
@@ -210,7 +210,7 @@ def test_an_invented_version_with_more_steps_hides_nothing(
         archive.put(own)
     with place.open() as archive:
         assert lists(archive) == before
-        (row,) = today(archive, Asked(first=date(1971, 1, 1), last=date(8000, 1, 1))).rows
+        (row,) = today(archive, Query(first=date(1971, 1, 1), last=date(8000, 1, 1))).rows
         assert "Other versions of this job, not shown: 1." in str(row[8])
         found = verify_archive(archive)
         assert any("job 5" in why or "no job file" in why or "damaged" in why or "not" in why
@@ -238,7 +238,7 @@ def test_a_signature_of_another_station_on_invented_rows_counts_nowhere(
             )
         )  # fmt: skip
     with place.open() as archive:
-        days = Asked(first=date(1971, 1, 1), last=date(8000, 1, 1))
+        days = Query(first=date(1971, 1, 1), last=date(8000, 1, 1))
         by_serial = {row[3]: row for row in today(archive, days).rows}
         assert by_serial["V-9"][1] == "Station 2"
         assert by_serial["V-9"][6] == "NOT PROVEN"
@@ -266,7 +266,7 @@ def test_a_job_that_was_continued_at_another_station_is_one_job(
                 session.touches.take(touch)
         assert sent_from(place, tmp_path, "box b", "Station 2", later, "station2") == ""
     with place.open() as archive:
-        rows = today(archive, Asked(first=date(1971, 1, 1), last=date(8000, 1, 1))).rows
+        rows = today(archive, Query(first=date(1971, 1, 1), last=date(8000, 1, 1))).rows
         assert [(row[1], row[3], row[5]) for row in rows] == [("Station 2", "V-2", "finished")]
         assert verify_archive(archive).faults == ()
 

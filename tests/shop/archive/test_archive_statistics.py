@@ -12,13 +12,13 @@ from typer.testing import CliRunner
 
 from ocmm_cli import app
 from ocmm_shop.archive.checks import verify_archive
-from ocmm_shop.archive.questions import Asked, cpk_by_month, passed, today, trend
+from ocmm_shop.archive.questions import Query, cpk_by_month, passed, today, trend
 from ocmm_shop.archive.records import Delivery, shown_text
 from ocmm_shop.archive.stores import Archive
 from tests.shop.archive.conftest import Place, by_hand
 from tests.shop.archive.made_jobs import START, made_delivery, made_sender
 
-D1 = Asked(part="FLANGE", characteristic="D1")
+D1 = Query(part="FLANGE", characteristic="D1")
 DAY = START.astimezone().date()
 
 
@@ -58,8 +58,8 @@ def test_a_capability_counts_parts_and_not_jobs(place: Place) -> None:
         assert [one[4] for one in answer.rows if one[2] == "00001" and not one[-1]] == [
             made_delivery(8).record.results[1].value
         ]
-        assert sum(int(str(one[3])) for one in passed(archive, Asked()).rows) == 6
-        assert today(archive, Asked(first=DAY)).notes[0] == "Finished real parts: 6."
+        assert sum(int(str(one[3])) for one in passed(archive, Query()).rows) == 6
+        assert today(archive, Query(first=DAY)).notes[0] == "Finished real parts: 6."
         by_sql = "SELECT parts, simulated FROM archive_month WHERE characteristic = 'D1' ORDER BY 2"
         assert archive.ask(by_sql).rows == ((6, 0), (8, 1))
 
@@ -83,11 +83,11 @@ def test_the_filter_comes_before_the_limit_of_rows(place: Place) -> None:
             archive.put(made_delivery(seed, made_sender("Station 2", 2), simulated=seed % 2 == 0))
         for seed in range(40, 60):
             archive.put(made_delivery(seed, state="open", verdict="NOT COMPLETE", complete=False))
-        asked = Asked(part="FLANGE", characteristic="D1", station="Station 1", most=5, first=DAY)
+        asked = Query(part="FLANGE", characteristic="D1", station="Station 1", most=5, first=DAY)
         (made,) = trend(archive, asked).trends
         assert len(made.values) == 5
         assert len(today(archive, asked).rows) == 5
-        (row,) = passed(archive, Asked(station="Station 1", operator="Ben", most=1)).rows
+        (row,) = passed(archive, Query(station="Station 1", operator="Ben", most=1)).rows
         assert row[3] == 2
 
 

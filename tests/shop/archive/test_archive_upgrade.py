@@ -10,7 +10,7 @@ import pytest
 
 from ocmm_core.errors import OcmmError, StorageError
 from ocmm_shop.archive.checks import verify_archive
-from ocmm_shop.archive.questions import Asked, today
+from ocmm_shop.archive.questions import Query, today
 from ocmm_shop.archive.records import Delivery, JobRow, extract_job, snapshot
 from ocmm_shop.archive.stores import VERSION, SqlArchive, open_archive, role_statements
 from ocmm_shop.archive.stores._schema import (
@@ -122,7 +122,7 @@ def check(archive: SqlArchive, delivery: Delivery) -> None:
     """Raise where the job is not the one that was sent before the upgrade."""
     assert archive.record(1) == delivery.record
     assert verify_archive(archive).faults == ()
-    (row,) = today(archive, Asked(first=day_of(delivery.record.job))).rows
+    (row,) = today(archive, Query(first=day_of(delivery.record.job))).rows
     assert row[6] == delivery.record.job.verdict
     assert row[8] in ("", "SIMULATED")
 

@@ -18,7 +18,7 @@ from distributed import Client, Future
 from benchmarks.cluster_processes import ShopCluster
 from ocmm_core.cluster import Site, run_tasks
 from ocmm_core.errors import InputError, OcmmError, StorageError
-from ocmm_shop.cluster._contents import Contents
+from ocmm_shop.cluster._contents import TaskContents
 from ocmm_shop.cluster._open_tasks import end_client
 from ocmm_shop.cluster._worker import do
 from tests.host import HANG_S, needs_package
@@ -311,7 +311,7 @@ def test_a_client_that_no_longer_hears_its_scheduler_ends_all_the_same(
 
 
 def test_bytes_that_no_worker_could_keep_go_with_the_next_task(cluster: ShopCluster) -> None:
-    content, contents = b"job" * 1000, Contents()
+    content, contents = b"job" * 1000, TaskContents()
     with cluster.client() as client:
         (sha256,), _ = contents.hand(client, [content])
         contents.hand(client, [content])

@@ -15,7 +15,7 @@ from ocmm_core.cluster import run_tasks
 from ocmm_core.errors import InputError
 from ocmm_shop.cluster._open_tasks import refusal
 from ocmm_shop.cluster._sentences import other_processor
-from ocmm_shop.cluster._worker import Arithmetic, Asked, Refused, do, this_computer
+from ocmm_shop.cluster._worker import Arithmetic, Refused, TaskRequest, do, this_computer
 from tests.host import HANG_S, not_run
 from tests.processor import GENERIC, emulation, why_not
 from tests.shop.cluster.cluster_work import drawn, some_seeds
@@ -68,7 +68,9 @@ def test_a_worker_of_another_kind_is_refused_until_it_computes_as_this_computer_
 def test_a_worker_of_another_kind_that_comes_later_is_refused_by_its_answer() -> None:
     ours = this_computer()
     others = replace(ours.arithmetic, loops="other")
-    answer = do(replace(ours, arithmetic=others), drawn, [Asked(some_seeds()[0], "Drawing", ())])
+    answer = do(
+        replace(ours, arithmetic=others), drawn, [TaskRequest(some_seeds()[0], "Drawing", ())]
+    )
     assert isinstance(answer, Refused)
     error = refusal("A worker", answer.computer, replace(ours, arithmetic=others))
     assert error.code == "cluster.processor"
