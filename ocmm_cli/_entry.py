@@ -32,6 +32,7 @@ NOBODY_READS = 141
 _FULL = (errno.ENOSPC, errno.EDQUOT, errno.EIO, errno.EFBIG, errno.EBADF)
 
 _SAFE = "All points taken are saved in the job file."
+_INTERRUPTED = 130
 _MEASURING = ("measure", "demo")
 """Commands that record points in a job file."""
 
@@ -57,18 +58,17 @@ def _main() -> None:
             if threads.caught:
                 sys.exit(EXIT_INTERNAL)
             cause = end.__context__
+            if isinstance(getattr(cause, "__cause__", None), KeyboardInterrupt):
+                # typer makes an exit of it and says nothing.
+                _tell_stopped()
             if end.code == 1 and isinstance(cause, Exception) and _is_crash(cause):
                 # typer reports the end of a pipe or file as "aborted", with the code of a
                 # nonconforming part.
                 _give_up(cause.__cause__ or cause, piped=piped)
             raise
         except KeyboardInterrupt:
-            if _measures():
-                told = say("ocmm: stopped; all points taken are saved in the job file.\n")
-            else:
-                told = say("ocmm: stopped.\n")
-            sys.stderr.write(told)
-            sys.exit(130)
+            _tell_stopped()
+            sys.exit(_INTERRUPTED)
         except Exception as error:
             _give_up(error, piped=piped)
         if threads.caught:
@@ -84,6 +84,14 @@ def _run() -> None:
     from ocmm_cli._app import app
 
     app()
+
+
+def _tell_stopped() -> None:
+    if _measures():
+        told = say("ocmm: stopped; all points taken are saved in the job file.\n")
+    else:
+        told = say("ocmm: stopped.\n")
+    sys.stderr.write(told)
 
 
 def _is_crash(error: Exception) -> bool:

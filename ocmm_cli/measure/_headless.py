@@ -12,6 +12,7 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 from rich.table import Table
 from rich.text import Text
 
+from ocmm_cli.measure._interrupt import DeferredInterrupt
 from ocmm_cli.measure._pages import print_pages
 from ocmm_cli.terminal import lead, say, say_word, shown, told, wide_enough
 from ocmm_core.acquisition.frames import AcquisitionState, AcquisitionStatus, StopReason
@@ -74,6 +75,7 @@ def run_job(
         )
     for warning in calibration.warnings:
         console.print(say(warning), style="yellow", highlight=False)
+    interrupt = DeferredInterrupt()
     try:
         station.events.point_refused.connect(lambda refusal: _print_refusal(console, refusal))
         station.faults.failed.connect(lambda error: _print_error(console, error))
@@ -82,7 +84,7 @@ def run_job(
             host, port = station.stream.address
             console.print(f"{lead('Stream  ')}{host}:{port}", highlight=False)
         _print_probe(console, station.instruments.probe())
-        _wait(built, console)
+        _wait(built, console, interrupt)
         failure = station.faults.why_failed()
         if failure is not None:
             raise failure
@@ -100,6 +102,7 @@ def run_job(
             raise _incomplete(view, status, built.job_path)
     finally:
         station.close()
+        interrupt.end()
         print_counters(console, station.looks.acquisition())
         lost = station.job.lost
         if lost is not None:
@@ -256,7 +259,7 @@ def _header(header: JobHeader) -> str:
     return ", ".join(f"{say_word(word)} {name}" for word, name in named.items())
 
 
-def _wait(built: BuiltStation, console: Console) -> None:
+def _wait(built: BuiltStation, console: Console, interrupt: DeferredInterrupt) -> None:
     station = built.station
     total = sum(feature.points for feature in station.job.plan.features)
     columns = (
@@ -269,6 +272,7 @@ def _wait(built: BuiltStation, console: Console) -> None:
     with Progress(*columns, console=console, transient=True) as progress:
         task = progress.add_task(say("Starting"), total=total)
         while not station.wait_finished(_POLL_S):
+            interrupt.check()
             missing = station.job.missing()
             left = sum(count for _, count in missing)
             doing = f"{lead('Probing ')}{missing[0][0]}" if missing else say("Finishing")
