@@ -124,7 +124,7 @@ PROCEDURES = tuple(
 
 WORD_FILES = re.compile(
     r"_steps|_procedure_\w+|_guided_view|settings/_specs|_facts|_paper_facts|_report_data|_head"
-    r"|_tables|_recall_messages|_causes|_registry|_station_state|_gauge_rr|_linearity|_in_use"
+    r"|_tables|_recall_messages|_causes|_registry|_station_state|_gauge_rr|_from_jobs|_in_use"
     r"|_model_frame|_job_messages|_usable|certificate/_content|_contributions|_evaluating|_kinds"
 )
 """Where a single word is a heading or the title of a step."""

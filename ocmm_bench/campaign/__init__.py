@@ -3,12 +3,11 @@
 In: lanes, a seed, a number of trials or hours. Out: a table of losses, with confidence bounds.
 
 Read `_reliability` (the command) and `_trials` (a trial, a finding, the state file), then the
-lanes: `_kills`, `_lost_names`, `_cuts`, `_faults` with `_faulty_disk`, `_writers`, `_clock`,
-`_hostile`, `_soak`.
-`_work` and `_stores` are the work under test. `_hostile` gives the files of `_hostile_jobs`,
-`_hostile_documents` and `_hostile_forge` to real commands (`_hostile_runs`), and `_hostile_sides`
-makes files of every kind next to trusted ones.
-It must not know the other commands; it starts them as a user does.
+lanes: `_kills` (also soak), `_lost_names`, `_faults` (also power cuts) with `_faulty_disk`,
+`_writers`, `_clock`, `_hostile`. `_work` is the work under test, on the stores of `_writers`.
+`_hostile` gives the files of `_hostile_jobs`, `_hostile_documents` and `_hostile_forge` to real
+commands (`_hostile_runs`), and `_hostile_sides` makes files of every kind next to trusted ones. It
+must not know the other commands; it starts them as a user does.
 """
 
 from __future__ import annotations
@@ -20,6 +19,7 @@ from ocmm_core.door import door
 if TYPE_CHECKING:
     from ocmm_bench.campaign._clock import serve_clock
     from ocmm_bench.campaign._faults import serve_faults
+    from ocmm_bench.campaign._hostile import given, good_files, hostile_groups, usual_of
     from ocmm_bench.campaign._hostile_documents import (
         document_kinds,
         leaf_kinds,
@@ -28,29 +28,28 @@ if TYPE_CHECKING:
         table_kinds,
     )
     from ocmm_bench.campaign._hostile_forge import Forgery, forged
-    from ocmm_bench.campaign._hostile_groups import given, good_files, hostile_groups, usual_of
     from ocmm_bench.campaign._hostile_jobs import damaged_kinds, job_kinds
     from ocmm_bench.campaign._hostile_runs import REFUSED
     from ocmm_bench.campaign._hostile_sides import MAKERS, Make
     from ocmm_bench.campaign._kills import measure_job
     from ocmm_bench.campaign._lost_names import lose_name, possible_losses
     from ocmm_bench.campaign._reliability import reliability, selftest_app
-    from ocmm_bench.campaign._stores import other_station
+    from ocmm_bench.campaign._writers import other_station
 else:
     __getattr__ = door(
         __name__,
         _clock="serve_clock",
         _faults="serve_faults",
+        _hostile="given good_files hostile_groups usual_of",
         _hostile_documents="document_kinds leaf_kinds points_kinds recording_kinds table_kinds",
         _hostile_forge="Forgery forged",
-        _hostile_groups="given good_files hostile_groups usual_of",
         _hostile_jobs="damaged_kinds job_kinds",
         _hostile_runs="REFUSED",
         _hostile_sides="MAKERS Make",
         _kills="measure_job",
         _lost_names="lose_name possible_losses",
         _reliability="reliability selftest_app",
-        _stores="other_station",
+        _writers="other_station",
     )
 
 __all__ = [

@@ -24,9 +24,9 @@ from pathlib import Path
 
 from ocmm_bench.campaign._faulty_disk import build, served, why_not_here
 from ocmm_bench.campaign._kills import measure_job
-from ocmm_bench.campaign._stores import SITES, Site, other_station
 from ocmm_bench.campaign._trials import NotRunError, Trial, forked
 from ocmm_bench.campaign._work import sample_job, sample_point
+from ocmm_bench.campaign._writers import SITES, Site, other_station
 from ocmm_core.calibration.records import State
 from ocmm_core.storage import CLOCK, JobFile
 from ocmm_sim.calibration_scenes import RECORDS_MADE

@@ -18,12 +18,11 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from ocmm_bench.campaign._hostile import quiet
+from ocmm_bench.campaign._hostile import good_files, quiet
 from ocmm_bench.campaign._hostile_forge import Forgery
-from ocmm_bench.campaign._hostile_groups import good_files
 from ocmm_bench.campaign._hostile_runs import CommandResult, ordinary_user, run_aside, run_here
-from ocmm_bench.campaign._stores import CalibrationSite
 from ocmm_bench.campaign._trials import Trial
+from ocmm_bench.campaign._writers import CalibrationSite
 from ocmm_core.documents import resource
 from ocmm_core.inspection.evaluation import JobHeader
 from ocmm_core.inspection.session import HEADER_EVENT, header_text

@@ -99,13 +99,11 @@ def run_reliability(
     from rich.progress import MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 
     from ocmm_bench.campaign._clock import clock
-    from ocmm_bench.campaign._cuts import cuts
-    from ocmm_bench.campaign._faults import faults
+    from ocmm_bench.campaign._faults import cuts, faults
     from ocmm_bench.campaign._hostile import hostile
     from ocmm_bench.campaign._hostile_sides import hostile_sides
-    from ocmm_bench.campaign._kills import kills
+    from ocmm_bench.campaign._kills import kills, soak
     from ocmm_bench.campaign._lost_names import lost_names
-    from ocmm_bench.campaign._soak import soak
     from ocmm_bench.campaign._trials import run_lane
     from ocmm_bench.campaign._writers import writers
 

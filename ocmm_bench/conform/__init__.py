@@ -3,9 +3,9 @@
 In: an exclusive line with one camera, and optionally a firmware file of its maker.
 Out: a report with a verdict per rule, measured times, and a verdict on the camera.
 
-Start with `_run` (order of the rules), `_rule`, `_findings` (results, report) and `_page` (text and
-HTML). `_bench` is the camera on its `_line`, with `_exchanges` and `_mail_line`; `_sdo_talk` can
-send malformed requests. Rules: `_rules_eeprom`, `_rules_states`, `_rules_objects`,
+Start with `_run` (order of the rules), `_findings` (results, report) and `_page` (text and HTML).
+`_bench` is the camera on its line, and a rule, with `_mail_line` (line, exchanges, mailboxes);
+`_sdo_talk` can send malformed requests. Rules: `_rules_eeprom`, `_rules_states`, `_rules_objects`,
 `_rules_mailbox`, `_rules_frames`, `_rules_clock`, `_rules_errors`, `_rules_services`,
 `_rules_firmware`.
 `_conform_process` runs them with the rights of a bus process, `_command` is `ocmm camera conform`.
@@ -33,7 +33,7 @@ if TYPE_CHECKING:
         RuleVerdict,
         TimingSheet,
     )
-    from ocmm_bench.conform._line import ConformLine, WireLine
+    from ocmm_bench.conform._mail_line import ConformLine, WireLine
     from ocmm_bench.conform._page import conformance_page, conformance_text
     from ocmm_bench.conform._run import RULES, conform, find_place
 else:
@@ -41,8 +41,8 @@ else:
         __name__,
         _command="conform_camera",
         _conform_process="ConformConfig ConformNews conform_command conform_virtual",
-        _findings="ConformanceReport CameraOutcome RuleResult TimingSheet RuleVerdict",
-        _line="ConformLine WireLine",
+        _findings="CameraOutcome ConformanceReport RuleResult RuleVerdict TimingSheet",
+        _mail_line="ConformLine WireLine",
         _page="conformance_page conformance_text",
         _run="RULES conform find_place",
     )

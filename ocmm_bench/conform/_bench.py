@@ -1,11 +1,13 @@
-"""Camera under test on its line: registers, states and cycles, with times."""
+"""Camera under test on its line: registers, states and cycles, with times; rules on it."""
 
 from __future__ import annotations
 
 import struct
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 
-from ocmm_bench.conform._exchanges import (
+from ocmm_bench.conform._findings import NotAsDescribedError, RuleFindings
+from ocmm_bench.conform._mail_line import (
     BOOT,
     BOOT_LIMIT_NS,
     ERROR,
@@ -18,12 +20,11 @@ from ocmm_bench.conform._exchanges import (
     SAFEOP,
     STATE_LIMIT_NS,
     STATE_TIME,
+    ConformLine,
     ExchangeCycle,
+    MailLine,
     Status,
 )
-from ocmm_bench.conform._findings import NotAsDescribedError, RuleFindings
-from ocmm_bench.conform._line import ConformLine
-from ocmm_bench.conform._mail_line import MailLine
 from ocmm_core.fieldbus.device import (
     INPUT_DTYPE,
     INPUT_START,
@@ -277,3 +278,16 @@ class Bench:
 
     def _one(self, datagram: Datagram) -> Datagram:
         return self.line.exchange([datagram])[0]
+
+
+@dataclass(frozen=True, slots=True)
+class Rule:
+    """A rule."""
+
+    code: str
+    """Identifier in reports; never reused."""
+    section: str
+    title: str
+    """Requirement, one sentence."""
+    run: Callable[[Bench, RuleFindings], None]
+    """Tests the rule; may leave the camera in any state."""

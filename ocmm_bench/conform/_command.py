@@ -9,7 +9,7 @@ from typing import Annotated
 import msgspec
 import typer
 
-from ocmm_cli.bus import bar, bus_to_scan, interruptible, segment_for, write_bytes
+from ocmm_cli.bus import bar, interruptible, write_bytes
 from ocmm_cli.terminal import ForceOption, RigOption, make_console
 from ocmm_core.composition import RECOMMENDED_RIG
 from ocmm_core.documents import read_bytes
@@ -97,6 +97,7 @@ def _command(
 ) -> tuple[list[str], bytes]:
     """Return the command that tests a camera, and its input; InputError without its own bus."""
     from ocmm_bench.conform._conform_process import ConformConfig, conform_command, conform_virtual
+    from ocmm_cli.bus import bus_to_scan, segment_for
 
     named = bus_to_scan(source)
     config = ConformConfig(interface=named.value, force=force, serial=serial, firmware=firmware)

@@ -11,7 +11,7 @@ from pathlib import Path
 import msgspec
 
 from ocmm_bench.conform._findings import ConformanceReport
-from ocmm_bench.conform._line import WireLine
+from ocmm_bench.conform._mail_line import WireLine
 from ocmm_bench.conform._run import conform, find_place
 from ocmm_core.acquisition.bus_process import bus_command, run_errand
 from ocmm_core.documents import read_bytes

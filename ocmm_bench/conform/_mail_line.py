@@ -1,13 +1,19 @@
-"""Mailboxes of the camera under test: requests, objects and response times."""
+"""Line between the conformance test and a camera, and its mailboxes.
+
+The line has datagrams and a clock; the rules use nothing else: they also run on a camera in this
+process, in the line's time. Mailboxes: requests, objects and response times. An exchange has
+states, deadlines and results.
+"""
 
 from __future__ import annotations
 
 import struct
-from collections.abc import Callable
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Protocol
 
-from ocmm_bench.conform._exchanges import MS, SDO_LIMIT_NS, SDO_TIME
 from ocmm_bench.conform._findings import NotAsDescribedError
-from ocmm_bench.conform._line import ConformLine
 from ocmm_bench.conform._sdo_talk import (
     COE,
     EMERGENCY,
@@ -18,7 +24,109 @@ from ocmm_bench.conform._sdo_talk import (
     parts,
     upload,
 )
-from ocmm_core.fieldbus.device import MAILBOX_BYTES, MAILBOX_IN_START, MAILBOX_OUT_START
+from ocmm_core.fieldbus.device import (
+    FRAME_DTYPE,
+    HEADER_STRUCT,
+    MAILBOX_BYTES,
+    MAILBOX_IN_START,
+    MAILBOX_OUT_START,
+    Header,
+)
+from ocmm_core.fieldbus.wire import Datagram, RawLine
+
+INIT, PREOP, BOOT, SAFEOP, OP = 1, 2, 3, 4, 8
+ERROR = 0x10
+NAMES = {INIT: "INIT", PREOP: "PREOP", BOOT: "BOOT", SAFEOP: "SAFEOP", OP: "OP"}
+MS = 1_000_000
+SDO_LIMIT_NS, STATE_LIMIT_NS, BACK_LIMIT_NS = 80 * MS, 1000 * MS, 500 * MS
+FIRST_LIMIT_NS, BOOT_LIMIT_NS, ERASE_LIMIT_NS, PACKET_LIMIT_NS = (
+    60 * MS, 5000 * MS, 10_000 * MS, 2000 * MS,
+)  # fmt: skip
+"""Deadlines of the object description, ns."""
+SDO_TIME, STATE_TIME = "Answer to an SDO request", "Change of state"
+
+
+@dataclass(frozen=True, slots=True)
+class Status:
+    """State of a camera with error bit, and AL status code."""
+
+    state: int
+    code: int
+
+    def __str__(self) -> str:
+        name = NAMES.get(self.state & 0x0F, f"{self.state:#x}")
+        return f"{name}{' with error' if self.state & ERROR else ''} (code {self.code:#06x})"
+
+
+@dataclass(frozen=True, slots=True)
+class ExchangeCycle:
+    """One exchange of process data."""
+
+    working_counter: int
+    content: bytes
+    header: Header
+    system_ns: int
+    """Bus time of the camera when the frame passed it."""
+    sent_ns: int
+    came_ns: int
+    """`sent_ns`, `came_ns`: line time before and after."""
+
+    def frame(self, number: int) -> bytes:
+        begin = HEADER_STRUCT.size + number * FRAME_DTYPE.itemsize
+        return self.content[begin : begin + FRAME_DTYPE.itemsize]
+
+
+_PAUSE_NS = 10_000_000
+"""Longer pauses of the computer distort timings and trip camera watchdogs."""
+
+
+class ConformLine(Protocol):
+    def exchange(self, datagrams: Sequence[Datagram]) -> list[Datagram]:
+        """Send datagrams in one frame; return the answers; raise BusError if lost."""
+        ...
+
+    def now_ns(self) -> int: ...
+
+    def sleep(self, seconds: float) -> None:
+        """Let time pass."""
+        ...
+
+    def paused_ns(self) -> int:
+        """Return the longest pause of this computer since the last call; 0 if none."""
+        ...
+
+
+class WireLine:
+    """Network interface with this computer's clock; implements `ConformLine`."""
+
+    def __init__(self, line: RawLine) -> None:
+        self._line = line
+        self._paused_ns = 0
+
+    def exchange(self, datagrams: Sequence[Datagram]) -> list[Datagram]:
+        begin = time.monotonic_ns()
+        answers = self._line.exchange_all(datagrams)
+        # The controller answers in hardware: delays come from this computer or a lost frame.
+        self._note(time.monotonic_ns() - begin)
+        return answers
+
+    def now_ns(self) -> int:
+        """Return the time of this computer since its start, ns."""
+        return time.monotonic_ns()
+
+    def sleep(self, seconds: float) -> None:
+        begin = time.monotonic_ns()
+        time.sleep(seconds)
+        self._note(time.monotonic_ns() - begin - round(seconds * 1e9))
+
+    def paused_ns(self) -> int:
+        longest, self._paused_ns = self._paused_ns, 0
+        return longest
+
+    def _note(self, late_ns: int) -> None:
+        if late_ns > _PAUSE_NS:
+            self._paused_ns = max(self._paused_ns, late_ns)
+
 
 _SM_STATUS_IN, _FULL = 0x080D, 0x08
 _POLL_S = 0.0005

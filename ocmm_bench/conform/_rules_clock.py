@@ -5,10 +5,9 @@ from __future__ import annotations
 import itertools
 import struct
 
-from ocmm_bench.conform._bench import Bench
-from ocmm_bench.conform._exchanges import INIT, MS, OP, PREOP, SAFEOP
+from ocmm_bench.conform._bench import Bench, Rule
 from ocmm_bench.conform._findings import RuleFindings
-from ocmm_bench.conform._rule import Rule
+from ocmm_bench.conform._mail_line import INIT, MS, OP, PREOP, SAFEOP
 from ocmm_core.fieldbus.device import CONFIGURATION, INPUT_SYNC, OUTPUT_SYNC, SYNC0_NS, CameraStatus
 
 SECTION = "Clock"

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import struct
 
-from ocmm_bench.conform._bench import Bench
+from ocmm_bench.conform._bench import Bench, Rule
 from ocmm_bench.conform._findings import RuleFindings
-from ocmm_bench.conform._rule import Rule
 from ocmm_core.fieldbus.device import (
     CLOCK_MODES,
     CONTROLLERS,

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import struct
 
-from ocmm_bench.conform._bench import Bench
-from ocmm_bench.conform._exchanges import BACK_LIMIT_NS, ERROR, INIT, MS, OP, PREOP, SAFEOP
+from ocmm_bench.conform._bench import Bench, Rule
 from ocmm_bench.conform._findings import RuleFindings
-from ocmm_bench.conform._rule import Rule
+from ocmm_bench.conform._mail_line import BACK_LIMIT_NS, ERROR, INIT, MS, OP, PREOP, SAFEOP
 from ocmm_bench.conform._rules_objects import VALUE
 from ocmm_bench.conform._sdo_talk import SdoRefusal
 from ocmm_core.fieldbus.device import (

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import struct
 
-from ocmm_bench.conform._bench import Bench
-from ocmm_bench.conform._exchanges import BOOT, ERASE_LIMIT_NS, INIT, PACKET_LIMIT_NS, PREOP
+from ocmm_bench.conform._bench import Bench, Rule
 from ocmm_bench.conform._findings import NotAsDescribedError, NotTestedError, RuleFindings
-from ocmm_bench.conform._rule import Rule
+from ocmm_bench.conform._mail_line import BOOT, ERASE_LIMIT_NS, INIT, PACKET_LIMIT_NS, PREOP
 from ocmm_bench.conform._sdo_talk import FOE, parts
 from ocmm_core.fieldbus.device import MAILBOX_BYTES, Firmware
 from ocmm_core.fieldbus.objects import FIRMWARE_NAME

@@ -6,10 +6,9 @@ import itertools
 import struct
 from collections.abc import Sequence
 
-from ocmm_bench.conform._bench import Bench
-from ocmm_bench.conform._exchanges import INIT, PREOP, SAFEOP, ExchangeCycle
+from ocmm_bench.conform._bench import Bench, Rule
 from ocmm_bench.conform._findings import RuleFindings
-from ocmm_bench.conform._rule import Rule
+from ocmm_bench.conform._mail_line import INIT, PREOP, SAFEOP, ExchangeCycle
 from ocmm_core.fieldbus.device import (
     COUNTERS,
     FRAMES_PER_CYCLE,

@@ -5,10 +5,9 @@ from __future__ import annotations
 import itertools
 import struct
 
-from ocmm_bench.conform._bench import Bench
-from ocmm_bench.conform._exchanges import INIT, PREOP, SDO_LIMIT_NS
+from ocmm_bench.conform._bench import Bench, Rule
 from ocmm_bench.conform._findings import RuleFindings
-from ocmm_bench.conform._rule import Rule
+from ocmm_bench.conform._mail_line import INIT, PREOP, SDO_LIMIT_NS
 from ocmm_bench.conform._sdo_talk import (
     COE,
     INFORMATION,

@@ -5,10 +5,9 @@ from __future__ import annotations
 import struct
 from collections.abc import Iterator
 
-from ocmm_bench.conform._bench import Bench
-from ocmm_bench.conform._exchanges import INIT, OP, PREOP, SAFEOP
+from ocmm_bench.conform._bench import Bench, Rule
 from ocmm_bench.conform._findings import RuleFindings
-from ocmm_bench.conform._rule import Rule
+from ocmm_bench.conform._mail_line import INIT, OP, PREOP, SAFEOP
 from ocmm_bench.conform._sdo_talk import SdoRefusal
 from ocmm_core.fieldbus.device import (
     BLACK_IMAGE,

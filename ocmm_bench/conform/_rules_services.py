@@ -6,10 +6,9 @@ import hashlib
 import struct
 import zlib
 
-from ocmm_bench.conform._bench import Bench
-from ocmm_bench.conform._exchanges import INIT, MS, PREOP
+from ocmm_bench.conform._bench import Bench, Rule
 from ocmm_bench.conform._findings import NotAsDescribedError, RuleFindings
-from ocmm_bench.conform._rule import Rule
+from ocmm_bench.conform._mail_line import INIT, MS, PREOP
 from ocmm_bench.conform._rules_objects import BUSY, NO_DATA, VALUE
 from ocmm_bench.conform._sdo_talk import SdoRefusal
 from ocmm_core.fieldbus.device import (

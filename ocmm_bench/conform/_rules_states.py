@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import struct
 
-from ocmm_bench.conform._bench import Bench
-from ocmm_bench.conform._exchanges import BOOT, ERROR, INIT, MS, NAMES, OP, PREOP, SAFEOP
+from ocmm_bench.conform._bench import Bench, Rule
 from ocmm_bench.conform._findings import RuleFindings
-from ocmm_bench.conform._rule import Rule
+from ocmm_bench.conform._mail_line import BOOT, ERROR, INIT, MS, NAMES, OP, PREOP, SAFEOP
 from ocmm_bench.conform._sdo_talk import COE, mailbox
 from ocmm_core.fieldbus.device import (
     CONFIGURATION,

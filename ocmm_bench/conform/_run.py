@@ -7,8 +7,7 @@ from importlib.metadata import PackageNotFoundError, version
 
 import msgspec
 
-from ocmm_bench.conform._bench import Bench
-from ocmm_bench.conform._exchanges import INIT, PREOP
+from ocmm_bench.conform._bench import Bench, Rule
 from ocmm_bench.conform._findings import (
     ConformanceReport,
     NotAsDescribedError,
@@ -19,8 +18,7 @@ from ocmm_bench.conform._findings import (
     TimingSheet,
     printable,
 )
-from ocmm_bench.conform._line import ConformLine
-from ocmm_bench.conform._rule import Rule
+from ocmm_bench.conform._mail_line import INIT, PREOP, ConformLine
 from ocmm_bench.conform._rules_clock import RULES as CLOCK
 from ocmm_bench.conform._rules_eeprom import RULES as EEPROM
 from ocmm_bench.conform._rules_errors import RULES as ERRORS

@@ -1,20 +1,169 @@
-"""The growing plan, and the checks of every imported item."""
+"""The growing plan: checks and account of imported items, and features by faces of a model.
+
+No item of the model's tolerances is dropped silently.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Literal
 
 import msgspec
 
-from ocmm_cad.drawing._account import RefusedError
-from ocmm_cad.drawing._surfaces import Surfaces
+from ocmm_cad.step import StepModel
 from ocmm_core.errors import FitError
 from ocmm_core.features.measured import nominal_geometries
-from ocmm_core.features.shapes import NominalFeature
+from ocmm_core.features.shapes import NominalFeature, Shape
 from ocmm_core.inspection.plan import Plan
 from ocmm_core.names import usable_name
 from ocmm_core.tolerances.kinds import characteristic_fault, geometry_value, spec_of
 from ocmm_core.tolerances.zones import Characteristic
+
+Group = Literal[
+    "dimension", "tolerance", "datum reference", "datum", "datum target", "annotation", "general"
+]
+NOT_IMPORTED = "the tolerances of the model were not imported"
+"""Reason of every requirement of a model if only its features were imported."""
+
+GROUPS: tuple[Group, ...] = (
+    "dimension", "tolerance", "datum reference", "datum", "datum target", "annotation", "general",
+)  # fmt: skip
+NOTE = "note"
+"""Kind of an annotation that is a text and not the label of an item."""
+Status = Literal["taken", "partly", "refused"]
+
+
+class RefusedError(ValueError):
+    """Why an item is not imported, as a part of a sentence."""
+
+
+class AccountItem(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """One item of a model and its result."""
+
+    group: Group
+    name: str
+    kind: str
+    """`group`, `name`, `kind`: Type, label in the model, and content."""
+    entity: int
+    status: Status
+    """``taken``, ``partly`` (for some of its surfaces), or ``refused``."""
+    became: tuple[str, ...] = ()
+    """Names of its characteristics, datums or alignment in the plan."""
+    why: str = ""
+    """Why it, or a part of it, was refused; part of a sentence."""
+    remark: str = ""
+    """Remark on an imported item; part of a sentence."""
+
+
+class Account(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """All items of a model, in the order of the file within their groups."""
+
+    items: tuple[AccountItem, ...] = ()
+    remarks: tuple[str, ...] = ()
+    """General sentences: the standard, the alignment."""
+
+    def of(self, *groups: Group) -> tuple[AccountItem, ...]:
+        return tuple(item for item in self.items if item.group in groups)
+
+    def counts(self) -> dict[Group, dict[Status, int]]:
+        found = Counter((item.group, item.status) for item in self.items)
+        words: tuple[Status, ...] = ("taken", "partly", "refused")
+        return {
+            group: {word: found[group, word] for word in words}
+            for group in GROUPS
+            if any(found[group, word] for word in words)
+        }
+
+    def by_itself(self) -> tuple[AccountItem, ...]:
+        """Return the items without datum references of tolerances and labels of items."""
+        return tuple(
+            item
+            for item in self.items
+            if item.group != "datum reference" and (item.group != "annotation" or item.kind == NOTE)
+        )
+
+    @property
+    def taken(self) -> int:
+        return sum(item.status == "taken" for item in self.items)
+
+    @property
+    def is_complete(self) -> bool:
+        return self.taken == len(self.items)
+
+
+@dataclass(frozen=True, slots=True)
+class Found:
+    features: tuple[NominalFeature, ...]
+    """Each once, in the order of the faces."""
+    missing: tuple[str, ...]
+    """Why faces are no features: parts of a sentence, each once."""
+    part_of: tuple[str, ...]
+    """Features of which only some faces were named."""
+
+
+class Surfaces:
+    """Features of a plan by their faces, without omitted ones."""
+
+    def __init__(self, model: StepModel, features: Mapping[str, NominalFeature]) -> None:
+        self._model, self._features = model, features
+        self._why = {one.feature.name: one.why for one in model.left_out}
+        self._faces: dict[str, set[int]] = {}
+        for number, names in model.faces.items():
+            for name in names:
+                self._faces.setdefault(name, set()).add(number)
+
+    def of(self, faces: Sequence[int]) -> Found:
+        found: dict[str, NominalFeature] = {}
+        missing: dict[str, int] = {}
+        for number in faces:
+            name, why = self._name(number)
+            if why:
+                missing[why] = missing.get(why, 0) + 1
+            else:
+                found[name] = self._features[name]
+        said = tuple(f"{why} ({n} faces)" if n > 1 else why for why, n in missing.items())
+        whole = set(faces)
+        part_of = tuple(name for name in found if not self._faces[name] <= whole)
+        return Found(tuple(found.values()), said, part_of)
+
+    def one(self, faces: Sequence[int], odd: Sequence[str]) -> NominalFeature:
+        """Return the one feature of some faces; RefusedError if none, several, or other items."""
+        found = self.all_of(faces, odd)
+        if found.missing:
+            raise RefusedError(found.missing[0])
+        if len(found.features) != 1:
+            names = ", ".join(feature.name for feature in found.features)
+            raise RefusedError(f"it is between more than two surfaces: {names}")
+        return found.features[0]
+
+    def all_of(self, faces: Sequence[int], odd: Sequence[str]) -> Found:
+        """Return the features of faces; RefusedError if none, or if edges are included."""
+        if odd:
+            words = ", ".join(word.lower().replace("_", " ") for word in odd)
+            raise RefusedError(f"it is attached to something that is not probed ({words})")
+        if not faces:
+            raise RefusedError("the file names no faces for it")
+        found = self.of(faces)
+        if not found.features:
+            raise RefusedError("; ".join(found.missing))
+        return found
+
+    def _name(self, number: int) -> tuple[str, str]:
+        names = self._model.faces.get(number, ())
+        if len(names) > 1:
+            return "", f"its part stands {len(names)} times in the assembly"
+        if not names:
+            word = self._model.face_words.get(number, "")
+            known = word in {shape.value for shape in Shape}
+            if known or not word:
+                return "", "its face is no part of a solid, or was not found by the reader"
+            return "", f"its surface is of the kind {word}"
+        if names[0] not in self._features:
+            return "", self._why.get(names[0], "its surface is not among the features of the plan")
+        return names[0], ""
+
 
 SAME_MM = 0.02
 """mm: a dimension further from its surface belongs to another one, or has another unit; three

@@ -9,8 +9,7 @@ from itertools import zip_longest
 import msgspec
 import numpy as np
 
-from ocmm_cad.drawing._account import AccountItem, RefusedError
-from ocmm_cad.drawing._context import Context
+from ocmm_cad.drawing._context import AccountItem, Context, RefusedError
 from ocmm_cad.pmi import Datum, DatumReference, DatumTarget, Tolerance
 from ocmm_core.alignment import DatumReferenceFrame, datum_frame
 from ocmm_core.errors import FitError, InputError

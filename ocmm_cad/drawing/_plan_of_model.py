@@ -8,12 +8,9 @@ from typing import TypeAlias
 
 import msgspec
 
-from ocmm_cad.drawing._account import NOTE, Account, AccountItem, Group, Status
-from ocmm_cad.drawing._context import Context
+from ocmm_cad.drawing._context import NOTE, Account, AccountItem, Context, Group, Status, Surfaces
 from ocmm_cad.drawing._frames import DatumFrames
-from ocmm_cad.drawing._general import general_of
-from ocmm_cad.drawing._sizes import Sizes
-from ocmm_cad.drawing._surfaces import Surfaces
+from ocmm_cad.drawing._sizes import Sizes, general_of
 from ocmm_cad.drawing._zones import Zones
 from ocmm_cad.pmi import Annotation, Datum, DatumTarget, Dimension, Pmi, Tolerance
 from ocmm_cad.step import StepModel, model_files

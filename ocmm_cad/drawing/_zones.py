@@ -8,11 +8,9 @@ from typing import Literal
 
 import msgspec
 
-from ocmm_cad.drawing._account import AccountItem, RefusedError
-from ocmm_cad.drawing._context import Context, plan_name
+from ocmm_cad.drawing._context import AccountItem, Context, Found, RefusedError, plan_name
 from ocmm_cad.drawing._frames import DatumFrames
 from ocmm_cad.drawing._sizes import Sizes
-from ocmm_cad.drawing._surfaces import Found
 from ocmm_cad.pmi import Tolerance
 from ocmm_core.features.shapes import NominalFeature, Shape
 from ocmm_core.tolerances.zones import Characteristic

@@ -1,10 +1,11 @@
 """Tolerances of a STEP file (AP242 semantic PMI), read from its text.
 
-In: the text of a STEP file. Out: dimensions, tolerances, datums and notes, each with the numbers of
-its faces and, if it cannot be trusted, the reason.
+In: the text of a STEP file.
+Out: dimensions, tolerances, datums and notes, each with the numbers of its faces and, if it cannot
+be trusted, the reason.
 
-Read `_items` (results), `_part21` (entities of the text), `_measures` (values with units),
-`_aspects` (faces of an aspect), then `_dimensions`, `_tolerances`, and `_read`, which joins them;
+Read `_items` (results), `_part21` (entities of the text), `_measures` (types, values with units),
+then `_dimensions` (also faces of an aspect), `_tolerances`, and `_read`, which joins them;
 `_picked` reads units and other single entities. It must not know features or plans:
 `inspection.drawing` imports the items.
 """

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import msgspec
 
-from ocmm_cad.pmi._aspects import Aspects
+from ocmm_cad.pmi._dimensions import Aspects
 from ocmm_cad.pmi._items import DatumReference, Tolerance
-from ocmm_cad.pmi._measures import measure_of
+from ocmm_cad.pmi._measures import EXTRAS, TOLERANCES, ZONES, check_entity, measure_of
 from ocmm_cad.pmi._part21 import Argument, BadEntityError, Part21, Ref, Typed, Word, plain, refs
-from ocmm_cad.pmi._schema import EXTRAS, TOLERANCES, ZONES, check_entity
 
 _ALL = (*TOLERANCES, "GEOMETRIC_TOLERANCE", "MODIFIED_GEOMETRIC_TOLERANCE")
 LARGEST_MM = 1000.0

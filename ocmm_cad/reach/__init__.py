@@ -1,11 +1,11 @@
 """Reachability of targets on a part by a probe, and visibility of its LEDs.
 
-In: triangles of a part, places with normals, probe, rig, placement of the part. Out: for each place
-an attitude of the probe, or the obstacle.
+In: triangles of a part, places with normals, probe, rig, placement of the part.
+Out: for each place an attitude of the probe, or the obstacle.
 
-Read `_reach` (queries), `_setting` (probe, cameras, placement, attitudes), `_probe_solid` (bodies
-of a probe), `_part_in_the_way` (the mesh), and the compiled `_grow_kernel`, `_search_kernel` and
-`_tree_kernel`. It must not know files of models, features or plans.
+Read `_reach` (queries, the mesh as an obstacle), `_setting` (probe with its bodies, cameras,
+placement, attitudes), and the compiled `_grow_kernel`, `_search_kernel` and `_tree_kernel`. It must
+not know files of models, features or plans.
 """
 
 from __future__ import annotations
@@ -15,17 +15,20 @@ from typing import TYPE_CHECKING
 from ocmm_core.door import door
 
 if TYPE_CHECKING:
-    from ocmm_cad.reach._part_in_the_way import Obstacle, make_obstacle
-    from ocmm_cad.reach._probe_solid import solid_of
-    from ocmm_cad.reach._reach import LEAST_LEDS, Reach, Reached, SurfaceTargets
-    from ocmm_cad.reach._setting import TILT_DEG, Setting
+    from ocmm_cad.reach._reach import (
+        LEAST_LEDS,
+        Obstacle,
+        Reach,
+        Reached,
+        SurfaceTargets,
+        make_obstacle,
+    )
+    from ocmm_cad.reach._setting import TILT_DEG, Setting, solid_of
 else:
     __getattr__ = door(
         __name__,
-        _part_in_the_way="Obstacle make_obstacle",
-        _probe_solid="solid_of",
-        _reach="LEAST_LEDS SurfaceTargets Reach Reached",
-        _setting="Setting TILT_DEG",
+        _reach="LEAST_LEDS Obstacle Reach Reached SurfaceTargets make_obstacle",
+        _setting="Setting TILT_DEG solid_of",
     )
 
 __all__ = [

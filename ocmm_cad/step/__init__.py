@@ -6,11 +6,10 @@ on the trimmed faces, and omitted surfaces with the reason; the part itself, as 
 Read `_model` (query and result), `_request` (probe and cameras), `_choice` (selection), `_asking`
 and `_worker` (both sides of the reading process). In that process package `brep` turns the file
 into numbers, `_joined` groups faces into surfaces and finds room for a ball, `_placed` selects
-targets (`_place_kernel`), `_names` names them. `_faces_account` counts the result of each face.
-`_model_files` checks the files, `_plugin` is the reader for plans (`ocmm.models`). `_free_forms`
-and `_profiled` are both sides of free-form faces,
-`_chosen_reach` completes large models later, `_answer` is the message of the process. It must not
-know plans.
+targets (`_place_kernel`). `_choice` also counts the result of each face. `_model_files` checks the
+files, `_plugin` is the reader for plans (`ocmm.models`). `_free_forms` and `_profiled` are both
+sides of free-form faces, `_profiled` also has the message of the process and names of features;
+`_chosen_reach` completes large models later. It must not know plans.
 """
 
 from __future__ import annotations
@@ -21,9 +20,16 @@ from ocmm_core.door import door
 
 if TYPE_CHECKING:
     from ocmm_cad.step._asking import READER_MODULES, STEP_SETUP, STEP_SIZE_MB, has_step
-    from ocmm_cad.step._choice import FREE_FORM, Choice, Offer, chosen, offers_of
+    from ocmm_cad.step._choice import (
+        FREE_FORM,
+        Choice,
+        FacesAccount,
+        Offer,
+        chosen,
+        faces_account,
+        offers_of,
+    )
     from ocmm_cad.step._chosen_reach import ChosenReach, ask_for_chosen
-    from ocmm_cad.step._faces_account import FacesAccount, faces_account
     from ocmm_cad.step._model import (
         USUAL_BALL_MM,
         LeftOut,
@@ -40,13 +46,12 @@ else:
     __getattr__ = door(
         __name__,
         _asking="READER_MODULES STEP_SETUP STEP_SIZE_MB has_step",
-        _choice="FREE_FORM Choice Offer chosen offers_of",
+        _choice="Choice FREE_FORM FacesAccount Offer chosen faces_account offers_of",
         _chosen_reach="ChosenReach ask_for_chosen",
-        _faces_account="FacesAccount faces_account",
-        _model="USUAL_BALL_MM LeftOut ReachableTargets StepModel read_model read_part",
+        _model="LeftOut ReachableTargets StepModel USUAL_BALL_MM read_model read_part",
         _model_files="ModelFiles model_files",
         _plugin="STEP",
-        _profiled="NOT_EXACT FreeForm",
+        _profiled="FreeForm NOT_EXACT",
         _request="StepRequest setting_for setting_of up_of usual_request",
     )
 

@@ -13,8 +13,8 @@ from pathlib import Path
 
 import msgspec
 
-from ocmm_cad.step._answer import StepAnswer
 from ocmm_cad.step._model_files import ModelFiles, model_files, step_error
+from ocmm_cad.step._profiled import StepAnswer
 from ocmm_cad.step._worker import Wanted, read_step
 from ocmm_cad.step.brep import LESS
 from ocmm_core.blas import use_one_thread

@@ -13,9 +13,9 @@ from typing import Any
 import numpy as np
 
 from ocmm_cad.reach import Reach
-from ocmm_cad.step._answer import StepFreeForm
 from ocmm_cad.step._joined import EDGE_MM, NOT_INSIDE, Inside
 from ocmm_cad.step._placed import LEAST, WANTED, reached_places
+from ocmm_cad.step._profiled import StepFreeForm
 from ocmm_cad.step.brep import StepDocument, Triple, box_size, model_face
 from ocmm_core.errors import InputError
 from ocmm_core.geometry import Float

@@ -16,8 +16,8 @@ from scipy.spatial import cKDTree
 
 from ocmm_cad.reach import Reach
 from ocmm_cad.step import _place_kernel as kernel
-from ocmm_cad.step._answer import OPEN, StepSurface
 from ocmm_cad.step._placed import Placed, Wish, bore_axis, in_order, placed_each
+from ocmm_cad.step._profiled import OPEN, StepSurface
 from ocmm_cad.step.brep import RawFace, Rim, StepFace, stretches_of
 from ocmm_core.features.shapes import Shape
 from ocmm_core.geometry import Float

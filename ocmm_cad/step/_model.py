@@ -12,11 +12,16 @@ import numpy as np
 
 from ocmm_cad.pmi import Pmi
 from ocmm_cad.reach import Setting
-from ocmm_cad.step._answer import OPEN, StepAnswer, StepSurface
 from ocmm_cad.step._asking import REMEDY, Asking, ask
 from ocmm_cad.step._model_files import step_error
-from ocmm_cad.step._names import feature_names
-from ocmm_cad.step._profiled import FreeForm, free_forms_of
+from ocmm_cad.step._profiled import (
+    OPEN,
+    FreeForm,
+    StepAnswer,
+    StepSurface,
+    feature_names,
+    free_forms_of,
+)
 from ocmm_cad.step._request import StepRequest, setting_of
 from ocmm_cad.step._worker import Wanted
 from ocmm_cad.step.brep import StepFace, Triple

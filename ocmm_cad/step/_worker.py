@@ -22,9 +22,9 @@ import numpy as np
 
 from ocmm_cad.pmi import Pmi
 from ocmm_cad.reach import Reach, Setting, make_obstacle
-from ocmm_cad.step._answer import StepAnswer, StepFreeForm, StepSurface
 from ocmm_cad.step._free_forms import free_form_rooms, free_forms_of
 from ocmm_cad.step._joined import bore_axes, rooms_of, surfaces_of
+from ocmm_cad.step._profiled import StepAnswer, StepFreeForm, StepSurface
 from ocmm_cad.step.brep import (
     ENDLESS,
     LESS,

@@ -90,7 +90,7 @@ def linearity(
 
     Exit code 1 where the zero line leaves the 95 % band.
     """
-    from ocmm_cli.acceptance._linearity_report import linearity_chart, print_linearity
+    from ocmm_cli.acceptance._msa_report import linearity_chart, print_linearity
     from ocmm_core.documents import write_atomic
     from ocmm_shop.studies import linearity_of, load_study
 

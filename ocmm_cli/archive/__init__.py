@@ -3,7 +3,7 @@
 In: an archive and an outbox. Out: tables, files, an exit code.
 
 Read `_app` (the group and its options), `_archive`, `_ask` and `_check` (the commands), collected
-by `_commands`, `_hand_over` (upload after measuring), `_shown` (tables on the terminal).
+by `_commands`, `_shown` (tables on the terminal). `_archive` also uploads after measuring.
 `ocmm_shop.archive` answers the queries; here they are printed.
 """
 
@@ -14,9 +14,9 @@ from typing import TYPE_CHECKING
 from ocmm_core.door import door
 
 if TYPE_CHECKING:
+    from ocmm_cli.archive._archive import MeasuredJobs
     from ocmm_cli.archive._commands import archive_app
-    from ocmm_cli.archive._hand_over import MeasuredJobs
 else:
-    __getattr__ = door(__name__, _commands="archive_app", _hand_over="MeasuredJobs")
+    __getattr__ = door(__name__, _archive="MeasuredJobs", _commands="archive_app")
 
 __all__ = ["MeasuredJobs", "archive_app"]

@@ -2,8 +2,8 @@
 
 In: a job, a folder of records, the seal of a report; a public key. Out: sentences, and exit codes.
 
-Read `_audit` (verify, release, adopt) and `_key` (keys of this station and of others). Judgement
-is in `export.audits` and `seals`.
+See `_audit` (verify, release, adopt; keys of this station and of others). Judgement is in
+`export.audits` and `seals`.
 """
 
 from __future__ import annotations
@@ -13,9 +13,8 @@ from typing import TYPE_CHECKING
 from ocmm_core.door import door
 
 if TYPE_CHECKING:
-    from ocmm_cli.audit._audit import audit_app
-    from ocmm_cli.audit._key import key_app
+    from ocmm_cli.audit._audit import audit_app, key_app
 else:
-    __getattr__ = door(__name__, _audit="audit_app", _key="key_app")
+    __getattr__ = door(__name__, _audit="audit_app key_app")
 
 __all__ = ["audit_app", "key_app"]

@@ -3,10 +3,10 @@
 In: a network interface or a source, a camera, an object. Out: tables, pictures and files.
 
 Read `_bus` (scan, objects, recording for Wireshark) with `_session` (bus in operation for a
-command) and `_options`. `_watch` shows the report of a running bus, `_camera` makes snapshots and
-black images, `_decode` evaluates a tcpdump recording, `_maintenance` has the commands for one
-camera. `_rig` makes software cameras on named interfaces.
-The protocol is in `fieldbus`, run by `acquisition.bus_process`.
+command, report of a running bus). `_camera` makes snapshots and black images and has the options,
+`_decode` evaluates a tcpdump recording, `_maintenance` has the commands for one camera. `_rig`
+makes software cameras on named interfaces. The protocol is in `fieldbus`, run by
+`acquisition.bus_process`.
 """
 
 from __future__ import annotations
@@ -17,18 +17,16 @@ from ocmm_core.door import door
 
 if TYPE_CHECKING:
     from ocmm_cli.bus._bus import bus_app
-    from ocmm_cli.bus._camera import bar, interruptible
+    from ocmm_cli.bus._camera import BusOption, bar, interruptible, write_bytes
     from ocmm_cli.bus._maintenance import camera_app
-    from ocmm_cli.bus._options import BusOption, write_bytes
     from ocmm_cli.bus._rig import rig_app
     from ocmm_cli.bus._session import bus_to_scan, open_bus, segment_for
 else:
     __getattr__ = door(
         __name__,
         _bus="bus_app",
-        _camera="bar interruptible",
+        _camera="BusOption bar interruptible write_bytes",
         _maintenance="camera_app",
-        _options="BusOption write_bytes",
         _rig="rig_app",
         _session="bus_to_scan open_bus segment_for",
     )

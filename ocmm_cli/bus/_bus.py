@@ -12,8 +12,15 @@ import typer
 from rich import box
 from rich.table import Table
 
-from ocmm_cli.bus._camera import black_app, history, intrinsics_app, snapshot
-from ocmm_cli.bus._options import BusOption, CameraArgument, write_bytes
+from ocmm_cli.bus._camera import (
+    BusOption,
+    CameraArgument,
+    black_app,
+    history,
+    intrinsics_app,
+    snapshot,
+    write_bytes,
+)
 from ocmm_cli.terminal import (
     BusProcessorOption,
     ForceOption,
@@ -260,8 +267,7 @@ def watch(
     It is the text that the window writes in Maintain, made to be mailed to support. Exit code 0:
     the bus was in operation at the end.
     """
-    from ocmm_cli.bus._session import open_bus
-    from ocmm_cli.bus._watch import watch_bus
+    from ocmm_cli.bus._session import open_bus, watch_bus
     from ocmm_core.fieldbus.report import statistics_csv, statistics_json
 
     console = make_console()

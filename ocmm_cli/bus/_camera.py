@@ -1,4 +1,7 @@
-"""``ocmm bus snapshot | black | intrinsics | history``: data of one camera."""
+"""``ocmm bus snapshot | black | intrinsics | history``: data of one camera.
+
+Also options and file writing shared by the commands of ``ocmm bus``.
+"""
 
 from __future__ import annotations
 
@@ -16,15 +19,34 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeElapsedColumn
 from rich.table import Table
 
-from ocmm_cli.bus._options import BusOption, CameraArgument, write_bytes
 from ocmm_cli.terminal import ForceOption, RigOption, make_console, say, say_word
-from ocmm_core.composition import RECOMMENDED_RIG
-from ocmm_core.errors import InputError
+from ocmm_core.composition import RECOMMENDED_RIG, source_help, sources
+from ocmm_core.documents import write_atomic
+from ocmm_core.errors import InputError, StorageError
 
 if TYPE_CHECKING:
     from ocmm_core.fieldbus.device import Window
     from ocmm_core.fieldbus.objects import BlackImageState
     from ocmm_core.fieldbus.objects import Progress as Told
+
+
+BusOption = Annotated[
+    str, typer.Option("--source", help=source_help([spec for spec in sources() if spec.on_bus]))
+]
+CameraArgument = Annotated[str, typer.Argument(help="Name of the camera in the rig.")]
+
+
+def write_bytes(path: Path, content: bytes) -> None:
+    """Write a file atomically and print its path."""
+    try:
+        write_atomic(path, content)
+    except OSError as error:
+        raise StorageError(
+            "out.file",
+            f"{path}: cannot be written ({error.strerror}).",
+            "Give a file in a folder that exists and that you may write to.",
+        ) from error
+    make_console().print(say(f"{path}: {len(content)} bytes"), highlight=False)
 
 
 black_app = typer.Typer(

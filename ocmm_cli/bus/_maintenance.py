@@ -11,8 +11,7 @@ import typer
 from rich import box
 from rich.table import Table
 
-from ocmm_cli.bus._camera import bar, interruptible
-from ocmm_cli.bus._options import BusOption, CameraArgument, write_bytes
+from ocmm_cli.bus._camera import BusOption, CameraArgument, bar, interruptible, write_bytes
 from ocmm_cli.terminal import ForceOption, RigOption, make_console, say, say_word
 from ocmm_core.composition import RECOMMENDED_RIG
 from ocmm_core.errors import BusError, InputError

@@ -1,4 +1,7 @@
-"""The bus for a command: brought to operation, used, and released."""
+"""The bus for a command: brought to operation, used, and released.
+
+``ocmm bus watch``: the report of a running bus on the terminal.
+"""
 
 from __future__ import annotations
 
@@ -9,6 +12,8 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
+
+from rich.console import Console
 
 from ocmm_cli.terminal import make_console, say
 from ocmm_core.acquisition.bus_process import (
@@ -38,9 +43,11 @@ from ocmm_core.errors import BusError, InputError
 from ocmm_core.fieldbus.report import BusPhase, BusReport, decode_report
 from ocmm_core.fieldbus.wire import ScannedDevice, decode_scan
 from ocmm_core.inspection.plan import load_plan
+from ocmm_core.station import BusWatch, bus_text
 
 if TYPE_CHECKING:
     from ocmm_sim.bus import SegmentConfig
+
 
 _START_S = 60.0
 """Generous: the bus process gives up earlier if starting is of no use."""
@@ -236,3 +243,35 @@ def _wrong_source(source: str, what: str, possible: Sequence[SourceSpec]) -> Inp
     return InputError(
         "bus.source", f"--source is {source!r}, {what}.", f"Give {names_in_words(possible)}."
     )
+
+
+_WATCH_POLL_S = 0.05
+
+
+def watch_bus(
+    session: BusSession, seconds: float, every: float | None, console: Console
+) -> tuple[str, bool]:
+    """Print the report of a bus at intervals and at the end.
+
+    ``seconds``: duration; ``every``: interval, s, None prints only at the end. Returns the last
+    report, and whether the bus was in operation then. BusError if the bus process ended; its last
+    report was printed.
+    """
+    watch = BusWatch(session.feed.ring)
+    begin = printed = time.monotonic()
+    stopped = False
+    while not stopped and time.monotonic() - begin < seconds:
+        time.sleep(_WATCH_POLL_S)
+        watch.report()
+        status = read_status(session.feed.ring)
+        stopped = status.state is AcquisitionState.STOPPED
+        if every is not None and watch.report() and time.monotonic() - printed >= every:
+            printed = time.monotonic()
+            console.out(bus_text(watch, session.rig.name), highlight=False)
+    report = watch.report()
+    text = "" if report is None and stopped else bus_text(watch, session.rig.name)
+    if text:
+        console.out(text, highlight=False, end="")
+    if stopped:
+        raise status.error("bus.watch", "Correct that and repeat the command.")
+    return text, report is not None and report.phase is BusPhase.OPERATION

@@ -4,9 +4,8 @@ In: the rig, a source of frames, an artefact with its certificate, the operator'
 Out: records in their folder, tables of results, an exit code for the verdict.
 
 Read `_calibrate` (cameras, with `_relocate` and `_verify`) and `_run` (a guided procedure on the
-terminal), `_steps`, then the probe: `_probe_site`, `_probe`, `_tip`, `_probe_status`. `_report`,
-`_probe_report` and `_tip_report` print; `_sensors` learns the baseline; `_write_cameras` writes
-into the cameras.
+terminal), `_steps`, then the probe: `_probe_site`, `_probe`, `_tip`, `_probe_status`. `_report` and
+`_tip_report` print; `_sensors` learns the baseline; `_write_cameras` writes into the cameras.
 Procedures, gates and numbers are in `calibration`, the same for the window.
 """
 
@@ -25,10 +24,14 @@ if TYPE_CHECKING:
     from ocmm_cli.calibrate._write_cameras import write_cameras
 else:
     __getattr__ = door(
-        __name__, _calibrate="calibrate_app", _probe="probe_command",
-        _probe_status="mount_tip probe_history probe_status", _run="take_relocation_shots",
-        _tip="check_tip_command tip_command", _write_cameras="write_cameras",
-    )  # fmt: skip
+        __name__,
+        _calibrate="calibrate_app",
+        _probe="probe_command",
+        _probe_status="mount_tip probe_history probe_status",
+        _run="take_relocation_shots",
+        _tip="check_tip_command tip_command",
+        _write_cameras="write_cameras",
+    )
 
 __all__ = [
     "calibrate_app", "check_tip_command", "mount_tip", "probe_command", "probe_history",

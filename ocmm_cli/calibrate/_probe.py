@@ -145,10 +145,10 @@ def probe_command(
     ball out, leave the cone, and sweep in another one: the second sweep must show the same tip. At
     the end the ball rests in the first cone once more: what moved meanwhile shows.
     """
-    from ocmm_cli.calibrate._probe_report import print_probe, print_tip_status
     from ocmm_cli.calibrate._probe_site import about_tip, open_probe_site
     from ocmm_cli.calibrate._run import continued, decide
     from ocmm_cli.calibrate._steps import is_lacking, now
+    from ocmm_cli.calibrate._tip_report import print_probe, print_tip_status
     from ocmm_core.acceptance import read_temperature
     from ocmm_core.calibration.guided import ProcedureDecision, ProcedureKind
     from ocmm_core.calibration.pivot import load_sweeps

@@ -338,9 +338,9 @@ def _finish(
     passed: bool,
 ) -> None:
     """Store or discard the result, print the tip's status, and exit with 1 unless all is well."""
-    from ocmm_cli.calibrate._probe_report import print_tip_status
     from ocmm_cli.calibrate._run import decide
     from ocmm_cli.calibrate._steps import now
+    from ocmm_cli.calibrate._tip_report import print_tip_status
     from ocmm_core.calibration.guided import ProcedureDecision
 
     made = decide(procedure, decision, "", console)

@@ -17,7 +17,6 @@ from ocmm_core.door import door
 
 if TYPE_CHECKING:
     from ocmm_cli.measure._align import align_command, align_plan_command
-    from ocmm_cli.measure._archive_recall import recall_archived
     from ocmm_cli.measure._certificate import certificate_app
     from ocmm_cli.measure._compare import compare_command
     from ocmm_cli.measure._environment import environment_command
@@ -32,13 +31,12 @@ if TYPE_CHECKING:
     )
     from ocmm_cli.measure._measure_parts import await_part
     from ocmm_cli.measure._plan import plan_app
-    from ocmm_cli.measure._recall import recall_command
+    from ocmm_cli.measure._recall import recall_archived, recall_command
     from ocmm_cli.measure._recording import record_source
     from ocmm_cli.measure._report import report_command
 else:
     __getattr__ = door(
         __name__,
-        _archive_recall="recall_archived",
         _align="align_command align_plan_command",
         _certificate="certificate_app",
         _compare="compare_command",
@@ -49,7 +47,7 @@ else:
         ),
         _measure_parts="await_part",
         _plan="plan_app",
-        _recall="recall_command",
+        _recall="recall_archived recall_command",
         _recording="record_source",
         _report="report_command",
     )

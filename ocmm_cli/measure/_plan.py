@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from ocmm_cli.measure import _offers as offers
-from ocmm_cli.measure._account import print_requirements
+from ocmm_cli.measure._offers import print_requirements
 from ocmm_cli.measure._plan_import import (
     NameOption,
     OutputOption,

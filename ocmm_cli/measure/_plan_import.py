@@ -10,7 +10,7 @@ import msgspec
 import typer
 
 from ocmm_cli.measure import _offers as offers
-from ocmm_cli.measure._account import account_json, print_account, print_requirements
+from ocmm_cli.measure._offers import account_json, print_account, print_requirements
 from ocmm_cli.terminal import (
     ColumnsOption,
     DecimalOption,

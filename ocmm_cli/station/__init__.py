@@ -2,8 +2,8 @@
 
 In: options. Out: a line with a light for each check, or the same as JSON.
 
-Read `_station` (the command) and `_page` (its output), then `_settings` and `_support`. Judgement
-is in `ocmm_core.doctor`, `ocmm_core.settings` and `ocmm_core.support`.
+Read `_station` (doctor, support) and `_page` (output of the doctor), then `_settings`. Judgement is
+in `ocmm_core.doctor`, `ocmm_core.settings` and `ocmm_core.support`.
 """
 
 from __future__ import annotations
@@ -14,11 +14,8 @@ from ocmm_core.door import door
 
 if TYPE_CHECKING:
     from ocmm_cli.station._settings import settings_app
-    from ocmm_cli.station._station import station_app
-    from ocmm_cli.station._support import support_app
+    from ocmm_cli.station._station import station_app, support_app
 else:
-    __getattr__ = door(
-        __name__, _settings="settings_app", _station="station_app", _support="support_app"
-    )
+    __getattr__ = door(__name__, _settings="settings_app", _station="station_app support_app")
 
 __all__ = ["settings_app", "station_app", "support_app"]

@@ -2,9 +2,9 @@
 
 In: files of points, job files, reference pairs, a probe's design. Out: tables, JSON, SVG plots.
 
-Read `_fit` with `_fit_rows` and `_fit_json`, `_verify_fits`, `_uncertainty`, `_probe` (a probe
-before it is built), `_study` (simulations of a procedure), `_coverage` (of whole measurements),
-`_bench` and `_endurance` (speed and memory of the hot path). It must not know `cli.calibrate`.
+Read `_fit` with `_fit_rows`, `_verify_fits`, `_uncertainty`, `_probe` (a probe before it is built),
+`_study` (simulations of a procedure), `_coverage` (of whole measurements), `_bench` (speed and
+memory of the hot path). It must not know `cli.calibrate`.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 from ocmm_core.door import door
 
 if TYPE_CHECKING:
-    from ocmm_cli.study._bench import BenchRow, measure_speed, run_bench
+    from ocmm_cli.study._bench import BenchRow, measure_speed, print_run, run_bench, run_for
     from ocmm_cli.study._coverage import (
         CoverageOutcome,
         CoverageSetup,
@@ -23,7 +23,6 @@ if TYPE_CHECKING:
         run_coverage,
         touch_all,
     )
-    from ocmm_cli.study._endurance import print_run, run_for
     from ocmm_cli.study._fit import fit_command
     from ocmm_cli.study._probe import probe_app
     from ocmm_cli.study._study import probe_calibration, study_app
@@ -32,12 +31,11 @@ if TYPE_CHECKING:
 else:
     __getattr__ = door(
         __name__,
-        _bench="BenchRow measure_speed run_bench",
+        _bench="BenchRow measure_speed print_run run_bench run_for",
         _coverage=(
             "CoverageOutcome CoverageSetup coverage_table more_characteristics run_coverage "
             "touch_all"
         ),
-        _endurance="print_run run_for",
         _fit="fit_command",
         _probe="probe_app",
         _study="probe_calibration study_app",

@@ -99,7 +99,7 @@ def fit_command(
     everywhere; it excludes the measuring system. U covers the true value in 95 of 100 cases for any
     number of points; numbers that the points determine too weakly are shown without U.
     """
-    from ocmm_cli.study._fit_json import fit_json
+    from ocmm_cli.study._fit_rows import fit_json
     from ocmm_core.features.measured import commanding_rows, fit_shape
     from ocmm_core.features.shapes import MINIMUM_POINTS, Criterion, read_points_file
     from ocmm_core.tables import TableOptions

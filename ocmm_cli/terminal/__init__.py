@@ -2,10 +2,9 @@
 
 In: texts, tables, arrays of pixels, points. Out: text for terminals and pipes, PNG, PGM, SVG.
 
-Read `_console` and `_shown` (printing), `_speech` (language) and `_options` (options of several
-commands; `_cluster_options` those of distributed computation), then `_pictures` (16 bit images),
-`_svg` and `_svg_maps` (small plots without a plotting library).
-It must not know any command.
+Read `_console` (printing), `_speech` (language), `_options` and `_typed_options` (options of
+several commands, also of distributed computation), then `_pictures` (16 bit images) and `_svg`
+(small plots without a plotting library). It must not know any command.
 """
 
 from __future__ import annotations
@@ -15,12 +14,12 @@ from typing import TYPE_CHECKING
 from ocmm_core.door import door
 
 if TYPE_CHECKING:
-    from ocmm_cli.terminal._cluster_options import computing
     from ocmm_cli.terminal._console import (
         PlainConsole,
         make_console,
         print_notes,
         progress_line,
+        shown,
         wide_enough,
     )
     from ocmm_cli.terminal._options import (
@@ -61,41 +60,46 @@ if TYPE_CHECKING:
         UncalibratedOption,
     )
     from ocmm_cli.terminal._pictures import encoder_for
-    from ocmm_cli.terminal._shown import shown
     from ocmm_cli.terminal._speech import heads, language, lead, say, say_later, say_word, told
-    from ocmm_cli.terminal._svg import histogram, label, nice_limit, page, points_in_space
-    from ocmm_cli.terminal._svg_maps import bending, tip_map
-    from ocmm_cli.terminal._table_options import (
+    from ocmm_cli.terminal._svg import (
+        bending,
+        histogram,
+        label,
+        nice_limit,
+        page,
+        points_in_space,
+        tip_map,
+    )
+    from ocmm_cli.terminal._typed_options import (
         ColumnsOption,
         DecimalOption,
         SkipOption,
         TableUnitOption,
+        computing,
         print_table_account,
+        read_typed_numbers,
     )
-    from ocmm_cli.terminal._typed_options import read_typed_numbers
 else:
     __getattr__ = door(
         __name__,
-        _cluster_options="computing",
-        _console="PlainConsole make_console print_notes progress_line wide_enough",
+        _console="PlainConsole make_console print_notes progress_line shown wide_enough",
         _options=(
             "BusProcessorOption CalibrationsOption CheckAfterOption CompensatePartOption "
-            "CompensateProbeOption "
-            "ForceOption HumidityOption IncompleteOption OutOption PartExpansionOption PartOption "
-            "PartTemperatureOption PlanOption PressureOption ProbeDesignOption ProbeOption "
-            "ProbeTemperatureOption ProbesOption ReferenceOption RigOption RoomOption "
-            "SeedOption "
-            "SourceOption SpeedOption StreamCertOption StreamHostOption StreamKeyOption "
-            "StreamOption StreamTokenOption TemperatureOption TemperatureSigmaOption "
-            "TemperatureUOption ThermometerOption TipOption UncalibratedOption"
+            "CompensateProbeOption ForceOption HumidityOption IncompleteOption OutOption "
+            "PartExpansionOption PartOption PartTemperatureOption PlanOption PressureOption "
+            "ProbeDesignOption ProbeOption ProbeTemperatureOption ProbesOption ReferenceOption "
+            "RigOption RoomOption SeedOption SourceOption SpeedOption StreamCertOption "
+            "StreamHostOption StreamKeyOption StreamOption StreamTokenOption TemperatureOption "
+            "TemperatureSigmaOption TemperatureUOption ThermometerOption TipOption "
+            "UncalibratedOption"
         ),
         _pictures="encoder_for",
-        _shown="shown",
         _speech="heads language lead say say_later say_word told",
-        _svg="histogram label nice_limit page points_in_space",
-        _svg_maps="bending tip_map",
-        _table_options="ColumnsOption DecimalOption SkipOption TableUnitOption print_table_account",
-        _typed_options="read_typed_numbers",
+        _svg="bending histogram label nice_limit page points_in_space tip_map",
+        _typed_options=(
+            "ColumnsOption DecimalOption SkipOption TableUnitOption computing "
+            "print_table_account read_typed_numbers"
+        ),
     )
 
 __all__ = [

@@ -2,8 +2,8 @@
 
 In: a job that is finished, paused or closed. Out: the same in the outbox; the sender delivers it.
 
-Read `_watch` (a separate thread), `_place` (archive and outbox of the settings). It must not know
-an archive: measuring does not depend on a server.
+See `_watch` (a separate thread; archive and outbox of the settings). It must not know an archive:
+measuring does not depend on a server.
 """
 
 from __future__ import annotations
@@ -13,9 +13,8 @@ from typing import TYPE_CHECKING
 from ocmm_core.door import door
 
 if TYPE_CHECKING:
-    from ocmm_shop.archiving._place import archive_place, is_off
-    from ocmm_shop.archiving._watch import ArchiveWatch
+    from ocmm_shop.archiving._watch import ArchiveWatch, archive_place, is_off
 else:
-    __getattr__ = door(__name__, _place="archive_place is_off", _watch="ArchiveWatch")
+    __getattr__ = door(__name__, _watch="ArchiveWatch archive_place is_off")
 
 __all__ = ["ArchiveWatch", "archive_place", "is_off"]

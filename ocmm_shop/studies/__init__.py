@@ -4,8 +4,8 @@ In: values of parts, operators and trials, or the jobs that hold them. Out: cont
 gauge.
 
 Read `_gauge_rr` (analysis of variance) and `_single` (studies of one reference), `_plan` (random,
-blind order) and `_from_jobs` (one study per characteristic of a plan), `_linearity` (bias over the
-range) and `_part_study` (U from a calibrated part, for similar parts only).
+blind order) and `_from_jobs` (one study per characteristic of a plan, bias over the range) and
+`_part_study` (U from a calibrated part, for similar parts only).
 It must not know how a value was measured.
 """
 
@@ -18,13 +18,14 @@ from ocmm_core.door import door
 if TYPE_CHECKING:
     from ocmm_shop.studies._from_jobs import (
         CharacteristicStudy,
+        LinearityReport,
         StudyReport,
+        linearity_of,
         open_runs,
         study_jobs,
         study_of,
     )
     from ocmm_shop.studies._gauge_rr import AIAG_LEVEL, GaugeStudy, SourceRow, gauge_study
-    from ocmm_shop.studies._linearity import LinearityReport, linearity_of
     from ocmm_shop.studies._part_study import (
         AUDITED,
         PartStudy,
@@ -60,9 +61,11 @@ if TYPE_CHECKING:
 else:
     __getattr__ = door(
         __name__,
-        _from_jobs="CharacteristicStudy StudyReport open_runs study_jobs study_of",
+        _from_jobs=(
+            "CharacteristicStudy LinearityReport StudyReport linearity_of open_runs study_jobs "
+            "study_of"
+        ),
         _gauge_rr="AIAG_LEVEL GaugeStudy SourceRow gauge_study",
-        _linearity="LinearityReport linearity_of",
         _part_study=(
             "AUDITED PartStudy load_part_study load_task make_part_study part_procedure "
             "save_part_study uncertainty_for"

@@ -4,9 +4,8 @@ In: a rig of software cameras, names of interfaces, faults to inject.
 Out: a wire for a master, without hardware; logs of the proxy.
 
 Start with `_virtual_bus` (whole wire without root), `_wire` and
-`_camera_process` (cameras on an interface), `_chain` (cable order), `_named_rig` (for other
-programs). Faults: `_faults` (kinds), `_fault_commands`, `_proxy` and `_line_rules` (faulty cable),
-`_fault_rig`.
+`_camera_process` (cameras on an interface), `_chain` (cable order, execution of faults),
+`_named_rig` (for other programs). Faults: `_faults` (kinds), `_proxy` (faulty cable), `_fault_rig`.
 It must not import tracking, jobs or screens.
 """
 
@@ -19,8 +18,7 @@ from ocmm_core.door import door
 if TYPE_CHECKING:
     from ocmm_sim.bus import _named_rig as named_rig
     from ocmm_sim.bus._camera_process import READY, SegmentConfig
-    from ocmm_sim.bus._chain import Chain, Unit
-    from ocmm_sim.bus._fault_commands import FaultCommands
+    from ocmm_sim.bus._chain import Chain, FaultCommands, Unit
     from ocmm_sim.bus._fault_rig import CAMERAS, FAR, HOST, NEAR, FaultRig
     from ocmm_sim.bus._faults import (
         COPIED,
@@ -31,8 +29,6 @@ if TYPE_CHECKING:
         DeedAnswer,
         FaultKind,
         Faults,
-    )
-    from ocmm_sim.bus._line_rules import (
         FrameKind,
         LineDirection,
         LineLog,
@@ -55,11 +51,12 @@ else:
     __getattr__ = door(
         __name__,
         _camera_process="READY SegmentConfig",
-        _chain="Chain Unit",
-        _fault_commands="FaultCommands",
+        _chain="Chain FaultCommands Unit",
         _fault_rig="CAMERAS FAR FaultRig HOST NEAR",
-        _faults="COPIED CORRUPT_WITH_SUM CameraDeed EXCHANGED SHARED FaultKind DeedAnswer Faults",
-        _line_rules="FrameKind LineLog LineOrder LineRule Trick LineDirection",
+        _faults=(
+            "COPIED CORRUPT_WITH_SUM CameraDeed DeedAnswer EXCHANGED FaultKind Faults FrameKind "
+            "LineDirection LineLog LineOrder LineRule SHARED Trick"
+        ),
         _named_rig="RigStatus named_rig rig_down rig_status rig_up",
         _proxy="LineTricks ProxyConfig kind_of",
         _virtual_bus=(

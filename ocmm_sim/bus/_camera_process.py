@@ -23,10 +23,9 @@ from ocmm_core.errors import InputError, InternalError
 from ocmm_core.failure import EXIT_INTERNAL, contained
 from ocmm_core.fieldbus.described import DeviceDescription
 from ocmm_core.fieldbus.device import CameraIdentity, Intrinsics
-from ocmm_sim.bus._camera_time import SteppedCameraTime
 from ocmm_sim.bus._chain import Chain, Unit
 from ocmm_sim.bus._faults import Faults
-from ocmm_sim.bus._wire import Wire
+from ocmm_sim.bus._wire import SteppedCameraTime, Wire
 from ocmm_sim.slave import CHUNK_FRAMES, CameraFrames, ClockPattern, TestPattern
 
 READY = "ready"

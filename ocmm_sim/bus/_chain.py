@@ -1,24 +1,46 @@
-"""Software cameras in cable order, and which end of the wire reaches them.
+"""Software cameras in cable order, which end of the wire reaches them, and their faults.
 
 A frame entering at the first port is processed by each camera in turn. At a break (missing cable,
 unpowered camera) it returns to its port; with a second port it leaves there. A frame from the
 second port passes the cameras backwards unprocessed until a break returns it; then the cameras
 behind the break process it in wire order (ETG.1000.4: the processing unit of a slave follows its
-port 0).
+port 0). Faults are the `CameraDeed` of `_faults`.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import time
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+
+import numpy as np
 
 from ocmm_core.camera import CameraModel
 from ocmm_core.fieldbus.described import DeviceDescription
-from ocmm_core.fieldbus.device import CameraIdentity
+from ocmm_core.fieldbus.device import (
+    DATA_CRC,
+    DATA_CRC_AT,
+    INPUT_DTYPE,
+    INPUT_START,
+    NEWEST_LAYOUT,
+    CameraIdentity,
+    ErrorRegister,
+)
+from ocmm_sim.bus._faults import (
+    COPIED,
+    CORRUPT_WITH_SUM,
+    EXCHANGED,
+    SHARED,
+    CameraDeed,
+    DeedAnswer,
+    FaultKind,
+)
 from ocmm_sim.described_slave import DescribedCamera
 from ocmm_sim.firmware import FirmwareBanks
 from ocmm_sim.slave import (
+    AL_STATUS,
     SENSOR_PX,
+    STATION_ADDRESS,
     CameraFrames,
     CameraStore,
     ClockPattern,
@@ -168,3 +190,154 @@ def _reached_from_behind(line: Sequence[Unit]) -> list[Unit]:
             break
         reached.append(unit)
     return reached[::-1]
+
+
+_CLOCK_STEP_NS = 1_234_567_891
+"""Clock offset of a restarted camera."""
+_SHARE = 0.3
+_SPOILED_BYTES = 160
+"""Header and first two frames of a camera's inputs: always used, unlike the last frames."""
+_TIMES_BYTES = 16
+"""Frame counter, exposure time and period: start of the header."""
+
+
+class FaultCommands:
+    """Executes fault commands on a chain; `seed` selects the damaged bits."""
+
+    def __init__(self, chain: Chain, seed: int = 0) -> None:
+        self._chain = chain
+        self._random = np.random.default_rng(seed)
+        self._to_unit: dict[FaultKind, Callable[[Unit, CameraDeed, int], object]] = {
+            FaultKind.NOTHING: lambda _unit, _command, _now: None,
+            FaultKind.POWER_OFF: lambda unit, _command, _now: setattr(unit, "powered", False),
+            FaultKind.POWER_ON: lambda unit, _command, _now: _restart(unit),
+            FaultKind.RESTART: lambda unit, _command, _now: _restart(unit),
+            FaultKind.MUTE: lambda unit, command, _now: setattr(unit, "muted", bool(command.value)),
+            FaultKind.FREEZE: lambda unit, command, _now: setattr(
+                unit.slave, "frozen", bool(command.value)
+            ),
+            FaultKind.FALL_BACK: lambda unit, command, _now: unit.slave.esc.fall_back(
+                command.value, command.code
+            ),
+            FaultKind.STATION: lambda unit, command, _now: unit.camera.esc.write(
+                STATION_ADDRESS, command.value.to_bytes(2, "little")
+            ),
+            FaultKind.SERIAL: lambda unit, command, _now: _exchange(
+                unit, replace(unit.identity, serial=command.value)
+            ),
+            FaultKind.ALIAS: lambda unit, command, _now: _exchange(
+                unit, replace(unit.identity, alias=command.value)
+            ),
+            FaultKind.SWAP: self._swap,
+            FaultKind.UNPLUG: lambda unit, _command, _now: setattr(unit, "plugged", False),
+            FaultKind.PLUG: _plug,
+            FaultKind.CLOCK_JUMP: _jump,
+            FaultKind.CLOCK_RATE: lambda unit, command, now: unit.camera.esc.clock.set_rate(
+                command.value, now
+            ),
+            FaultKind.HANG_MAILBOX: lambda unit, command, _now: setattr(
+                unit.camera, "mailbox_hangs", bool(command.value)
+            ),
+            FaultKind.EMERGENCY: lambda unit, command, _now: unit.camera.emergency(
+                command.value, ErrorRegister.GENERIC if command.value else 0
+            ),
+            FaultKind.FRAME_PERIOD: lambda unit, command, _now: setattr(
+                unit.camera, "period_override", command.value
+            ),
+            FaultKind.CORRUPT: self._corrupt,
+            FaultKind.REMAP: lambda unit, command, _now: unit.camera.remap(
+                command.value, command.code
+            ),
+            FaultKind.LINK_ERRORS: lambda unit, command, _now: unit.camera.esc.count_link_errors(
+                0, command.value
+            ),
+            FaultKind.BREAK: lambda unit, command, _now: setattr(
+                unit, "broken_behind", bool(command.value)
+            ),
+        }
+
+    def do(self, command: CameraDeed, now_ns: int) -> DeedAnswer:
+        units = self._chain.units
+        error = ""
+        utc_ns = time.time_ns()
+        if not 0 <= command.camera < len(units):
+            error = f"there is no camera {command.camera}"
+        else:
+            self._to_unit[command.do](units[command.camera], command, now_ns)
+            self._chain.lay()
+        return DeedAnswer(
+            monotonic_ns=now_ns,
+            utc_ns=utc_ns,
+            order=tuple(number for number in self._chain.order if units[number].plugged),
+            states=tuple(unit.slave.esc.memory[AL_STATUS] if unit.powered else 0 for unit in units),
+            boots=tuple(unit.boots for unit in units),
+            error=error,
+        )
+
+    def _swap(self, unit: Unit, command: CameraDeed, _now_ns: int) -> None:
+        order, other = self._chain.order, self._chain.units[command.value]
+        one, two = order.index(command.camera), order.index(command.value)
+        order[one], order[two] = order[two], order[one]
+        _restart(unit)
+        _restart(other)
+
+    def _corrupt(self, unit: Unit, command: CameraDeed, _now_ns: int) -> None:
+        kind = command.value % SHARED
+        if kind in (COPIED, EXCHANGED):
+            self._exchange_inputs(command, exchanged=kind == EXCHANGED)
+            return
+
+        def spoil(memory: bytearray) -> None:
+            with_sum = command.value == CORRUPT_WITH_SUM
+            bit = int(self._random.integers(8 * (_TIMES_BYTES if with_sum else _SPOILED_BYTES)))
+            memory[INPUT_START + bit // 8] ^= 1 << bit % 8
+            if with_sum:
+                inputs = memory[INPUT_START : INPUT_START + INPUT_DTYPE.itemsize]
+                crc = NEWEST_LAYOUT.crc(inputs, unit.identity.serial)
+                DATA_CRC.pack_into(memory, INPUT_START + DATA_CRC_AT, crc)
+
+        unit.camera.esc.spoil = spoil if command.value else None
+        if not command.value:
+            for other in self._chain.units:
+                other.camera.esc.spoil = None
+
+    def _exchange_inputs(self, command: CameraDeed, *, exchanged: bool) -> None:
+        """Let a camera send the inputs last sent by the next one, undamaged."""
+        units = self._chain.units
+        one, two = units[command.camera], units[(command.camera + 1) % 2]
+        last: dict[int, bytes] = {}
+        place = slice(INPUT_START, INPUT_START + INPUT_DTYPE.itemsize)
+        share = _SHARE if command.value >= SHARED else 1.0
+
+        def spoil(mine: int, other: int) -> Callable[[bytearray], None]:
+            def put(memory: bytearray) -> None:
+                last[mine] = bytes(memory[place])
+                if other in last and self._random.random() < share:
+                    memory[place] = last[other]
+
+            return put
+
+        one.camera.esc.spoil = spoil(0, 1)
+        # If only one is faulty, the other sends its own inputs.
+        two.camera.esc.spoil = spoil(1, 0) if exchanged else spoil(1, 2)
+
+
+def _restart(unit: Unit) -> None:
+    unit.switch_on(_CLOCK_STEP_NS * unit.boots)
+
+
+def _jump(unit: Unit, command: CameraDeed, now_ns: int) -> None:
+    esc = unit.camera.esc
+    esc.clock.jump(command.value)
+    esc.now_ns = now_ns
+    unit.camera.buffer.look_again(esc.system_time_ns)
+
+
+def _plug(unit: Unit, _deed: CameraDeed, _now_ns: int) -> None:
+    unit.plugged = True
+    _restart(unit)
+
+
+def _exchange(unit: Unit, identity: CameraIdentity) -> None:
+    unit.identity = identity
+    _restart(unit)

@@ -28,8 +28,7 @@ from ocmm_core.errors import BusError
 from ocmm_core.fieldbus.device import CameraIdentity
 from ocmm_core.fieldbus.wire import make_link, remove_link, set_link, tool
 from ocmm_sim.bus._camera_process import READY, SegmentConfig
-from ocmm_sim.bus._faults import CameraDeed, DeedAnswer, FaultKind
-from ocmm_sim.bus._line_rules import LineLog, LineOrder, LineRule
+from ocmm_sim.bus._faults import CameraDeed, DeedAnswer, FaultKind, LineLog, LineOrder, LineRule
 from ocmm_sim.bus._proxy import ProxyConfig
 
 HOST, NEAR, FAR, CAMERAS = "host0", "near0", "far0", "cameras0"

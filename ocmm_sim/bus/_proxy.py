@@ -23,7 +23,7 @@ import numpy as np
 from ocmm_core.acquisition.bus_process import CAMERA_PRIORITY, take_priority
 from ocmm_core.fieldbus.device import OUTPUT_STRUCT
 from ocmm_sim.bus._camera_process import READY, input_ended
-from ocmm_sim.bus._line_rules import (
+from ocmm_sim.bus._faults import (
     MAX_TOUCHED,
     FrameKind,
     LineDirection,

@@ -1,4 +1,4 @@
-"""Virtual rig during calibration: targets, a waved probe, a bar, nests.
+"""Virtual rig during calibration: targets, a waved probe, a bar, nests; as a frame source.
 
 Scenes are shown in sequence. A camera's view is a pure function of the frame number, and a script
 lets another process build the same rig. Cameras, errors and noise are those of `world.draw_world`
@@ -7,6 +7,7 @@ for the same rig and seed, so a calibration made here is valid for parts measure
 
 from __future__ import annotations
 
+import time
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -14,7 +15,7 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
-from ocmm_core.acquisition.frames import FrameBlock
+from ocmm_core.acquisition.frames import Cycle, CycleVerdict, FrameBlock, SourceDescription
 from ocmm_core.camera import Rig, load_rig
 from ocmm_core.geometry import Float
 from ocmm_core.tracking import ProbeBody, load_probe
@@ -28,21 +29,19 @@ from ocmm_sim.calibration_scenes._motions import (
     visits,
     waves,
 )
-from ocmm_sim.calibration_scenes._pivot_scenes import (
-    SeatFault,
-    SweepProbe,
-    hidden_bits,
-    sweep_segments,
-)
 from ocmm_sim.calibration_scenes._scenes import (
     FrameMove,
     FreeMotionScene,
     Scene,
+    SeatFault,
     ShowBar,
+    SweepProbe,
     TargetScene,
+    TouchWithTip,
+    hidden_bits,
     move_cameras,
+    sweep_segments,
 )
-from ocmm_sim.calibration_scenes._tip_scenes import TouchWithTip
 from ocmm_sim.scene import CameraFrames, WorldOptions, draw_world, kernels, white_noise
 
 
@@ -215,3 +214,47 @@ class CalibratingScript(msgspec.Struct, frozen=True, kw_only=True, forbid_unknow
             self.options,
             self.moved,
         )
+
+
+BLOCK_NS = 10_000_000
+
+
+class CalibratingSource:
+    """A `FrameSource` that shows the scenes once and ends; rig time waits for slow readers."""
+
+    def __init__(self, rig: CalibrationScenesRig, speed: float = 0.0) -> None:
+        self._rig = rig
+        self._speed = speed
+        self._block = max(1, BLOCK_NS // rig.frame_period_ns)
+        self._next = 0
+        self._due_s = 0.0
+
+    @property
+    def description(self) -> SourceDescription:
+        rig = self._rig
+        return SourceDescription(
+            name=f"simulated calibration ({rig.rig.name}, seed {rig.seed})",
+            camera_serials=tuple(camera.serial for camera in rig.rig.cameras),
+            frame_period_ns=rig.frame_period_ns,
+            cycle_period_ns=self._block * rig.frame_period_ns,
+            live=False,
+            simulated=True,
+            n_slots=rig.world.n_slots,
+        )
+
+    def open(self) -> None:
+        self._next = 0
+        self._due_s = time.monotonic()
+
+    def read(self) -> Cycle:
+        count = min(self._block, self._rig.n_frames - self._next)
+        frames = self._rig.frames(self._next, count) if count > 0 else None
+        self._next += max(count, 0)
+        if self._speed:
+            self._due_s += count * self._rig.frame_period_ns * 1e-9 / self._speed
+            time.sleep(max(0.0, self._due_s - time.monotonic()))
+        finished = self._next >= self._rig.n_frames
+        return Cycle(CycleVerdict.GOOD, frames=frames, finished=finished)
+
+    def close(self) -> None:
+        """Do nothing: the source holds no resources."""

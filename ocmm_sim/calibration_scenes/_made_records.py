@@ -1,4 +1,4 @@
-"""Records of calibration and verification without simulating them."""
+"""Records of cameras, the standard probe and a tip, without simulating the calibration."""
 
 from __future__ import annotations
 
@@ -7,17 +7,23 @@ from datetime import UTC, datetime, timedelta
 import msgspec
 
 from ocmm_core.calibration.records import (
+    PROBE_SCHEMA,
     SCHEMA,
+    TIP_SCHEMA,
     VERIFICATION_SCHEMA,
     CameraRecord,
     Check,
+    PivotCheck,
+    ProbeRecord,
     ResidualMap,
+    TipRecord,
     VerificationRecord,
     entry_of,
     record_hash,
 )
 from ocmm_core.camera import load_rig
 from ocmm_core.documents import resource
+from ocmm_core.tracking import load_probe
 
 RECORDS_MADE = datetime(2026, 3, 1, 8, 0, tzinfo=UTC)
 _RIG = load_rig(resource("rigs", "recommended.toml"))
@@ -76,4 +82,93 @@ def made_verification(record: CameraRecord, *, passed: bool = True) -> Verificat
         artefacts=(),
         data_sha256="b" * 64,
         passed=passed,
+    )
+
+
+_PROBE = load_probe(resource("probes", "standard.toml"))
+_NOTHING = (0.0, 0.0, 0.0)
+
+
+def made_probe_record(**changes: object) -> ProbeRecord:
+    """Return the record of a sweep that reproduced the probe document."""
+    x, y, z = _PROBE.tip_probe.tolist()
+    record = ProbeRecord(
+        schema=PROBE_SCHEMA,
+        probe=_PROBE.name,
+        tip="6 mm",
+        made_utc=RECORDS_MADE.isoformat(),
+        valid_until_utc=(RECORDS_MADE + timedelta(days=365)).isoformat(),
+        made_by="technician",
+        software="1",
+        temperature_c=20.5,
+        rig="recommended",
+        rig_identity="b" * 64,
+        data_sha256="a" * 64,
+        probe_identity=_PROBE.identity,
+        leds_mm=tuple((a, b, c) for a, b, c in _PROBE.leds_probe.tolist()),
+        tip_mm=(x, y, z),
+        covariance=tuple(tuple(row) for row in _PROBE.geometry_covariance.tolist()),
+        frames=1000,
+        left_out=0,
+        ranges_deg=(45.0, 45.0, 20.0),
+        attitudes=400,
+        rms_px=0.0105,
+        chi2_per_dof=1.0,
+        thesis_tip_mm=(x, y, z),
+        thesis_spread_mm=0.005,
+        validation=PivotCheck(
+            difference_mm=_NOTHING,
+            sigma_mm=(0.002, 0.002, 0.002),
+            led_difference_mm=0.002,
+            place_mm=60.0,
+            attitude_deg=20.0,
+            articulation_2s_mm=0.005,
+            articulation_max_mm=0.006,
+        ),
+        change_mm=None,
+        change_reason="",
+        warnings=(),
+        forced=False,
+        artefacts=(),
+        previous="",
+    )
+    return msgspec.structs.replace(record, **changes)
+
+
+def made_tip_record(
+    calibration: ProbeRecord, *, passed: bool = True, days: float = 30.0, **changes: object
+) -> TipRecord:
+    """Return a qualification of the tip of ``calibration``."""
+    made = datetime.fromisoformat(calibration.made_utc) + timedelta(hours=1)
+    record = TipRecord(
+        schema=TIP_SCHEMA,
+        probe=calibration.probe,
+        tip=calibration.tip,
+        made_utc=made.isoformat(),
+        valid_until_utc=(made + timedelta(days=days)).isoformat(),
+        made_by="technician",
+        software="1",
+        temperature_c=20.5,
+        rig=calibration.rig,
+        rig_identity=calibration.rig_identity,
+        data_sha256="c" * 64,
+        calibration=record_hash(calibration),
+        diameter_mm=5.998,
+        diameter_sigma_mm=0.002,
+        form_mm=0.018,
+        points=25,
+        point_sigma_mm=0.005,
+        articulation_2s_mm=0.006,
+        articulation_max_mm=0.007,
+        attitudes=5,
+        checks=(_check("form", 0.018 if passed else 0.06, 0.0, 0.03),),
+        artefacts=(),
+        passed=passed,
+    )
+    return msgspec.structs.replace(record, **changes)
+
+
+def _check(name: str, measured: float, certified: float, limit: float) -> Check:
+    return Check(
+        name=name, measured_mm=measured, certified_mm=certified, expanded_mm=0.004, limit_mm=limit
     )

@@ -1,4 +1,7 @@
-"""Scenes of a calibration: targets, a waved probe, a bar, nests."""
+"""Scenes of a calibration: targets, a waved probe, a bar, nests, a pivot cone, tip checks.
+
+In the pivot scene a hand sweeps the probe about its ball; tips can be faulty.
+"""
 
 from __future__ import annotations
 
@@ -7,11 +10,184 @@ from typing import TypeAlias
 
 import msgspec
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from ocmm_core.camera import CameraModel, Vector3
-from ocmm_core.geometry import RigidTransform, rotation_from_vector
-from ocmm_sim.calibration_scenes._pivot_scenes import SweepProbe
-from ocmm_sim.calibration_scenes._tip_scenes import TouchWithTip
+from ocmm_core.geometry import Float, RigidTransform, rotation_from_vector, unit
+from ocmm_core.tracking import ProbeBody, satisfies_rules
+from ocmm_sim.scene import kernels
+
+_LIFT_MM, _LIFT_S = 60.0, 0.5
+_WAY_S = 0.55
+"""Between turning points of the hand."""
+
+_JUMP_S = 0.03
+_PATCH_RAD = 0.3
+
+
+class ScriptedJump(msgspec.Struct, frozen=True, kw_only=True):
+    """A push of the cone."""
+
+    at_s: float
+    shift_mm: Vector3
+
+
+class SeatFault(msgspec.Struct, frozen=True, kw_only=True):
+    """A worn cone, or a ball that is not round."""
+
+    worn_mm: Vector3 = (0.0, 0.0, 0.0)
+    """Shift of the ball along X, Y and Z of the world per radian of tilt: across by the tilt about
+    that axis, upwards by half its square."""
+    wall_mm: float = 0.0
+    """Play: the ball lies at this distance from the axis, on the side to which the probe leans."""
+    dirt_mm: float = 0.0
+    dirt_probe: Vector3 = (0.0, 0.0, -1.0)
+    """`dirt_mm`, `dirt_probe`: height and direction of a patch 17 degrees wide on the ball."""
+    lobes_mm: float = 0.0
+    """Amplitude of three lobes about the handle, at 30 degrees from the pole."""
+
+    def shifts(self, rotations: Float) -> Float:
+        """Return the shift of the ball, (n, 3), mm, for rotations (n, 3, 3), world from probe."""
+        tilt = rotations[:, :2, 2]
+        lean = np.linalg.norm(tilt, axis=1)
+        found: Float = np.column_stack([tilt, 0.5 * lean**2]) * np.array(self.worn_mm)
+        found[:, :2] += self.wall_mm * tilt / np.maximum(lean, 1e-9)[:, None]
+        # The place of the ball that rests in the cone is opposite to the world's vertical.
+        down = -rotations[:, 2]
+        angle = np.arccos(np.clip(down @ unit(np.array(self.dirt_probe)), -1.0, 1.0))
+        found[:, 2] += self.dirt_mm * np.exp(-((angle / _PATCH_RAD) ** 2))
+        around = np.arctan2(down[:, 1], down[:, 0])
+        found[:, 2] += self.lobes_mm * np.cos(3.0 * around) * 2.0 * np.hypot(down[:, 0], down[:, 1])
+        return found
+
+
+class SweepProbe(msgspec.Struct, frozen=True, kw_only=True, tag=True):
+    """The ball is seated in a cone, the probe swept about it, and lifted off."""
+
+    cone: Vector3
+    """Ball centre, mm, world."""
+    seconds: float
+    seed: int
+    reach_deg: Vector3 = (27.0, 27.0, 12.0)
+    """Amplitudes of leaning about X and Y, and of turning about the handle (Z)."""
+    lean_deg: Vector3 = (0.0, 0.0, 0.0)
+    """Mean attitude, from upright."""
+    slack_mm: float = 0.0
+    """Standard deviation of the ball's wander in the cone, per axis."""
+    jumps: tuple[ScriptedJump, ...] = ()
+    tip_shift_mm: Vector3 = (0.0, 0.0, 0.0)
+    """Ball offset of another stylus, probe frame."""
+    seat: SeatFault = SeatFault()
+    hidden: tuple[int, ...] = ()
+    """LEDs, from 0, covered by a hand."""
+
+
+def sweep_segments(scene: SweepProbe, body: ProbeBody) -> Float:
+    """Return segments of tip and probe for `kernels.move`."""
+    rng = np.random.default_rng([scene.seed, 51])
+    place = np.array(scene.cone)
+    above = np.array([0.0, 0.0, _LIFT_MM])
+    turn = _attitude(np.array(scene.lean_deg))
+    sway = scene.slack_mm
+    rows = [_way(0.0, _LIFT_S, place + above, place, turn, turn, sway)]
+    jumps = list(scene.jumps)
+    while (time := float(rows[-1][kernels.T1])) < scene.seconds + _LIFT_S:
+        if jumps and time >= jumps[0].at_s:
+            pushed = place + np.array(jumps.pop(0).shift_mm)
+            rows.append(_way(time, _JUMP_S, place, pushed, turn, turn, sway))
+            place = pushed
+            continue
+        aim = turn
+        for _ in range(20):
+            aim = _attitude(
+                np.array(scene.lean_deg) + rng.uniform(-1.0, 1.0, 3) * np.array(scene.reach_deg)
+            )
+            if satisfies_rules(body, rotation_from_vector(aim)):
+                break
+        rows.append(_way(time, _WAY_S, place, place, turn, aim, sway))
+        turn = aim
+    rows.append(_way(time, _LIFT_S, place, place + above, turn, turn, sway))
+    return np.array(rows)
+
+
+def hidden_bits(scene: SweepProbe) -> int:
+    """Return the hidden LEDs as bits."""
+    return sum(1 << led for led in scene.hidden)
+
+
+def _attitude(angles_deg: Float) -> Float:
+    """Return the rotation vector (3,), rad, of a probe turned about Z, then leaned."""
+    x, y, z = np.radians(angles_deg)
+    leaned = rotation_from_vector(np.array([x, y, 0.0]))
+    turned = leaned @ rotation_from_vector(np.array([0.0, 0.0, z]))
+    vector: Float = Rotation.from_matrix(turned).as_rotvec()
+    return vector
+
+
+def _way(
+    start_s: float, length_s: float, begin: Float, end: Float, w0: Float, w1: Float, sway: float
+) -> Float:
+    way = np.zeros(kernels.N_COLUMNS)
+    way[kernels.T0], way[kernels.T1] = start_s, start_s + length_s
+    way[kernels.KIND], way[kernels.TOP] = kernels.MOVE, np.nan
+    way[kernels.SWAY0] = way[kernels.SWAY1] = sway
+    way[kernels.P0 : kernels.P0 + 3], way[kernels.P1 : kernels.P1 + 3] = begin, end
+    way[kernels.W0 : kernels.W0 + 3], way[kernels.W1 : kernels.W1 + 3] = w0, w1
+    return way
+
+
+class TipFault(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """Faults of the mounted tip; none by default."""
+
+    diameter_mm: float = 0.0
+    length_mm: float = 0.0
+    """Excess length away from the handle (probe frame, against z)."""
+    sideways_mm: float = 0.0
+    """Sideways offset (probe frame, along x)."""
+    worn_mm: float = 0.0
+    """Depth of a worn place on the side of the ball (probe frame, along x)."""
+
+    @property
+    def shift_probe(self) -> Float:
+        """Return the ball offset, (3,), mm, probe frame."""
+        return np.array([self.sideways_mm, 0.0, -self.length_mm])
+
+
+class TouchWithTip(msgspec.Struct, frozen=True, kw_only=True, tag=True):
+    """The sphere is touched along outward normals, then the ball is held in the cone."""
+
+    centre: Vector3
+    diameter: float
+    """`centre`, `diameter`: sphere, mm, world."""
+    normals: tuple[Vector3, ...]
+    cone: Vector3
+    """Final ball centre, mm, world."""
+    handles: tuple[Vector3, ...]
+    """Directions from ball to handle, world, one per attitude."""
+    seed: int
+    fault: TipFault = TipFault()
+
+
+_WORN_RAD = np.radians(35.0)
+
+
+def reach_of(scene: TouchWithTip, radius: float, rotation: Float, normal: Float) -> float:
+    """Return the distance of the ball centre from the sphere centre at a touch, mm.
+
+    ``radius``: documented ball radius plus its true error, mm; ``rotation`` (3, 3), world from
+    probe; ``normal`` (3,): outward, unit, world.
+    """
+    fault = scene.fault
+    touching_probe = rotation.T @ -normal
+    angle = float(np.arccos(np.clip(touching_probe[0], -1.0, 1.0)))
+    worn = fault.worn_mm * max(0.0, 1.0 - (angle / _WORN_RAD) ** 2)
+    return float(0.5 * (scene.diameter + fault.diameter_mm) + radius - worn)
+
+
+def unit_vectors(vectors: tuple[Vector3, ...]) -> list[Float]:
+    """Return directions of length one."""
+    return [unit(np.array(one)) for one in vectors]
+
 
 STREAM = 32
 """First random stream number used here, apart from those of other modules."""

@@ -2,7 +2,7 @@
 
 In: packets of FoE in the state BOOT. Out: the running bank, also after a power loss at any moment.
 
-Start with `_banks`, then `_foe_server`.
+See `_banks`.
 It must not import other parts of the camera.
 """
 
@@ -13,13 +13,17 @@ from typing import TYPE_CHECKING
 from ocmm_core.door import door
 
 if TYPE_CHECKING:
-    from ocmm_sim.firmware._banks import FACTORY, MAKER, FirmwareBanks, PowerLossError, maker_key
-    from ocmm_sim.firmware._foe_server import FoeServer
+    from ocmm_sim.firmware._banks import (
+        FACTORY,
+        MAKER,
+        FirmwareBanks,
+        FoeServer,
+        PowerLossError,
+        maker_key,
+    )
 else:
     __getattr__ = door(
-        __name__,
-        _banks="FACTORY FirmwareBanks MAKER PowerLossError maker_key",
-        _foe_server="FoeServer",
+        __name__, _banks="FACTORY FirmwareBanks FoeServer MAKER PowerLossError maker_key"
     )
 
 __all__ = ["FACTORY", "MAKER", "FirmwareBanks", "FoeServer", "PowerLossError", "maker_key"]

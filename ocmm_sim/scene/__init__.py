@@ -3,8 +3,8 @@
 In: documents of a rig, a probe and a part, a seed. Out: frames as a source, optionally from
 rendered pixels, and the true poses of camera, probe and ball.
 
-Start with `_world` (truth) and `_rig` (virtual rig); then `_operator` with `_attitude`, `_hand` and
-`_touches`, `_surfaces` and `_artefacts`, `_source`. Pixels: `_sensor`, `_exposure`,
+Start with `_world` (truth) and `_rig` (virtual rig); then `_operator` with `_hand` and `_touches`,
+`_surfaces` and `_artefacts`, `_source`. Pixels: `_sensor`, `_exposure`,
 `_spot_pattern`, `_pixel_frames`. `_kernels` holds the compiled loops; `_probe_study` is the
 simulation of the thesis. Truth and documents are separate: the product receives the documents only.
 """
@@ -25,21 +25,25 @@ if TYPE_CHECKING:
         PartPose,
         TouchedEntry,
         TrueFeature,
+        TrueTouch,
         load_part,
     )
-    from ocmm_sim.scene._attitude import attitude_at, rotation_vector
-    from ocmm_sim.scene._hand import steady_hand
+    from ocmm_sim.scene._hand import attitude_at, rotation_vector, steady_hand
     from ocmm_sim.scene._kernels import BUTTON_DOWN_S
     from ocmm_sim.scene._operator import REST_S, Missing, Motion
     from ocmm_sim.scene._pixel_frames import PixelFrames, PixelScript
     from ocmm_sim.scene._probe_study import ProbeStudy, StudyResult, draw_targets, run_study
     from ocmm_sim.scene._rig import CameraFrames, VirtualRig
-    from ocmm_sim.scene._script import RigScript, decode_script
     from ocmm_sim.scene._sensor import Sensor, SensorOptions, normal_table
-    from ocmm_sim.scene._source import MOST_ROUNDS, LedHand, SimulatedSource
+    from ocmm_sim.scene._source import (
+        MOST_ROUNDS,
+        LedHand,
+        RigScript,
+        SimulatedSource,
+        decode_script,
+    )
     from ocmm_sim.scene._spot_pattern import SpotPattern, draw_pattern
     from ocmm_sim.scene._touches import sample
-    from ocmm_sim.scene._truth import TrueTouch
     from ocmm_sim.scene._world import (
         ScriptedBump,
         ScriptedNudge,
@@ -54,22 +58,19 @@ if TYPE_CHECKING:
 else:
     __getattr__ = door(
         __name__,
-        _artefacts="Part PartDocument PartPose TouchedEntry TrueFeature load_part",
-        _attitude="attitude_at rotation_vector",
+        _artefacts="Part PartDocument PartPose TouchedEntry TrueFeature TrueTouch load_part",
         _exposure="exposure",
-        _hand="steady_hand",
+        _hand="attitude_at rotation_vector steady_hand",
         _kernels="BUTTON_DOWN_S kernels",
         _operator="Missing Motion REST_S",
         _pixel_frames="PixelFrames PixelScript",
         _probe_study="ProbeStudy StudyResult draw_targets run_study",
         _rig="CameraFrames VirtualRig",
-        _script="RigScript decode_script",
         _sensor="Sensor SensorOptions normal_table",
-        _source="LedHand MOST_ROUNDS SimulatedSource",
+        _source="LedHand MOST_ROUNDS RigScript SimulatedSource decode_script",
         _spot_pattern="SpotPattern draw_pattern",
         _surfaces="surfaces",
         _touches="sample",
-        _truth="TrueTouch",
         _world=(
             "ScriptedBump ScriptedNudge ScriptedOcclusion World WorldOptions bumped draw_world "
             "nudged white_noise"

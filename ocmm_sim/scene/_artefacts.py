@@ -1,7 +1,7 @@
-"""Test parts with known truth, and their documents.
+"""Test parts with known truth, their documents, and the true state of the virtual rig.
 
 A part document defines the part's pose in the world and its true surfaces in the part frame.
-Measuring code never reads it, only the plan.
+Measuring code never reads it or the true state, only the plan.
 """
 
 from __future__ import annotations
@@ -12,10 +12,10 @@ from pathlib import Path
 import msgspec
 import numpy as np
 
-from ocmm_core.camera import Vector3
+from ocmm_core.camera import CameraModel, Vector3
 from ocmm_core.documents import Document, digest, load_document
 from ocmm_core.errors import InputError
-from ocmm_core.geometry import Float, RigidTransform, rotation_from_vector, unit
+from ocmm_core.geometry import Float, Int, RigidTransform, rotation_from_vector, unit
 from ocmm_sim.scene._surfaces import (
     HOLES,
     Artefact,
@@ -310,3 +310,44 @@ def _skewness(first: Vector3, second: Vector3) -> float:
 
 def _error(path: Path, field: str, fault: str, remedy: str) -> InputError:
     return InputError("part.field", f"{path}: field '{field}' {fault}.", remedy)
+
+
+@dataclass(frozen=True, slots=True)
+class TrueTouch:
+    """True course of one touch."""
+
+    feature: str
+    contact_s: float
+    """Bus time of the first contact, s."""
+    first_frame: int
+    last_frame: int
+    surface_world: Float
+    """(3,), mm: the point that is touched."""
+    normal_world: Float
+    """(3,), unit: from the material towards the ball."""
+    tip_world: Float
+    """(3,), mm: ball centre at rest."""
+
+
+@dataclass(frozen=True, slots=True)
+class Truth:
+    """True geometry and touches."""
+
+    cameras: tuple[CameraModel, ...]
+    leds_probe: Float
+    tip_probe: Float
+    """`leds_probe`, `tip_probe`: (L, 3) and (3,), mm, probe frame."""
+    tip_radius: float
+    """mm."""
+    slots: Int
+    """(C, L): slot of each LED in each camera."""
+    T_world_from_part: RigidTransform
+    features_part: dict[str, TrueFeature]
+    features_world: dict[str, TrueFeature]
+    touches: tuple[TrueTouch, ...]
+    """In script order; world before any nudge."""
+    leds_reference: Float
+    reference_slots: Int
+    """`leds_reference`, `reference_slots`: (R, 3), mm, reference frame, (C, R); empty without."""
+    T_world_from_reference: RigidTransform | None
+    """Before any nudge; None without a reference body."""

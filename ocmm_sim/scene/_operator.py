@@ -18,7 +18,7 @@ from ocmm_core.errors import InputError
 from ocmm_core.geometry import Float
 from ocmm_sim.scene import _kernels as kernels
 from ocmm_sim.scene._artefacts import Part
-from ocmm_sim.scene._attitude import attitude_at
+from ocmm_sim.scene._hand import attitude_at
 from ocmm_sim.scene._surfaces import (
     HOLES,
     Artefact,

@@ -19,8 +19,8 @@ from ocmm_core.fieldbus.device import CameraConfig
 from ocmm_core.geometry import Float
 from ocmm_sim.scene import _exposure as exposure
 from ocmm_sim.scene._rig import VirtualRig
-from ocmm_sim.scene._script import RigScript
 from ocmm_sim.scene._sensor import Sensor, SensorOptions, normal_table
+from ocmm_sim.scene._source import RigScript
 from ocmm_sim.slave import Frames
 
 CHUNK_FRAMES = 80

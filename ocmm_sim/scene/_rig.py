@@ -19,9 +19,8 @@ from ocmm_core.errors import InputError
 from ocmm_core.geometry import Float, Int, RigidTransform
 from ocmm_core.tracking import LedBody, ProbeBody, ReferenceBody, dark_bits
 from ocmm_sim.scene import _kernels as kernels
-from ocmm_sim.scene._artefacts import Part
+from ocmm_sim.scene._artefacts import Part, TrueTouch, Truth
 from ocmm_sim.scene._operator import Missing, Motion, Operator, Touches
-from ocmm_sim.scene._truth import TrueTouch, Truth
 from ocmm_sim.scene._world import WorldOptions, bumped, draw_world, hidden_leds, nudged, white_noise
 
 _BLOW_NS = 1_000_000_000

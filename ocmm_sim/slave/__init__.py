@@ -3,10 +3,9 @@
 In: EtherCAT frames of any master, and images or spots of a frame provider.
 Out: answers as of a real camera, including registers, mailboxes and process data.
 
-Start with `_software_camera` (the whole); then `_esc` with `_registers` and `_slave_clock`
-(controller), `_segment` (cameras on one wire), `_coe` with `_sdo_values` and `_sdo_abort`
-(objects), `_electronics`, `_diagnosis`, `_store`, `_sii`; `_frame_buffer` and `_pattern` (frames),
-`_sensor` and `_black_image` (images).
+Start with `_software_camera` (the whole); then `_esc` with `_registers` (controller),
+`_segment` (cameras on one wire), `_coe` with `_sdo_values` (objects), `_electronics`, `_store`
+(memory, errors), `_sii`; `_frame_buffer` and `_pattern` (frames), `_black_image` (images).
 It must not import optics or the scene: a provider supplies the frames.
 """
 
@@ -24,9 +23,11 @@ if TYPE_CHECKING:
     from ocmm_sim.slave._frame_buffer import CHUNK_FRAMES, FIFO_FRAMES, OVERRUN_FLAG, FrameBuffer
     from ocmm_sim.slave._pattern import (
         CLOCK_MODULUS_US,
+        SENSOR_PX,
         CameraFrames,
         ClockPattern,
         Frames,
+        SimpleSensor,
         TestPattern,
         read_clock,
     )
@@ -41,12 +42,13 @@ if TYPE_CHECKING:
         STATION_ALIAS,
         SYSTEM_TIME,
         TIME_DIFFERENCE,
+        SlaveClock,
+        difference_register,
+        time_difference,
     )
-    from ocmm_sim.slave._sdo_abort import Abort, AbortError
+    from ocmm_sim.slave._sdo_values import Abort, AbortError
     from ocmm_sim.slave._segment import ETHERTYPE, DatagramCommand, Segment
-    from ocmm_sim.slave._sensor import SENSOR_PX, SimpleSensor
     from ocmm_sim.slave._sii import checksum_of_configuration, sii_image
-    from ocmm_sim.slave._slave_clock import SlaveClock, difference_register, time_difference
     from ocmm_sim.slave._software_camera import SoftwareCamera
     from ocmm_sim.slave._store import CameraStore
 else:
@@ -55,16 +57,17 @@ else:
         _coe="CoeServer",
         _esc="Esc",
         _frame_buffer="CHUNK_FRAMES FIFO_FRAMES FrameBuffer OVERRUN_FLAG",
-        _pattern="CLOCK_MODULUS_US CameraFrames ClockPattern Frames TestPattern read_clock",
+        _pattern=(
+            "CLOCK_MODULUS_US CameraFrames ClockPattern Frames SENSOR_PX SimpleSensor "
+            "TestPattern read_clock"
+        ),
         _registers=(
             "AL_STATUS AL_SYNC INIT OP PREOP SAFEOP STATION_ADDRESS STATION_ALIAS SYSTEM_TIME "
-            "TIME_DIFFERENCE registers"
+            "SlaveClock TIME_DIFFERENCE difference_register registers time_difference"
         ),
-        _sdo_abort="Abort AbortError",
+        _sdo_values="Abort AbortError",
         _segment="DatagramCommand ETHERTYPE Segment",
-        _sensor="SENSOR_PX SimpleSensor",
         _sii="checksum_of_configuration sii sii_image",
-        _slave_clock="SlaveClock difference_register time_difference",
         _software_camera="SoftwareCamera",
         _store="CameraStore",
     )

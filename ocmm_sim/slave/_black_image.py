@@ -18,8 +18,7 @@ from ocmm_core.errors import OcmmError, StorageError
 from ocmm_core.failure import contained
 from ocmm_core.fieldbus.device import BLACK_IMAGE, BlackCommand, BlackImage, Work
 from ocmm_sim.slave._pattern import SensorControl
-from ocmm_sim.slave._sdo_abort import Abort, AbortError
-from ocmm_sim.slave._sdo_values import Address
+from ocmm_sim.slave._sdo_values import Abort, AbortError, Address
 from ocmm_sim.slave._store import CameraStore
 
 T = TypeVar("T")

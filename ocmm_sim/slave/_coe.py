@@ -11,8 +11,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 from ocmm_core.fieldbus.device import DictionaryObject, ObjectEntry
-from ocmm_sim.slave._sdo_abort import Abort, AbortError
-from ocmm_sim.slave._sdo_values import Address, SdoValues
+from ocmm_sim.slave._sdo_values import Abort, AbortError, Address, SdoValues
 
 _LIST, _OBJECT, _ENTRY, _ERROR = 1, 3, 5, 7
 _VARIABLE, _RECORD = 7, 9

@@ -27,12 +27,9 @@ from ocmm_core.fieldbus.device import (
     Work,
 )
 from ocmm_sim.slave._black_image import BlackImages
-from ocmm_sim.slave._diagnosis import Diagnosis
-from ocmm_sim.slave._pattern import CameraFrames, SensorControl
-from ocmm_sim.slave._sdo_abort import Abort, AbortError
-from ocmm_sim.slave._sdo_values import Address
-from ocmm_sim.slave._sensor import SENSOR_PX, sensor_of
-from ocmm_sim.slave._store import CameraStore
+from ocmm_sim.slave._pattern import SENSOR_PX, CameraFrames, SensorControl, sensor_of
+from ocmm_sim.slave._sdo_values import Abort, AbortError, Address
+from ocmm_sim.slave._store import CameraStore, Diagnosis
 
 _LEFT, _TOP, _REGION_WIDTH, _REGION_HEIGHT, _COMMAND, _STATE, _PROGRESS, _TOTAL = range(1, 9)
 _OFFSET, _CHUNK, _CHUNK_CRC, _PICTURE_WIDTH, _PICTURE_HEIGHT = range(9, 14)

@@ -61,8 +61,10 @@ from ocmm_sim.slave._registers import (
     WATCHDOG_SM_TIME,
     WATCHDOG_STATUS,
     WRITABLE,
+    SlaveClock,
+    difference_register,
+    time_difference,
 )
-from ocmm_sim.slave._slave_clock import SlaveClock, difference_register, time_difference
 
 _MIN_SYNC0_NS = 50_000
 _SYNC_UNIT, _SYNC0_IS_OUTPUT = 0x04, 0x04

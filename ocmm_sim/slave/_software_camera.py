@@ -48,12 +48,11 @@ from ocmm_core.fieldbus.device import (
 )
 from ocmm_sim.firmware import FirmwareBanks, FoeServer
 from ocmm_sim.slave._coe import CoeServer
-from ocmm_sim.slave._diagnosis import Diagnosis
 from ocmm_sim.slave._electronics import Electronics
 from ocmm_sim.slave._esc import Esc
 from ocmm_sim.slave._frame_buffer import CHUNK_FRAMES as CHUNK_FRAMES
 from ocmm_sim.slave._frame_buffer import FrameBuffer
-from ocmm_sim.slave._pattern import CameraFrames
+from ocmm_sim.slave._pattern import SENSOR_PX, CameraFrames
 from ocmm_sim.slave._registers import (
     AL_STATUS_CODE,
     BOOT,
@@ -66,9 +65,8 @@ from ocmm_sim.slave._registers import (
     WATCHDOG_STATUS,
 )
 from ocmm_sim.slave._sdo_values import Address
-from ocmm_sim.slave._sensor import SENSOR_PX
 from ocmm_sim.slave._sii import sii_image
-from ocmm_sim.slave._store import CameraStore
+from ocmm_sim.slave._store import CameraStore, Diagnosis
 
 _AL_INCONSISTENT = 0x0026
 _SYNC_CODES = (0x001A, 0x002C, *range(0x0030, 0x0038))

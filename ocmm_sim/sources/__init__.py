@@ -2,9 +2,9 @@
 
 In: a station request, or a guided procedure. Out: feeds of frames, scripts of scenes, true values.
 
-Start with `_specs` (entry points of `ocmm.sources`) and `_feed_makers`; `_operator` touches again
-what a station refused, `_model_part` makes a part of a plan with a CAD model, `_calibrate_scenes`
-and `_acceptance_scenes` complete guided procedures, `_truth` has the true values of a plan.
+Start with `_specs` (entry points of `ocmm.sources`) and `_feed_makers`, whose operator
+touches again what a station refused; `_model_part` makes a part of a plan with a CAD model,
+`_calibrate_scenes` completes guided procedures, `_truth` has the true values of a plan.
 It must not import screens or commands.
 """
 
@@ -15,11 +15,12 @@ from typing import TYPE_CHECKING
 from ocmm_core.door import door
 
 if TYPE_CHECKING:
-    from ocmm_sim.sources._acceptance_scenes import acceptance_feed, scenes_of_acceptance
     from ocmm_sim.sources._calibrate_scenes import (
         VirtualSite,
+        acceptance_feed,
         relocation_by_step,
         scene_of_tip,
+        scenes_of_acceptance,
         scenes_of_known_points,
         scenes_of_relocation,
         scenes_of_verification,
@@ -32,10 +33,10 @@ if TYPE_CHECKING:
 else:
     __getattr__ = door(
         __name__,
-        _acceptance_scenes="acceptance_feed scenes_of_acceptance",
         _calibrate_scenes=(
-            "VirtualSite relocation_by_step scene_of_tip scenes_of_known_points "
-            "scenes_of_relocation scenes_of_verification verification_by_step"
+            "VirtualSite acceptance_feed relocation_by_step scene_of_tip scenes_of_acceptance "
+            "scenes_of_known_points scenes_of_relocation scenes_of_verification "
+            "verification_by_step"
         ),
         _feed_makers="script_of segment_of",
         _model_part="part_as_planned part_text",

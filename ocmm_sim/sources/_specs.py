@@ -5,7 +5,7 @@ from __future__ import annotations
 from ocmm_core.composition import IN_PROCESS, VIRTUAL_WIRE, Origin, SourceSpec, late
 
 _MAKERS = "ocmm_sim.sources._feed_makers"
-_HANDS = "ocmm_sim.sources._acceptance_scenes"
+_HANDS = "ocmm_sim.sources._calibrate_scenes"
 
 SIMULATED = SourceSpec(
     prefix="simulated",

@@ -16,14 +16,12 @@ import pytest
 from rich.console import Console
 
 from ocmm_bench.campaign._clock import clock
-from ocmm_bench.campaign._cuts import cuts
-from ocmm_bench.campaign._faults import faults
+from ocmm_bench.campaign._faults import cuts, faults
 from ocmm_bench.campaign._faulty_disk import build, why_not_here, with_faults
 from ocmm_bench.campaign._hostile_forge import Forgery
 from ocmm_bench.campaign._hostile_runs import CommandResult
-from ocmm_bench.campaign._kills import kills
+from ocmm_bench.campaign._kills import SoakSamples, kills, soak
 from ocmm_bench.campaign._reliability import print_results
-from ocmm_bench.campaign._soak import SoakSamples, soak
 from ocmm_bench.campaign._trials import LaneResult, NotRunError, Trial, bound, read_state, run_lane
 from ocmm_bench.campaign._work import WORKS, append_points, lost_points
 from ocmm_bench.campaign._writers import writers
@@ -157,7 +155,7 @@ def test_a_copy_of_another_disk_is_no_power_cut(monkeypatch: pytest.MonkeyPatch)
             stream.truncate(24 << 20)
         subprocess.run(["mkfs.ext4", "-q", "-F", str(target)], check=True)
 
-    monkeypatch.setattr("ocmm_bench.campaign._cuts.shutil.copyfile", copy)
+    monkeypatch.setattr("ocmm_bench.campaign._faults.shutil.copyfile", copy)
     with pytest.raises(NotRunError, match="do not hold what was synced"):
         list(cuts(2, 1, frozenset()))
 
@@ -210,7 +208,7 @@ def test_a_clock_that_nobody_watches_would_be_found(monkeypatch: pytest.MonkeyPa
 
 def test_a_soak_of_two_jobs_grows_by_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
     # The full rate takes minutes on a busy computer; the program is the same.
-    monkeypatch.setattr("ocmm_bench.campaign._soak.RATE_HZ", 500)
+    monkeypatch.setattr("ocmm_bench.campaign._kills.SOAK_RATE_HZ", 500)
     trials = list(soak(1, 2, frozenset()))
     assert [trial.found for trial in trials] == [{}, {}]
     assert trials[0].acknowledged == trials[1].acknowledged > 0

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from ocmm_cad.drawing._account import RefusedError
+from ocmm_cad.drawing._context import RefusedError
 from ocmm_cad.drawing._sizes import fit_limits
 
 

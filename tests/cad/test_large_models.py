@@ -69,7 +69,7 @@ def test_places_on_surfaces_are_those_of_the_library() -> None:
     from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeFace, BRepBuilderAPI_Transform
     from OCP.TopoDS import TopoDS
 
-    from ocmm_cad.step.brep._surface_places import surface_numbers
+    from ocmm_cad.step.brep._edge_steps import surface_numbers
 
     axes = gp.gp_Ax3(gp.gp_Pnt(1.0, -2.0, 3.0), gp.gp_Dir(1.0, 2.0, 3.0), gp.gp_Dir(0.0, 1.0, 1.0))
     faces = [

@@ -14,7 +14,7 @@ import pytest
 from ocmm_cad.step import read_model
 from ocmm_cad.step._joined import EDGE_MM, rooms_of, surfaces_of
 from ocmm_cad.step.brep._raw_faces import RawFace, Rim
-from ocmm_cad.step.brep._step_face import StepFace
+from ocmm_cad.step.brep._recognised import StepFace
 from ocmm_core.errors import InputError, OcmmError
 from ocmm_core.features.shapes import NominalFeature, Shape
 from ocmm_core.inspection.evaluation import places_of

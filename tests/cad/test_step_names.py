@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from ocmm_cad.step import read_model
-from ocmm_cad.step._names import feature_names
+from ocmm_cad.step._profiled import feature_names
 from ocmm_core.features.shapes import NominalFeature, Shape
 from ocmm_core.names import name_fault
 from tests.cad.step_models import labelled

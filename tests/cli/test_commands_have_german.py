@@ -22,7 +22,7 @@ _PRINTING = {
     "TextColumn", "input", "prompt", "confirm",
 }  # fmt: skip
 _HOW = {"style", "justify", "box", "header_style", "overflow", "title_justify"}
-_OF_DEVELOPERS = ("campaign/", "study/_bench.py", "study/_endurance.py")
+_OF_DEVELOPERS = ("campaign/", "study/_bench.py")
 """Campaigns and benchmarks are run by whoever develops OCMM; their figures go into reports."""
 _NO_SENTENCE = {
     # Help, which stays English.

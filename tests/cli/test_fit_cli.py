@@ -9,7 +9,7 @@ import msgspec
 import numpy as np
 import pytest
 
-from ocmm_cli.study._fit_json import FitFile
+from ocmm_cli.study._fit_rows import FitFile
 from ocmm_core.features.measured import fit_shape
 from ocmm_core.features.shapes import Shape
 from tests.commands import Ocmm

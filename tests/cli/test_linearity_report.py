@@ -7,7 +7,7 @@ from xml.etree import ElementTree
 import pytest
 from rich.console import Console
 
-from ocmm_cli.acceptance._linearity_report import linearity_chart, print_linearity, text_chart
+from ocmm_cli.acceptance._msa_report import linearity_chart, print_linearity, text_chart
 from ocmm_shop.studies import linearity_of
 from tests.shop.studies.test_linearity import REFERENCES, good, trend_of
 

@@ -14,7 +14,7 @@ _GUARDS = ("open_guarded", "descriptor")
 EXCEPTIONS = {
     "ocmm_core/acquisition/bus_process/_rights.py": "/proc",
     "ocmm_core/acquisition/recording/_recorder.py": "a file that it has just made",
-    "ocmm_shop/archive/outbox/_outbox_rows.py": "the identity of the computer in /etc",
+    "ocmm_shop/archive/outbox/_outbox_file.py": "the identity of the computer in /etc",
     "ocmm_core/camera/_compiled.py": "sources of this program",
     "ocmm_shop/cluster/_worker.py": "sources of this program",
     "ocmm_core/export/_files.py": "temporary files that it has just made",
@@ -29,7 +29,7 @@ EXCEPTIONS = {
 LISTS = {
     "ocmm_core/acceptance/_procedure.py": "procedures of this program",
     "ocmm_core/acquisition/frames/_ring.py": "rings that were left over",
-    "ocmm_shop/archive/outbox/_notes.py": "notes of running programs",
+    "ocmm_shop/archive/outbox/_follow.py": "notes of running programs",
     "ocmm_shop/archive/outbox/_outbox.py": "copies that are not needed",
     "ocmm_shop/cluster/_worker.py": "sources of this program",
     "ocmm_core/composition/_feeds.py": "folders that this program writes to",

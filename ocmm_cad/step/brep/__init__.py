@@ -1,14 +1,15 @@
 """Boundary of a STEP file's part in numbers; needs the extra ``step``.
 
-In: a STEP file. Out: faces, each with its surface, its edges and places inside them; the part as
-mesh and splines; the face of the file of each.
+In: a STEP file.
+Out: faces, each with its surface, its edges and places inside them; the part as mesh and splines;
+the face of the file of each.
 
 Read `_document` (the file as the library has it) with `_library` (calls), `_raw_faces` (faces in
-numbers) with `_elementary` (planes, cylinders, cones, spheres, tori) and `_step_face`;
-`_recognised` finds them among splines. `_edge_steps` and `_surface_places` read the library for
-`_surface_kernel`. `_part` is the nominal part, of `_surface_splines` and `_solid_mesh`, which
-`_mesh_aside` makes in parallel. `_face_order` assigns tolerances to faces, `_face_check` verifies
-that targets lie on faces. It must not know balls, probes or targets.
+numbers) with `_recognised` (planes, cylinders, cones, spheres, tori, also among splines).
+`_edge_steps` reads the library for `_surface_kernel`. `_part` is the nominal part, of
+`_surface_splines` and `_solid_mesh`, which `_mesh_aside` makes in parallel. `_face_order` assigns
+tolerances to faces and verifies that targets lie on faces. It must not know balls, probes or
+targets.
 """
 
 from __future__ import annotations
@@ -19,8 +20,7 @@ from ocmm_core.door import door
 
 if TYPE_CHECKING:
     from ocmm_cad.step.brep._document import StepDocument, read_document
-    from ocmm_cad.step.brep._face_check import FaceCheck
-    from ocmm_cad.step.brep._face_order import tolerances_of
+    from ocmm_cad.step.brep._face_order import FaceCheck, tolerances_of
     from ocmm_cad.step.brep._library import static
     from ocmm_cad.step.brep._mesh_aside import MeshAside
     from ocmm_cad.step.brep._part import model_face, part_of
@@ -36,14 +36,12 @@ if TYPE_CHECKING:
         faces_with_surface,
         stretches_of,
     )
-    from ocmm_cad.step.brep._recognised import RECOGNISED_MM
-    from ocmm_cad.step.brep._step_face import LESS, StepFace, Triple, normals_of
+    from ocmm_cad.step.brep._recognised import LESS, RECOGNISED_MM, StepFace, Triple, normals_of
 else:
     __getattr__ = door(
         __name__,
         _document="StepDocument read_document",
-        _face_check="FaceCheck",
-        _face_order="tolerances_of",
+        _face_order="FaceCheck tolerances_of",
         _library="static",
         _mesh_aside="MeshAside",
         _part="model_face part_of",
@@ -51,8 +49,7 @@ else:
             "ENDLESS FoundFaces RawFace Rim UnusableModelError as_numbers box_size faces_of "
             "faces_with_surface stretches_of"
         ),
-        _recognised="RECOGNISED_MM",
-        _step_face="LESS StepFace Triple normals_of",
+        _recognised="LESS RECOGNISED_MM StepFace Triple normals_of",
     )
 
 __all__ = [

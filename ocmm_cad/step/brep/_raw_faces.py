@@ -16,12 +16,15 @@ from scipy.spatial import cKDTree
 
 from ocmm_cad.step.brep import _surface_kernel as kernel
 from ocmm_cad.step.brep._document import read_document
-from ocmm_cad.step.brep._edge_steps import EdgeSteps, Place, curve_numbers, parameters_on
-from ocmm_cad.step.brep._elementary import elementary_face
+from ocmm_cad.step.brep._edge_steps import (
+    EdgeSteps,
+    Place,
+    curve_numbers,
+    parameters_on,
+    surface_numbers,
+)
 from ocmm_cad.step.brep._library import explored, is_turned, kind_of, static
-from ocmm_cad.step.brep._recognised import recognised_face
-from ocmm_cad.step.brep._step_face import LESS, StepFace
-from ocmm_cad.step.brep._surface_places import surface_numbers
+from ocmm_cad.step.brep._recognised import LESS, StepFace, elementary_face, recognised_face
 from ocmm_core.geometry import Float
 from ocmm_core.part_model import FARTHEST_MM, MOST_FACES
 

@@ -1,7 +1,8 @@
-"""Planes and round surfaces stored as splines; needs OCP.
+"""Surfaces of a STEP file in numbers: planes, cylinders, cones, spheres and tori; needs OCP.
 
-The library recognises them; the result is checked on places and edges of the face, and used only
-within `RECOGNISED_MM`.
+A surface is one face, or the faces of one round surface. Planes and round surfaces may be stored as
+splines. The library recognises them; the result is checked on places and edges of the face, and
+used only within `RECOGNISED_MM`.
 """
 
 from __future__ import annotations
@@ -14,10 +15,177 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ocmm_cad.step.brep import _surface_kernel as kernel
-from ocmm_cad.step.brep._elementary import elementary_face
 from ocmm_cad.step.brep._library import kind_of, vector
-from ocmm_cad.step.brep._step_face import StepFace, normals_of, offsets_of
 from ocmm_core.geometry import Float
+
+Triple = tuple[float, float, float]
+
+
+LESS = "Export the model without parts and details that nobody measures."
+"""Remedy for a model that is too large."""
+
+
+class StepFace(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    shape: str
+    """Word of `features.shapes.Shape`."""
+    point: Triple
+    direction: Triple
+    across: Triple = (1.0, 0.0, 0.0)
+    """`point`, `direction`, `across`: mm and unit: middle of the face, normal out of the material
+    or axis, and direction of its length."""
+    radius: float = 0.0
+    second: float = 0.0
+    half_angle: float = 0.0
+    """`radius`, `second`, `half_angle`: As in `features.shapes.element`, mm and rad."""
+    low: float = 0.0
+    high: float = 0.0
+    """`low`, `high`: mm: extent from ``point`` along ``direction`` (round), ``across`` (plane)."""
+    width: float = 0.0
+    """mm: extent of a plane perpendicular to ``across``."""
+    inner: bool = False
+    deviation_mm: float | None = None
+    """Largest distance of a spline in the file from this surface; None for a native surface."""
+
+
+def normals_of(face: StepFace, points: Float) -> Float:
+    """Return the normals out of the material (n, 3) of a surface at points on it (n, 3), mm."""
+    direction = np.array(face.direction)
+    if face.shape == "Plane":
+        return np.tile(direction, (len(points), 1))
+    arms = points - np.array(face.point)
+    across = arms - (arms @ direction)[:, None] * direction
+    if face.shape == "Cone":
+        # The axis leads from the tip into the cone: the normal is across, tilted back by the angle.
+        round_it = across / _lengths(across)
+        arms = np.cos(face.half_angle) * round_it - np.sin(face.half_angle) * direction
+    elif face.shape == "Cylinder":
+        arms = across
+    elif face.shape == "Torus":
+        arms = arms - face.radius * across / _lengths(across)
+    normals: Float = arms / _lengths(arms)
+    return -normals if face.inner else normals
+
+
+def offsets_of(face: StepFace, points: Float) -> Float:
+    """Return the distances of points (n, 3) out of the material of a surface (n,), mm."""
+    arms = points - np.array(face.point)
+    along: Float = arms @ np.array(face.direction)
+    if face.shape == "Plane":
+        return along
+    across = np.linalg.norm(arms - along[:, None] * np.array(face.direction), axis=1)
+    if face.shape == "Cylinder":
+        away = across - face.radius
+    elif face.shape == "Cone":
+        away = across * np.cos(face.half_angle) - along * np.sin(face.half_angle)
+    elif face.shape == "Torus":
+        away = np.hypot(across - face.radius, along) - face.second
+    else:
+        away = np.linalg.norm(arms, axis=1) - face.radius
+    offsets: Float = -away if face.inner else away
+    return offsets
+
+
+def _lengths(rows: Float) -> Float:
+    found: Float = np.sqrt((rows * rows).sum(axis=1))[:, None]
+    return found
+
+
+def elementary_face(surface: Any, reverse: bool) -> StepFace | None:
+    from OCP.GeomAbs import (
+        GeomAbs_Cone,
+        GeomAbs_Cylinder,
+        GeomAbs_Plane,
+        GeomAbs_Sphere,
+        GeomAbs_Torus,
+    )
+
+    kind = surface.GetType()
+    u0, u1 = surface.FirstUParameter(), surface.LastUParameter()
+    v0, v1 = surface.FirstVParameter(), surface.LastVParameter()
+    middle, normal = _normal(surface, 0.5 * (u0 + u1), 0.5 * (v0 + v1), reverse)
+    if kind == GeomAbs_Plane:
+        across = vector(surface.Plane().Position().XDirection())
+        return StepFace(
+            shape="Plane", point=_tuple(middle), direction=_tuple(normal), across=_tuple(across),
+            low=-0.5 * (u1 - u0), high=0.5 * (u1 - u0), width=v1 - v0,
+        )  # fmt: skip
+    if kind == GeomAbs_Cylinder:
+        return _cylinder(surface, middle, normal, v0, v1)
+    if kind == GeomAbs_Cone:
+        return _cone(surface, middle, normal, v0, v1)
+    if kind == GeomAbs_Sphere:
+        ball = surface.Sphere()
+        centre, axis = vector(ball.Location()), vector(ball.Position().Direction())
+        return StepFace(
+            shape="Sphere", point=_tuple(centre), direction=_tuple(axis), radius=ball.Radius(),
+            inner=float(normal @ (middle - centre)) < 0.0,
+        )  # fmt: skip
+    if kind == GeomAbs_Torus:
+        ring = surface.Torus()
+        centre, axis = vector(ring.Location()), vector(ring.Position().Direction())
+        arm = middle - centre
+        flat = arm - (arm @ axis) * axis
+        core = centre + ring.MajorRadius() * flat / np.linalg.norm(flat)
+        return StepFace(
+            shape="Torus", point=_tuple(centre), direction=_tuple(axis), radius=ring.MajorRadius(),
+            second=ring.MinorRadius(), inner=float(normal @ (middle - core)) < 0.0,
+        )  # fmt: skip
+    return None
+
+
+def _cylinder(surface: Any, middle: Float, normal: Float, v0: float, v1: float) -> StepFace:
+    cylinder = surface.Cylinder()
+    axis, start = vector(cylinder.Axis().Direction()), vector(cylinder.Location())
+    sense = _sense(axis)
+    # All faces of one cylinder get the same point: that of the axis nearest to the origin.
+    foot = start - (start @ axis) * axis
+    ends = sorted(float(start @ axis + v) * sense for v in (v0, v1))
+    arm = middle - foot
+    return StepFace(
+        shape="Cylinder", point=_tuple(foot), direction=_tuple(sense * axis),
+        radius=cylinder.Radius(), low=ends[0], high=ends[1],
+        inner=float(normal @ (arm - (arm @ axis) * axis)) < 0.0,
+    )  # fmt: skip
+
+
+def _cone(surface: Any, middle: Float, normal: Float, v0: float, v1: float) -> StepFace:
+    """Return a cone by its tip, common to all its faces; its axis leads out of it."""
+    cone = surface.Cone()
+    half = cone.SemiAngle()
+    axis, start = vector(cone.Axis().Direction()), vector(cone.Location())
+    axis = axis if half > 0.0 else -axis
+    tip = start - cone.RefRadius() / np.tan(abs(half)) * axis
+    sense = 1.0 if half > 0.0 else -1.0
+    far = cone.RefRadius() / np.sin(abs(half))
+    ends = sorted(float((far + sense * v) * np.cos(half)) for v in (v0, v1))
+    arm = middle - tip
+    return StepFace(
+        shape="Cone", point=_tuple(tip), direction=_tuple(axis), half_angle=abs(half), low=ends[0],
+        high=ends[1], inner=float(normal @ (arm - (arm @ axis) * axis)) < 0.0,
+    )  # fmt: skip
+
+
+def _normal(surface: Any, u: float, v: float, reverse: bool) -> tuple[Float, Float]:
+    from OCP.gp import gp_Pnt, gp_Vec
+
+    point, by_u, by_v = gp_Pnt(), gp_Vec(), gp_Vec()
+    surface.D1(u, v, point, by_u, by_v)
+    # `np.cross` would take a tenth of a millisecond at every edge.
+    crossed = by_u.Crossed(by_v)
+    length = crossed.Magnitude()
+    normal = vector(crossed) / (length if length > 0.0 else 1.0)
+    return vector(point), -normal if reverse else normal
+
+
+def _sense(axis: Float) -> float:
+    largest = int(np.argmax(np.abs(np.round(axis, 6))))
+    return 1.0 if axis[largest] > 0.0 else -1.0
+
+
+def _tuple(vector: Float) -> Triple:
+    x, y, z = (float(value) for value in vector)
+    return (x, y, z)
+
 
 RECOGNISED_MM = 0.005
 """A face that leaves its plane, cylinder, cone or sphere by more stays a free form: well below the

@@ -3,9 +3,9 @@
 In: current job files. Out: each once in the archive, despite kills and power cuts; marks by which
 the station holds jobs.
 
-Read `_outbox` with `_outbox_file` and `_outbox_rows` (durable, with their files), `_notes` (running
-jobs, so that none is lost with a killed program), `_courier` (delivery), `_learn` (marks come
-back), `_follow` (the process of both), `_status` (state in words).
+Read `_outbox` (queued jobs, state in words) with `_outbox_file` (durable, with their files),
+`_courier` (delivery; marks come back), `_follow` (its process; notes of running jobs, so that none
+is lost with a killed program).
 It must not know a running station, and measuring never waits for it.
 """
 
@@ -20,36 +20,35 @@ if TYPE_CHECKING:
         BackOff,
         Courier,
         Handed,
+        exchange_heads,
+        learn_marks,
         lost_deliveries,
         sender_of,
     )
     from ocmm_shop.archive.outbox._follow import (
         ArchivePlace,
         HandOverProcess,
+        JobNote,
         follow,
+        has_points,
         main,
         only_one,
+        sweep,
     )
-    from ocmm_shop.archive.outbox._learn import exchange_heads, learn_marks
-    from ocmm_shop.archive.outbox._notes import JobNote, has_points, sweep
-    from ocmm_shop.archive.outbox._outbox import Outbox, default_outbox
-    from ocmm_shop.archive.outbox._outbox_rows import (
+    from ocmm_shop.archive.outbox._outbox import HandOver, Outbox, default_outbox, hand_over
+    from ocmm_shop.archive.outbox._outbox_file import (
         ConnectionState,
         Item,
         ItemState,
         machine_identity,
     )
-    from ocmm_shop.archive.outbox._status import HandOver, hand_over
 else:
     __getattr__ = door(
         __name__,
-        _courier="BackOff Courier Handed lost_deliveries sender_of",
-        _follow="ArchivePlace HandOverProcess follow main only_one",
-        _learn="exchange_heads learn_marks",
-        _notes="JobNote has_points sweep",
-        _outbox="Outbox default_outbox",
-        _outbox_rows="ConnectionState Item ItemState machine_identity",
-        _status="HandOver hand_over",
+        _courier="BackOff Courier Handed exchange_heads learn_marks lost_deliveries sender_of",
+        _follow="ArchivePlace HandOverProcess JobNote follow has_points main only_one sweep",
+        _outbox="HandOver Outbox default_outbox hand_over",
+        _outbox_file="ConnectionState Item ItemState machine_identity",
     )
 
 __all__ = [

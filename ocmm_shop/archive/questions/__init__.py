@@ -2,8 +2,8 @@
 
 In: an archive, and parameters. Out: a table, charts, and remarks.
 
-Read `_registry` (all queries), `_asked` (parameters), `_judge` (signers), `_lists` and
-`_statistics` (the answers), `_answers` (answers and their files).
+Read `_registry` (all queries), `_judge` (parameters, answers and their files, signers), `_lists`
+and `_statistics` (the answers).
 It must not know how jobs come, nor how an answer is shown. The views define what counts.
 """
 
@@ -14,22 +14,22 @@ from typing import TYPE_CHECKING
 from ocmm_core.door import door
 
 if TYPE_CHECKING:
-    from ocmm_shop.archive.questions._answers import (
+    from ocmm_shop.archive.questions._judge import (
         ArchiveAnswer,
+        Query,
         csv_of,
         export_answer,
         parquet_of,
+        parts,
         shown_cell,
     )
-    from ocmm_shop.archive.questions._asked import Query, parts
     from ocmm_shop.archive.questions._lists import passed, today, used
     from ocmm_shop.archive.questions._registry import QUESTIONS, Question
     from ocmm_shop.archive.questions._statistics import cpk_by_month, rr, trend
 else:
     __getattr__ = door(
         __name__,
-        _answers="ArchiveAnswer csv_of export_answer parquet_of shown_cell",
-        _asked="Query parts",
+        _judge="ArchiveAnswer Query csv_of export_answer parquet_of parts shown_cell",
         _lists="passed today used",
         _registry="QUESTIONS Question",
         _statistics="cpk_by_month rr trend",

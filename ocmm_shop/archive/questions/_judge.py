@@ -1,24 +1,115 @@
-"""Judgement by the reader's keys: which version of a job is valid, and who signed it.
+"""Parameters of queries, their answers, and the judgement by the reader's keys.
 
+An answer is a table, remarks, and charts. Judged are the signer of a job, and its valid version.
 Rows hold facts. The signature of each row is verified at every reading with the keys trusted here,
-and one line of each job counts (`stores._views`): that of the station whose key signed it, else the
-first that came. A version of another station replaces it only if its file continues it. Signatures
-by unknown keys are shown as such, and displace nothing.
+and one line of each job counts (`stores._schema`): that of the station whose key signed it, else
+the first that came. A version of another station replaces it only if its file continues it.
+Signatures by unknown keys are shown as such, and displace nothing.
 """
 
 from __future__ import annotations
 
+import csv
 import functools
-from collections.abc import Callable, Iterator
+import importlib.util
+import io
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from datetime import UTC, date, datetime, timedelta
 from pathlib import Path
 
-from ocmm_core.errors import OcmmError
+from ocmm_core.documents import write_atomic
+from ocmm_core.errors import InputError, OcmmError, StorageError
+from ocmm_core.inspection.archive import Trend
+from ocmm_core.inspection.evaluation import SIMULATED
+from ocmm_core.names import normal_name
 from ocmm_core.seals import KeptKeys, KeyFolder, SealState, SealWord, Signature, shown_key
 from ocmm_core.storage import JobFile, judge_head
 from ocmm_core.tolerances.decisions import Verdict
-from ocmm_shop.archive.questions._answers import shown_cell
-from ocmm_shop.archive.records import extract_job
-from ocmm_shop.archive.stores import Archive, Cell, stations_by_key
+from ocmm_shop.archive.records import extract_job, shown_text
+from ocmm_shop.archive.stores import Archive, Cell, Row, stations_by_key
+from ocmm_shop.studies import GaugeStudy
+
+_FORMULA = ("=", "+", "-", "@", "\t", "\r", "\uff1d", "\uff0b", "\uff0d", "\uff20")
+"""Includes wide forms, which spreadsheets in Japanese treat alike."""
+
+
+@dataclass(frozen=True, slots=True)
+class ArchiveAnswer:
+    title: str
+    columns: tuple[str, ...]
+    rows: tuple[Row, ...]
+    """`columns`, `rows`: The table; numbers are numbers, in mm or degrees."""
+    notes: tuple[str, ...] = ()
+    """Remarks to be known before use, in sentences."""
+    trends: tuple[Trend, ...] = ()
+    """Charts as on the batch page."""
+    study: GaugeStudy | None = None
+    """Gauge R&R over stations; None for other queries."""
+
+
+def export_answer(answer: ArchiveAnswer, path: Path) -> None:
+    """Write an answer as CSV or Parquet; InputError: unknown suffix, no pyarrow; StorageError."""
+    kind = path.suffix.lower()
+    if kind == ".csv":
+        content = csv_of(answer.columns, answer.rows)
+    elif kind == ".parquet":
+        content = parquet_of(answer.columns, answer.rows)
+    else:
+        raise InputError(
+            "archive.export", f"{path}: neither .csv nor .parquet.", "Give it one of these endings."
+        )
+    try:
+        write_atomic(path, content)
+    except OSError as error:
+        raise StorageError(
+            "archive.export",
+            f"{path}: the table cannot be written ({error.strerror}).",
+            "Choose a folder that is there and that you may write to.",
+        ) from error
+
+
+def csv_of(columns: Sequence[str], rows: Sequence[Row]) -> bytes:
+    """Return a table as CSV (RFC 4180, UTF-8): decimal points, formulas escaped."""
+    text = io.StringIO(newline="")
+    writer = csv.writer(text)
+    writer.writerow(columns)
+    writer.writerows([_cell(cell) for cell in row] for row in rows)
+    return text.getvalue().encode("utf-8")
+
+
+def parquet_of(columns: Sequence[str], rows: Sequence[Row]) -> bytes:
+    """Return a table as Parquet; InputError if pyarrow is not installed."""
+    if importlib.util.find_spec("pyarrow") is None:
+        raise InputError(
+            "archive.parquet",
+            "Parquet needs pyarrow, which is not installed.",
+            "Export to CSV, or install it: pip install pyarrow.",
+        )
+    import pyarrow
+    import pyarrow.parquet
+
+    fields = [[shown_cell(row[at]) for row in rows] for at in range(len(columns))]
+    table = pyarrow.table(dict(zip(columns, fields, strict=True)))
+    sink = pyarrow.BufferOutputStream()
+    pyarrow.parquet.write_table(table, sink)
+    return bytes(sink.getvalue())
+
+
+def shown_cell(cell: Cell) -> Cell:
+    """Return a cell for display: its text is untrusted."""
+    return shown_text(cell) if isinstance(cell, str) else cell
+
+
+def _cell(cell: Cell) -> object:
+    """Return a cell that spreadsheets read as text, not as a formula."""
+    if isinstance(cell, float):
+        return repr(cell)
+    if isinstance(cell, str):
+        text = shown_text(cell)
+        return f"'{text}" if cell.startswith(_FORMULA) else text
+    return "" if cell is None else cell
+
 
 JUDGED = (
     "job_id, job_uuid, steps, head, sha256, job_key, signature, signer, fault, held, station,"
@@ -168,3 +259,107 @@ class Judge:
         if self._stations is None:
             self._stations = stations_by_key(self._archive)
         return self._stations.get(key, set())
+
+
+MOST_SHOWN = 500
+"""Newest jobs of a trend: more would be illegible."""
+MOST_VALUES = 200_000
+
+
+@dataclass(frozen=True, slots=True)
+class Query:
+    """Parameters of a query; each uses some."""
+
+    station: str = ""
+    part: str = ""
+    characteristic: str = ""
+    operator: str = ""
+    """`station`, `part`, `characteristic`, `operator`: Names; empty for all."""
+    kind: str = "calibration"
+    what: str = ""
+    """`kind`, `what`: of `used`: calibration, tip, ...; its hash (or prefix), serial or name."""
+    first: date | None = None
+    last: date | None = None
+    """`first`, `last`: Local dates, inclusive; None for no limit (`today`: today)."""
+    most: int = MOST_SHOWN
+    """Rows of a list, or jobs of a trend."""
+
+    def __post_init__(self) -> None:
+        """Normalise names as in the archive."""
+        for field in ("station", "part", "characteristic", "operator", "what"):
+            object.__setattr__(self, field, normal_name(getattr(self, field)))
+
+
+def parts(archive: Archive) -> tuple[tuple[str, str], ...]:
+    """Return the archived parts and characteristics, sorted."""
+    table = archive.ask("SELECT part, characteristic FROM archive_characteristic ORDER BY 1, 2")
+    return tuple((shown_text(str(part)), shown_text(str(name))) for part, name in table.rows)
+
+
+def nothing_of(archive: Archive, asked: Query) -> InputError:
+    known = parts(archive)
+    names = sorted({part for part, _ in known})
+    if asked.part not in names:
+        some = ", ".join(names[:10]) or "none yet"
+        return InputError(
+            "archive.part", f"No archived part is called {asked.part!r}.", f"There are: {some}."
+        )
+    own = ", ".join(name for part, name in known if part == asked.part)[:500]
+    return InputError(
+        "archive.characteristic",
+        f"Part {asked.part} has no counted value of {asked.characteristic or 'anything'!r}"
+        f"{at_station(asked.station)}.",
+        f"Its characteristics: {own}.",
+    )
+
+
+def needs(asked: Query, *fields: str) -> None:
+    labels: Mapping[str, str] = {"what": "what was used"}
+    for field in fields:
+        if not getattr(asked, field):
+            raise InputError(
+                "archive.question", f"Which {labels.get(field, field)}?", "Give its name."
+            )
+
+
+def span(first: date, last: date) -> tuple[str, str]:
+    """Return the limits of local dates in UTC, as the archive sorts times."""
+    if last < first:
+        raise InputError(
+            "archive.days", f"{last} is before {first}.", "Give the earlier day first."
+        )
+    low = datetime(first.year, first.month, first.day).astimezone(UTC)
+    end = last + timedelta(days=1)
+    high = datetime(end.year, end.month, end.day).astimezone(UTC)
+    return low.isoformat(timespec="milliseconds"), high.isoformat(timespec="milliseconds")
+
+
+def wall(utc: Cell) -> str:
+    return datetime.fromisoformat(str(utc)).astimezone().strftime("%Y-%m-%d %H:%M")
+
+
+def remark(entry: Entry) -> str:
+    words = [SIMULATED] if entry["simulated"] else []
+    words += [f"{entry['requirements']!s}."] if entry["requirements"] else []
+    words += [str(entry["doubt"])] if entry["doubt"] else []
+    if entry["copies"]:
+        words.append(f"Other versions of this job, not shown: {entry['copies']!s}.")
+    return " ".join(words)
+
+
+def part_of(entry: Entry) -> str:
+    """Return the identity of a part: its serial number, or its job if none was entered."""
+    return f"serial {entry['serial']!s}" if entry["serial"] else f"job {entry['job_uuid']!s}"
+
+
+def cut(rows: Sequence[object], most: int) -> tuple[str, ...]:
+    return (f"Only the first {most} are shown.",) if len(rows) >= most else ()
+
+
+def at_station(station: str) -> str:
+    return f" at {station}" if station else ""
+
+
+def number_of(cell: Cell) -> float:
+    assert isinstance(cell, int | float)  # noqa: S101 - by the type of the column
+    return float(cell)

@@ -8,9 +8,12 @@ from datetime import date, datetime
 
 from ocmm_core.errors import InputError
 from ocmm_core.tolerances.decisions import PartWord
-from ocmm_shop.archive.questions._answers import ArchiveAnswer
-from ocmm_shop.archive.questions._asked import (
+from ocmm_shop.archive.questions._judge import (
+    JUDGED,
     MOST_VALUES,
+    ArchiveAnswer,
+    Entry,
+    Judge,
     Query,
     at_station,
     cut,
@@ -20,7 +23,6 @@ from ocmm_shop.archive.questions._asked import (
     span,
     wall,
 )
-from ocmm_shop.archive.questions._judge import JUDGED, Entry, Judge
 from ocmm_shop.archive.records import USES
 from ocmm_shop.archive.stores import Archive, Cell
 

@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from ocmm_shop.archive.questions._answers import ArchiveAnswer
-from ocmm_shop.archive.questions._asked import Query
+from ocmm_shop.archive.questions._judge import ArchiveAnswer, Query
 from ocmm_shop.archive.questions._lists import passed, today, used
 from ocmm_shop.archive.questions._statistics import cpk_by_month, rr, trend
 from ocmm_shop.archive.stores import Archive, not_understood

@@ -13,9 +13,12 @@ from ocmm_core.inspection.archive import PartValue, Trend
 from ocmm_core.inspection.evaluation import SIMULATED_LINE
 from ocmm_core.measuring import COVERAGE_FACTOR
 from ocmm_core.tolerances.decisions import Verdict, capability, control_chart
-from ocmm_shop.archive.questions._answers import ArchiveAnswer
-from ocmm_shop.archive.questions._asked import (
+from ocmm_shop.archive.questions._judge import (
+    JUDGED,
     MOST_VALUES,
+    ArchiveAnswer,
+    Entry,
+    Judge,
     Query,
     at_station,
     cut,
@@ -25,7 +28,6 @@ from ocmm_shop.archive.questions._asked import (
     part_of,
     wall,
 )
-from ocmm_shop.archive.questions._judge import JUDGED, Entry, Judge
 from ocmm_shop.archive.stores import Archive, Cell, Row
 from ocmm_shop.studies import gauge_study
 

@@ -2,8 +2,7 @@
 
 In: a job file. Out: consistent rows, or the reason why nothing of it counts.
 
-Read `_rows` (contents, and their display), `_checks` (conditions for storing) and `_extract` (rows
-from a file).
+Read `_rows` (contents, their display, conditions for storing) and `_extract` (rows from a file).
 It must not know how rows are stored.
 """
 
@@ -14,7 +13,6 @@ from typing import TYPE_CHECKING
 from ocmm_core.door import door
 
 if TYPE_CHECKING:
-    from ocmm_shop.archive.records._checks import check_delivery, check_mark, utc_text
     from ocmm_shop.archive.records._extract import (
         Extract,
         ExtractedJob,
@@ -35,18 +33,21 @@ if TYPE_CHECKING:
         ResultRow,
         Sender,
         UseRow,
+        check_delivery,
+        check_mark,
         delivery_claim,
         shown_text,
         station_claim,
+        utc_text,
     )
 else:
     __getattr__ = door(
         __name__,
-        _checks="check_delivery check_mark utc_text",
         _extract="Extract ExtractedJob extract_job signature_of snapshot",
         _rows=(
             "Delivery FORGED JobRecord JobRow LONGEST_SENTENCE MarkRow NOT_SIGNED ResultRow "
-            "SIGNED Sender USES UseRow delivery_claim shown_text station_claim"
+            "SIGNED Sender USES UseRow check_delivery check_mark delivery_claim shown_text "
+            "station_claim utc_text"
         ),
     )
 

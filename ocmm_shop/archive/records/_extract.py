@@ -19,7 +19,6 @@ from ocmm_core.seals import SealWord
 from ocmm_core.storage import JobFile, JobHead, JobSeal
 from ocmm_core.tolerances.decisions import PartWord
 from ocmm_core.tolerances.kinds import spec_of
-from ocmm_shop.archive.records._checks import utc_text
 from ocmm_shop.archive.records._rows import (
     FORGED,
     LONGEST_NAME,
@@ -30,6 +29,7 @@ from ocmm_shop.archive.records._rows import (
     ResultRow,
     UseRow,
     shown_text,
+    utc_text,
 )
 
 

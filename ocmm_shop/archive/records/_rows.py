@@ -1,11 +1,18 @@
-"""Rows of a job, as delivered and stored."""
+"""Rows of a job, as delivered and stored, and their checks.
+
+Both stores check untrusted rows before they store them.
+"""
 
 from __future__ import annotations
 
+import math
+import re
+from datetime import UTC, datetime
 from typing import Literal
 
 import msgspec
 
+from ocmm_core.errors import InputError
 from ocmm_core.tolerances.decisions import PartWord, Verdict
 
 
@@ -175,3 +182,161 @@ class MarkRow(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=T
     """ISO 8601."""
     finding: int = 0
     """Number of the underlying document; 0 for none."""
+
+
+_HEX64 = re.compile(r"[0-9a-f]{64}")
+_UUID = re.compile(r"[0-9a-f]{8}(-[0-9a-f]{4}){3}-[0-9a-f]{12}")
+
+
+def utc_text(text: str) -> str:
+    """Return a time in UTC as the archive sorts it; InputError if invalid."""
+    try:
+        found = datetime.fromisoformat(text)
+        if found.tzinfo is None:
+            found = found.replace(tzinfo=UTC)
+        return found.astimezone(UTC).isoformat(timespec="milliseconds")
+    except (ValueError, OverflowError, TypeError):
+        raise _bad("time", text, "is no time of ISO 8601") from None
+
+
+def check_delivery(delivery: Delivery) -> None:
+    """Raise InputError if a delivery cannot be stored."""
+    check_sender(delivery.sender)
+    _whole("sequence", delivery.sequence, 1, 1 << 53)
+    utc_text(delivery.sent_utc)
+    _name("signature", delivery.signature, empty=True)
+    if not isinstance(delivery.content, bytes):
+        raise _bad("file", type(delivery.content).__name__, "is no content of a file")
+    if len(delivery.content) > LARGEST_CONTENT:
+        raise _bad(
+            "file", f"{len(delivery.content) >> 20} MB", f"is above {LARGEST_CONTENT >> 20} MB"
+        )
+    check_record(delivery.record)
+    if delivery.record.job.size != len(delivery.content):
+        raise _bad("size", delivery.record.job.size, f"is not {len(delivery.content)}")
+    if delivery.record.job.station != delivery.sender.station:
+        raise _bad("station", delivery.record.job.station, "is not the one that hands over")
+
+
+def check_sender(sender: Sender) -> None:
+    """Raise InputError if the names of a sender cannot be stored."""
+    for field in ("station", "machine", "host", "user", "key", "proof"):
+        _name(field, getattr(sender, field), empty=field != "station")
+    if not _has_form(_UUID, sender.outbox):
+        raise _bad("outbox", sender.outbox, "is no identity")
+
+
+def check_record(record: JobRecord) -> None:
+    """Raise InputError if the rows of a job are inconsistent."""
+    job = record.job
+    if not _has_form(_UUID, job.job_uuid):
+        raise _bad("job", job.job_uuid, "is no identity of a job")
+    for field in ("head", "sha256", "plan_sha256"):
+        if not _has_form(_HEX64, getattr(job, field)):
+            raise _bad(field, getattr(job, field), "is no SHA-256")
+    for field in (
+        "station", "part", "serial", "order_name", "batch", "operator", "plan", "program", "rig",
+        "calibration", "probe", "tip", "signer", "key", "signature", "requirements",
+    ):  # fmt: skip
+        _name(field, getattr(job, field), empty=True)
+    _name("fault", job.fault, LONGEST_SENTENCE, empty=True)
+    for field in ("created_utc", "changed_utc"):
+        if utc_text(getattr(job, field)) != getattr(job, field):
+            raise _bad(field, getattr(job, field), "is not in UTC to the millisecond")
+    for field in ("part_c", "probe_c"):
+        _number(field, getattr(job, field))
+    _whole("steps", job.steps, 1, 1 << 53)
+    _whole("points", job.points, 0, 1 << 53)
+    _whole("size", job.size, 1, LARGEST_CONTENT)
+    _one_of("state", job.state, STATES)
+    _one_of("verdict", job.verdict, PART_VERDICTS)
+    _one_of("seal", job.seal, SEALS)
+    if len(record.results) > MOST_RESULTS or len(record.uses) > MOST_RESULTS:
+        raise _bad("results", len(record.results), f"are more than {MOST_RESULTS}")
+    for flag in ("complete", "simulated"):
+        if not isinstance(getattr(job, flag), bool):
+            raise _bad(flag, getattr(job, flag), "is neither true nor false")
+    if any(type(row.position) is not int for row in record.results) or [
+        row.position for row in record.results
+    ] != list(range(len(record.results))):
+        raise _bad("results", "their positions", "are not counted from 0")
+    for row in record.results:
+        _check_result(row)
+    seen = set()
+    for use in record.uses:
+        _one_of("use", use.kind, USES)
+        _name("identity", use.identity)
+        _name("name", use.name, empty=True)
+        if (use.kind, use.identity) in seen:
+            raise _bad("use", use.identity, "is there twice")
+        seen.add((use.kind, use.identity))
+
+
+def check_mark(mark: MarkRow) -> None:
+    """Raise InputError if a mark cannot be stored."""
+    if not _has_form(_UUID, mark.job_uuid):
+        raise _bad("job", mark.job_uuid, "is no identity of a job")
+    _one_of("kind", mark.kind, ("altered", "recall", "quality"))
+    _name("why", mark.why, LONGEST_SENTENCE)
+    _name("who", mark.who)
+    utc_text(mark.utc)
+    _whole("finding", mark.finding, 0, 1 << 53)
+
+
+def _has_form(form: re.Pattern[str], value: object) -> bool:
+    return isinstance(value, str) and form.fullmatch(value) is not None
+
+
+def _check_result(row: ResultRow) -> None:
+    _name("characteristic", row.characteristic)
+    _name("kind", row.kind)
+    _one_of("unit", row.unit, ("mm", "deg"))
+    _one_of("verdict", row.verdict, VERDICTS)
+    _name("why_not", row.why_not, LONGEST_SENTENCE, empty=True)
+    for field in ("nominal", "low", "high", "value", "uncertainty"):
+        _number(field, getattr(row, field))
+    if row.nominal is None:
+        raise _bad(row.characteristic, None, "has no nominal value")
+    if (row.value is None) != (row.uncertainty is None):
+        raise _bad(row.characteristic, row.value, "has a value without U, or U without a value")
+    if row.uncertainty is not None and row.uncertainty < 0.0:
+        raise _bad(row.characteristic, row.uncertainty, "is a negative U")
+    if not row.why_not and row.value is None:
+        raise _bad(row.characteristic, row.value, "counts without a value")
+
+
+def _name(field: str, text: object, longest: int = LONGEST_NAME, *, empty: bool = False) -> None:
+    if not isinstance(text, str):
+        raise _bad(field, text, "is no text")
+    if not text and not empty:
+        raise _bad(field, text, "is empty")
+    if len(text) > longest:
+        raise _bad(field, text[:40], f"has more than {longest} characters")
+    # No line breaks, no NUL (PostgreSQL has none), no bidirectional controls.
+    if not text.isprintable():
+        raise _bad(field, text[:80], "has characters that cannot be shown")
+
+
+def _number(field: str, value: object) -> None:
+    if value is None:
+        return
+    if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
+        raise _bad(field, value, "is no finite number")
+
+
+def _whole(field: str, value: object, least: int, most: int) -> None:
+    if isinstance(value, bool) or not isinstance(value, int) or not least <= value <= most:
+        raise _bad(field, value, f"is no whole number from {least} to {most}")
+
+
+def _one_of(field: str, value: object, known: tuple[str, ...]) -> None:
+    if not isinstance(value, str) or value not in known:
+        raise _bad(field, value, f"is none of {', '.join(known)}")
+
+
+def _bad(field: str, value: object, why: str) -> InputError:
+    return InputError(
+        "archive.row",
+        f"The archive cannot keep this job: {field} {str(value)[:80]!r} {why}.",
+        "Keep the job file, and ask whoever looks after the archive.",
+    )

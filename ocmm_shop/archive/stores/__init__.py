@@ -2,10 +2,9 @@
 
 In: rows and files. Out: the same, once each, and answers to read-only SQL.
 
-Read `_interface` (used by the rest), `_keys` (of stations), `_reader` and `_store` with
-`_statements` (common code), `_sqlite`, `_postgresql` (bounded waits for a silent server), `_open`
-and `_address` (place and password), `_schema`, `_views` and `_roles` (its SQL), `_faults` (errors
-as sentences).
+Read `_interface` (used by the rest; keys of stations), `_reader` and `_store` (common code),
+`_sqlite`, `_postgresql` (bounded waits for a silent server), `_open` and `_address` (place and
+password), `_schema` and `_roles` (its SQL), `_faults` (errors as sentences).
 It must not know how jobs come, nor which queries exist.
 """
 
@@ -28,27 +27,28 @@ if TYPE_CHECKING:
         Receipt,
         Row,
         Table,
+        stations_by_key,
+        verifies,
     )
-    from ocmm_shop.archive.stores._keys import stations_by_key, verifies
     from ocmm_shop.archive.stores._open import default_archive, open_archive
     from ocmm_shop.archive.stores._reader import time_of
     from ocmm_shop.archive.stores._roles import ROLES, give_roles, role_statements, roles_sql
-    from ocmm_shop.archive.stores._schema import VERSION
+    from ocmm_shop.archive.stores._schema import VERSION, VIEW_NAMES
     from ocmm_shop.archive.stores._store import SqlArchive
-    from ocmm_shop.archive.stores._views import VIEW_NAMES
 else:
     __getattr__ = door(
         __name__,
         _address="check_address is_server parse_server",
         _faults="Remedy not_understood remedy_of",
-        _interface="CLOCK_TELL_S HEADS Answer Archive Cell ArchivedDocument Receipt Row Table",
-        _keys="stations_by_key verifies",
+        _interface=(
+            "Answer Archive ArchivedDocument CLOCK_TELL_S Cell HEADS Receipt Row Table "
+            "stations_by_key verifies"
+        ),
         _open="default_archive open_archive",
         _reader="time_of",
         _roles="ROLES give_roles role_statements roles_sql",
-        _schema="VERSION",
+        _schema="VERSION VIEW_NAMES",
         _store="SqlArchive",
-        _views="VIEW_NAMES",
     )
 
 __all__ = [

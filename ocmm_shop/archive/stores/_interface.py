@@ -1,6 +1,7 @@
 """Interface of an archive for the program: rows are only ever added.
 
-A resumed job is a new version, a finding a mark: stations need no right to change.
+A resumed job is a new version, a finding a mark: stations need no right to change. Keys of stations
+are registered by proof of possession, regardless of rows.
 """
 
 from __future__ import annotations
@@ -9,10 +10,12 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from datetime import datetime
 from enum import Enum
+from pathlib import Path
 from types import UnionType
 from typing import Protocol
 
-from ocmm_shop.archive.records import Delivery, JobRecord, MarkRow, Sender
+from ocmm_core.seals import KeptKeys, SealWord, Signature, Signed, judge_signature
+from ocmm_shop.archive.records import Delivery, JobRecord, MarkRow, Sender, station_claim
 
 Cell = str | float | int | bytes | None
 Row = tuple[Cell, ...]
@@ -114,3 +117,20 @@ class Archive(Protocol):
 
     def close(self) -> None:
         """Close; may be called twice."""
+
+
+def verifies(what: Signed, content: bytes, key: str, signature: str) -> bool:
+    """Return whether a key signed this, trusted or not."""
+    nobody = KeptKeys(Path("/nonexistent"))
+    state = judge_signature(nobody, what, content, Signature(key, signature))
+    return state.word is SealWord.UNKNOWN_KEY
+
+
+def stations_by_key(archive: Archive) -> dict[str, set[str]]:
+    """Return the stations that proved possession of a key, by key."""
+    found: dict[str, set[str]] = {}
+    rows = archive.ask("SELECT station, key, proof FROM archive_station_key").rows
+    for station, key, proof in rows:
+        if verifies(Signed.STATION, station_claim(str(station)), str(key), str(proof)):
+            found.setdefault(str(key), set()).add(str(station))
+    return found

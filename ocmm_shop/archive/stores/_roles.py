@@ -15,8 +15,8 @@ from __future__ import annotations
 
 from ocmm_shop.archive.records import JobRow, MarkRow, ResultRow
 from ocmm_shop.archive.stores._interface import HEADS
+from ocmm_shop.archive.stores._schema import VIEW_NAMES
 from ocmm_shop.archive.stores._store import SqlArchive
-from ocmm_shop.archive.stores._views import VIEW_NAMES
 
 ROLES = ("ocmm_station", "ocmm_reader", "ocmm_quality")
 

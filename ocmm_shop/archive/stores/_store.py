@@ -30,9 +30,7 @@ from ocmm_shop.archive.stores._faults import (
     sequence_taken,
 )
 from ocmm_shop.archive.stores._interface import Answer, Cell, Receipt
-from ocmm_shop.archive.stores._reader import SqlReader, whole_of
-from ocmm_shop.archive.stores._schema import SIGNATURES_SINCE
-from ocmm_shop.archive.stores._statements import (
+from ocmm_shop.archive.stores._reader import (
     ADD_DELIVERY,
     ADD_FILE,
     ADD_FINDING,
@@ -53,7 +51,10 @@ from ocmm_shop.archive.stores._statements import (
     RESULT_FIELDS,
     RESULTS_SHOWN,
     USES_SHOWN,
+    SqlReader,
+    whole_of,
 )
+from ocmm_shop.archive.stores._schema import SIGNATURES_SINCE
 
 
 @dataclass(slots=True)

@@ -19,7 +19,7 @@ from ocmm_shop.archive.outbox import Courier, Outbox
 from ocmm_shop.archive.questions import Query, cpk_by_month, parts, passed, today, trend, used
 from ocmm_shop.archive.records import Delivery
 from ocmm_shop.archive.stores import Answer, SqlArchive, open_archive
-from ocmm_shop.archive.stores._statements import JOB_FIELDS, RESULT_FIELDS, USE_FIELDS
+from ocmm_shop.archive.stores._reader import JOB_FIELDS, RESULT_FIELDS, USE_FIELDS
 from tests.shop.archive.conftest import Place
 from tests.shop.archive.made_jobs import made_delivery, made_sender
 

@@ -13,7 +13,7 @@ import pytest
 
 from ocmm_shop.archive.stores import open_archive
 from ocmm_shop.archive.stores._postgresql import _LOCK
-from ocmm_shop.archive.stores._views import VIEW_NAMES
+from ocmm_shop.archive.stores._schema import VIEW_NAMES
 from tests.host import HANG_S
 from tests.shop.archive.conftest import TABLES, Place
 from tests.shop.archive.made_jobs import made_delivery

@@ -13,6 +13,7 @@ from ocmm_shop.archive.checks import verify_archive
 from ocmm_shop.archive.questions import Query, today
 from ocmm_shop.archive.records import Delivery, JobRow, extract_job, snapshot
 from ocmm_shop.archive.stores import VERSION, SqlArchive, open_archive, role_statements
+from ocmm_shop.archive.stores._reader import JOB_FIELDS, RESULT_FIELDS
 from ocmm_shop.archive.stores._schema import (
     APPLICATION_ID,
     MIGRATIONS,
@@ -21,7 +22,6 @@ from ocmm_shop.archive.stores._schema import (
     Dialect,
     statements,
 )
-from ocmm_shop.archive.stores._statements import JOB_FIELDS, RESULT_FIELDS
 from tests.shop.archive.conftest import Place, Server, by_hand
 from tests.shop.archive.made_jobs import made_delivery, made_sender
 from tests.shop.archive.real_jobs import RealJobs
