@@ -39,7 +39,7 @@ LEFT_OUT = (
     # Words that other programs read.
     *(
         f"ocmm_core/export/qif/_{one}.py"
-        for one in ("characteristics", "check", "document", "features", "qif", "terms", "writer")
+        for one in ("characteristics", "check", "qif", "writer")
     ),
     "ocmm_core/export/aqdef", "ocmm_core/export/certificate/_dcc.py",
     "ocmm_core/export/report/_json_schema.py", "ocmm_core/export/report/_polyworks.py",

@@ -5,7 +5,7 @@ Out: a plan, objections to recorded points, judged values, and a record.
 
 Start with `_procedure` (documents, limits), `_result` (record) and `_values` (pure statistics of
 points), then `_kinds` (one entry per kind: planned by `_planning`, judged by `_evaluating` and
-`_placement`), `_session` (engine, a chain of `_events` folded by `_session_state`), `_guards` and
+`_placement`), `_session` (engine, a chain of events folded by `_session_state`), `_guards` and
 `_recompute`. `_offers` lists the choices before a test, `_guided` is a test as a guided procedure.
 `_register` holds the artefacts, `_thermometers` reads temperatures (`_temperature_source`),
 `_interim` the chart of interim checks.
@@ -19,7 +19,6 @@ from typing import TYPE_CHECKING
 from ocmm_core.door import door
 
 if TYPE_CHECKING:
-    from ocmm_core.acceptance._events import AcceptanceView
     from ocmm_core.acceptance._guards import (
         artefact_findings,
         begin_findings,
@@ -114,6 +113,7 @@ if TYPE_CHECKING:
         UsedArtefact,
     )
     from ocmm_core.acceptance._session import AcceptanceSession
+    from ocmm_core.acceptance._session_state import AcceptanceView
     from ocmm_core.acceptance._situation import Situation, Stage, certified_at, judge
     from ocmm_core.acceptance._temperature_source import (
         LoggedTemperature,
@@ -139,7 +139,6 @@ if TYPE_CHECKING:
 else:
     __getattr__ = door(
         __name__,
-        _events="AcceptanceView",
         _guards="artefact_findings begin_findings climate_reasons reserved_spots spots_hash",
         _guided="AcceptanceProcedure",
         _guided_view="AcceptanceOutcome GuidedAcceptanceView worst_value",
@@ -154,8 +153,8 @@ else:
         ),
         _part_u="LEAST_RESULTS PartTask PartUncertainty dissimilar part_uncertainty",
         _procedure=(
-            "ClimateRule InterimTest Mpe PartTest ProcedureDocument find_procedure load_procedure "
-            "procedure_files"
+            "ClimateRule InterimTest Mpe PartTest ProcedureDocument find_procedure "
+            "load_procedure procedure_files"
         ),
         _recompute=(
             "chain_history differences load_record load_signed_record recompute recompute_tips "
@@ -167,11 +166,12 @@ else:
             "load_used used_bar used_sphere"
         ),
         _result=(
-            "AcceptanceRecord ClimateReading InstrumentState JudgedValue Observation "
-            "PlannedPosition "
-            "QuantityResult RECORD_SCHEMA RefusedPoint RoomAir UsedArtefact AcceptanceVerdict"
+            "AcceptanceRecord AcceptanceVerdict ClimateReading InstrumentState JudgedValue "
+            "Observation PlannedPosition QuantityResult RECORD_SCHEMA RefusedPoint RoomAir "
+            "UsedArtefact"
         ),
         _session="AcceptanceSession",
+        _session_state="AcceptanceView",
         _situation="Situation Stage certified_at judge",
         _temperature_source="LoggedTemperature TemperatureSource ThermometerLog",
         _thermometers="read_temperature thermometer_log",

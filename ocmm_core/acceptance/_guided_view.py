@@ -9,7 +9,6 @@ from pathlib import Path
 
 import numpy as np
 
-from ocmm_core.acceptance._events import AcceptanceView
 from ocmm_core.acceptance._interim import InterimChart, InterimWord
 from ocmm_core.acceptance._result import (
     AcceptanceRecord,
@@ -18,6 +17,7 @@ from ocmm_core.acceptance._result import (
     QuantityResult,
     UsedArtefact,
 )
+from ocmm_core.acceptance._session_state import AcceptanceView
 from ocmm_core.acceptance._situation import Stage
 from ocmm_core.calibration.guided import OPEN, Gate, ProcedureView, Step
 

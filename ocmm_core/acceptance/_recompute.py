@@ -11,7 +11,7 @@ from typing import Any
 import msgspec
 import numpy as np
 
-from ocmm_core.acceptance import _events as log
+from ocmm_core.acceptance import _session_state as log
 from ocmm_core.acceptance._guards import climate_reasons
 from ocmm_core.acceptance._interim import INTERIM, InterimCheck
 from ocmm_core.acceptance._kinds import quantities_of, values_of

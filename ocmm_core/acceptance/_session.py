@@ -13,7 +13,7 @@ from pathlib import Path
 import msgspec
 import numpy as np
 
-from ocmm_core.acceptance import _events as log
+from ocmm_core.acceptance import _session_state as log
 from ocmm_core.acceptance._guards import begin_findings, require_usable
 from ocmm_core.acceptance._kinds import Retest, kind_of, plan_of
 from ocmm_core.acceptance._placement import judge_point, judge_position

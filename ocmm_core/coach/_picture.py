@@ -9,8 +9,7 @@ from scipy.spatial import ConvexHull, QhullError
 
 from ocmm_core.camera import Rig
 from ocmm_core.coach._prediction import Bool
-from ocmm_core.coach._stance import stance_at
-from ocmm_core.coach._turns import Turn
+from ocmm_core.coach._turns import Turn, stance_at
 from ocmm_core.geometry import Float, unit
 from ocmm_core.tracking import ProbeBody
 

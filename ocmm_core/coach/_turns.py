@@ -1,4 +1,9 @@
-"""The possible turns of the probe about the resting ball, and their names."""
+"""Turns of the probe about the resting ball, and their names in the view of the inspector.
+
+He faces the cameras at the part, with his hand behind the LEDs and his body out of the light; the
+screen is beside the cameras. Left and right, towards and away are his; the picture of the probe is
+his view and says so (decision 74). So is the ellipsoid of the present uncertainty of the ball.
+"""
 
 from __future__ import annotations
 
@@ -7,8 +12,40 @@ from enum import Enum
 
 import numpy as np
 
-from ocmm_core.coach._stance import Stance
-from ocmm_core.geometry import Float, rotation_from_vector
+from ocmm_core.camera import Rig
+from ocmm_core.geometry import Float, rotation_from_vector, unit
+from ocmm_core.measuring import COVERAGE_FACTOR
+
+UP_WORLD = (0.0, 0.0, 1.0)
+"""The Z axis of every rig document points up."""
+_LEAST = 1e-6
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Stance:
+    """The directions of the inspector, (3,), unit, world."""
+
+    right: Float
+    up: Float
+    away: Float
+    """`away` leads towards the cameras. (right, away, up) is right-handed."""
+
+    def flat(self, vectors: Float) -> Float:
+        """Return his view of vectors (..., 3), mm, world: (..., 2), to the right and up."""
+        seen: Float = np.stack([vectors @ self.right, vectors @ self.up], axis=-1)
+        return seen
+
+
+def stance_at(rig: Rig) -> Stance:
+    """Return his directions before the cameras of a rig."""
+    up = np.array(UP_WORLD)
+    middle = rig.volume_world.mean(axis=0)
+    towards = np.mean([camera.centre_world for camera in rig.cameras], axis=0) - middle
+    level = towards - (towards @ up) * up
+    # With cameras straight above the part, every direction is equally good.
+    away = unit(level) if np.linalg.norm(level) > _LEAST else np.array([0.0, -1.0, 0.0])
+    return Stance(np.cross(away, up), up, away)
+
 
 STEPS_DEG = (10, 15, 20, 30, 45)
 """A hand is no finer than the first, and seldom exceeds the last at once."""
@@ -78,3 +115,36 @@ PAIRS = tuple(
     for second in (15, 30)
 )
 """Tried if no single turn suffices; in order."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Ellipsoid:
+    """Uncertainty ellipsoid of the ball, k = 2 along every axis."""
+
+    half_axes_mm: Float
+    """(3,), the longest first: it is the U of the readout."""
+    directions_world: Float
+    """(3, 3), unit: the axes as rows."""
+    outline_mm: Float
+    """(3,): half axes of its view, mm, longer first; its angle from his right towards up, rad."""
+    depth_mm: float
+    """Half extent along the view."""
+
+    @property
+    def u_mm(self) -> float:
+        """Return U, mm: the longest half axis."""
+        return float(self.half_axes_mm[0])
+
+
+def ellipsoid_of(covariance: Float, stance: Stance) -> Ellipsoid:
+    """Return the ellipsoid of a covariance (3, 3), mm^2, world; its views are marginals."""
+    values, vectors = np.linalg.eigh(covariance)
+    half = COVERAGE_FACTOR * np.sqrt(np.maximum(values[::-1], 0.0))
+    across = np.stack([stance.right, stance.up])
+    flat, axes = np.linalg.eigh(across @ covariance @ across.T)
+    longer, shorter = COVERAGE_FACTOR * np.sqrt(np.maximum(flat[::-1], 0.0))
+    angle = float(np.arctan2(axes[1, 1], axes[0, 1]))
+    depth = COVERAGE_FACTOR * float(
+        np.sqrt(max(float(stance.away @ covariance @ stance.away), 0.0))
+    )
+    return Ellipsoid(half, vectors.T[::-1], np.array([longer, shorter, angle]), depth)

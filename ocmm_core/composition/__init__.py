@@ -5,7 +5,7 @@ Out: a prepared source, its calibration, and a station ready to start.
 
 Start with `_compose`. `_sources` has one entry per frame source, of this package and of others that
 register theirs (`ocmm.sources`); `_feed_makers` and `_feeds` make our own, `_calibration_choice`
-selects the records of a source; `_climate`, `_stream_options`, `_defaults`, `_from_settings`,
+selects the records of a source; `_climate`, `_defaults`, `_from_settings`,
 `_station_state` do what their names say. `_station_checks` measures for the station doctor.
 `_acceptance_site` and `_acceptance_bench` build acceptance tests for commands and the window,
 `hands` shows their frames.
@@ -70,7 +70,7 @@ if TYPE_CHECKING:
         ScriptedRig,
         StationRequest,
     )
-    from ocmm_core.composition._from_settings import Errand, request_of_settings
+    from ocmm_core.composition._from_settings import Errand, request_of_settings, stream_options
     from ocmm_core.composition._sources import (
         NamedSource,
         Origin,
@@ -86,33 +86,31 @@ if TYPE_CHECKING:
     )
     from ocmm_core.composition._station_checks import measured_checks
     from ocmm_core.composition._station_state import StateLine, StationState, station_state
-    from ocmm_core.composition._stream_options import stream_options
 else:
     __getattr__ = door(
         __name__,
         _acceptance_bench="AcceptanceBench StatedConditions TestsMade VIRTUAL_ROOM",
         _acceptance_site=(
-            "AcceptanceSite artefacts_used_before default_test_folder "
-            "instrument_of named_artefact open_test_site recorded_feed require_recorded "
-            "require_scenes tests_folder"
+            "AcceptanceSite artefacts_used_before default_test_folder instrument_of "
+            "named_artefact open_test_site recorded_feed require_recorded require_scenes "
+            "tests_folder"
         ),
         _calibration_choice="checked_for_replay choose_calibration choose_probe",
         _climate="ClimateRequest climate_in_use",
         _compose="BuiltStation build_station calibration_of",
         _defaults=(
-            "DEFAULT_SEED DEFAULT_SOURCE DEMO_PART DEMO_PLAN IN_PROCESS REAL_WIRE RECOMMENDED_RIG "
-            "SERVICE STANDARD_PROBE VIRTUAL_WIRE"
+            "DEFAULT_SEED DEFAULT_SOURCE DEMO_PART DEMO_PLAN IN_PROCESS REAL_WIRE "
+            "RECOMMENDED_RIG SERVICE STANDARD_PROBE VIRTUAL_WIRE"
         ),
         _feed_makers="bus_config bus_description described_cameras identities rate_of",
         _feeds="Feed Remaining ScriptedOperator ScriptedRig StationRequest",
-        _from_settings="Errand request_of_settings",
+        _from_settings="Errand request_of_settings stream_options",
         _sources=(
             "NamedSource Origin SourceSpec late make_feed names_in_words origin_of source_help "
             "source_of sources virtual_names"
         ),
         _station_checks="measured_checks",
         _station_state="StateLine StationState station_state",
-        _stream_options="stream_options",
     )
 
 __all__ = [

@@ -3,11 +3,10 @@
 In: the files and tools of a computer below a root folder. Out: a status line per check, and changes
 that repair faults without risk.
 
-Start with `_result` (check results), `_computer` with `_host_calls` (system queries) and
-`_registry` (one entry per check), then the checks: `_kernel_checks` with `_cores`,
-`_adapter_checks` with `_ethtool`, `_rights_checks`, `_disk_checks`, `_desk_checks`,
-`_record_checks`. `_wake` measures wake-ups, `_loop` judges measurements of `composition`.
-`_changes` defines changes, `_mend` applies and reverts them.
+Start with `_result` (check results and changes), `_computer` (system queries) and `_registry` (one
+entry per check), then the checks: `_kernel_checks` (also rights), `_adapter_checks` with
+`_ethtool`, `_disk_checks` (also records), `_desk_checks`. `_wake` measures wake-ups, `_loop` judges
+measurements of `composition`. `_mend` applies and reverts changes.
 It must not import stations or screens: results are plain data.
 """
 
@@ -18,24 +17,20 @@ from typing import TYPE_CHECKING
 from ocmm_core.door import door
 
 if TYPE_CHECKING:
-    from ocmm_core.doctor._changes import SystemChange
-    from ocmm_core.doctor._computer import Computer, NotAskedError, this_computer
-    from ocmm_core.doctor._host_calls import HostCalls
+    from ocmm_core.doctor._computer import Computer, HostCalls, NotAskedError, this_computer
     from ocmm_core.doctor._loop import LoopTimes, judge_loop
     from ocmm_core.doctor._mend import Mended, can_undo, may_mend, mend, undo
     from ocmm_core.doctor._registry import CHECKS, CheckSpec, examine
-    from ocmm_core.doctor._result import CheckResult, DoctorReport, Light
+    from ocmm_core.doctor._result import CheckResult, DoctorReport, Light, SystemChange
     from ocmm_core.doctor._wake import PERIOD_NS, answer_of, part, wake_check
 else:
     __getattr__ = door(
         __name__,
-        _changes="SystemChange",
-        _computer="Computer NotAskedError this_computer",
-        _host_calls="HostCalls",
+        _computer="Computer HostCalls NotAskedError this_computer",
         _loop="LoopTimes judge_loop",
         _mend="Mended can_undo may_mend mend undo",
         _registry="CHECKS CheckSpec examine",
-        _result="CheckResult DoctorReport Light",
+        _result="CheckResult DoctorReport Light SystemChange",
         _wake="PERIOD_NS answer_of part wake_check",
     )
 

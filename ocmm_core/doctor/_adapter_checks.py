@@ -5,9 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping, Sequence
 
-from ocmm_core.doctor._changes import ChangeKind, SystemChange, kernel_file
 from ocmm_core.doctor._computer import Computer, NotAskedError
-from ocmm_core.doctor._cores import bus_core, processors
 from ocmm_core.doctor._ethtool import (
     COALESCING,
     EEE,
@@ -17,7 +15,16 @@ from ocmm_core.doctor._ethtool import (
     is_on,
     settings,
 )
-from ocmm_core.doctor._result import Answer, amber, green, red
+from ocmm_core.doctor._kernel_checks import bus_core, processors
+from ocmm_core.doctor._result import (
+    Answer,
+    ChangeKind,
+    SystemChange,
+    amber,
+    green,
+    kernel_file,
+    red,
+)
 
 NETWORK = "/sys/class/net"
 _SETTINGS = "/etc/ocmm/bus.env"

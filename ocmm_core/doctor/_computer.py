@@ -7,20 +7,51 @@ not text raises `NotAskedError`, shown as NOT CHECKED, never guessed.
 from __future__ import annotations
 
 import contextlib
+import ctypes
 import os
 import re
 import stat
 import subprocess
 import sys
 import threading
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from datetime import UTC, datetime
 from pathlib import Path
 
 import platformdirs
 
-from ocmm_core.doctor._host_calls import HostCalls
+from ocmm_core.acquisition.bus_process import granted_by
 from ocmm_core.errors import InputError, OcmmError
+
+_TIME_ERROR = 5
+_TIMEX_BYTES = 512
+"""struct timex has 208 bytes; the rest is reserve."""
+
+
+def _clock_is_synchronised() -> bool | None:
+    """Return whether the kernel clock is synchronised (adjtimex(2)); None if unknown.
+
+    Needs neither ``timedatectl`` nor ``chronyc``, which report the same.
+    """
+    if sys.platform != "linux":
+        return None
+    state = ctypes.CDLL(None).adjtimex(ctypes.create_string_buffer(_TIMEX_BYTES))
+    return None if state < 0 else bool(state != _TIME_ERROR)
+
+
+@dataclass(frozen=True, slots=True)
+class HostCalls:
+    now: Callable[[], datetime] = lambda: datetime.now(UTC)
+    # Resolved when called: not every system has it, and this module is imported on all.
+    statvfs: Callable[[Path], os.statvfs_result] = lambda path: os.statvfs(path)
+    fsync: Callable[[int], None] = os.fsync
+    owner: Callable[[Path], int] = lambda path: path.stat().st_uid
+    """User id of a file's owner."""
+    granted: Callable[[Path], frozenset[int]] = granted_by
+    """Capabilities by number that a program file grants."""
+    synchronised: Callable[[], bool | None] = _clock_is_synchronised
+
 
 _MOST_BYTES = 1 << 16
 _MOST_OUTPUT = 1 << 20

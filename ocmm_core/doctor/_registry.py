@@ -11,11 +11,16 @@ from ocmm_core.doctor import _adapter_checks as on_adapter
 from ocmm_core.doctor import _desk_checks as at_desk
 from ocmm_core.doctor import _disk_checks as on_disk
 from ocmm_core.doctor import _kernel_checks as in_kernel
-from ocmm_core.doctor import _record_checks as in_records
-from ocmm_core.doctor import _rights_checks as of_rights
-from ocmm_core.doctor._changes import SystemChange
 from ocmm_core.doctor._computer import Computer, NotAskedError
-from ocmm_core.doctor._result import SCHEMA, Answer, CheckResult, DoctorReport, Light, worst_of
+from ocmm_core.doctor._result import (
+    SCHEMA,
+    Answer,
+    CheckResult,
+    DoctorReport,
+    Light,
+    SystemChange,
+    worst_of,
+)
 from ocmm_core.failure import contained
 
 Check = Callable[[Computer], Answer]
@@ -36,7 +41,7 @@ CHECKS = (
         "program",
         "Version",
         "versions of the program files and of the installation agree",
-        in_records.program,
+        on_disk.program,
     ),
     CheckSpec("kernel", "Kernel", "PREEMPT_RT", in_kernel.kernel),
     CheckSpec(
@@ -66,14 +71,14 @@ CHECKS = (
         on_adapter.coalescing,
     ),
     CheckSpec("offloads", "Adapter offloads", "`gro` and `lro` off (ethtool)", on_adapter.offloads),
-    CheckSpec("group", "Group", "the user is in the group `ocmm`", of_rights.group),
+    CheckSpec("group", "Group", "the user is in the group `ocmm`", in_kernel.group),
     CheckSpec(
         "rights",
         "Rights of the bus",
         "of the service or of `ocmm-acq-python`, which nobody but root can change",
-        of_rights.rights,
+        in_kernel.rights,
     ),
-    CheckSpec("memory", "Memory lock", "all memory can be locked", of_rights.memory),
+    CheckSpec("memory", "Memory lock", "all memory can be locked", in_kernel.memory),
     CheckSpec(
         "clock",
         "Clock",
@@ -101,19 +106,19 @@ CHECKS = (
         "calibrations",
         "Calibrations",
         "those made last have not expired, nor will in 14 days",
-        in_records.calibrations,
+        on_disk.calibrations,
     ),
     CheckSpec(
         "certificates",
         "Certificates",
         "the same of the artefacts that they rest on",
-        in_records.certificates,
+        on_disk.certificates,
     ),
     CheckSpec(
         "key",
         "Station key",
         "present, mode 0600, in a folder that only its user can change",
-        in_records.key,
+        on_disk.key,
     ),
 )
 

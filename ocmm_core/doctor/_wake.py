@@ -28,7 +28,7 @@ from ocmm_core.acquisition.bus_process import (
     take_priority,
 )
 from ocmm_core.doctor._computer import Computer, NotAskedError
-from ocmm_core.doctor._cores import bus_core
+from ocmm_core.doctor._kernel_checks import bus_core
 from ocmm_core.doctor._registry import CheckSpec
 from ocmm_core.doctor._result import Answer, amber, green, red
 from ocmm_core.fieldbus.wire import HostTime

@@ -4,8 +4,8 @@ In: an evaluated job. Out: files of a report, verified by reading back.
 
 Read `_registry` first: all formats, and the one function that writes them. `template` has the
 letterhead, `report` the data of a report and its text, JSON, workbook and PolyWorks files; `qif`
-QIF 3.0, `aqdef` Q-DAS. `_report_seal` signs the files, `_completeness` guards reports of unfinished
-jobs, `_files` writes several files atomically, `_batch_table` the statistics of a batch.
+QIF 3.0, `aqdef` Q-DAS. `_files` refuses reports of unfinished jobs, writes files atomically and
+signs them; `_batch_table` has the statistics of a batch.
 `certificate` makes certificates of the machine. `audits` verifies every kind of file that this
 program writes.
 It must not know a station or a screen. `ocmm_gui.reports` draws the PDF.
@@ -20,8 +20,15 @@ from ocmm_core.door import door
 if TYPE_CHECKING:
     from ocmm_core.export import _registry as registry
     from ocmm_core.export._batch_table import BATCH_COLUMNS, batch_table
-    from ocmm_core.export._completeness import missing_of, missing_words, require_complete
-    from ocmm_core.export._files import write_together
+    from ocmm_core.export._files import (
+        ENDING,
+        ReportSealFound,
+        check_report_seal,
+        missing_of,
+        missing_words,
+        require_complete,
+        write_together,
+    )
     from ocmm_core.export._registry import (
         ALL,
         DEFAULT_FORMAT,
@@ -33,18 +40,18 @@ if TYPE_CHECKING:
         preview_text,
         write_report,
     )
-    from ocmm_core.export._report_seal import ENDING, ReportSealFound, check_report_seal
 else:
     __getattr__ = door(
         __name__,
         _batch_table="BATCH_COLUMNS batch_table",
-        _completeness="missing_of missing_words require_complete",
-        _files="write_together",
+        _files=(
+            "ENDING ReportSealFound check_report_seal missing_of missing_words require_complete "
+            "write_together"
+        ),
         _registry=(
             "ALL DEFAULT_FORMAT EXPORTERS FORMATS PDF chosen_formats preview preview_text "
             "registry write_report"
         ),
-        _report_seal="ENDING ReportSealFound check_report_seal",
     )
 
 __all__ = [

@@ -6,9 +6,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 
 from ocmm_core.errors import InputError, StorageError
-from ocmm_core.export._completeness import require_complete
-from ocmm_core.export._files import write_together
-from ocmm_core.export._report_seal import seal_of
+from ocmm_core.export._files import require_complete, seal_of, write_together
 from ocmm_core.export.aqdef import AQDEF
 from ocmm_core.export.qif import QIF
 from ocmm_core.export.report import (

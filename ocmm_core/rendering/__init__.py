@@ -3,7 +3,7 @@
 In: a `PartModel`, a view, and the colours of its vertices. Out: a `Canvas`: pixel colours, depths
 towards the eye, and visible faces.
 
-Start with `_mesh` (geometry, whole and coarser) and `_closed` (surfaces with hidden backs); then
+Start with `_mesh` (geometry, whole and coarser, and surfaces with hidden backs); then
 `_canvas` (image buffers), `_rendering` (incremental painting), `_field` (measured values as
 colours), `_side` (choice of view direction). Compiled: `_raster_kernel` (triangles), `_line_kernel`
 (edges, outlines, polygons) and `_frame_kernel` (whole image); `_arrays` has their types.
@@ -19,9 +19,8 @@ from ocmm_core.door import door
 if TYPE_CHECKING:
     from ocmm_core.rendering._arrays import NO_FACE, Colours
     from ocmm_core.rendering._canvas import Canvas
-    from ocmm_core.rendering._closed import with_closed
     from ocmm_core.rendering._field import ValueField, value_field
-    from ocmm_core.rendering._mesh import RenderMesh, coarser, face_colours, mesh_of
+    from ocmm_core.rendering._mesh import RenderMesh, coarser, face_colours, mesh_of, with_closed
     from ocmm_core.rendering._rendering import (
         Bundle,
         Rendering,
@@ -37,9 +36,8 @@ else:
         __name__,
         _arrays="Colours NO_FACE",
         _canvas="Canvas",
-        _closed="with_closed",
         _field="ValueField value_field",
-        _mesh="RenderMesh coarser face_colours mesh_of",
+        _mesh="RenderMesh coarser face_colours mesh_of with_closed",
         _rendering="Bundle RenderMode RenderStyle Rendering blend_flat draw_bundles is_hidden",
         _side="choose_side",
     )

@@ -3,10 +3,10 @@
 In: the head of a chain, or the hashes of files. Out: a signature, its state and signer, and the
 last recorded end of a chain.
 
-Read `_key` (the key of the station, in a file or in one of `_tokens`, and the `_ring` of trusted
-keys), `_public` (verification), `_signature` (kinds of signed content, and states), `_release` (a
-file released by name), `_x509` (certificates for other programs), `_memory` and `_memory_start`
-(detect older copies), and `_anchor` (keeps its ends elsewhere).
+Read `_key` (the key of the station, in a file or in one of `_tokens`), `_public` (verification, and
+the ring of trusted keys), `_signature` (kinds of signed content, states, and files released by
+name), `_x509` (certificates for other programs), `_memory` (detects older copies), and `_anchor`
+(keeps its ends elsewhere, detects a missing memory).
 It must not know the content of chains and files.
 """
 
@@ -17,7 +17,14 @@ from typing import TYPE_CHECKING
 from ocmm_core.door import door
 
 if TYPE_CHECKING:
-    from ocmm_core.seals._anchor import learn_heads, signed_heads, signed_job_heads
+    from ocmm_core.seals._anchor import (
+        learn_heads,
+        memory_loss,
+        memory_start,
+        signed_heads,
+        signed_job_heads,
+        start_memory,
+    )
     from ocmm_core.seals._key import (
         KEY_IN_FORCE,
         THIS_STATION,
@@ -36,26 +43,22 @@ if TYPE_CHECKING:
         set_station_clock,
         station_clock,
     )
-    from ocmm_core.seals._memory_start import memory_loss, memory_start, start_memory
-    from ocmm_core.seals._public import public_from_text, public_text, shown_key
-    from ocmm_core.seals._release import (
+    from ocmm_core.seals._public import KnownKey, public_from_text, public_text, shown_key
+    from ocmm_core.seals._signature import (
         NO_RELEASE,
+        NOT_SIGNED,
         RELEASE_ENDING,
         Release,
         ReleaseState,
-        judge_release,
-        release_file,
-        release_path,
-        release_state,
-    )
-    from ocmm_core.seals._ring import KnownKey
-    from ocmm_core.seals._signature import (
-        NOT_SIGNED,
         SealState,
         SealWord,
         Signature,
         Signed,
+        judge_release,
         judge_signature,
+        release_file,
+        release_path,
+        release_state,
         sign,
     )
     from ocmm_core.seals._tokens import TokenPlace
@@ -69,22 +72,20 @@ if TYPE_CHECKING:
 else:
     __getattr__ = door(
         __name__,
-        _anchor="learn_heads signed_heads signed_job_heads",
+        _anchor="learn_heads memory_loss memory_start signed_heads signed_job_heads start_memory",
         _key="KEY_IN_FORCE KeptKeys KeyFolder StationKey THIS_STATION key_lost",
         _memory=(
             "KnownEnd expect memory_file memory_folder recall remember set_station_clock "
             "station_clock"
         ),
-        _memory_start="memory_loss memory_start start_memory",
-        _public="public_from_text public_text shown_key",
-        _release=(
-            "NO_RELEASE RELEASE_ENDING Release ReleaseState judge_release "
-            "release_file release_path release_state"
+        _public="KnownKey public_from_text public_text shown_key",
+        _signature=(
+            "NOT_SIGNED NO_RELEASE RELEASE_ENDING Release ReleaseState SealState SealWord "
+            "Signature Signed judge_release judge_signature release_file release_path "
+            "release_state sign"
         ),
-        _ring="KnownKey",
-        _signature="NOT_SIGNED SealState SealWord Signature Signed judge_signature sign",
         _tokens="TokenPlace",
-        _x509=("DocumentKey document_key station_certificate station_of write_station_certificate"),
+        _x509="DocumentKey document_key station_certificate station_of write_station_certificate",
     )
 
 __all__ = [

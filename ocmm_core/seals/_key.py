@@ -22,8 +22,17 @@ from ocmm_core.documents import decode_json
 from ocmm_core.errors import InputError, StorageError
 from ocmm_core.seals._memory import KnownEnd, recall, remember
 from ocmm_core.seals._private_file import guarded_content, private_temporary, unwritable
-from ocmm_core.seals._public import fingerprint_of, public_from_text, public_text
-from ocmm_core.seals._ring import KnownKey, add_to_ring, changing, check_names, in_utc, read_ring
+from ocmm_core.seals._public import (
+    KnownKey,
+    add_to_ring,
+    changing,
+    check_names,
+    fingerprint_of,
+    in_utc,
+    public_from_text,
+    public_text,
+    read_ring,
+)
 from ocmm_core.seals._tokens import TokenKey, TokenPlace, make_token_key
 
 THIS_STATION = "this station"

@@ -2,7 +2,7 @@
 
 A cut chain or an older copy carries a good signature. This user's memory holds the last end of each
 chain by the identity of its thing (job, history, cameras, probe), never by a path. Everything that
-this station signs is in it before it is signed; see `_memory_start`.
+this station signs is in it before it is signed; see `_anchor`.
 """
 
 from __future__ import annotations

@@ -8,7 +8,7 @@ of an inspector), ``jobs`` (`_job_change`: the next part, another plan), ``looks
 bus), ``instruments`` (calibration and probe), ``maintenance``, ``reports``, ``events`` (signals)
 and ``faults`` (permanent until restart). `_frame_loop` is the thread from ring to touches,
 `_touches` the step after it, `_live` the current state of the machine. The watches:
-`_calibration_watch`, `_drift_watch`, `_probe_watch`, `_bus_watch`. Package `stream` serves other
+`_calibration_watch`, `_probe_watch`, `_bus_watch`. Package `stream` serves other
 programs. Numbers come from lower packages. It must not know a screen.
 """
 
@@ -32,14 +32,12 @@ if TYPE_CHECKING:
     )
     from ocmm_core.station._faults import StationEvents, StationFaults
     from ocmm_core.station._instruments import Instruments
-    from ocmm_core.station._job import StationJob
+    from ocmm_core.station._job import Reports, StationJob
     from ocmm_core.station._job_change import JobChange
     from ocmm_core.station._jobs import drop_job_without_points, free_path, give_back
     from ocmm_core.station._looks import Looks
     from ocmm_core.station._maintenance import StationMaintenance
-    from ocmm_core.station._options import StationOptions
-    from ocmm_core.station._reports import Reports
-    from ocmm_core.station._station import MeasuringStation
+    from ocmm_core.station._station import MeasuringStation, StationOptions
 else:
     __getattr__ = door(
         __name__,
@@ -49,14 +47,12 @@ else:
         ),
         _faults="StationEvents StationFaults",
         _instruments="Instruments",
-        _job="StationJob",
+        _job="Reports StationJob",
         _job_change="JobChange",
         _jobs="drop_job_without_points free_path give_back",
         _looks="Looks",
         _maintenance="StationMaintenance",
-        _options="StationOptions",
-        _reports="Reports",
-        _station="MeasuringStation",
+        _station="MeasuringStation StationOptions",
     )
 
 __all__ = [

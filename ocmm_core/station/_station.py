@@ -12,33 +12,60 @@ import logging
 import threading
 import time
 from collections.abc import Callable, Mapping
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from datetime import timedelta
 from functools import partial
+from pathlib import Path
 
+from ocmm_core.acceptance import ThermometerLog
 from ocmm_core.acquisition.bus_process import Acquisition, ChildProcess, RemoteObjects
 from ocmm_core.acquisition.frames import FrameRing
 from ocmm_core.acquisition.recording import FrameHistory
 from ocmm_core.calibration.records import CalibrationInUse, ProbeInUse
 from ocmm_core.errors import OcmmError
+from ocmm_core.inspection.evaluation import SessionOptions
 from ocmm_core.inspection.plan import Plan
 from ocmm_core.station._bus_watch import BusWatch
 from ocmm_core.station._calibration_watch import CalibrationWatch
 from ocmm_core.station._faults import StationEvents, StationFaults
 from ocmm_core.station._frame_loop import RECORDING, FrameLoop, FrameSink
 from ocmm_core.station._instruments import Instruments
-from ocmm_core.station._job import StationJob
+from ocmm_core.station._job import Reports, StationJob
 from ocmm_core.station._job_change import JobChange
 from ocmm_core.station._live import LiveState
 from ocmm_core.station._looks import Looks
 from ocmm_core.station._maintenance import StationMaintenance
 from ocmm_core.station._name_watch import HISTORY, JOB, PROBE, NameWatch, RoomWatch
 from ocmm_core.station._open_job import CurrentJob, Gear, PartLoader, PlanInUse, open_job
-from ocmm_core.station._options import StationOptions
-from ocmm_core.station._reports import Reports
-from ocmm_core.station._touches import TouchTaker
+from ocmm_core.station._probe_watch import PAUSE
+from ocmm_core.station._touches import Intent, TouchTaker
 from ocmm_core.station.coaching import CoachWatch
-from ocmm_core.station.stream import StreamServer
+from ocmm_core.station.stream import StreamOptions, StreamServer
 from ocmm_core.storage import JobFile
+from ocmm_core.tracking import TrackingOptions
+
+
+@dataclass(frozen=True, slots=True)
+class StationOptions:
+    session: SessionOptions
+    tracking: TrackingOptions
+    live_source: bool = False
+    """Frames are pushed over a bus, so that silence is a fault."""
+    intent: Intent | None = None
+    """Of scripted operators: feature of a touch; None: the active feature gets every point."""
+    follow: Callable[[int], None] | None = None
+    """For scripted operators: receives the newest exposure once earlier touches are judged."""
+    pause: timedelta = PAUSE
+    """Time without a point or a check after which the tip must be checked."""
+    stream: StreamOptions | None = None
+    room_log: ThermometerLog | None = None
+    """Thermometers logged in each job; None if none."""
+    plan_file: Path | None = None
+    """Path of the plan, next to its pictures; None if unknown."""
+    released_only: bool = False
+    simulated: bool = False
+    """The frames come from a virtual rig, which the job states permanently."""
+
 
 _log = logging.getLogger(__name__)
 

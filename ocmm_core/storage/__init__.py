@@ -2,13 +2,12 @@
 
 In: points, events, documents of a job. Out: one SQLite file per job, and the same read back.
 
-Read `_job_file` (the file and its guarantees), `_job_reader` (contents), `_tables` and `_rows`
-(rows, bit for bit), `_job_steps` (points and annulments in order), `_audit` (the hash-linked
-chain), `_job_seal` (signatures), `_job_writer` (transactions until the disk fails), `_job_keeper`
-(rescue if the name is lost), `_connection` and `_faults` (faults as sentences),
-`_job_content` with `_write_ahead_log` (the only access for readers), `_guard` and `_checks` (limits
-and checks of foreign files), `_migrations` (versions), `_glance` (a read-only summary),
-`_held_jobs` (jobs held by an archive).
+Read `_job_file` (the file and its guarantees), `_job_reader` (contents, in order), `_tables` and
+`_rows` (rows, bit for bit, and their checks), `_audit` (the hash-linked chain), `_job_seal`
+(signatures), `_connection` (transactions until the disk fails), `_job_keeper` (rescue if the name
+is lost), `_faults` (faults as sentences), `_job_content` (the only access for readers), `_guard`
+(limits of foreign files), `_migrations` (versions), `_glance` (a read-only summary), `_held_jobs`
+(jobs held by an archive).
 It must not know plans, features or verdicts.
 """
 
@@ -33,9 +32,8 @@ if TYPE_CHECKING:
     from ocmm_core.storage._job_content import JobContent, read_job
     from ocmm_core.storage._job_file import LEFT_OUT, JobFile
     from ocmm_core.storage._job_keeper import RESCUED
-    from ocmm_core.storage._job_reader import NAMED
+    from ocmm_core.storage._job_reader import NAMED, JobStep
     from ocmm_core.storage._job_seal import ADOPTED, JobSeal, judge_head
-    from ocmm_core.storage._job_steps import JobStep
     from ocmm_core.storage._rows import (
         JobEvent,
         JobHead,
@@ -54,11 +52,10 @@ else:
         _guard="HeldConnection database_content open_in_place",
         _held_jobs="HeldJobs held_jobs_file held_sentences read_held_jobs write_held_jobs",
         _job_content="JobContent read_job",
-        _job_file="LEFT_OUT JobFile",
+        _job_file="JobFile LEFT_OUT",
         _job_keeper="RESCUED",
-        _job_reader="NAMED",
+        _job_reader="JobStep NAMED",
         _job_seal="ADOPTED JobSeal judge_head",
-        _job_steps="JobStep",
         _rows="JobEvent JobHead JobReference bad_event event_value make_head",
         _tables="CLOCK Observed",
     )

@@ -7,11 +7,10 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-from ocmm_core.storage._checks import event_fault
 from ocmm_core.storage._connection import connection_in_memory
 from ocmm_core.storage._faults import damaged
 from ocmm_core.storage._job_content import read_job
-from ocmm_core.storage._rows import JobEvent, JobHead
+from ocmm_core.storage._rows import JobEvent, JobHead, event_fault
 from ocmm_core.storage._tables import stored_head
 
 

@@ -21,7 +21,7 @@ from ocmm_core.named_file import FileIdentity, NameLoss
 from ocmm_core.part_model import PartModel
 from ocmm_core.seals import KeyFolder, StationKey
 from ocmm_core.storage._audit import find_faults, insert_audited
-from ocmm_core.storage._connection import connection_in_memory, connection_to, make_file
+from ocmm_core.storage._connection import JobWriter, connection_in_memory, connection_to, make_file
 from ocmm_core.storage._faults import FAULTS, not_writable
 from ocmm_core.storage._guard import GuardedConnection
 from ocmm_core.storage._job_content import read_job
@@ -35,7 +35,6 @@ from ocmm_core.storage._job_seal import (
     require_adoptable,
     require_sealed,
 )
-from ocmm_core.storage._job_writer import JobWriter
 from ocmm_core.storage._rows import JobHead, JobReference, row_from_head
 from ocmm_core.storage._tables import (
     insert_annulment,

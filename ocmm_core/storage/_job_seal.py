@@ -31,8 +31,8 @@ from ocmm_core.seals import (
     shown_key,
     sign,
 )
-from ocmm_core.storage._checks import seal_fault
 from ocmm_core.storage._faults import damaged
+from ocmm_core.storage._rows import seal_fault
 
 _LINE = "ocmm-job-1"
 

@@ -18,26 +18,24 @@ from ocmm_core.storage._audit import (
     now_utc,
     step_utc,
 )
-from ocmm_core.storage._checks import (
-    beside_fault,
-    event_fault,
-    head_fault,
-    point_fault,
-    reference_fault,
-    stamp_fault,
-)
 from ocmm_core.storage._faults import damaged
 from ocmm_core.storage._rows import (
     JobEvent,
     JobHead,
     JobReference,
+    beside_fault,
+    event_fault,
+    head_fault,
     head_from_row,
+    point_fault,
     point_from_row,
+    reference_fault,
     reference_from_row,
     reference_row_from_point,
     row_from_point,
     row_from_reference,
     spots_from,
+    stamp_fault,
 )
 
 CLOCK = "clock"

@@ -3,8 +3,8 @@
 In: settings, logs, records, the doctor, the last raw frames. Out: a draft that shows exactly what
 would be packed, and a ZIP file of it; nothing is sent.
 
-Read `_parts` (table of the contents), `_clean` (removes secrets always, names on request) and
-`_bundle` (collect, show, write).
+Read `_parts` (table of the contents) and `_bundle` (collect, remove secrets always and names on
+request, show, write).
 It must not know a station or a screen: callers pass in what exists only at run time.
 """
 
@@ -15,14 +15,19 @@ from typing import TYPE_CHECKING
 from ocmm_core.door import door
 
 if TYPE_CHECKING:
-    from ocmm_core.support._bundle import BundleDraft, BundleItem, draft_bundle, write_bundle
-    from ocmm_core.support._clean import MASKED, Cleaner
+    from ocmm_core.support._bundle import (
+        MASKED,
+        BundleDraft,
+        BundleItem,
+        Cleaner,
+        draft_bundle,
+        write_bundle,
+    )
     from ocmm_core.support._parts import PARTS, PartSpec, SupportSite, site_of_this_user
 else:
     __getattr__ = door(
         __name__,
-        _bundle="BundleDraft BundleItem draft_bundle write_bundle",
-        _clean="Cleaner MASKED",
+        _bundle="BundleDraft BundleItem Cleaner MASKED draft_bundle write_bundle",
         _parts="PARTS PartSpec SupportSite site_of_this_user",
     )
 

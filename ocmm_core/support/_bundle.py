@@ -1,18 +1,129 @@
-"""Support bundle: collect, show, then write. Nothing is sent."""
+"""Support bundle: collect, clean, show, then write. Nothing is sent.
+
+Secrets are removed, and names on request, by three filters in series: secrets by value (files named
+by settings, environment variables), patterns of secrets (a password in an address, `token = ...`, a
+private key), and names of people. A false match costs a line of a log; a missed secret cannot be
+recalled.
+"""
 
 from __future__ import annotations
 
 import io
+import re
 import zipfile
-from collections.abc import Callable, Collection
+from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
+from urllib.parse import quote, unquote
 
 from ocmm_core.documents import write_atomic
 from ocmm_core.errors import InputError
-from ocmm_core.support._clean import Cleaner, secrets_in
 from ocmm_core.support._parts import PARTS, SupportSite, names_of, secret_texts, taken
+
+MASKED = "[secret]"
+_LEAST_SECRET = 4
+"""Shorter secrets would remove half of a text; the patterns still find them."""
+_LEAST_NAME = 3
+_WORD = r"(?:pass(?:word|wd|phrase|code)?|pwd|(?<![a-z])pin(?![a-z])|secret|token|api[_-]?key|"
+_WORD += r"access[_-]?key|private[_-]?key|credential|authori[sz]ation|kennwort|passwort)s?"
+# All repetitions are bounded: a log may be one line of a megabyte.
+_PATTERNS = (
+    # A whole private key, also a truncated one.
+    (
+        re.compile(
+            r"-----BEGIN [A-Z ]{0,40}PRIVATE KEY-----.*?"
+            r"(?:-----END [A-Z ]{0,40}PRIVATE KEY-----|\Z)",
+            re.DOTALL,
+        ),
+        MASKED,
+    ),
+    # scheme://user:password@host; the password may contain an @.
+    (re.compile(r"(?P<keep>[a-z0-9+.-]{1,20}://[^\s/:@\"']{0,200}:)[^\s\"'/]{1,500}(?=@)",
+                re.IGNORECASE),
+     rf"\g<keep>{MASKED}"),
+    # Authorization: Bearer ..., with or without the header name.
+    (re.compile(r"(?P<keep>\b(?:bearer|basic|digest)\s+)[A-Za-z0-9+/=._~-]{6,}", re.IGNORECASE),
+     rf"\g<keep>{MASKED}"),
+    # password = "...", token: ..., --password ...
+    (
+        re.compile(
+            rf"(?P<keep>{_WORD}[\w-]{{0,40}}[\"']?\s{{0,9}}(?:=>|[:=])\s{{0,9}})"
+            r"(?:\"(?:[^\"\\]|\\.)*\"|'(?:[^'\\]|\\.)*'|[^\s,;\"'}\])]+)",
+            re.IGNORECASE,
+        ),
+        rf"\g<keep>{MASKED}",
+    ),
+    (re.compile(rf"(?P<keep>-[\w-]{{0,40}}{_WORD}[\w-]{{0,40}}\s{{1,9}})(?!-)[^\s]+",
+                re.IGNORECASE),
+     rf"\g<keep>{MASKED}"),
+)  # fmt: skip
+_SECRET_VARIABLE = re.compile(rf"{_WORD}|KEY$", re.IGNORECASE)
+_NO_NAMES = frozenset(
+    {"root", "user", "admin", "operator", "station", "service", "ocmm", "demo", "nobody", "home"}
+)
+"""Account names that are not names of people."""
+_HONORIFICS = frozenset({"und", "and", "von", "van", "der", "den", "the", "ing", "dipl", "prof"})
+
+
+@dataclass(frozen=True, slots=True)
+class Cleaner:
+    """Remove secrets and names from texts."""
+
+    secrets: tuple[str, ...] = ()
+    names: tuple[str, ...] = ()
+    """Names of people; empty to keep them."""
+
+    def clean(self, text: str) -> str:
+        # Whole keys first: masking a line of one would hide its start.
+        text = _PATTERNS[0][0].sub(_PATTERNS[0][1], text)
+        for secret in sorted(self._forms(), key=len, reverse=True):
+            text = text.replace(secret, MASKED)
+        for pattern, instead in _PATTERNS[1:]:
+            text = pattern.sub(instead, text)
+        for name, instead in self._masks():
+            text = re.sub(rf"(?<![^\W_]){re.escape(name)}(?![^\W_])", instead, text,
+                          flags=re.IGNORECASE)  # fmt: skip
+        return text
+
+    def clean_bytes(self, content: bytes) -> bytes:
+        """Clean a text of any encoding; bytes that are not UTF-8 become escapes."""
+        return self.clean(content.decode("utf-8", errors="backslashreplace")).encode()
+
+    def _forms(self) -> set[str]:
+        """Return the secrets as they can occur in a log: also URL-quoted and in JSON."""
+        found = set()
+        for secret in self.secrets:
+            if len(secret) >= _LEAST_SECRET:
+                in_json = secret.replace("\\", "\\\\").replace('"', '\\"')
+                found |= {secret, quote(secret, safe=""), quote(secret), unquote(secret), in_json}
+        return {one for one in found if len(one) >= _LEAST_SECRET}
+
+    def _masks(self) -> list[tuple[str, str]]:
+        """Return the replacement of each name and each of its parts, longest first."""
+        masks: dict[str, str] = {}
+        for number, name in enumerate(dict.fromkeys(self.names), start=1):
+            for part in (name, *re.split(r"[\s,.;/]+", name)):
+                small = part.casefold()
+                if len(part) >= _LEAST_NAME and small not in _NO_NAMES | _HONORIFICS:
+                    masks.setdefault(part, f"[person {number}]")
+        return sorted(masks.items(), key=lambda mask: len(mask[0]), reverse=True)
+
+
+def secrets_in(texts: Iterable[str], environment: Mapping[str, str]) -> tuple[str, ...]:
+    """Return the values of secrets: contents of secret files, and values of secret variables."""
+    found: dict[str, None] = {}
+    for text in texts:
+        for part in (text, text.strip(), *text.split()):
+            if part.strip():
+                found.setdefault(part)
+    for name, value in environment.items():
+        if _SECRET_VARIABLE.search(name) and value.strip() and "/" not in value[:1]:
+            found.setdefault(value)
+    # Words of a private key's frame occur in every text about keys.
+    frame = {"PRIVATE", "BEGIN", "RSA", "EC"}
+    return tuple(one for one in found if one not in frame and not one.endswith("-----"))
+
 
 CONTENTS = "CONTENTS.txt"
 

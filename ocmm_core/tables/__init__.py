@@ -23,27 +23,26 @@ if TYPE_CHECKING:
         TableColumn,
         TableOptions,
     )
-    from ocmm_core.tables._grid import require_like_names
-    from ocmm_core.tables._named import NamedColumns, TextRow, TextTable, read_table
-    from ocmm_core.tables._numbers import NUMBER, NumberGrammar, typed_number
-    from ocmm_core.tables._points import PixelTable, PointsFile, read_pixels, read_points_file
-    from ocmm_core.tables._preview import (
+    from ocmm_core.tables._grid import (
         AccountedTable,
         PreviewRow,
         TablePreview,
         TableReader,
         preview_table,
+        require_like_names,
     )
+    from ocmm_core.tables._named import NamedColumns, TextRow, TextTable, read_table
+    from ocmm_core.tables._numbers import NUMBER, NumberGrammar, typed_number
+    from ocmm_core.tables._points import PixelTable, PointsFile, read_pixels, read_points_file
     from ocmm_core.tables._text import decoded
 else:
     __getattr__ = door(
         __name__,
         _account="COUNT_OF_POINTS SKIPPED_BY_USER TableAccount TableColumn TableOptions",
-        _grid="require_like_names",
+        _grid="AccountedTable PreviewRow TablePreview TableReader preview_table require_like_names",
         _named="NamedColumns TextRow TextTable read_table",
         _numbers="NUMBER NumberGrammar typed_number",
         _points="PixelTable PointsFile read_pixels read_points_file",
-        _preview="AccountedTable PreviewRow TablePreview TableReader preview_table",
         _text="decoded",
     )
 

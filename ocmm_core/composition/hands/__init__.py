@@ -3,9 +3,8 @@
 In: a source of frames, opened on demand, and a procedure that requests touches.
 Out: frames for a watcher, until everything is shown or the watcher leaves.
 
-Start with `_hand` (start, stop and failure), then `_test_hand` (acceptance tests, virtual and
-recorded). It must not import rigs, scenes or stations: the
-composition passes what to show.
+Read `_hand`: start, stop and failure, and acceptance tests, virtual and recorded. It must
+not import rigs, scenes or stations: the composition passes what to show.
 """
 
 from __future__ import annotations
@@ -15,11 +14,18 @@ from typing import TYPE_CHECKING
 from ocmm_core.door import door
 
 if TYPE_CHECKING:
-    from ocmm_core.composition.hands._hand import BLOCK, IDLE_S, Hand, Watcher
-    from ocmm_core.composition.hands._test_hand import RecordedHand, TestHand, VirtualHand
+    from ocmm_core.composition.hands._hand import (
+        BLOCK,
+        IDLE_S,
+        Hand,
+        RecordedHand,
+        TestHand,
+        VirtualHand,
+        Watcher,
+    )
 else:
     __getattr__ = door(
-        __name__, _hand="BLOCK Hand IDLE_S Watcher", _test_hand="RecordedHand TestHand VirtualHand"
+        __name__, _hand="BLOCK Hand IDLE_S RecordedHand TestHand VirtualHand Watcher"
     )
 
 __all__ = ["BLOCK", "IDLE_S", "Hand", "RecordedHand", "TestHand", "VirtualHand", "Watcher"]

@@ -1,7 +1,7 @@
 """Values for statistical process control in the Q-DAS ASCII transfer format (AQDEF, ``.dfq``).
 
 Keyed lines with CR LF; one line of values for each part, characteristics separated by char 15,
-fields by char 20; dates as ``dd.MM.yyyy/HH:mm:ss``, UTC. `_keys` has the keys with type and length,
+fields by char 20; dates as ``dd.MM.yyyy/HH:mm:ss``, UTC. `_head` has the keys with type and length,
 docs/quality/exports.md the assumptions. Operators, machines and gauges are in catalogues (``K4092/1
 NAME``), and a value has the number of the entry (``K0008``). Several jobs of one plan go into one
 file as several values. A value excluded from statistics has attribute 255, and a missing one is
@@ -17,14 +17,15 @@ from ocmm_core.errors import StorageError
 from ocmm_core.export.aqdef._head import (
     alike,
     entry,
+    fitted,
     gauges,
     head_lines,
     machines,
     number,
     operators,
     states,
+    told_whole,
 )
-from ocmm_core.export.aqdef._keys import fitted, told_whole
 from ocmm_core.export.aqdef._reader import (
     CHARACTERISTIC,
     ENCODING,

@@ -3,7 +3,7 @@
 In: sealed records, also of acceptance tests, or an artefact's certificate.
 Out: a signed Digital Calibration Certificate (DCC 3.2.1), an artefact document.
 
-Read `_content` (data of a certificate) and `_facts` (its head, and the list of clauses),
+Read `_content` (data of a certificate, its head, and the list of clauses),
 `_from_records`, `_from_calibration` and `_from_acceptance` (sources), `_dcc` (the XML), `_seal`
 (signatures), `_reader` (any DCC), `_artefact` (a certificate of a bar or a sphere becomes its
 document).
@@ -31,15 +31,13 @@ if TYPE_CHECKING:
         CertificateRun,
         CertificateValue,
         Conformity,
-    )
-    from ocmm_core.export.certificate._dcc import dcc_bytes
-    from ocmm_core.export.certificate._facts import (
         air_said,
         certificate_facts,
         certificate_title,
         open_certificate_clauses,
         rule_said,
     )
+    from ocmm_core.export.certificate._dcc import dcc_bytes
     from ocmm_core.export.certificate._from_acceptance import certificate_of_acceptance
     from ocmm_core.export.certificate._from_calibration import certificate_of_calibration
     from ocmm_core.export.certificate._from_records import (
@@ -68,17 +66,18 @@ else:
         __name__,
         _artefact="Expansion artefact_fields artefact_text quantities_read",
         _content=(
-            "Certificate CertificateLine CertificateRun CertificateValue Conformity SIMULATED_WORDS"
+            "Certificate CertificateLine CertificateRun CertificateValue Conformity "
+            "SIMULATED_WORDS air_said certificate_facts certificate_title "
+            "open_certificate_clauses rule_said"
         ),
         _dcc="dcc_bytes",
-        _facts=("air_said certificate_facts certificate_title open_certificate_clauses rule_said"),
         _from_acceptance="certificate_of_acceptance",
         _from_calibration="certificate_of_calibration",
         _from_records="certificate_of_cameras certificate_of_folder certificate_of_tip",
         _reader="Dcc DccQuantity read_dcc",
         _seal=(
-            "CERTIFICATE_ENDING SEAL_SUFFIX check_dcc_seal signed_certificates write_certificate "
-            "write_certificates"
+            "CERTIFICATE_ENDING SEAL_SUFFIX check_dcc_seal signed_certificates "
+            "write_certificate write_certificates"
         ),
         _xml_signature=(
             "TrustedSigners XmlSignature XmlSignatureWord trust_laboratory trusted_signers"

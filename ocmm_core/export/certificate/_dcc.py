@@ -23,8 +23,9 @@ from ocmm_core.export.certificate._content import (
     CertificateValue,
     K,
     Status,
+    certificate_facts,
+    conformity_words,
 )
-from ocmm_core.export.certificate._facts import certificate_facts, conformity_words
 from ocmm_core.export.report import NOT_STATED, one_line
 
 DCC, SI = "https://ptb.de/dcc", "https://ptb.de/si"

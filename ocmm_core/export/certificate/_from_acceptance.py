@@ -25,7 +25,7 @@ from ocmm_core.export.certificate._content import (
     Conformity,
     once,
 )
-from ocmm_core.export.certificate._run import require_vouched
+from ocmm_core.export.certificate._from_calibration import require_vouched
 from ocmm_core.export.template import Paper
 
 _SAME = 1e-9

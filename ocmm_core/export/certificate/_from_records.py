@@ -27,9 +27,9 @@ from ocmm_core.export.certificate._from_acceptance import (
     found_before,
     vouched_record,
 )
-from ocmm_core.export.certificate._from_calibration import certificate_of_calibration
-from ocmm_core.export.certificate._run import (
+from ocmm_core.export.certificate._from_calibration import (
     calibration_in,
+    certificate_of_calibration,
     lines_of,
     require_vouched,
     verification_run,

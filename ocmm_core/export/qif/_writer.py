@@ -1,15 +1,129 @@
-"""Elements of a QIF document: names, ids, numbers with all their digits."""
+"""Elements of a QIF document: names, ids, numbers with all their digits.
+
+Also the names of shapes and characteristics in QIF 3.0, and contents of their elements.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 from lxml import etree
 
 from ocmm_core.export.qif._check import NAMESPACE
-from ocmm_core.export.qif._terms import Pair, Value
-from ocmm_core.export.report import Units
+from ocmm_core.export.report import Element, Units
+from ocmm_core.features.shapes import QifShape, Shape
+from ocmm_core.geometry import Float
+from ocmm_core.tolerances.kinds import spec_for
+
+Value = float | Float | str
+Pair = tuple[str, "Value | list[Pair]"]
+"""Name of an XML element and its content: a number, a vector, text, or elements."""
+
+
+def feature_word(shape: Shape) -> str:
+    """Return the prefix of a feature's element names."""
+    return shape.spec.qif.feature
+
+
+def is_told_from_start(shape: Shape) -> bool:
+    """Return whether QIF locates a shape by its start along its direction."""
+    return shape.spec.qif.extent in ("nominal", "definition")
+
+
+def characteristic_word(kind: str, shape: Shape | None, count: int) -> str:
+    """Return the prefix of a characteristic's element names, by its first feature's shape."""
+    words = spec_for(kind, shape).qif
+    if count == 1 and words.of_one:
+        return words.of_one
+    return words.word if shape is None else words.of_shape.get(shape, words.word)
+
+
+def definition_of(shape: Shape, element: Element, side: str) -> list[Pair]:
+    """Return the contents of a feature's definition."""
+    words = shape.spec.qif
+    if not words.sizes:
+        return []
+    held: list[Pair] = [("InternalExternal", "INTERNAL" if side == "inner" else "EXTERNAL")]
+    held += [(name, value or 0.0) for name, value in _sizes(words, element)]
+    match words.extent:
+        case "definition":
+            held += _told(("Length", element.length))
+        case "cone":
+            held += _ends(element, element.angle_deg or 0.0)
+        case "flat":
+            ends: list[Pair] = [("SlotEndEnum", "FLAT")]
+            held.append(("EndType", ends))
+        case "" | "nominal":
+            pass
+    return held
+
+
+def place_of(shape: Shape, element: Element) -> list[Pair]:
+    """Return the location of an element in the form of nominals."""
+    point, direction, across = element.point, element.direction, element.across
+    place = shape.spec.qif.place
+    if place == "location" or direction is None:
+        return [("Location", point)]
+    match place:
+        case "axis":
+            return [("Axis", [("AxisPoint", point), ("Direction", direction)])]
+        case "location, axis":
+            return [("Location", point), ("AxisVector", direction)]
+        case "location, direction":
+            return [("Location", point), ("Direction", direction)]
+        case "long axis" if across is not None:
+            axis: list[Pair] = [("AxisPoint", point), ("Direction", across)]
+            return [("Axis", axis), ("Normal", direction)]
+        case "centre line" if across is not None:
+            line: list[Pair] = [("StartPoint", point), ("Vector", across)]
+            return [("CenterLine", line), ("Normal", direction)]
+        case "location, normal" | "long axis" | "centre line":
+            return [("Location", point), ("Normal", direction)]
+
+
+def nominal_of(shape: Shape, element: Element) -> list[Pair]:
+    """Return the location of a nominal element; for a line and a cylinder by its start."""
+    if not is_told_from_start(shape) or element.length is None or element.direction is None:
+        return place_of(shape, element)
+    start = element.point - 0.5 * element.length * element.direction
+    place = place_of(shape, replace(element, point=start))
+    return [*place, ("Length", element.length)] if shape.spec.qif.extent == "nominal" else place
+
+
+def measured_of(shape: Shape, element: Element) -> list[Pair]:
+    """Return location and size of a measured element."""
+    words = shape.spec.qif
+    sizes = _sizes(words, element)
+    before, after = sizes[: words.before], sizes[words.before :]
+    return [*_told(*before), *place_of(shape, element), *_told(*after)]
+
+
+def _sizes(words: QifShape, element: Element) -> list[tuple[str, float | None]]:
+    """Return the sizes of an element by name; None if unknown."""
+    known = {
+        "diameter": element.diameter,
+        "length": element.length,
+        "width": element.width,
+        "angle_deg": element.angle_deg,
+    }
+    return [(name, known[field]) for name, field in words.sizes]
+
+
+def _ends(element: Element, angle_deg: float) -> list[Pair]:
+    """Return the ends of a cone along its axis; empty if the plan lacks its length."""
+    if element.length is None:
+        return []
+    half = 0.5 * element.length
+    ends: list[Pair] = [("LargeEndDistance", half)]
+    narrowest = 0.5 * (element.diameter or 0.0) - half * np.tan(np.radians(0.5 * angle_deg))
+    # Without a small end QIF extends the cone to its apex.
+    return [*ends, ("SmallEndDistance", -half)] if narrowest > 0.0 else ends
+
+
+def _told(*pairs: tuple[str, float | None]) -> list[Pair]:
+    return [(name, value) for name, value in pairs if value is not None]
 
 
 class Writer:

@@ -2,12 +2,11 @@
 
 In: an evaluated job and a profile. Out: one frozen `ReportData`, and bytes of files made from it.
 
-Read `_report_data` (all data of a report) and `_exporter` (interface of formats). `_head`,
-`_elements`, `_tables` and `_names` are shared by the formats: `_polyworks`, `_delimited`,
+Read `_report_data` (all data of a report) and `_exporter` (interface of formats, and text files by
+a profile). `_elements`, `_tables` and `_names` are shared by the formats: `_polyworks`,
 `_json_file` with `_json_schema`, `_xlsx` with `_xlsx_reader`, `_first_article` (inspection plan,
-AS9102). `_profile` defines text files, `_paper_facts` the required statements of a test report;
-`_specimen` shows a template without a job. Templates are in the package `template`. Each format has
-its own reader.
+AS9102). `_paper_facts` has the required statements of a test report; `_specimen` shows a template
+without a job. Templates are in the package `template`. Each format has its own reader.
 It must not know the registry, QIF or Q-DAS.
 """
 
@@ -18,11 +17,16 @@ from typing import TYPE_CHECKING
 from ocmm_core.door import door
 
 if TYPE_CHECKING:
-    from ocmm_core.export.report._delimited import same_number
     from ocmm_core.export.report._elements import Element
-    from ocmm_core.export.report._exporter import Exporter, ReportFormat
+    from ocmm_core.export.report._exporter import (
+        Exporter,
+        Profile,
+        ReportFormat,
+        load_profile,
+        polyworks_profile,
+        same_number,
+    )
     from ocmm_core.export.report._first_article import AS9102, account_file, write_account
-    from ocmm_core.export.report._head import head_table
     from ocmm_core.export.report._json_file import JSON
     from ocmm_core.export.report._json_schema import ReportFile, read_report
     from ocmm_core.export.report._names import (
@@ -44,7 +48,6 @@ if TYPE_CHECKING:
         statements,
     )
     from ocmm_core.export.report._polyworks import POLYWORKS
-    from ocmm_core.export.report._profile import Profile, load_profile, polyworks_profile
     from ocmm_core.export.report._report_data import (
         Instrument,
         ReportData,
@@ -60,6 +63,7 @@ if TYPE_CHECKING:
         ReportTable,
         Units,
         features_table,
+        head_table,
         points_table,
         report_table,
     )
@@ -67,11 +71,9 @@ if TYPE_CHECKING:
 else:
     __getattr__ = door(
         __name__,
-        _delimited="same_number",
         _elements="Element",
-        _exporter="Exporter ReportFormat",
+        _exporter="Exporter Profile ReportFormat load_profile polyworks_profile same_number",
         _first_article="AS9102 account_file write_account",
-        _head="head_table",
         _json_file="JSON",
         _json_schema="ReportFile read_report",
         _names="check_file_stem check_name clean_text last_moment one_line spreadsheet_text",
@@ -80,12 +82,11 @@ else:
             "report_number statements"
         ),
         _polyworks="POLYWORKS",
-        _profile="Profile load_profile polyworks_profile",
         _report_data=(
             "Instrument ReportData ReportedFeature ReportedResult report_data report_of_job"
         ),
         _specimen="specimen_report",
-        _tables="Cell Number ReportTable Units features_table points_table report_table",
+        _tables="Cell Number ReportTable Units features_table head_table points_table report_table",
         _xlsx="XLSX",
     )
 

@@ -19,10 +19,15 @@ from lxml import etree
 
 from ocmm_core.documents import write_atomic
 from ocmm_core.errors import InputError, StorageError
-from ocmm_core.export.report._delimited import compare_delimited, delimited
-from ocmm_core.export.report._exporter import Exporter
+from ocmm_core.export.report._exporter import (
+    Exporter,
+    Profile,
+    TableProfile,
+    compare_delimited,
+    delimited,
+    polyworks_profile,
+)
 from ocmm_core.export.report._names import clean_text
-from ocmm_core.export.report._profile import Profile, TableProfile, polyworks_profile
 from ocmm_core.export.report._report_data import ReportData, ReportedResult
 from ocmm_core.export.report._tables import JOB_STATE, Cell, Number, ReportTable, Units
 from ocmm_core.export.report._xlsx import looks_computed, new_workbook

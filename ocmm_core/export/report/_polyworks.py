@@ -18,16 +18,21 @@ import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from ocmm_core.export.report._delimited import compare_delimited, delimited, same_number
-from ocmm_core.export.report._exporter import Exporter
-from ocmm_core.export.report._head import head_table
-from ocmm_core.export.report._profile import Profile, TableProfile
+from ocmm_core.export.report._exporter import (
+    Exporter,
+    Profile,
+    TableProfile,
+    compare_delimited,
+    delimited,
+    same_number,
+)
 from ocmm_core.export.report._report_data import ReportData
 from ocmm_core.export.report._tables import (
     JOB_STATE,
     Number,
     ReportTable,
     features_table,
+    head_table,
     points_table,
     report_table,
 )

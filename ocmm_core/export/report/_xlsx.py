@@ -22,10 +22,8 @@ from typing import TYPE_CHECKING
 
 from lxml import etree
 
-from ocmm_core.export.report._exporter import Exporter
-from ocmm_core.export.report._head import head_table
+from ocmm_core.export.report._exporter import Exporter, Profile
 from ocmm_core.export.report._names import clean_text
-from ocmm_core.export.report._profile import Profile
 from ocmm_core.export.report._report_data import ReportData
 from ocmm_core.export.report._tables import (
     Cell,
@@ -33,6 +31,7 @@ from ocmm_core.export.report._tables import (
     ReportTable,
     Units,
     features_table,
+    head_table,
     points_table,
     report_table,
 )

@@ -3,9 +3,8 @@
 In: documents of a laboratory, settings, data given with a job. Out: one `Paper` for every route to
 a report.
 
-Read `_template` (order, head, signatures, and data to be entered) with `_paper_lengths` (unit) and
-`_surroundings` (ambient readings).
-`_papers` stores it for every route to a report, `_headed` adds the head from the settings.
+Read `_template` (order, head, signatures, unit, and data to be entered). `_headed` stores it for
+every route to a report, adds ambient readings, and the head from the settings.
 It must not know a job: the data of a report are in `report`.
 """
 
@@ -16,22 +15,23 @@ from typing import TYPE_CHECKING
 from ocmm_core.door import door
 
 if TYPE_CHECKING:
-    from ocmm_core.export.template._headed import headed_paper, use_head
-    from ocmm_core.export.template._paper_lengths import PaperLengths
-    from ocmm_core.export.template._papers import (
+    from ocmm_core.export.template._headed import (
         given_with,
+        headed_paper,
         keep_given,
         keep_template,
         paper_of,
         station_template,
+        surroundings,
         template_in_use,
+        use_head,
     )
-    from ocmm_core.export.template._surroundings import surroundings
     from ocmm_core.export.template._template import (
         RELATES_ONLY,
         SECTIONS,
         WHOLE_ONLY,
         Paper,
+        PaperLengths,
         Particulars,
         ReportTemplate,
         Section,
@@ -42,13 +42,13 @@ if TYPE_CHECKING:
 else:
     __getattr__ = door(
         __name__,
-        _headed="headed_paper use_head",
-        _paper_lengths="PaperLengths",
-        _papers="given_with keep_given keep_template paper_of station_template template_in_use",
-        _surroundings="surroundings",
+        _headed=(
+            "given_with headed_paper keep_given keep_template paper_of station_template "
+            "surroundings template_in_use use_head"
+        ),
         _template=(
-            "RELATES_ONLY SECTIONS WHOLE_ONLY Paper Particulars ReportTemplate Section "
-            "load_paper plain_paper standard_template"
+            "Paper PaperLengths Particulars RELATES_ONLY ReportTemplate SECTIONS Section "
+            "WHOLE_ONLY load_paper plain_paper standard_template"
         ),
     )
 

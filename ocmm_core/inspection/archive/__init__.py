@@ -3,10 +3,10 @@
 In: job files, and the current histories of calibrations and tips.
 Out: jobs recalculated from raw observations, suspect points, comparisons of batches.
 
-Read `_reopen` with `_stored_documents`, `_batch`, `_last_jobs`, `_compare` with `_comparison`.
-Later findings on the calibration: `_camera_history` and `_camera_doubts`, on the tip:
-`_tip_history` and `_tip_doubts`, and `_recall_record` (decisions of a recall); `_known` sends them
-to a worker. Jobs are read in memory (`storage.read_job`). It must not know a running station.
+Read `_reopen` with `_stored_documents`, `_batch`, `_compare` with `_comparison`. Later findings on
+the calibration are in `_camera_history`, on the tip in `_tip_history`; `_recall_record` has the
+decisions of a recall, and `_known` sends them to a worker. Jobs are read in memory
+(`storage.read_job`). It must not know a running station.
 """
 
 from __future__ import annotations
@@ -20,12 +20,19 @@ if TYPE_CHECKING:
     from ocmm_core.inspection.archive._batch import (
         SUFFIX,
         BatchPart,
+        LastJob,
+        last_jobs,
         next_serial,
         parts_of_batch,
+        previous_part_pose,
         require_new_serial,
     )
-    from ocmm_core.inspection.archive._camera_doubts import points_in_doubt
-    from ocmm_core.inspection.archive._camera_history import CameraHistory, is_known, settle_cameras
+    from ocmm_core.inspection.archive._camera_history import (
+        CameraHistory,
+        is_known,
+        points_in_doubt,
+        settle_cameras,
+    )
     from ocmm_core.inspection.archive._compare import (
         compare_files,
         compare_folder,
@@ -34,7 +41,6 @@ if TYPE_CHECKING:
     )
     from ocmm_core.inspection.archive._comparison import Comparison, PartValue, Trend
     from ocmm_core.inspection.archive._known import KnownOfJob, known_alone, known_here
-    from ocmm_core.inspection.archive._last_jobs import LastJob, last_jobs, previous_part_pose
     from ocmm_core.inspection.archive._points_in_doubt import first_stored, first_taken
     from ocmm_core.inspection.archive._recall_record import (
         SCHEMA,
@@ -53,27 +59,26 @@ if TYPE_CHECKING:
         reopen_job,
     )
     from ocmm_core.inspection.archive._stored_documents import StoredDocuments
-    from ocmm_core.inspection.archive._tip_doubts import last_good_utc
-    from ocmm_core.inspection.archive._tip_history import ask_tip, settle_tip
+    from ocmm_core.inspection.archive._tip_history import ask_tip, last_good_utc, settle_tip
 else:
     __getattr__ = door(
         __name__,
-        _batch="SUFFIX BatchPart next_serial parts_of_batch require_new_serial",
-        _camera_doubts="points_in_doubt",
-        _camera_history="CameraHistory is_known settle_cameras",
+        _batch=(
+            "BatchPart LastJob SUFFIX last_jobs next_serial parts_of_batch previous_part_pose "
+            "require_new_serial"
+        ),
+        _camera_history="CameraHistory is_known points_in_doubt settle_cameras",
         _compare="compare_files compare_folder compare_jobs why_not_counted",
         _comparison="Comparison PartValue Trend",
         _known="KnownOfJob known_alone known_here",
-        _last_jobs="LastJob last_jobs previous_part_pose",
         _points_in_doubt="first_stored first_taken",
         _recall_record=(
-            "SCHEMA Outcome RecallRecord RecalledCharacteristic RecalledJob RecalledValue "
+            "Outcome RecallRecord RecalledCharacteristic RecalledJob RecalledValue SCHEMA "
             "points_digest"
         ),
         _reopen="ReopenedJob Tell reopen reopen_alone reopen_content reopen_job",
         _stored_documents="StoredDocuments",
-        _tip_doubts="last_good_utc",
-        _tip_history="ask_tip settle_tip",
+        _tip_history="ask_tip last_good_utc settle_tip",
     )
 
 __all__ = [

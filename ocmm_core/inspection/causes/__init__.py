@@ -3,9 +3,9 @@
 In: an evaluated job with a characteristic that is NOT CONFORM or NOT PROVEN.
 Out: the amount, the supported cause, the points behind it, and the remedy.
 
-Read `_cause` (possible causes), `_explain` (entry), `_inquiry` (results under hypotheses),
-`_amounts`, `_suspects` (points contradicted by others), `_deviations` and `_common_causes` (errors
-shared by a whole job), `_remaining_causes`, `_causes` (the choice).
+Read `_cause` (possible causes), `_causes` (entry and choice), `_inquiry` (results under
+hypotheses), `_suspects` (points contradicted by others), `_deviations` and `_common_causes` (errors
+shared by a whole job), `_remaining_causes`.
 A cause is tried before it is named. It must not know a session: it changes nothing.
 """
 
@@ -17,12 +17,12 @@ from ocmm_core.door import door
 
 if TYPE_CHECKING:
     from ocmm_core.inspection.causes._cause import Cause, CauseFinding, Explanation, points_words
-    from ocmm_core.inspection.causes._explain import EXPLAINED, explanations, explanations_of
+    from ocmm_core.inspection.causes._causes import EXPLAINED, explanations, explanations_of
 else:
     __getattr__ = door(
         __name__,
         _cause="Cause CauseFinding Explanation points_words",
-        _explain="EXPLAINED explanations explanations_of",
+        _causes="EXPLAINED explanations explanations_of",
     )
 
 __all__ = [

@@ -1,4 +1,7 @@
-"""Possible causes of NOT CONFORM or NOT PROVEN, in the words of the report."""
+"""Possible causes of NOT CONFORM or NOT PROVEN, in the words of the report.
+
+They depend on the distance of a value from its limits, with and without U.
+"""
 
 from __future__ import annotations
 
@@ -6,7 +9,80 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import Enum
 
-from ocmm_core.tolerances.decisions import Verdict
+from ocmm_core.tolerances.decisions import CharacteristicResult, Verdict
+from ocmm_core.tolerances.kinds import spec_of
+from ocmm_core.tolerances.zones import Characteristic
+
+
+def limits_of(item: Characteristic, result: CharacteristicResult) -> tuple[float, float]:
+    """Return the limits of a value, its bonus included; the lower one may be infinite."""
+    low = float("-inf") if spec_of(item.kind).one_sided else item.nominal + item.lower
+    return low, item.nominal + item.upper + result.bonus
+
+
+def is_low(item: Characteristic, result: CharacteristicResult) -> bool:
+    low, high = limits_of(item, result)
+    value = result.measured
+    return value is not None and low - value > value - high
+
+
+def way_to_good(item: Characteristic, result: CharacteristicResult) -> float | None:
+    """Return the distance of a value from conformity, U included; None without a value."""
+    beyond, uncertainty = beyond_limit(item, result), result.uncertainty
+    if beyond is None or uncertainty is None:
+        return None
+    return beyond + uncertainty
+
+
+def beyond_limit(item: Characteristic, result: CharacteristicResult) -> float | None:
+    """Return the distance beyond the nearer limit, negative inside; None without a value."""
+    value = result.measured
+    if value is None:
+        return None
+    low, high = limits_of(item, result)
+    return max(low - value, value - high)
+
+
+def amount_words(item: Characteristic, result: CharacteristicResult) -> str:
+    """Return the excess of a value, or the required U or value, next to U, in words."""
+    beyond, u, value = beyond_limit(item, result), result.uncertainty, result.measured
+    if beyond is None or u is None or value is None:
+        return result.note
+    # Decided in place, so that a sentence is collected whole for each unit.
+    turns = result.unit == "deg"
+    low, high = limits_of(item, result)
+    above = value - high >= low - value
+    limit, word = (high, "upper") if above else (low, "lower")
+    if result.verdict is Verdict.NOT_CONFORM:
+        times = f" ({beyond / u:.1f} times U)" if u > 0.0 and beyond > 0.0 else ""
+        return (
+            f"{beyond:.4f}{'°' if turns else ' mm'} beyond the {word} limit "
+            f"{limit:.4f}{'°' if turns else ' mm'}; U is {u:.4f}{'°' if turns else ' mm'}{times}."
+        )
+    if high - low < 2.0 * u and low > float("-inf"):
+        return (
+            f"U is {u:.4f}{'°' if turns else ' mm'}, but the tolerance is only "
+            f"{high - low:.4f}{'°' if turns else ' mm'} wide: U would have to be below "
+            f"{0.5 * (high - low):.4f}{'°' if turns else ' mm'}."
+        )
+    if abs(beyond) > u and result.note:
+        # The number is clear of the limit: the reason is in the note.
+        return f"Not because of U, which is {u:.4f}{'°' if turns else ' mm'}: {result.note}"
+    edge = limit - u if above else limit + u
+    if beyond > 0.0:
+        return (
+            f"{beyond:.4f}{'°' if turns else ' mm'} beyond the {word} limit "
+            f"{limit:.4f}{'°' if turns else ' mm'}, less than U "
+            f"({u:.4f}{'°' if turns else ' mm'}): neither conformance nor non-conformance is "
+            "proven."
+        )
+    side = "above" if not above else "below"
+    return (
+        f"{-beyond:.4f}{'°' if turns else ' mm'} inside the {word} limit "
+        f"{limit:.4f}{'°' if turns else ' mm'}, but U is {u:.4f}{'°' if turns else ' mm'}: U "
+        f"would have to be below {-beyond:.4f}{'°' if turns else ' mm'}, or the value {side} "
+        f"{edge:.4f}{'°' if turns else ' mm'}."
+    )
 
 
 class Cause(Enum):

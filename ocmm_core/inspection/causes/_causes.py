@@ -1,4 +1,4 @@
-"""Choice of the cause of a characteristic that is NOT CONFORM or NOT PROVEN.
+"""Explanations: why a characteristic is NOT CONFORM or NOT PROVEN, and the remedy.
 
 A cause needs evidence in the points of the whole job, and the value must be good, or much nearer to
 it, without it, as evaluated again with points omitted, moved or flipped. The first with both is
@@ -7,17 +7,25 @@ named, the most specific first; the part is the last resort.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import partial
 
 import msgspec
 import numpy as np
 
 from ocmm_core.alignment import BoundAlignment, SavedFrame, nominal_frame
+from ocmm_core.camera import Rig
 from ocmm_core.errors import OcmmError
 from ocmm_core.features.shapes import POINT
 from ocmm_core.geometry import Float, Int, RigidTransform
-from ocmm_core.inspection.causes._amounts import beyond_limit
-from ocmm_core.inspection.causes._cause import Cause, CauseFinding, points_words
+from ocmm_core.inspection.causes._cause import (
+    Cause,
+    CauseFinding,
+    Explanation,
+    amount_words,
+    beyond_limit,
+    points_words,
+)
 from ocmm_core.inspection.causes._common_causes import (
     Common,
     ball_taken_off,
@@ -28,9 +36,13 @@ from ocmm_core.inspection.causes._common_causes import (
 from ocmm_core.inspection.causes._inquiry import MOST_POINTS, Inquiry
 from ocmm_core.inspection.causes._remaining_causes import few_points, scatter, the_part, uncertainty
 from ocmm_core.inspection.causes._suspects import Suspects
-from ocmm_core.tolerances.decisions import CharacteristicResult
+from ocmm_core.inspection.evaluation import EvaluatedJob, JobView, SessionOptions, evaluated_job
+from ocmm_core.inspection.plan import Plan
+from ocmm_core.measuring import MeasuredPoint
+from ocmm_core.tolerances.decisions import CharacteristicResult, Verdict
 from ocmm_core.tolerances.kinds import spec_of
 from ocmm_core.tolerances.zones import Characteristic
+from ocmm_core.tracking import ProbeBody, TipSensitivity
 
 _SIDE = 0.15
 """Tolerated difference between an offset and a ball diameter, relative to the diameter."""
@@ -254,3 +266,50 @@ def _saved(bound: BoundAlignment, common: Common) -> BoundAlignment:
         rotation=rows, translation=tuple(T.translation.tolist()), covariance=nothing,  # type: ignore[arg-type]  # three numbers a row
     )  # fmt: skip
     return BoundAlignment(frame, bound.shapes, bound.nominals)
+
+
+EXPLAINED = (Verdict.NOT_CONFORM, Verdict.NOT_PROVEN)
+
+
+def explanations(
+    plan: Plan,
+    view: JobView,
+    points: Sequence[MeasuredPoint],
+    sensitivities: Sequence[TipSensitivity],
+    rig: Rig,
+    body: ProbeBody,
+    options: SessionOptions,
+) -> tuple[Explanation, ...]:
+    """Explain every result that is NOT CONFORM or NOT PROVEN; evaluates the job several times.
+
+    Arguments as `evaluation.evaluate_job`: the points that count, as stored.
+    """
+    if not any(result.verdict in EXPLAINED for result in view.characteristics):
+        return ()
+    job = evaluated_job(plan, points, sensitivities, rig, body, options)
+    return explanations_of(job, view)
+
+
+def explanations_of(job: EvaluatedJob, view: JobView) -> tuple[Explanation, ...]:
+    """Return the same for an evaluated job."""
+    inquiry = Inquiry(job, view)
+    asked = {item.name: item for item in job.plan.characteristics}
+    return tuple(
+        explain(inquiry, asked[result.name], result)
+        for result in view.characteristics
+        if result.verdict in EXPLAINED and result.name in asked
+    )
+
+
+def explain(inquiry: Inquiry, item: Characteristic, result: CharacteristicResult) -> Explanation:
+    """Return why one characteristic is not CONFORM, and the remedy."""
+    beyond, uncertainty = beyond_limit(item, result), result.uncertainty
+    finding = cause_of(inquiry, item, result)
+    if beyond is None or uncertainty is None:
+        why = result.note
+    elif finding.cause is Cause.DOUBT:
+        told = amount_words(item, result)
+        why = f"The measurement is in doubt. {told}"
+    else:
+        why = amount_words(item, result)
+    return Explanation(result.name, result.verdict, result.unit, beyond, uncertainty, why, finding)

@@ -11,7 +11,7 @@ import numpy as np
 from ocmm_core.alignment import unknown_frame
 from ocmm_core.errors import MeasuringError, OcmmError
 from ocmm_core.geometry import Float
-from ocmm_core.inspection.causes._amounts import is_low, way_to_good
+from ocmm_core.inspection.causes._cause import is_low, way_to_good
 from ocmm_core.inspection.causes._common_causes import (
     Common,
     common_causes,

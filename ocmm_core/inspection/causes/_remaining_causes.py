@@ -6,8 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ocmm_core.inspection.causes._amounts import beyond_limit
-from ocmm_core.inspection.causes._cause import Cause, CauseFinding
+from ocmm_core.inspection.causes._cause import Cause, CauseFinding, beyond_limit
 from ocmm_core.inspection.causes._common_causes import scatter_ratio
 from ocmm_core.inspection.causes._inquiry import MOST_POINTS, Inquiry
 from ocmm_core.tolerances.decisions import CharacteristicResult, Verdict

@@ -4,9 +4,9 @@ In: the plan, the points that count, options and temperatures of the session.
 Out: frozen views: features, frame, results with U, progress, next target.
 
 Read `_evaluation` (points to results) with `_options`, `_job_graph` and `_job_values` (recomputed
-when their inputs change, `_cache`), `_evaluated` (a job with all intermediate quantities),
-`_uncertainty` (budgets), `_view` (read by screens and scripts), then `_progress`, `_guidance`,
-`_surfaces`, `_coverage`, `_alignment_preview`. Blocked results: `_outliers`, `_quarantine`.
+when their inputs change, `_cache`), `_uncertainty` (budgets, and a job with all intermediate
+quantities), `_view` (read by screens and scripts), then `_progress`, `_guidance`, `_coverage`.
+Blocked results: `_quarantine`.
 It changes no job and must not know how touches come: that is `session`.
 """
 
@@ -17,13 +17,12 @@ from typing import TYPE_CHECKING
 from ocmm_core.door import door
 
 if TYPE_CHECKING:
-    from ocmm_core.inspection.evaluation._alignment_preview import alignment_of_points
     from ocmm_core.inspection.evaluation._cache import EvaluationCache
     from ocmm_core.inspection.evaluation._coverage import coverage_of
-    from ocmm_core.inspection.evaluation._evaluated import EvaluatedJob, evaluated_job
     from ocmm_core.inspection.evaluation._evaluation import (
         JobResults,
         JobStatus,
+        alignment_of_points,
         checked_features,
         evaluate_job,
         frame_of,
@@ -34,7 +33,9 @@ if TYPE_CHECKING:
         Whereabouts,
         aligned_nominals,
         cue,
+        nearness,
         place_of_nominals,
+        places_of,
         targets_of,
         whereabouts,
     )
@@ -58,7 +59,6 @@ if TYPE_CHECKING:
         methods_used,
         with_stored_limits,
     )
-    from ocmm_core.inspection.evaluation._outliers import REMOVE, commanding, outliers
     from ocmm_core.inspection.evaluation._progress import (
         PAUSED,
         RESUMED,
@@ -70,17 +70,21 @@ if TYPE_CHECKING:
         progress_of,
     )
     from ocmm_core.inspection.evaluation._quarantine import (
+        REMOVE,
         HoldReason,
+        commanding,
         event_text,
         held_back,
         held_below,
         notes_of,
         notes_on,
+        outliers,
         withdrawn,
     )
-    from ocmm_core.inspection.evaluation._surfaces import nearness, places_of
     from ocmm_core.inspection.evaluation._uncertainty import (
+        EvaluatedJob,
         JobUncertainty,
+        evaluated_job,
         frame_covariance,
         job_uncertainty,
         probe_state,
@@ -103,13 +107,15 @@ if TYPE_CHECKING:
 else:
     __getattr__ = door(
         __name__,
-        _alignment_preview="alignment_of_points",
         _cache="EvaluationCache",
         _coverage="coverage_of",
-        _evaluated="EvaluatedJob evaluated_job",
-        _evaluation="JobResults JobStatus checked_features evaluate_job frame_of measured_frame",
+        _evaluation=(
+            "JobResults JobStatus alignment_of_points checked_features evaluate_job frame_of "
+            "measured_frame"
+        ),
         _guidance=(
-            "FAR_MM Whereabouts aligned_nominals cue place_of_nominals targets_of whereabouts"
+            "FAR_MM Whereabouts aligned_nominals cue nearness place_of_nominals places_of "
+            "targets_of whereabouts"
         ),
         _job_messages=(
             "INCOMPLETE NOISY_LINE NO_REAL_PART PARTIAL_PLAN SIMULATED SIMULATED_LINE "
@@ -118,14 +124,18 @@ else:
         _options=(
             "FOR_COMPARISON LIMITS_EVENT SessionOptions limits_text methods_used with_stored_limits"
         ),
-        _outliers="REMOVE commanding outliers",
         _progress=(
             "PAUSED Progress RESUMED STANDING_EVENT WrittenProgress open_plan progress_from "
             "progress_of"
         ),
-        _quarantine="HoldReason event_text held_back held_below notes_of notes_on withdrawn",
-        _surfaces="nearness places_of",
-        _uncertainty="JobUncertainty frame_covariance job_uncertainty probe_state uncertainty_of",
+        _quarantine=(
+            "HoldReason REMOVE commanding event_text held_back held_below notes_of notes_on "
+            "outliers withdrawn"
+        ),
+        _uncertainty=(
+            "EvaluatedJob JobUncertainty evaluated_job frame_covariance job_uncertainty "
+            "probe_state uncertainty_of"
+        ),
         _view=(
             "Coverage DeletedPoint FeatureState FeatureView JobHeader JobView LiveView "
             "PlannedFeature Probing ReferenceView StatusWord Target"

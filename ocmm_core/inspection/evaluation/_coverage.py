@@ -1,17 +1,227 @@
-"""Distribution of the points over a feature."""
+"""Touch points on the nominal surface, and the distribution of the points over a feature.
+
+One function for each kind of surface, in the frame of the plan's nominals. A feature's ``point`` is
+the middle of the touched region: of the length of a line, cylinder or cone, of the area of a plane.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ocmm_core.features.shapes import Fit, NominalFeature
 from ocmm_core.geometry import Float, RigidTransform, perpendicular_pair, unit
-from ocmm_core.inspection.evaluation._places import across_of
 from ocmm_core.inspection.evaluation._view import Coverage
 from ocmm_core.measuring import MeasuredPoint
+
+_EDGE = 0.06
+"""Margin of touches to the ends, as a share of the length."""
+_LEVELS = 0.3
+"""Distance of the levels around an axis from its middle, as a share of the length."""
+_MANY = 12
+"""Points from which three levels are touched instead of two."""
+_GOLDEN = np.pi * (3.0 - np.sqrt(5.0))
+
+
+@dataclass(frozen=True, slots=True)
+class Places:
+    points: Float
+    """(n, 3), mm, on the surface; empty if the plan has no size of the feature."""
+    normals: Float
+    """(n, 3), unit, from the material to the probe; zero for a line, whose face is unknown."""
+
+
+NOWHERE = Places(np.empty((0, 3)), np.empty((0, 3)))
+
+
+def _spread(count: int) -> Float:
+    """Return ``count`` places from -0.5 to 0.5, away from the ends."""
+    spread: Float = np.linspace(_EDGE - 0.5, 0.5 - _EDGE, count) if count > 1 else np.zeros(1)
+    return spread
+
+
+def across_of(nominal: NominalFeature) -> Float:
+    """Return the direction of the length, (3,), unit, perpendicular to that of the feature."""
+    axis = unit(np.array(nominal.direction))
+    across = np.array(nominal.across) - (axis @ np.array(nominal.across)) * axis
+    if float(np.linalg.norm(across)) < 1e-6:
+        return perpendicular_pair(axis)[0]
+    return unit(across)
+
+
+def at_point(
+    nominal: NominalFeature, centre: Float, axis: Float, sign: float, count: int
+) -> Places:
+    return Places(np.tile(centre, (count, 1)), np.tile(axis, (count, 1)))
+
+
+def along_line(
+    nominal: NominalFeature, centre: Float, axis: Float, sign: float, count: int
+) -> Places:
+    if nominal.length <= 0.0:
+        return NOWHERE
+    along = _spread(count) * nominal.length
+    return Places(centre + along[:, None] * axis, np.zeros((count, 3)))
+
+
+def on_plane(
+    nominal: NominalFeature, centre: Float, axis: Float, sign: float, count: int
+) -> Places:
+    """Return places in rows over the rectangle of a plane."""
+    if nominal.length <= 0.0 or nominal.width <= 0.0:
+        return NOWHERE
+    along = across_of(nominal)
+    columns = int(np.clip(round(np.sqrt(count * nominal.length / nominal.width)), 1, count))
+    if count > 3:
+        # Three in a row do not determine a plane.
+        columns = int(np.clip(columns, 2, count - 2))
+    rows = -(-count // columns)
+    points = []
+    for row, v in enumerate(_spread(rows)):
+        here = min(columns, count - row * columns)
+        line = _spread(here) if here > 1 else np.array([0.0 if rows == 1 else 0.5 - _EDGE])
+        line = line[::-1] if row % 2 else line
+        points += [
+            centre + u * nominal.length * along + v * nominal.width * np.cross(axis, along)
+            for u in line
+        ]
+    return Places(np.array(points), np.tile(axis, (count, 1)))
+
+
+def _turns(count: int, offset: float = 0.0) -> Float:
+    turns: Float = 2.0 * np.pi * (np.arange(count) + offset) / max(count, 1)
+    return turns
+
+
+def _radial(first: Float, second: Float, turns: Float) -> Float:
+    radial: Float = np.cos(turns)[:, None] * first + np.sin(turns)[:, None] * second
+    return radial
+
+
+def around_axis(
+    nominal: NominalFeature, centre: Float, axis: Float, sign: float, count: int
+) -> Places:
+    """Return places around a circle, or on several levels around a cylinder or cone."""
+    first, second = perpendicular_pair(axis)
+    levels = np.zeros(1)
+    if not nominal.shape.spec.is_flat and nominal.length > 0.0:
+        levels = (
+            _LEVELS
+            * nominal.length
+            * (np.array([-1.0, 1.0]) if count < _MANY else np.array([-1.0, 0.0, 1.0]))
+        )
+    half = np.radians(0.5 * nominal.angle_deg)
+    points, normals = [], []
+    shares = [len(part) for part in np.array_split(np.arange(count), len(levels))]
+    for number, (level, share) in enumerate(zip(levels, shares, strict=True)):
+        radial = _radial(first, second, _turns(share, 0.5 * (number % 2)))
+        radius = 0.5 * nominal.diameter + level * np.tan(half)
+        points.append(centre + level * axis + radius * radial)
+        normals.append(sign * (np.cos(half) * radial - np.sin(half) * axis))
+    return Places(np.concatenate(points), np.concatenate(normals))
+
+
+def on_cap(nominal: NominalFeature, centre: Float, axis: Float, sign: float, count: int) -> Places:
+    """Return places over the hemisphere about the sphere's direction."""
+    normals = _cap(axis, count)
+    return Places(centre + sign * 0.5 * nominal.diameter * normals, normals)
+
+
+def _cap(axis: Float, count: int) -> Float:
+    """Return directions over the hemisphere about ``axis``, by the golden angle."""
+    first, second = perpendicular_pair(axis)
+    heights = 1.0 - (np.arange(count) + 0.5) / count if count > 1 else np.ones(1)
+    # The first one is the pole, the easiest to find.
+    heights = heights + (1.0 - heights[0]) * np.linspace(1.0, 0.0, count)
+    rings = np.sqrt(np.maximum(1.0 - heights**2, 0.0))
+    cap: Float = heights[:, None] * axis + rings[:, None] * _radial(
+        first, second, _GOLDEN * np.arange(count)
+    )
+    return cap
+
+
+def on_torus(
+    nominal: NominalFeature, centre: Float, axis: Float, sign: float, count: int
+) -> Places:
+    radial = _radial(*perpendicular_pair(axis), _turns(count))
+    tilt = np.radians(60.0) * (np.arange(count) % 3 - 1.0)
+    normals = np.cos(tilt)[:, None] * axis + np.sin(tilt)[:, None] * radial
+    ring = centre + 0.5 * nominal.diameter * radial
+    return Places(ring + sign * 0.5 * nominal.width * normals, normals)
+
+
+def _on_outline(
+    flat: tuple[Float, Float], nominal: NominalFeature, centre: Float, axis: Float, sign: float
+) -> Places:
+    along = across_of(nominal)
+    points, normals = flat
+    basis = np.stack([along, np.cross(axis, along)])
+    return Places(centre + points @ basis, sign * (normals @ basis))
+
+
+def on_ellipse(
+    nominal: NominalFeature, centre: Float, axis: Float, sign: float, count: int
+) -> Places:
+    flat = _ellipse(0.5 * nominal.length, 0.5 * nominal.width, count)
+    return _on_outline(flat, nominal, centre, axis, sign)
+
+
+def on_round_slot(
+    nominal: NominalFeature, centre: Float, axis: Float, sign: float, count: int
+) -> Places:
+    flat = _round_slot(0.5 * nominal.length, 0.5 * nominal.width, count)
+    return _on_outline(flat, nominal, centre, axis, sign)
+
+
+def on_rectangle(
+    nominal: NominalFeature, centre: Float, axis: Float, sign: float, count: int
+) -> Places:
+    flat = _rectangle(0.5 * nominal.length, 0.5 * nominal.width, count)
+    return _on_outline(flat, nominal, centre, axis, sign)
+
+
+def _ellipse(a: float, b: float, count: int) -> tuple[Float, Float]:
+    turns = _turns(count)
+    points = np.stack([a * np.cos(turns), b * np.sin(turns)], axis=1)
+    return points, unit(np.stack([b * np.cos(turns), a * np.sin(turns)], axis=1))
+
+
+def _rectangle(a: float, b: float, count: int) -> tuple[Float, Float]:
+    # Both ends get one point each, the long sides the others, away from the corners.
+    ends = 2 if count < 8 else 2 * max(1, round(count * b / (2.0 * (a + b))))
+    sides = count - ends
+    points, normals = [], []
+    for share, size, other, turned in (
+        (sides - sides // 2, a, b, False), (ends // 2, b, a, True),
+        (sides // 2, -a, -b, False), (ends - ends // 2, -b, -a, True),
+    ):  # fmt: skip
+        for step in 2.0 * 0.8 * _spread(share) if share else ():
+            place, normal = (size * step, other), (0.0, float(np.sign(other)))
+            points.append(place[::-1] if turned else place)
+            normals.append(normal[::-1] if turned else normal)
+    return np.array(points), np.array(normals)
+
+
+def _round_slot(a: float, b: float, count: int) -> tuple[Float, Float]:
+    straight = max(a - b, 0.0)
+    around = 4.0 * straight + 2.0 * np.pi * b
+    points, normals = [], []
+    for step in around * (np.arange(count) + 0.5) / count:
+        side, rest = divmod(step, 2.0 * straight + np.pi * b)
+        turn = -1.0 if side else 1.0
+        if rest < 2.0 * straight:
+            place, normal = (straight - rest, b), (0.0, 1.0)
+        else:
+            angle = 0.5 * np.pi + (rest - 2.0 * straight) / max(b, 1e-9)
+            normal = (float(np.cos(angle)), float(np.sin(angle)))
+            place = (-straight + b * normal[0], b * normal[1])
+        points.append((turn * place[0], turn * place[1]))
+        normals.append((turn * normal[0], turn * normal[1]))
+    return np.array(points), np.array(normals)
+
 
 _SECTORS = 8
 _WIDEST_GAP_DEG = 150.0

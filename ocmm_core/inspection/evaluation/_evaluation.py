@@ -1,4 +1,4 @@
-"""From the points of a job to features and results."""
+"""From the points of a job to features and results, and the preview of an alignment."""
 
 from __future__ import annotations
 
@@ -6,9 +6,9 @@ from collections import defaultdict
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 
-from ocmm_core.alignment import BoundAlignment
+from ocmm_core.alignment import AlignmentReport, BoundAlignment, doubt_of, preview_alignment
 from ocmm_core.camera import Rig
-from ocmm_core.errors import FitError
+from ocmm_core.errors import FitError, InputError
 from ocmm_core.features.measured import ActualFeature, CommandingPoints
 from ocmm_core.geometry import RigidTransform
 from ocmm_core.inspection.evaluation._cache import EvaluationCache
@@ -20,10 +20,16 @@ from ocmm_core.inspection.evaluation._job_graph import (
 )
 from ocmm_core.inspection.evaluation._job_values import ValueGraph
 from ocmm_core.inspection.evaluation._options import SessionOptions
-from ocmm_core.inspection.evaluation._outliers import REMOVE
-from ocmm_core.inspection.evaluation._quarantine import notes_on, with_doubt
+from ocmm_core.inspection.evaluation._quarantine import REMOVE, notes_on, with_doubt
 from ocmm_core.inspection.plan import Plan
-from ocmm_core.measuring import DayCheck, MeasuredPoint, check_noise, touches_checked
+from ocmm_core.measuring import (
+    DayCheck,
+    MeasuredPoint,
+    check_noise,
+    joint_factors,
+    reported_points,
+    touches_checked,
+)
 from ocmm_core.tolerances.decisions import (
     CharacteristicResult,
     not_measured,
@@ -186,3 +192,30 @@ def alignment_of(
 def frame_of(plan: Plan, actual: Mapping[str, ActualFeature | FitError]) -> RigidTransform | None:
     """Return the part frame, or None while its datums are not measured."""
     return part_frame_of(plan.bound_alignment, actual)
+
+
+def alignment_of_points(
+    plan: Plan,
+    points: Sequence[MeasuredPoint],
+    sensitivities: Sequence[TipSensitivity],
+    rig: Rig,
+    body: ProbeBody,
+    options: SessionOptions,
+) -> AlignmentReport:
+    """Return residuals, their uncertainty and open degrees of freedom of the plan's alignment.
+
+    ``sensitivities`` in the order of ``points``. InputError if the plan has no alignment.
+    """
+    bound = plan.bound_alignment
+    if bound is None:
+        raise InputError(
+            "alignment.none",
+            f"Plan {plan.name} has no alignment: its results are independent of the frame.",
+            "Add an alignment to the plan to get coordinates or positions.",
+        )
+    reported = reported_points(points, options.climate.part)
+    factors = joint_factors(
+        reported, sensitivities, rig, body, options.contact, options.climate.part,
+        doubt_of(bound),
+    )  # fmt: skip
+    return preview_alignment(bound, checked_features(plan, reported, options), factors)

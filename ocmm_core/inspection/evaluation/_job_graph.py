@@ -36,7 +36,7 @@ from ocmm_core.features.shapes import NominalFeature, Shape
 from ocmm_core.geometry import Float, RigidTransform, unit
 from ocmm_core.inspection.evaluation._cache import EvaluationCache
 from ocmm_core.inspection.evaluation._options import SessionOptions
-from ocmm_core.inspection.evaluation._outliers import (
+from ocmm_core.inspection.evaluation._quarantine import (
     commanding_among,
     is_examined,
     scatters_of,

@@ -3,12 +3,11 @@
 In: a TOML document, a table in text, or the measurement of a master part. Out: a checked plan, and
 TOML that reads back to the same plan.
 
-Read `_plan` (features and characteristics), `_file` (the document), `_step_checks` and `_findings`
-(contradictions), `_environment` (required and noted ambient conditions), `_edit` (changes: a plan
-in, another one out), `_shelf` (plans of a folder), `_file_beside` (files that it names),
-`_picture`, `_cad_model` (the part that is shown). Imports: `_csv`, `_teach` and `_surface_profile`
-(of faces of the model). `_stored_plan` reads the plan of a job file; `_plan_release` releases a
-plan by name; `_requirements` keeps the account of imported files. It must not know points or
+Read `_plan` (features and characteristics), `_file` (the document, released by name, in a folder
+or a job), `_step_checks` and `_findings` (contradictions), `_environment` (required and noted
+ambient conditions), `_edit` (changes: a plan in, another one out), `_file_beside` (pictures, and
+the model of the part that is shown). Imports: `_csv`, `_teach` and `_surface_profile` (of faces of
+the model); `_requirements` keeps the account of imported files. It must not know points or
 sessions.
 """
 
@@ -19,13 +18,6 @@ from typing import TYPE_CHECKING
 from ocmm_core.door import door
 
 if TYPE_CHECKING:
-    from ocmm_core.inspection.plan._cad_model import (
-        PartOfPlan,
-        carry_model,
-        part_of_plan,
-        with_model,
-        without_model,
-    )
     from ocmm_core.inspection.plan._climate import climate_for, material_expansion
     from ocmm_core.inspection.plan._csv import FeatureTable, feature_table
     from ocmm_core.inspection.plan._edit import (
@@ -51,9 +43,30 @@ if TYPE_CHECKING:
         note_room_in,
         noted_rooms,
     )
-    from ocmm_core.inspection.plan._file import save_plan
+    from ocmm_core.inspection.plan._file import (
+        RELEASE_EVENT,
+        PlanSummary,
+        list_plans,
+        note_release,
+        plan_card,
+        plan_release,
+        release_in_job,
+        release_plan,
+        require_released,
+        save_plan,
+        stored_plan,
+    )
+    from ocmm_core.inspection.plan._file_beside import (
+        PartOfPlan,
+        carry_model,
+        carry_pictures,
+        part_of_plan,
+        with_model,
+        with_picture,
+        without_file,
+        without_model,
+    )
     from ocmm_core.inspection.plan._findings import PlanFinding, plan_findings, require_consistent
-    from ocmm_core.inspection.plan._picture import carry_pictures, with_picture, without_file
     from ocmm_core.inspection.plan._plan import (
         MAX_EXPANSION_PPM,
         CadModel,
@@ -61,14 +74,6 @@ if TYPE_CHECKING:
         Plan,
         check_plan,
         load_plan,
-    )
-    from ocmm_core.inspection.plan._plan_release import (
-        RELEASE_EVENT,
-        note_release,
-        plan_release,
-        release_in_job,
-        release_plan,
-        require_released,
     )
     from ocmm_core.inspection.plan._requirements import (
         PlanSource,
@@ -79,9 +84,7 @@ if TYPE_CHECKING:
         source_of,
         with_requirements,
     )
-    from ocmm_core.inspection.plan._shelf import PlanSummary, list_plans, plan_card
     from ocmm_core.inspection.plan._step_checks import step_fault
-    from ocmm_core.inspection.plan._stored_plan import stored_plan
     from ocmm_core.inspection.plan._surface_profile import (
         USUAL_BALL_RADIUS,
         surface_profile,
@@ -92,7 +95,6 @@ if TYPE_CHECKING:
 else:
     __getattr__ = door(
         __name__,
-        _cad_model="PartOfPlan carry_model part_of_plan with_model without_model",
         _climate="climate_for material_expansion",
         _csv="FeatureTable feature_table",
         _edit=(
@@ -103,20 +105,21 @@ else:
             "ENVIRONMENT_EVENT EnvironmentLimits NotedRoom environment_doubt environment_words "
             "note_room_in noted_rooms"
         ),
-        _file="save_plan",
-        _findings="PlanFinding plan_findings require_consistent",
-        _picture="carry_pictures with_picture without_file",
-        _plan="CadModel MAX_EXPANSION_PPM Material Plan check_plan load_plan",
-        _plan_release=(
-            "RELEASE_EVENT note_release plan_release release_in_job release_plan require_released"
+        _file=(
+            "PlanSummary RELEASE_EVENT list_plans note_release plan_card plan_release "
+            "release_in_job release_plan require_released save_plan stored_plan"
         ),
+        _file_beside=(
+            "PartOfPlan carry_model carry_pictures part_of_plan with_model with_picture "
+            "without_file without_model"
+        ),
+        _findings="PlanFinding plan_findings require_consistent",
+        _plan="CadModel MAX_EXPANSION_PPM Material Plan check_plan load_plan",
         _requirements=(
             "PlanSource Requirement RequirementState requirement_count requirement_states "
             "source_of with_requirements"
         ),
-        _shelf="PlanSummary plan_card list_plans",
         _step_checks="step_fault",
-        _stored_plan="stored_plan",
         _surface_profile="USUAL_BALL_RADIUS surface_profile with_model_fit with_profiles",
         _teach="taught_plan",
     )

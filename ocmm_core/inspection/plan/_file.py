@@ -1,16 +1,35 @@
-"""A plan as a TOML document: verified by reading back."""
+"""A plan as a TOML document: verified by reading back, released by name, chosen from a folder.
+
+A job contains the plan that it was measured by, and a copy of its release.
+"""
 
 from __future__ import annotations
 
+import contextlib
 import json
+from collections.abc import Iterable
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import msgspec
 
-from ocmm_core.documents import write_atomic
-from ocmm_core.errors import StorageError
+from ocmm_core.documents import digest, write_atomic
+from ocmm_core.errors import InputError, OcmmError, StorageError
+from ocmm_core.inspection.plan._findings import require_consistent
 from ocmm_core.inspection.plan._plan import Plan, check_plan, load_plan
+from ocmm_core.inspection.plan._requirements import requirement_count
+from ocmm_core.leftovers import scratch_folder
+from ocmm_core.seals import (
+    NO_RELEASE,
+    Release,
+    ReleaseState,
+    Signed,
+    judge_release,
+    release_file,
+    release_state,
+)
+from ocmm_core.storage import JobEvent, JobFile, JobHead
 
 _TABLES = ("alignment", "material", "environment", "model")
 _LISTS = ("features", "constructions", "characteristics", "sources", "requirements")
@@ -86,3 +105,102 @@ def _value(value: Any) -> str:
     if isinstance(value, list | tuple):
         return f"[{', '.join(_value(item) for item in value)}]"
     return repr(value)
+
+
+RELEASE_EVENT = "plan release"
+
+
+class _Copy(msgspec.Struct, frozen=True):
+    words: str
+    release: Release
+
+
+def release_plan(path: Path, who: str, reason: str = "") -> Release:
+    """Release a plan by name; errors as `load_plan`, `require_consistent` and `release_file`."""
+    require_consistent(path, load_plan(path))
+    return release_file(path, Signed.PLAN, who, reason)
+
+
+def plan_release(path: Path) -> ReleaseState:
+    return release_state(path, Signed.PLAN)
+
+
+def require_released(path: Path, found: ReleaseState) -> None:
+    """Raise InputError for a plan that is not released, or was changed afterwards."""
+    if not found.released:
+        raise InputError(
+            "plan.not_released",
+            f"{path}: the plan is {found.words}, and this station measures released plans only.",
+            "Have the person who answers for its limits release it: ocmm plan release.",
+        )
+
+
+def note_release(job: JobFile, found: ReleaseState) -> None:
+    """Copy the release of the plan into a new job; StorageError if it cannot be stored."""
+    if found.release is not None and found.release.signature is not None:
+        content = msgspec.json.encode(_Copy(found.words, found.release))
+        job.append_event(RELEASE_EVENT, content.decode())
+
+
+def release_in_job(head: JobHead, events: Iterable[JobEvent]) -> ReleaseState:
+    """Return the state of the release in a job; errors as `judge_release`."""
+    texts = [event.text for event in events if event.kind == RELEASE_EVENT]
+    if not texts:
+        return NO_RELEASE
+    try:
+        release = msgspec.json.decode(texts[-1], type=_Copy).release
+    except (ValueError, RecursionError):
+        release = None
+    return judge_release(release, Signed.PLAN, head.plan_identity)
+
+
+SUFFIX = ".toml"
+
+
+@dataclass(frozen=True, slots=True)
+class PlanSummary:
+    """A plan that can be measured."""
+
+    path: Path
+    identity: str
+    """`path`, `identity`: Its file, and the SHA-256 of it."""
+    name: str
+    part: str
+    release: ReleaseState = NO_RELEASE
+    requirements: str = ""
+    """Requirements of its sources in the plan; empty without a source."""
+
+    @property
+    def remarks(self) -> tuple[str, ...]:
+        return tuple(filter(None, (self.release.words, self.requirements)))
+
+
+def plan_card(path: Path) -> PlanSummary:
+    """Return the summary of a plan; InputError as `load_plan`."""
+    plan = load_plan(path)
+    count = requirement_count(plan)
+    return PlanSummary(
+        path.absolute(), digest(path), plan.name, plan.part, plan_release(path),
+        "" if count is None else count.words,
+    )  # fmt: skip
+
+
+def list_plans(folder: Path) -> tuple[PlanSummary, ...]:
+    """Return the valid plans of a folder by file name."""
+    try:
+        files = sorted(path for path in folder.iterdir() if path.suffix.lower() == SUFFIX)
+    except OSError:
+        return ()
+    found = []
+    for path in files:
+        with contextlib.suppress(OcmmError):
+            found.append(plan_card(path))
+    return tuple(found)
+
+
+def stored_plan(head: JobHead) -> Plan:
+    """Return the plan to resume a job by; InputError if of another version and unusable."""
+    with scratch_folder("plan") as folder:
+        path = folder / "plan_of_the_job.toml"
+        path.write_text(head.plan_text, encoding="utf-8")
+        return load_plan(path)

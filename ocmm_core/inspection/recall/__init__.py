@@ -3,10 +3,10 @@
 In: jobs, the current histories of calibrations and tips. Out: the outcome of every suspect job, and
 who decided.
 
-Read `_recall` (the whole), `_doubting` (suspect jobs), `_recall_job` (one job under two
-calibrations) with `_recall_fit`, `_recall_judge` (which of both counts), `_recall_artefact` and
-`_recall_messages`. Package `archive` stores decisions and reads them whenever a job is opened. It
-must not know an archive of a shop or a running station.
+Read `_recall` (the whole, and suspect jobs), `_recall_job` (one job under two calibrations),
+`_recall_judge` (which of both counts), `_recall_artefact` and `_recall_messages`. Package
+`archive` stores decisions and reads them whenever a job is opened. It must not know an archive of a
+shop or a running station.
 """
 
 from __future__ import annotations
@@ -16,8 +16,13 @@ from typing import TYPE_CHECKING
 from ocmm_core.door import door
 
 if TYPE_CHECKING:
-    from ocmm_core.inspection.recall._doubting import Doubting
-    from ocmm_core.inspection.recall._recall import KeptPlaces, decide, recall, recall_doubted
+    from ocmm_core.inspection.recall._recall import (
+        Doubting,
+        KeptPlaces,
+        decide,
+        recall,
+        recall_doubted,
+    )
     from ocmm_core.inspection.recall._recall_artefact import artefact_wrong
     from ocmm_core.inspection.recall._recall_job import DoubtedJob
     from ocmm_core.inspection.recall._recall_messages import (
@@ -35,8 +40,7 @@ if TYPE_CHECKING:
 else:
     __getattr__ = door(
         __name__,
-        _doubting="Doubting",
-        _recall="KeptPlaces decide recall recall_doubted",
+        _recall="Doubting KeptPlaces decide recall recall_doubted",
         _recall_artefact="artefact_wrong",
         _recall_job="DoubtedJob",
         _recall_messages=(

@@ -9,8 +9,8 @@ import numpy as np
 from ocmm_core.camera import Rig
 from ocmm_core.geometry import Float
 from ocmm_core.inspection.evaluation import SessionOptions
-from ocmm_core.inspection.session._ledger import JobLedger
-from ocmm_core.inspection.session._reference_use import ReferenceUse
+from ocmm_core.inspection.session._job_points import ReferenceUse
+from ocmm_core.inspection.session._step_log import JobLedger
 from ocmm_core.measuring import (
     MeasuredPoint,
     Refusal,

@@ -1,12 +1,17 @@
-"""Assignment of a touch: the active feature, the one of a script, or the touched one."""
+"""Assignment of a touch: the active feature, the one of a script, or the touched one.
+
+The side of the material is the one of the plan, or the inspector's.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
+import msgspec
 import numpy as np
 
+from ocmm_core.errors import MeasuringError
 from ocmm_core.features.shapes import NominalFeature, Shape
 from ocmm_core.geometry import Float, RigidTransform, unit
 from ocmm_core.inspection.evaluation import (
@@ -16,7 +21,7 @@ from ocmm_core.inspection.evaluation import (
     nearness,
     place_of_nominals,
 )
-from ocmm_core.inspection.plan import Plan
+from ocmm_core.inspection.plan import Plan, step_fault
 from ocmm_core.inspection.session._acceptance import Acceptance, TouchAssignment
 from ocmm_core.inspection.session._any_order import (
     MOST_SLANT_DEG,
@@ -24,9 +29,59 @@ from ocmm_core.inspection.session._any_order import (
     Contact,
     touched_feature,
 )
-from ocmm_core.inspection.session._ledger import JobLedger
-from ocmm_core.inspection.session._side_choice import method_of
-from ocmm_core.measuring import MeasuredPoint, Refusal, RefusalCode, StablePoint, Touch
+from ocmm_core.inspection.session._step_log import JobLedger
+from ocmm_core.measuring import METHODS, MeasuredPoint, Refusal, RefusalCode, StablePoint, Touch
+
+
+def method_of(plan: Plan, progress: Progress, name: str) -> str:
+    """Return the current method of a feature; KeyError if unknown."""
+    return methods_of(plan, progress)[name]
+
+
+def methods_of(plan: Plan, progress: Progress) -> dict[str, str]:
+    """Return the current method of every feature of the plan."""
+    chosen = progress.methods
+    return {
+        item.name: chosen.get(item.name) or item.compensation or plan.compensation
+        for item in plan.features
+    }
+
+
+def awaits_pull(plan: Plan, progress: Progress) -> bool:
+    """Return whether the ball may be followed during its retract at the next touch."""
+    names = [progress.active] if progress.active else []
+    if progress.probing == "any":
+        names = [n for n in progress.names if n not in progress.done | progress.skipped]
+    methods = methods_of(plan, progress)
+    return any(methods[name] == "pulled" for name in names)
+
+
+def chosen_methods(plan: Plan, progress: Progress, method: str, name: str) -> dict[str, str]:
+    """Return the choices after a change for one feature, or (`name` empty) for all that allow it.
+
+    MeasuringError if not one of `measuring.compensation.METHODS`, or unsuitable for the shape.
+    """
+    if method not in METHODS:
+        raise MeasuringError(
+            "session.method",
+            f"{method!r} is not a method for finding the probe side.",
+            f"Choose one of: {', '.join(METHODS)}.",
+        )
+    chosen = dict(progress.methods)
+    for feature in plan.features:
+        if name and feature.name != name:
+            continue
+        fault = step_fault(msgspec.structs.replace(feature, compensation=method), method)
+        if fault is None:
+            chosen[feature.name] = method
+        elif name:
+            raise MeasuringError(
+                "session.method",
+                f"The compensation of {name} {fault[1]}.",
+                "Choose another method.",
+            )
+    return chosen
+
 
 _PLANE_POINTS = 3
 _AGREED = 0.7

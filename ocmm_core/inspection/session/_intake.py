@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from ocmm_core.camera import Rig
 from ocmm_core.inspection.session._assignment import TouchAssigner
-from ocmm_core.inspection.session._ledger import JobLedger
+from ocmm_core.inspection.session._step_log import JobLedger
 from ocmm_core.measuring import (
     MeasuredPoint,
     PointOptions,

@@ -16,7 +16,7 @@ from ocmm_core.inspection.evaluation import (
     targets_of,
 )
 from ocmm_core.inspection.plan import Plan
-from ocmm_core.inspection.session._ledger import JobLedger
+from ocmm_core.inspection.session._step_log import JobLedger
 from ocmm_core.measuring import MeasuredPoint
 from ocmm_core.part_model import PartModel, PlacedPart
 

@@ -24,17 +24,14 @@ from ocmm_core.inspection.evaluation import (
 )
 from ocmm_core.inspection.plan import Plan
 from ocmm_core.inspection.session._acceptance import Acceptance
-from ocmm_core.inspection.session._assignment import TouchAssigner
-from ocmm_core.inspection.session._conditions import Conditions
-from ocmm_core.inspection.session._header import header_of
+from ocmm_core.inspection.session._assignment import TouchAssigner, awaits_pull, methods_of
+from ocmm_core.inspection.session._header import Conditions, header_of
 from ocmm_core.inspection.session._intake import TouchIntake
+from ocmm_core.inspection.session._job_points import ReferenceUse
 from ocmm_core.inspection.session._job_view import JobState, view_of
-from ocmm_core.inspection.session._ledger import JobLedger, UnderWay
 from ocmm_core.inspection.session._placed_part import PlacedNominal
-from ocmm_core.inspection.session._point_steps import PointSteps
-from ocmm_core.inspection.session._reference_use import ReferenceUse
-from ocmm_core.inspection.session._side_choice import awaits_pull, methods_of
-from ocmm_core.inspection.session._steps import JobSteps, Pausing
+from ocmm_core.inspection.session._step_log import JobLedger, UnderWay
+from ocmm_core.inspection.session._steps import JobSteps, Pausing, PointSteps
 from ocmm_core.measuring import MeasuredPoint
 from ocmm_core.storage import JobFile
 from ocmm_core.tracking import ProbeBody, ReferenceHome, TipSensitivity

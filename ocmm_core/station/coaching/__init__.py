@@ -3,7 +3,7 @@
 In: the latest pose of the probe and its visible LEDs. Out: the ellipsoid of the ball, a steady
 hint, or while the probe is lost one remedy with a picture, as a signal of changes.
 
-Read `_watch` (a thread started by the display) and `_view` (its reports).
+Read `_watch`: a thread started by the display, and its reports.
 `ocmm_core.coach` defines hints; it must not know a screen, nor the other packages of a station.
 """
 
@@ -14,9 +14,8 @@ from typing import TYPE_CHECKING
 from ocmm_core.door import door
 
 if TYPE_CHECKING:
-    from ocmm_core.station.coaching._view import NOTHING, CoachView, LastPose, ProbeNow
-    from ocmm_core.station.coaching._watch import CoachWatch
+    from ocmm_core.station.coaching._watch import NOTHING, CoachView, CoachWatch, LastPose, ProbeNow
 else:
-    __getattr__ = door(__name__, _view="CoachView LastPose NOTHING ProbeNow", _watch="CoachWatch")
+    __getattr__ = door(__name__, _watch="CoachView CoachWatch LastPose NOTHING ProbeNow")
 
 __all__ = ["NOTHING", "CoachView", "CoachWatch", "LastPose", "ProbeNow"]

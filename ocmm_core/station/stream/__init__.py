@@ -3,9 +3,8 @@
 In: points, annulments, verdicts and poses of the station. Out: numbered lines over TCP, so that
 late clients get all of them in order.
 
-Read `_messages` (one JSON object a line), `_options` (address and access), `_reception`
-(connections) with `_client`, `_server`, `_log` (numbered messages), `_verdict_watch` and
-`_probe_button`.
+Read `_messages` (one JSON object a line), `_reception` (address, access, connections) with
+`_client` (and numbered messages), `_server`, `_source` (and verdicts) and `_probe_button`.
 docs/integrator/live_stream.md is for readers of the stream. Clients can only read. It must not know
 the station.
 """
@@ -18,15 +17,15 @@ from ocmm_core.door import door
 
 if TYPE_CHECKING:
     from ocmm_core.station.stream._messages import verdict_line
-    from ocmm_core.station.stream._options import StreamOptions, check_stream, tls_context
     from ocmm_core.station.stream._probe_button import ButtonChange, ButtonWatch
+    from ocmm_core.station.stream._reception import StreamOptions, check_stream, tls_context
     from ocmm_core.station.stream._server import StreamServer
 else:
     __getattr__ = door(
         __name__,
         _messages="verdict_line",
-        _options="StreamOptions check_stream tls_context",
         _probe_button="ButtonChange ButtonWatch",
+        _reception="StreamOptions check_stream tls_context",
         _server="StreamServer",
     )
 

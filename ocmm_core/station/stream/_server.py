@@ -4,10 +4,10 @@ Off by default. It listens on loopback unless another address is given, and then
 Clients can only read. One thread serves all in an event loop without waiting for any; `_reception`
 handles connections.
 
-Points and the button are never dropped: each message is kept (`_log`), and a returning client
+Points and the button are never dropped: each message is kept (`_client`), and a returning client
 resumes after its last number. Poses are for display: a slow client misses some, and of several
 state changes gets the latest. The same applies to verdicts, which a separate thread computes
-(`_verdict_watch`).
+(`_source`).
 """
 
 from __future__ import annotations
@@ -25,8 +25,7 @@ from functools import partial
 from pathlib import Path
 
 from ocmm_core.errors import InputError, MeasuringError, OcmmError
-from ocmm_core.station.stream._client import StreamClient
-from ocmm_core.station.stream._log import StreamLog
+from ocmm_core.station.stream._client import StreamClient, StreamLog
 from ocmm_core.station.stream._messages import (
     Hello,
     annulled_line,
@@ -37,12 +36,10 @@ from ocmm_core.station.stream._messages import (
     read_request,
     status_line,
 )
-from ocmm_core.station.stream._options import StreamOptions as StreamOptions
-from ocmm_core.station.stream._options import check_stream, tls_context
 from ocmm_core.station.stream._probe_button import ButtonChange
-from ocmm_core.station.stream._reception import MOST_CLIENTS, Reception
-from ocmm_core.station.stream._source import StreamSource
-from ocmm_core.station.stream._verdict_watch import VerdictWatch
+from ocmm_core.station.stream._reception import MOST_CLIENTS, Reception, check_stream, tls_context
+from ocmm_core.station.stream._reception import StreamOptions as StreamOptions
+from ocmm_core.station.stream._source import StreamSource, VerdictWatch
 from ocmm_core.storage import JobStep
 
 _log = logging.getLogger(__name__)

@@ -30,8 +30,8 @@ from ocmm_core.coach import (
     stance_at,
     uncertainty_of,
 )
+from ocmm_core.coach._advice import WAIT_S
 from ocmm_core.coach._prediction import common, sight_of
-from ocmm_core.coach._steady import WAIT_S
 from ocmm_core.documents import resource
 from ocmm_core.geometry import Float, rotation_from_vector, rotation_xyz
 from ocmm_core.measuring import point_uncertainty, systematic_covariance

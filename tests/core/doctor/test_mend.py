@@ -11,7 +11,7 @@ import msgspec
 import pytest
 
 from ocmm_core.doctor import Computer, Light, SystemChange, can_undo, examine, mend, undo
-from ocmm_core.doctor._changes import UNDO_FILE, ChangeKind, is_allowed
+from ocmm_core.doctor._result import UNDO_FILE, ChangeKind, is_allowed
 from ocmm_core.errors import InputError, InternalError, StorageError
 from tests.core.doctor.fake_computer import CPU, LIMITS, SETTINGS, good_computer, put
 from tests.host import HANG_S, on_linux_only, private_mounts

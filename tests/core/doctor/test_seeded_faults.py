@@ -64,7 +64,7 @@ def test_a_very_slow_disk_is_red(tmp_path: Path) -> None:
 
 
 def test_files_of_two_versions_are_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("ocmm_core.doctor._record_checks.version", lambda name: "0.0.1")
+    monkeypatch.setattr("ocmm_core.doctor._disk_checks.version", lambda name: "0.0.1")
     report, _ = examine(good_computer(tmp_path))
     assert not_green(report) == {"program": "program.mixed"}
 

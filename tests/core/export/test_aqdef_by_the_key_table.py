@@ -16,7 +16,7 @@ import pytest
 
 from ocmm_core.errors import StorageError
 from ocmm_core.export import write_report
-from ocmm_core.export.aqdef._keys import KEYS, fitted
+from ocmm_core.export.aqdef._head import KEYS, fitted
 from ocmm_core.export.report import ReportData
 from ocmm_core.export.template import Particulars, load_paper, standard_template
 from ocmm_core.inspection.evaluation import JobHeader

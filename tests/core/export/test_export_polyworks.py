@@ -18,7 +18,7 @@ from ocmm_core.documents import resource
 from ocmm_core.errors import InputError, StorageError
 from ocmm_core.export import ENDING, EXPORTERS, preview, preview_text
 from ocmm_core.export.report import ReportData, load_profile, polyworks_profile
-from ocmm_core.export.report._delimited import told
+from ocmm_core.export.report._exporter import told
 from ocmm_core.features.shapes import NominalFeature, Shape, element
 from ocmm_core.tables import read_points_file
 from ocmm_core.tolerances.decisions import U_WORDS, Verdict

@@ -9,7 +9,7 @@ from lxml import etree
 
 from ocmm_core.errors import InputError
 from ocmm_core.export.qif import plan_of_qif
-from ocmm_core.export.qif._document import make_document
+from ocmm_core.export.qif._qif import make_document
 from ocmm_core.export.report import ReportData
 from ocmm_core.tolerances.zones import Characteristic
 from tests.core.export.sample_report import NOMINALS, sample_report

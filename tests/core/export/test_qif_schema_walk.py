@@ -10,8 +10,8 @@ import pytest
 from lxml import etree
 
 from ocmm_core.export.qif import QifPlan, plan_of_qif
-from ocmm_core.export.qif._document import make_document
 from ocmm_core.export.qif._nodes import FLAGS, HARMLESS, HARMLESS_ATTRIBUTES, Q
+from ocmm_core.export.qif._qif import make_document
 from ocmm_core.tolerances.zones import Characteristic
 from tests.core.export.sample_report import sample_report
 from tests.core.export.test_export_qif import asking

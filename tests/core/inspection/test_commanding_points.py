@@ -19,7 +19,7 @@ from ocmm_core.inspection.evaluation import (
     _job_graph,
     evaluate_job,
 )
-from ocmm_core.inspection.evaluation._outliers import commanding, is_examined, scatters_of
+from ocmm_core.inspection.evaluation._quarantine import commanding, is_examined, scatters_of
 from ocmm_core.storage import JobFile
 from ocmm_core.tolerances.decisions import Verdict
 from ocmm_core.tracking import tip_sensitivities

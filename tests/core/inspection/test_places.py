@@ -10,7 +10,7 @@ import pytest
 
 from ocmm_core.features.shapes import NominalFeature, Shape
 from ocmm_core.geometry import Float, unit
-from ocmm_core.inspection.evaluation._places import (
+from ocmm_core.inspection.evaluation._coverage import (
     across_of,
     along_line,
     around_axis,

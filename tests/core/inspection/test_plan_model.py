@@ -23,7 +23,7 @@ from ocmm_core.inspection.plan import (
     with_model,
     without_model,
 )
-from ocmm_core.inspection.plan._cad_model import FOLDER, MOST_FILES, cached_part, keep_part
+from ocmm_core.inspection.plan._file_beside import FOLDER, MOST_FILES, cached_part, keep_part
 from ocmm_core.part_model import PartModel
 from tests.part_models import block_part
 

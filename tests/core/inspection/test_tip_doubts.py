@@ -6,7 +6,7 @@ from datetime import UTC, datetime, timedelta
 
 from ocmm_core.calibration.records import TipEvent, TipEventKind
 from ocmm_core.inspection.archive import last_good_utc
-from ocmm_core.inspection.archive._tip_doubts import points_in_doubt
+from ocmm_core.inspection.archive._tip_history import points_in_doubt
 
 BEGUN = datetime(2026, 3, 1, 8, 0, tzinfo=UTC)
 TIP = "6 mm"

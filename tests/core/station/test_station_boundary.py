@@ -58,8 +58,8 @@ STEPS = (
     "ocmm_core.station._open_job.ChangeWatch",
     "ocmm_core.station._open_job.ProbeWatch",
     "ocmm_core.station._probe_watch.ProbeWatch.start",
-    "ocmm_core.inspection.session._conditions.Conditions.note_calibration",
-    "ocmm_core.inspection.session._conditions.Conditions.note_limits",
+    "ocmm_core.inspection.session._header.Conditions.note_calibration",
+    "ocmm_core.inspection.session._header.Conditions.note_limits",
     "ocmm_core.station._job_change.drop_if_empty",
     "ocmm_core.station._frame_loop.FrameLoop.exclusive",
     "ocmm_core.station._jobs.header_text",
@@ -167,9 +167,7 @@ def test_a_start_that_fails_is_failed_and_not_waiting(
     built: BuiltStation, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     station = built.station
-    monkeypatch.setattr(
-        "ocmm_core.inspection.session._conditions.Conditions.note_climate", _raising
-    )
+    monkeypatch.setattr("ocmm_core.inspection.session._header.Conditions.note_climate", _raising)
     with pytest.raises(InternalError, match="The start failed: RuntimeError: injected"):
         station.start()
     assert station.looks.live().status is StatusWord.FAILED

@@ -24,9 +24,15 @@ from ocmm_core.inspection.evaluation import JobHeader, JobView
 from ocmm_core.station import MeasuringStation
 from ocmm_core.station.stream import ButtonChange, ButtonWatch, StreamOptions, StreamServer
 from ocmm_core.station.stream import _client as stream_client
-from ocmm_core.station.stream._client import LONGEST_REQUEST, MOST_WAITING, StreamClient
-from ocmm_core.station.stream._log import BLOCK, IN_MEMORY, StreamLog
-from ocmm_core.station.stream._verdict_watch import VerdictWatch
+from ocmm_core.station.stream._client import (
+    BLOCK,
+    IN_MEMORY,
+    LONGEST_REQUEST,
+    MOST_WAITING,
+    StreamClient,
+    StreamLog,
+)
+from ocmm_core.station.stream._source import VerdictWatch
 from tests.host import HANG_S
 
 TOKEN = "0123456789abcdef-token"  # noqa: S105 - of a test

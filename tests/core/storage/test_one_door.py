@@ -18,7 +18,7 @@ import pytest
 from ocmm_core.errors import StorageError
 from ocmm_core.measuring import MeasuredPoint
 from ocmm_core.storage import JobFile, JobHead, read_job, read_summary
-from ocmm_core.storage._write_ahead_log import read_log
+from ocmm_core.storage._job_content import read_log
 from tests.core.storage.conftest import sample_point
 from tests.host import HANG_S, private_mounts
 
