@@ -42,9 +42,12 @@ _XDG = {
 
 def _socket(path: Path, secret: Path) -> None:
     # Socket names are limited to about 100 bytes; a trial folder's path may be longer.
-    with socket.socket(socket.AF_UNIX) as made, tempfile.TemporaryDirectory() as short:
-        made.bind(f"{short}/s")
-        shutil.move(f"{short}/s", path)
+    folder = os.open(path.parent, os.O_PATH)
+    try:
+        with socket.socket(socket.AF_UNIX) as made:
+            made.bind(f"/proc/self/fd/{folder}/{path.name}")
+    finally:
+        os.close(folder)
 
 
 def _device(path: Path, secret: Path) -> None:

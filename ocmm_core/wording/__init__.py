@@ -1,4 +1,4 @@
-"""What the core says to people, in their language; the sentences themselves stay where they are.
+"""Messages of the core in the language of the user; the sentences themselves are in the modules.
 
 In: a sentence as it was said, in English, and the language. Out: the sentence in that language, or
 as it was where it is not known without doubt.

@@ -81,7 +81,8 @@ def test_whatever_the_project_asks_for_is_locked() -> None:
     assert _names(extras["sensors"]) <= set(read_lock(SENSORS))
     # A new extra or group needs a lock file, `lock_files` in `run`, and a line here.
     assert set(extras) == {"gui", "bus", "token", "station", "step", "shop", "sensors"}
-    assert set(groups) == {"build", "dev", "package"}
+    assert _names(groups["docs"]) <= set(read_lock(DOCS))
+    assert set(groups) == {"build", "dev", "docs", "package"}
 
 
 @pytest.mark.parametrize(
