@@ -159,7 +159,7 @@ def test_a_study_is_planned_and_asked_for(tmp_path: Path) -> None:
     study, jobs = tmp_path / "study.toml", tmp_path / "jobs"
     jobs.mkdir()
     drawn = run("msa", "plan", study, "--name", "S", "--parts", "5", "--trials", "2")
-    assert "30 Messungen" in drawn
+    assert "30 Messungen" in " ".join(drawn.split())
     asked = run("msa", "status", study, jobs)
     assert "0 von 30" in asked
     assert "Next" not in asked

@@ -78,12 +78,11 @@ def compare_files(
             jobs.append(found)
         else:
             unread.append(found.what)
-    if not jobs and unread:
-        raise InputError(
-            "compare.unread",
-            f"None of {len(unread)} files is a job that can be read: {unread[0]}",
-            "Choose two jobs of one plan or more.",
-        )
+    if len(jobs) < 2 and unread:
+        what = f"{len(unread)} of {len(paths)} files are no jobs that can be read: {unread[0]}"
+        if not jobs:
+            what = f"None of {len(unread)} files is a job that can be read: {unread[0]}"
+        raise InputError("compare.unread", what, "Choose two jobs of one plan or more.")
     jobs.sort(key=lambda job: job.created_utc)
     same = [job for job in jobs if job.plan_text == jobs[-1].plan_text]
     others = [

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
+import gc
 import json
 import os
 import pty
 import socket
 import threading
 import time
+import warnings
 from collections.abc import Iterator
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
@@ -338,6 +340,10 @@ def mqtt_broker(**plugins: object) -> Iterator[int]:
     finally:
         stop.set()
         thread.join()
+        # The broker leaves its connection to whoever collects it: here, and not in a later test.
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", ResourceWarning)
+            gc.collect()
 
 
 def mqtt_number(port: int, topic: str, place: str = "", **changes: object) -> float:
