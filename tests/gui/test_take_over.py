@@ -14,6 +14,7 @@ from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
 from ocmm_core.acquisition.frames import FrameFlag
+from ocmm_core.geometry import Float
 from ocmm_core.inspection.evaluation import StatusWord
 from ocmm_gui.led import TOUR
 from ocmm_sim.scene import sample
@@ -45,10 +46,19 @@ def _touch_all(mouse: Mouse) -> None:
             if mouse.sees(point, normal)
         ]
         assert len(seen) >= needed, name
-        step = len(seen) / needed
-        for number in range(needed):
-            mouse.click(*seen[int(number * step)])
+        for place, normal in _spread(seen, needed):
+            mouse.click(place, normal)
         mouse.qtbot.waitUntil(lambda: job.view().active != name, timeout=PATIENCE_MS)  # noqa: B023
+
+
+def _spread(seen: list[tuple[Float, Float]], count: int) -> list[tuple[Float, Float]]:
+    """Return places far apart, as a person touches: four of a plane near a line give it no U."""
+    places = np.array([place for place, _normal in seen])
+    chosen = [0]
+    while len(chosen) < count:
+        apart = np.linalg.norm(places[:, None] - places[chosen], axis=2).min(axis=1)
+        chosen.append(int(apart.argmax()))
+    return [seen[number] for number in chosen]
 
 
 @pytest.mark.slow
@@ -62,12 +72,7 @@ def test_what_the_mouse_touches_is_measured_to_its_uncertainty(
     _touch_all(mouse)
     job = bench.built.station.job.view()
     truth = true_values(bench.built.station.job.plan, mouse.part)
-    # Touches by the mouse may leave a value without U: it is shown as such, and proves nothing.
-    results = [
-        one
-        for one in job.characteristics
-        if one.measured is not None and one.uncertainty is not None
-    ]
+    results = [one for one in job.characteristics if one.measured is not None]
     assert results
     for one in results:
         assert one.measured is not None
