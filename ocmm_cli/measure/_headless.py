@@ -112,6 +112,8 @@ def run_job(
             raise lost
         if reported and PDF.name in chosen:
             _print_pages(built.job_path, out, console, incomplete=incomplete)
+    # Ctrl-C during the report ends the command behind it.
+    interrupt.check()
     return view
 
 
