@@ -21,7 +21,6 @@ _OURS = "ocmm"
 _log = logging.getLogger(__name__)
 
 
-@cache
 def names(group: str) -> tuple[str, ...]:
     """Return the names of a group without loading what they name."""
     return tuple(_entries(group))
@@ -55,8 +54,18 @@ def _entries(group: str) -> dict[str, EntryPoint]:
 
 
 def _loaded(entry: EntryPoint, kind: type[T]) -> T | None:
+    found = _object(entry)
+    if found is None or isinstance(found, kind):
+        return found
+    _log.warning("%s of %s is no %s: %s", entry.name, entry.group, kind.__name__, entry.value)
+    return None
+
+
+@cache
+def _object(entry: EntryPoint) -> object | None:
+    """Return what an entry names; what cannot be loaded is tried and logged once."""
     try:
-        found = entry.load()
+        found: object = entry.load()
     except ModuleNotFoundError as error:
         # A package of this program that was left out on purpose is no fault.
         if error.name != entry.module.partition(".")[0]:
@@ -65,7 +74,4 @@ def _loaded(entry: EntryPoint, kind: type[T]) -> T | None:
     except Exception as error:
         _log.warning("%s of %s was not loaded: %s", entry.name, entry.group, error)
         return None
-    if isinstance(found, kind):
-        return found
-    _log.warning("%s of %s is no %s: %s", entry.name, entry.group, kind.__name__, entry.value)
-    return None
+    return found

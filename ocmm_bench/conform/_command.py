@@ -2,18 +2,20 @@
 
 from __future__ import annotations
 
-import subprocess
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import msgspec
 import typer
 
-from ocmm_cli.bus import bar, interruptible, write_bytes
+from ocmm_cli.bus import follow_errand, write_bytes
 from ocmm_cli.terminal import ForceOption, RigOption, make_console
 from ocmm_core.composition import RECOMMENDED_RIG
 from ocmm_core.documents import read_bytes
 from ocmm_core.errors import BusError
+
+if TYPE_CHECKING:
+    from ocmm_bench.conform._findings import ConformanceReport
 
 _EXIT_RED, _EXIT_INCOMPLETE = 1, 3
 
@@ -58,29 +60,19 @@ def conform_camera(
     source = interface if ":" in interface else f"ethercat:{interface}"
     command, first_lines = _command(source, rig, serial, image, force=force)
     console = make_console()
-    report = None
-    with (
-        subprocess.Popen(  # noqa: S603 - our own interpreter and modules, no shell
-            command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE
-        ) as process,
-        interruptible(console),
-    ):
-        if process.stdin is None or process.stdout is None or process.stderr is None:
-            raise BusError("bus.conform", "The process does not start.", "Try again.")
-        process.stdin.write(first_lines)
-        process.stdin.flush()
-        with bar(console, "Testing") as told:
-            for line in process.stdout:
-                news = msgspec.json.decode(line, type=ConformNews)
-                report = news.report or report
-                if news.total:
-                    told(news.done, news.total)
-        complaint = process.stderr.read().decode("utf-8", errors="replace").strip()
+    report: ConformanceReport | None = None
+
+    def take(line: bytes) -> tuple[int, int]:
+        nonlocal report
+        news = msgspec.json.decode(line, type=ConformNews)
+        report = news.report or report
+        return news.done, news.total
+
+    code, complaint = follow_errand(command, first_lines, console, "Testing", take)
     if report is None:
-        lines = complaint.splitlines()
         raise BusError(
             "bus.conform",
-            lines[-1] if lines else f"The test ended without a report (code {process.returncode}).",
+            complaint or f"The test ended without a report (code {code}).",
             "Check cable and power of the camera, then repeat the test.",
         )
     console.print(conformance_text(report), highlight=False, markup=False, soft_wrap=True)
@@ -101,7 +93,7 @@ def _command(
 
     named = bus_to_scan(source)
     config = ConformConfig(interface=named.value, force=force, serial=serial, firmware=firmware)
-    segment = segment_for(named, source, rig_path)
+    segment = segment_for(named, rig_path)
     if segment is None:
         return conform_command(), config.to_json()
     return conform_virtual(segment, config)

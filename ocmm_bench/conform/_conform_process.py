@@ -16,8 +16,8 @@ from ocmm_bench.conform._run import conform, find_place
 from ocmm_core.acquisition.bus_process import bus_command, run_errand
 from ocmm_core.documents import read_bytes
 from ocmm_core.errors import InputError
-from ocmm_core.fieldbus.wire import RawLine, check_interface
-from ocmm_sim.bus import HOST_INTERFACE, SegmentConfig, errand_virtual
+from ocmm_core.fieldbus.wire import HOST_INTERFACE, RawLine, check_interface
+from ocmm_sim.bus import SegmentConfig, errand_virtual
 
 _MODULE = "ocmm_bench.conform._conform_process"
 

@@ -8,7 +8,6 @@ from dataclasses import replace
 from datetime import UTC, datetime
 from pathlib import Path
 
-import numpy as np
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 
@@ -304,16 +303,16 @@ class _Source:
 
     def _show(self, collector: PointCollector) -> None:
         """Show required points until all are recorded, or no progress is made."""
-        from ocmm_sim.sources import VirtualSite, acceptance_feed, scenes_of_acceptance
+        from ocmm_sim.sources import VirtualSite, acceptance_feed
 
         session, site = self._session, self._site
         virtual = VirtualSite(site.rig, site.probe_document, site.seed, None)
-        away = np.array(session.stage.instrument.away)
         taken, complete = -1, False
         while not complete and sum(session.view.done) > taken:
             taken = sum(session.view.done)
-            scenes = scenes_of_acceptance(virtual, session.view, session.stage.artefacts, away)
-            feed, frames = acceptance_feed(virtual, site.source, scenes, self._speed)
+            feed, frames = acceptance_feed(
+                virtual, site.source, session.view, session.stage, self._speed
+            )
             self._start(feed)
             complete = collector.collect(feed, frames)
             self._end()

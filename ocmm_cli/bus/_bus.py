@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import subprocess
 from contextlib import suppress
 from pathlib import Path
 from typing import Annotated
@@ -54,7 +53,7 @@ def record(
     The bus goes on undisturbed. 10 s at 1 kHz take about 70 MB with two cameras. Ctrl-C ends the
     recording and keeps what is there.
     """
-    from ocmm_cli.bus._session import recorder_of
+    from ocmm_cli.bus._session import errand, recorder_of
 
     if file.exists():
         raise StorageError(
@@ -67,32 +66,25 @@ def record(
         descriptor, part = temporary_file(file)
         with (
             open(descriptor, "wb") as out,  # noqa: PTH123 - made next to the file
-            subprocess.Popen(  # noqa: S603 - our own interpreter and modules, no shell
-                command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE
-            ) as process,
+            errand(command, first_lines) as ran,
         ):
-            if process.stdin is None or process.stdout is None or process.stderr is None:
-                raise BusError("bus.record", "The process does not start.", "Try again.")
-            process.stdin.write(first_lines)
-            process.stdin.flush()
             console.print(say(f"Recording for {seconds:g} s; Ctrl-C ends it."), highlight=False)
             while True:
                 try:
-                    piece = os.read(process.stdout.fileno(), _PIECE)
+                    piece = os.read(ran.stdout.fileno(), _PIECE)
                 except KeyboardInterrupt:
                     # It ends when its input ends, and writes the last block.
                     with suppress(OSError):
-                        process.stdin.close()
+                        ran.stdin.close()
                     continue
                 if not piece:
                     break
                 size += out.write(piece)
-            complaint = process.stderr.read().decode("utf-8", errors="replace").strip()
-        if process.returncode:
-            lines = complaint.splitlines()
+            complaint = ran.complaint()
+        if ran.returncode:
             raise BusError(
                 "bus.record",
-                lines[-1] if lines else f"The recorder ended (code {process.returncode}).",
+                complaint or f"The recorder ended (code {ran.returncode}).",
                 "Check the interface, then record again.",
             )
         HOST.rename_new(part, file)

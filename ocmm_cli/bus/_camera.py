@@ -6,7 +6,7 @@ Also options and file writing shared by the commands of ``ocmm bus``.
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import fields
 from datetime import UTC, datetime
@@ -275,6 +275,29 @@ def bar(console: Console, text: str) -> Iterator[Told]:
     ) as progress:
         task = progress.add_task("", total=None)
         yield lambda done, total: progress.update(task, completed=done, total=total or None)
+
+
+def follow_errand(
+    command: list[str],
+    first_lines: bytes,
+    console: Console,
+    text: str,
+    take: Callable[[bytes], tuple[int, int]],
+) -> tuple[int, str]:
+    """Run an errand with a bar, and return its exit code and complaint.
+
+    ``take`` gets each line that it writes, and returns how much of how much is done.
+    """
+    from ocmm_cli.bus._session import errand
+
+    with errand(command, first_lines) as ran, interruptible(console):
+        with bar(console, text) as told:
+            for line in ran.stdout:
+                done, total = take(line)
+                if total:
+                    told(done, total)
+        complaint = ran.complaint()
+    return ran.returncode, complaint
 
 
 @contextmanager

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import subprocess
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
@@ -11,7 +10,7 @@ import typer
 from rich import box
 from rich.table import Table
 
-from ocmm_cli.bus._camera import BusOption, CameraArgument, bar, interruptible, write_bytes
+from ocmm_cli.bus._camera import BusOption, CameraArgument, follow_errand, write_bytes
 from ocmm_cli.terminal import ForceOption, RigOption, make_console, say, say_word
 from ocmm_core.composition import RECOMMENDED_RIG
 from ocmm_core.errors import BusError, InputError
@@ -258,27 +257,18 @@ def _maintain(
     )
     console = make_console()
     words = ""
-    with (
-        subprocess.Popen(  # noqa: S603 - our own interpreter and modules, no shell
-            command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE
-        ) as process,
-        interruptible(console),
-    ):
-        if process.stdin is None or process.stdout is None or process.stderr is None:
-            raise BusError("bus.maintenance", "The process does not start.", "Try again.")
-        process.stdin.write(first_lines)
-        process.stdin.flush()
-        with bar(console, say("Sending")) as told:
-            for line in process.stdout:
-                news = msgspec.json.decode(line, type=MaintenanceNews)
-                words = news.words or words
-                told(news.done, news.total)
-        complaint = process.stderr.read().decode("utf-8", errors="replace").strip()
-    if process.returncode or not words:
-        lines = complaint.splitlines()
+
+    def take(line: bytes) -> tuple[int, int]:
+        nonlocal words
+        news = msgspec.json.decode(line, type=MaintenanceNews)
+        words = news.words or words
+        return news.done, news.total
+
+    returncode, complaint = follow_errand(command, first_lines, console, say("Sending"), take)
+    if returncode or not words:
         raise BusError(
             "bus.maintenance",
-            lines[-1] if lines else f"Nothing was changed (code {process.returncode}).",
+            complaint or f"Nothing was changed (code {returncode}).",
             "Then repeat the command.",
         )
     console.print(say(words), highlight=False)

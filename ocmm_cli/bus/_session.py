@@ -11,7 +11,7 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import IO, TYPE_CHECKING
 
 from rich.console import Console
 
@@ -129,7 +129,7 @@ def open_bus(
 def scan(source: str, rig_path: Path, *, force: bool = False) -> tuple[ScannedDevice, ...]:
     """Return the devices on a bus without configuring it; errors as `open_bus`."""
     named = bus_to_scan(source)
-    segment = segment_for(named, source, rig_path)
+    segment = segment_for(named, rig_path)
     if segment is None:
         config = ScanConfig(interface=named.value, force=force)
         return decode_scan(_ask(scan_command(), config.to_json()))
@@ -146,7 +146,7 @@ def maintenance_of(
     config = MaintenanceConfig(
         interface=named.value, force=force, serial=serial, alias=alias, firmware=firmware
     )
-    segment = segment_for(named, source, rig_path)
+    segment = segment_for(named, rig_path)
     if segment is None:
         return maintenance_command(), config.to_json()
     from ocmm_sim.bus import maintain_virtual
@@ -171,25 +171,39 @@ def recorder_of(
     return record_command(), config.to_json()
 
 
-def _ask(command: list[str], first_lines: bytes) -> bytes:
-    """Return the output of a program whose input stays open until it ends."""
-    with subprocess.Popen(  # noqa: S603 - our own interpreter and modules, no shell
-        command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE
-    ) as process:
-        if process.stdin is None or process.stderr is None or process.stdout is None:
-            raise BusError("bus.scan", "The bus cannot be scanned.", "Try again.")
+class BusErrand(subprocess.Popen[bytes]):
+    stdin: IO[bytes]
+    stdout: IO[bytes]
+    stderr: IO[bytes]
+
+    def complaint(self) -> str:
+        """Return the last line of its complaint."""
+        lines = self.stderr.read().decode("utf-8", errors="replace").strip().splitlines()
+        return "".join(lines[-1:])
+
+
+@contextmanager
+def errand(command: list[str], first_lines: bytes) -> Iterator[BusErrand]:
+    """Run a program of the bus on its first lines; its input stays open until it ends."""
+    pipe = subprocess.PIPE
+    with BusErrand(command, stdin=pipe, stdout=pipe, stderr=pipe) as process:
         process.stdin.write(first_lines)
         process.stdin.flush()
+        yield process
+
+
+def _ask(command: list[str], first_lines: bytes) -> bytes:
+    """Return the output of a program of the bus."""
+    with errand(command, first_lines) as ran:
         try:
-            process.wait(_SCAN_S)
+            ran.wait(_SCAN_S)
         except subprocess.TimeoutExpired:
-            process.kill()
-        answer, complaint = process.stdout.read(), process.stderr.read()
-    if process.returncode:
-        lines = complaint.decode("utf-8", errors="replace").strip().splitlines()
+            ran.kill()
+        answer, complaint = ran.stdout.read(), ran.complaint()
+    if ran.returncode:
         raise BusError(
             "bus.scan",
-            lines[-1] if lines else f"The bus cannot be scanned (code {process.returncode}).",
+            complaint or f"The bus cannot be scanned (code {ran.returncode}).",
             "Then try again.",
         )
     return answer
@@ -225,11 +239,11 @@ def bus_to_scan(source: str) -> NamedSource:
     return named
 
 
-def segment_for(named: NamedSource, source: str, rig_path: Path) -> SegmentConfig | None:
+def segment_for(named: NamedSource, rig_path: Path) -> SegmentConfig | None:
     """Return the software cameras of a virtual wire; None for real cameras."""
     if named.spec.segment is None:
         return None
-    request = StationRequest(plan=DEMO_PLAN, out=Path(), rig=rig_path, source=source)
+    request = StationRequest(plan=DEMO_PLAN, out=Path(), rig=rig_path, source=named.name)
     found: SegmentConfig = named.spec.segment(request, load_plan(DEMO_PLAN), load_rig(rig_path))
     return found
 

@@ -14,7 +14,7 @@ import numpy as np
 from ocmm_cli.terminal import say, say_word
 from ocmm_core.features.measured import CommandingPoints, outliers
 from ocmm_core.features.shapes import HALF_ANGLE, RADIUS, SECOND, Criterion, Fit
-from ocmm_core.geometry import Float, Points3
+from ocmm_core.geometry import Points3
 from ocmm_core.tables import TableAccount
 from ocmm_core.tolerances.uncertainty import TWO_SIDED, FitUncertainty, Stated
 
@@ -47,10 +47,8 @@ def rows_of(fit: Fit, found: FitUncertainty | None) -> list[FitRow]:
     rows = []
     spec = fit.shape.spec
     if not spec.centred:
-        foot = None if found is None else found.foot
-        rows.append(
-            FitRow(say_word(spec.point_word), "point", _vector(fit.point), "mm", foot, "mm")
-        )
+        foot, point = None if found is None else found.foot, tuple(fit.point.tolist())
+        rows.append(FitRow(say_word(spec.point_word), "point", point, "mm", foot, "mm"))
     else:
         for k, axis in enumerate("xyz"):
             own = None if found is None or found.centre is None else found.centre[k]
@@ -58,12 +56,11 @@ def rows_of(fit: Fit, found: FitUncertainty | None) -> list[FitRow]:
             rows.append(FitRow(title, key, (float(fit.point[k]),), "mm", own, "mm"))
     if fit.direction.any():
         own, words = None if found is None else found.direction, spec.direction_word
-        rows.append(FitRow(say_word(words), words.lower(), _vector(fit.direction), "", own, "rad"))
+        toward, key = tuple(fit.direction.tolist()), words.lower()
+        rows.append(FitRow(say_word(words), key, toward, "", own, "rad"))
     if fit.across.any():
-        own = None if found is None else found.turn
-        rows.append(
-            FitRow(say("Direction of its length"), "across", _vector(fit.across), "", own, "rad")
-        )
+        own, title = None if found is None else found.turn, say("Direction of its length")
+        rows.append(FitRow(title, "across", tuple(fit.across.tolist()), "", own, "rad"))
     for size in spec.sizes:
         unit, factor = ("deg", float(np.degrees(2.0))) if size.is_angle else ("mm", 2.0)
         own = None if found is None else _stated(found, size.place)
@@ -79,10 +76,6 @@ def rows_of(fit: Fit, found: FitUncertainty | None) -> list[FitRow]:
 
 def _stated(found: FitUncertainty, place: int) -> Stated | None:
     return {RADIUS: found.radius, SECOND: found.second, HALF_ANGLE: found.half_angle}[place]
-
-
-def _vector(vector: Float) -> tuple[float, ...]:
-    return tuple(float(value) for value in vector)
 
 
 SCHEMA = "ocmm.fit/1"

@@ -69,6 +69,10 @@ class NamedSource:
     spec: SourceSpec
     value: str
 
+    @property
+    def name(self) -> str:
+        return self.spec.prefix + self.value
+
 
 def late(module: str, maker: str) -> Callable[..., Any]:
     """Return a function of a module that is imported when it is called, for fast help."""

@@ -30,9 +30,14 @@ from ocmm_core.doctor import (
     wake_check,
 )
 from ocmm_core.errors import OcmmError
-from ocmm_core.fieldbus.wire import HostTime, make_link, namespace_command
+from ocmm_core.fieldbus.wire import (
+    CAMERA_INTERFACE,
+    HOST_INTERFACE,
+    HostTime,
+    make_link,
+    namespace_command,
+)
 
-HOST_INTERFACE, CAMERA_INTERFACE = "ocmm-host", "ocmm-cameras"
 LONGEST_LOOP_S = 10.0
 _MODULE = "ocmm_core.composition._station_checks"
 _ETHERCAT = 0x88A4

@@ -147,9 +147,8 @@ def build() -> str:
 @functools.cache
 def versions() -> str:
     """Return the build of OCMM, and the versions of Python and of the packages that compute."""
-    names = ["numpy", "scipy", "numba"]
     found = [f"OCMM {__version__} (build {build()[:12]})", f"Python {platform.python_version()}"]
-    for name in names:
+    for name in ("numpy", "scipy", "numba"):
         try:
             found.append(f"{name} {version(name)}")
         except PackageNotFoundError:

@@ -38,14 +38,7 @@ if TYPE_CHECKING:
     )
     from ocmm_sim.bus._named_rig import RigStatus, rig_down, rig_status, rig_up
     from ocmm_sim.bus._proxy import LineTricks, ProxyConfig, kind_of
-    from ocmm_sim.bus._virtual_bus import (
-        CAMERA_INTERFACE,
-        HOST_INTERFACE,
-        VirtualBus,
-        errand_virtual,
-        maintain_virtual,
-        scan_virtual,
-    )
+    from ocmm_sim.bus._virtual_bus import VirtualBus, errand_virtual, maintain_virtual, scan_virtual
     from ocmm_sim.bus._wire import Wire
 else:
     __getattr__ = door(
@@ -59,51 +52,14 @@ else:
         ),
         _named_rig="RigStatus named_rig rig_down rig_status rig_up",
         _proxy="LineTricks ProxyConfig kind_of",
-        _virtual_bus=(
-            "CAMERA_INTERFACE HOST_INTERFACE VirtualBus errand_virtual maintain_virtual "
-            "scan_virtual"
-        ),
+        _virtual_bus="VirtualBus errand_virtual maintain_virtual scan_virtual",
         _wire="Wire",
     )
 
 __all__ = [
-    "CAMERAS",
-    "CAMERA_INTERFACE",
-    "COPIED",
-    "CORRUPT_WITH_SUM",
-    "EXCHANGED",
-    "FAR",
-    "HOST",
-    "HOST_INTERFACE",
-    "NEAR",
-    "READY",
-    "SHARED",
-    "CameraDeed",
-    "Chain",
-    "DeedAnswer",
-    "FaultCommands",
-    "FaultKind",
-    "FaultRig",
-    "Faults",
-    "FrameKind",
-    "LineDirection",
-    "LineLog",
-    "LineOrder",
-    "LineRule",
-    "LineTricks",
-    "ProxyConfig",
-    "RigStatus",
-    "SegmentConfig",
-    "Trick",
-    "Unit",
-    "VirtualBus",
-    "Wire",
-    "errand_virtual",
-    "kind_of",
-    "maintain_virtual",
-    "named_rig",
-    "rig_down",
-    "rig_status",
-    "rig_up",
-    "scan_virtual",
+    "CAMERAS", "COPIED", "CORRUPT_WITH_SUM", "EXCHANGED", "FAR", "HOST", "NEAR", "READY", "SHARED",
+    "CameraDeed", "Chain", "DeedAnswer", "FaultCommands", "FaultKind", "FaultRig", "Faults",
+    "FrameKind", "LineDirection", "LineLog", "LineOrder", "LineRule", "LineTricks", "ProxyConfig",
+    "RigStatus", "SegmentConfig", "Trick", "Unit", "VirtualBus", "Wire", "errand_virtual",
+    "kind_of", "maintain_virtual", "named_rig", "rig_down", "rig_status", "rig_up", "scan_virtual",
 ]  # fmt: skip

@@ -33,15 +33,19 @@ from ocmm_core.acquisition.bus_process import (
 )
 from ocmm_core.acquisition.frames import FrameRing
 from ocmm_core.errors import OcmmError
-from ocmm_core.fieldbus.wire import make_link, namespace_command, tool
+from ocmm_core.fieldbus.wire import (
+    CAMERA_INTERFACE,
+    HOST_INTERFACE,
+    make_link,
+    namespace_command,
+    tool,
+)
 from ocmm_sim.bus._camera_process import SegmentConfig, make_wire
 from ocmm_sim.bus._wire import Wire
 
 if TYPE_CHECKING:
     from ocmm_sim.scene import Missing
 
-HOST_INTERFACE = "ocmm-host"
-CAMERA_INTERFACE = "ocmm-cameras"
 _MODULE = "ocmm_sim.bus._virtual_bus"
 _ERRAND, _ORDERS = "errand", "orders"
 _STOP_S = 2.0

@@ -20,7 +20,6 @@ if TYPE_CHECKING:
         acceptance_feed,
         relocation_by_step,
         scene_of_tip,
-        scenes_of_acceptance,
         scenes_of_known_points,
         scenes_of_relocation,
         scenes_of_verification,
@@ -34,7 +33,7 @@ else:
     __getattr__ = door(
         __name__,
         _calibrate_scenes=(
-            "VirtualSite acceptance_feed relocation_by_step scene_of_tip scenes_of_acceptance "
+            "VirtualSite acceptance_feed relocation_by_step scene_of_tip "
             "scenes_of_known_points scenes_of_relocation scenes_of_verification "
             "verification_by_step"
         ),
@@ -46,7 +45,7 @@ else:
 
 __all__ = [
     "PIXELS", "SIMULATED", "WIRE", "VirtualSite", "acceptance_feed", "part_as_planned", "part_text",
-    "relocation_by_step", "scene_of_tip", "scenes_of_acceptance", "scenes_of_known_points",
+    "relocation_by_step", "scene_of_tip", "scenes_of_known_points",
     "scenes_of_relocation", "scenes_of_verification", "script_of", "segment_of", "true_values",
     "verification_by_step",
 ]  # fmt: skip

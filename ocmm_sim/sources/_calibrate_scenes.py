@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ocmm_core.acceptance import AcceptanceProcedure, AcceptanceView, UsedArtefact
+from ocmm_core.acceptance import AcceptanceProcedure, AcceptanceView, Stage, UsedArtefact
 from ocmm_core.calibration.cameras import KnownPoints
 from ocmm_core.calibration.guided import KnownPointsView, RelocationView, VerificationView
 from ocmm_core.calibration.records import LengthBar, Sphere
@@ -259,27 +259,26 @@ def acceptance_hand(
 
     def make() -> tuple[Feed, int]:
         view = procedure.view
-        away = np.array(view.stage.instrument.away)
-        scenes = scenes_of_acceptance(site, view.test, view.stage.artefacts, away)
-        return acceptance_feed(site, request.source, scenes, request.speed)
+        return acceptance_feed(site, request.source, view.test, view.stage, request.speed)
 
     return VirtualHand(make, procedure, failed)
 
 
 def acceptance_feed(
-    site: VirtualSite, source: str, scenes: tuple[Scene, ...], speed: float
+    site: VirtualSite, source: str, view: AcceptanceView, stage: Stage, speed: float
 ) -> tuple[Feed, int]:
-    """Return the virtual rig with scenes and frame count; InputError if unsupported."""
+    """Return the virtual rig with the remaining touches, and its frames; InputError if none."""
     require_scenes(source)
     make = source_of(source).spec.scenes
-    script = site.script(scenes)
     if make is None:
         msg = f"{source!r} is no virtual rig"
         raise ValueError(msg)
+    away = np.array(stage.instrument.away)
+    script = site.script(_scenes_of_acceptance(site, view, stage.artefacts, away))
     return make(script, speed), script.build().n_frames
 
 
-def scenes_of_acceptance(
+def _scenes_of_acceptance(
     site: VirtualSite, view: AcceptanceView, artefacts: Sequence[UsedArtefact], away: Float
 ) -> tuple[Scene, ...]:
     """Return the remaining touches; artefacts deviate within their certificates."""

@@ -60,7 +60,7 @@ class SeatWander:
         """
         if self.finding is None:
             return list(accused)
-        if self.finding.forcible:
+        if not self.finding.refuses:
             return [self.finding, *accused]
         rivals = [one for one in accused if one.refuses]
         if jump > self.worth or (rivals and worth > self.worth + CLEAR):
@@ -164,7 +164,6 @@ def _unproven(size: float) -> Finding | None:
         "Sweep wider and longer in a new cone, or qualify the tip on a sphere.",
         # U of the tip includes it: an honest short sweep is not refused for what it cannot show.
         refuses=False,
-        forcible=True,
     )
 
 

@@ -283,10 +283,9 @@ def _cone(axis: Float, half: float) -> Float:
     first, second = perpendicular_pair(axis)
     turn = 2.0 * np.pi * np.arange(_ROUND) / _ROUND
     across = np.cos(turn)[:, None] * first + np.sin(turn)[:, None] * second
-    rings = [axis[None]]
-    for angle in half * np.arange(1, _RINGS + 1) / _RINGS:
-        rings.append(np.cos(angle) * axis + np.sin(angle) * across)
-    return np.concatenate(rings)
+    angles = half * np.arange(1, _RINGS + 1) / _RINGS
+    rings = [np.cos(angle) * axis + np.sin(angle) * across for angle in angles]
+    return np.concatenate([axis[None], *rings])
 
 
 def _inside(section: Section, design: ProbeDesign, places: Float) -> bool:

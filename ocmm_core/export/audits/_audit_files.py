@@ -5,6 +5,7 @@ from __future__ import annotations
 import tomllib
 from collections.abc import Callable, Iterator
 from dataclasses import replace
+from itertools import chain
 from pathlib import Path
 
 import msgspec
@@ -150,7 +151,7 @@ def _of_json(path: Path) -> Audit:
     except (ValueError, msgspec.MsgspecError, RecursionError):
         schema = ""
     family = schema.partition("/")[0]
-    known = (*_RECORDS, *load_all("ocmm.records", AuditedRecord))
+    known = chain(_RECORDS, load_all("ocmm.records", AuditedRecord))
     found = next((one for one in known if one.family == family), None)
     if found is None:
         seal = next(_seals_naming(path), None)

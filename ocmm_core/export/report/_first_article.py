@@ -94,14 +94,15 @@ def write_account(plan: Plan, path: Path) -> Path:
 
 def form_table(data: ReportData) -> ReportTable:
     """Return form 3 of AS9102: a row for each requirement, then for each other characteristic."""
-    rows: list[tuple[Cell, ...]] = []
     end = (clean_text(data.part.headline), data.state_words)
     known = {one.result.name: one for one in data.reported}
     lengths = PaperLengths(data.paper.template.lengths)
     states = requirement_states(data.plan)
-    for state in states:
-        if state.counts or state.requirement.group == "note":
-            rows.append((*_accounted(data, state, known), *end))
+    rows = [
+        (*_accounted(data, state, known), *end)
+        for state in states
+        if state.counts or state.requirement.group == "note"
+    ]
     drawn = {name for state in states for name in state.requirement.characteristics}
     numbers = [int(n) for state in states if (n := state.requirement.balloon).isdecimal()]
     others = [one for name, one in known.items() if name not in drawn]

@@ -51,6 +51,8 @@ if TYPE_CHECKING:
     from ocmm_core.fieldbus.wire._tally import OWN_TOKEN
     from ocmm_core.fieldbus.wire._tap import Tap, TappedFrame, pcapng_end, pcapng_frame, pcapng_head
     from ocmm_core.fieldbus.wire._virtual_link import (
+        CAMERA_INTERFACE,
+        HOST_INTERFACE,
         make_link,
         namespace_command,
         remove_link,
@@ -73,17 +75,19 @@ else:
         ),
         _service="EepromRead Job ServiceChannel",
         _sockets="LinkWatch",
-        _virtual_link="make_link namespace_command remove_link set_link tool",
+        _virtual_link=(
+            "CAMERA_INTERFACE HOST_INTERFACE make_link namespace_command remove_link set_link tool"
+        ),
         _tally="OWN_TOKEN",
         _tap="Tap TappedFrame pcapng_end pcapng_frame pcapng_head",
     )
 
 __all__ = [
-    "OP", "OWN_TOKEN", "PREOP", "SAFEOP", "STATE_NAMES", "Command", "Datagram", "EepromRead",
-    "Exchange", "HostTime", "Job", "LinkWatch", "Master", "MasterWatch", "Passage", "Port",
-    "RawLine", "ScannedDevice", "ServiceChannel", "Tap", "TappedFrame", "al_text",
-    "check_interface", "check_mapping", "decode_frame", "decode_scan", "encode_frame",
-    "encode_scan", "frame_index", "has_passed", "is_virtual_cable", "is_virtual_interface",
-    "make_link", "namespace_command", "pcapng_end", "pcapng_frame", "pcapng_head", "read_words",
-    "remove_link", "scan_devices", "set_link", "tool", "write_word",
+    "CAMERA_INTERFACE", "HOST_INTERFACE", "OP", "OWN_TOKEN", "PREOP", "SAFEOP", "STATE_NAMES",
+    "Command", "Datagram", "EepromRead", "Exchange", "HostTime", "Job", "LinkWatch", "Master",
+    "MasterWatch", "Passage", "Port", "RawLine", "ScannedDevice", "ServiceChannel", "Tap",
+    "TappedFrame", "al_text", "check_interface", "check_mapping", "decode_frame", "decode_scan",
+    "encode_frame", "encode_scan", "frame_index", "has_passed", "is_virtual_cable",
+    "is_virtual_interface", "make_link", "namespace_command", "pcapng_end", "pcapng_frame",
+    "pcapng_head", "read_words", "remove_link", "scan_devices", "set_link", "tool", "write_word",
 ]  # fmt: skip

@@ -12,6 +12,8 @@ from collections.abc import Sequence
 from ocmm_core.errors import BusError
 from ocmm_core.host import require_linux
 
+HOST_INTERFACE, CAMERA_INTERFACE = "ocmm-host", "ocmm-cameras"
+"""Ends of the cable in a private network namespace."""
 _SYSTEM_FOLDERS = "/usr/sbin:/sbin:/usr/bin:/bin"
 _TIMEOUT_S = 10.0
 _GET_FLAGS, _SET_FLAGS, _UP = 0x8913, 0x8914, 1

@@ -25,7 +25,6 @@ from ocmm_core.inspection.plan._plan import CadModel, Plan
 from ocmm_core.inspection.plan._step_checks import PICTURES, file_fault
 from ocmm_core.part_model import (
     MODEL_ENDING,
-    STEP_ENDINGS,
     FilesOfModel,
     PartModel,
     model_endings,
@@ -43,7 +42,7 @@ class FileKind:
     code: str
     """Part of its error codes, and fallback file name."""
     words: str
-    endings: Sequence[str]
+    endings: Callable[[], Sequence[str]]
 
     def kept(self, source: Path, content: bytes, folder: Path) -> str:
         """Return the name of a file in the folder of a plan; it is copied if outside.
@@ -80,7 +79,7 @@ class FileKind:
         if not source.is_relative_to(folder):
             return ""
         name = source.relative_to(folder).as_posix()
-        return "" if file_fault(name, self.words, self.endings) else name
+        return "" if file_fault(name, self.words, self.endings()) else name
 
     def stem(self, source: Path) -> str:
         """Return a portable name without its ending."""
@@ -101,7 +100,7 @@ class FileKind:
 
 LARGEST_BYTES = 20_000_000
 _SIGNATURES = {".png": b"\x89PNG\r\n\x1a\n", ".jpg": b"\xff\xd8\xff", ".jpeg": b"\xff\xd8\xff"}
-_PICTURE = FileKind("picture", "picture", PICTURES)
+_PICTURE = FileKind("picture", "picture", lambda: PICTURES)
 
 
 def with_picture(plan: Plan, plan_file: Path | None, feature: str, source: Path) -> Plan:
@@ -219,7 +218,7 @@ def _drop_oldest(place: Path) -> None:
                 path.unlink()
 
 
-_MODEL = FileKind("model", "CAD model", STEP_ENDINGS)
+_MODEL = FileKind("model", "CAD model", model_endings)
 
 
 @dataclass(frozen=True, slots=True)

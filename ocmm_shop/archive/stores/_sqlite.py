@@ -6,6 +6,7 @@ One program writes, others read (write-ahead log); acknowledged rows are on the 
 from __future__ import annotations
 
 import contextlib
+import functools
 import os
 import sqlite3
 from collections.abc import Iterator, Mapping, Sequence
@@ -24,6 +25,16 @@ from ocmm_shop.archive.stores._store import SqlArchive
 
 _WAIT_S = 5.0
 _VIEWS = "SELECT type, name, sql FROM sqlite_master WHERE type IN ('view', 'trigger')"
+
+
+@functools.cache
+def _own_views() -> frozenset[tuple[str, str, str]]:
+    """Return type, name and SQL of the views and triggers that this version makes."""
+    with contextlib.closing(sqlite3.connect(":memory:")) as made:
+        for step in range(VERSION):
+            for statement in statements(step, SQLITE):
+                made.execute(statement)
+        return frozenset(made.execute(_VIEWS))
 
 
 class SqliteArchive(SqlArchive):
@@ -99,11 +110,7 @@ class SqliteArchive(SqlArchive):
 
     def _require_views(self, db: sqlite3.Connection) -> None:
         """Refuse an archive with other views or triggers: they would hide jobs or change rows."""
-        with contextlib.closing(sqlite3.connect(":memory:")) as made:
-            for step in range(VERSION):
-                for statement in statements(step, SQLITE):
-                    made.execute(statement)
-            wanted = set(made.execute(_VIEWS))
+        wanted = _own_views()
         found = set(db.execute(_VIEWS))
         changed = {one for one in wanted ^ found if one in wanted or one[0] == "trigger"}
         if changed:

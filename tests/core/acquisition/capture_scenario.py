@@ -25,7 +25,8 @@ import numpy as np
 from ocmm_core.acquisition.bus_process import BusConfig, ChildProcess
 from ocmm_core.acquisition.frames import AcquisitionState, FrameRing, read_status, to_records
 from ocmm_core.fieldbus.device import CameraIdentity
-from ocmm_sim.bus import CAMERA_INTERFACE, HOST_INTERFACE, SegmentConfig
+from ocmm_core.fieldbus.wire import CAMERA_INTERFACE, HOST_INTERFACE
+from ocmm_sim.bus import SegmentConfig
 
 CAMERAS = (CameraIdentity("left", 1001, 1), CameraIdentity("right", 1002, 2))
 FRAMES = 6000
