@@ -49,6 +49,8 @@ from tests.compiled import CompileWatch  # noqa: E402 - it loads numpy
 os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
 # And in English, whatever the language of whoever runs the tests.
 os.environ["LANGUAGE"] = "en"
+# A shell starts its background jobs with Ctrl-C ignored, and every program of a test inherits that.
+signal.signal(signal.SIGINT, signal.default_int_handler)
 
 _REPOSITORY = Path(__file__).resolve().parents[1]
 _REFERENCE = _REPOSITORY.parent / "shared" / "reference"
