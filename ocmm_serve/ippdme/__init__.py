@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from ocmm_serve.ippdme._frames import CsyFrames, ShiftSign
     from ocmm_serve.ippdme._machine import StationMachine
     from ocmm_serve.ippdme._registry import CommandSpec, supported
-    from ocmm_serve.ippdme._server import AllowList, DmeServer, ServeOptions
+    from ocmm_serve.ippdme._server import DmeServer
     from ocmm_serve.ippdme._session import DmeSession
     from ocmm_serve.ippdme._state import DmeState
 else:
@@ -31,12 +31,12 @@ else:
         _frames="CsyFrames ShiftSign",
         _machine="StationMachine",
         _registry="CommandSpec supported",
-        _server="AllowList DmeServer ServeOptions",
+        _server="DmeServer",
         _session="DmeSession",
         _state="DmeState",
     )
 
 __all__ = [
-    "AllowList", "CommandSpec", "CsyFrames", "DmeDialect", "DmeServer", "DmeSession", "DmeState",
-    "ServeOptions", "ShiftSign", "StationMachine", "serve_app", "supported",
+    "CommandSpec", "CsyFrames", "DmeDialect", "DmeServer", "DmeSession", "DmeState", "ShiftSign",
+    "StationMachine", "serve_app", "supported",
 ]  # fmt: skip

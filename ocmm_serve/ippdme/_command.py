@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import signal
+import sys
 import threading
 from pathlib import Path
 from typing import Annotated
 
 import typer
+from rich.console import Console
 
 from ocmm_cli.terminal import (
     BusProcessorOption,
@@ -27,6 +29,7 @@ from ocmm_cli.terminal import (
     lead,
     make_console,
     say,
+    shown,
 )
 from ocmm_core.composition import (
     DEFAULT_SEED,
@@ -38,17 +41,19 @@ from ocmm_core.composition import (
 )
 from ocmm_core.documents import resource
 from ocmm_core.inspection.evaluation import JobHeader
+from ocmm_core.station.stream import StreamOptions
 from ocmm_serve.ippdme._dialect import DmeDialect
 from ocmm_serve.ippdme._frames import CsyFrames, ShiftSign
 from ocmm_serve.ippdme._machine import StationMachine
-from ocmm_serve.ippdme._server import PORT, DmeServer, ServeOptions, clock
-from ocmm_serve.ippdme._session import DmeSession
+from ocmm_serve.ippdme._server import PORT, DmeServer
+from ocmm_serve.ippdme._session import OPERATOR, DmeSession
 from ocmm_serve.ippdme._state import DmeState
 
 serve_app = typer.Typer(
     no_args_is_help=True, help="Serve points to measuring programs of other makers."
 )
 _OUT = Path("ocmm-out")
+_LOOK_S = 0.2
 
 
 @serve_app.callback()
@@ -127,7 +132,9 @@ def serve_ippdme(
         serial=serial, calibrations=calibrations, uncalibrated=uncalibrated, probes=probes, tip=tip,
         check_after_h=check_after, force=force, bus_processor=bus_processor,
     )  # fmt: skip
-    options = ServeOptions(host, port, tuple(allow or ()), certificate, private_key)
+    options = StreamOptions(
+        host, port, certificate=certificate, private_key=private_key, allow=tuple(allow or ())
+    )
     ended = threading.Event()
     failures: list[Exception] = []
 
@@ -136,13 +143,13 @@ def serve_ippdme(
 
     def fail(error: Exception) -> None:
         failures.append(error)
-        ended.set()
+        tell(str(error))
 
     built = build_station(request)
     header = JobHeader(operator, built.station.job.plan.part, serial)
     machine = StationMachine(built, header, tell)
     try:
-        state = DmeState(machine, dialect, CsyFrames(shift_sign), any_place=any_place, now=clock)
+        state = DmeState(machine, dialect, CsyFrames(shift_sign), any_place=any_place)
         server = DmeServer(DmeSession(state, patience, tries), options, fail)
         for number in (signal.SIGINT, signal.SIGTERM):
             signal.signal(number, lambda *_: ended.set())
@@ -150,9 +157,30 @@ def serve_ippdme(
         console.print(f"{lead('Source  ')}{built.description.name}")
         address = "{}:{}".format(*server.start())
         tell(f"I++ DME {dialect.version} on {address}. Ctrl-C ends.")
-        ended.wait()
+        if sys.stdin is not None and sys.stdin.isatty():
+            tell(f"Type {OPERATOR}.")
+            threading.Thread(target=_read_keys, args=(server,), name="keys", daemon=True).start()
+        _show_way(console, machine, server, ended)
         server.close()
     finally:
         machine.close()
-    if failures:
-        raise failures[0]
+    if failures and not ended.is_set():
+        raise failures[-1]
+
+
+def _show_way(
+    console: Console, machine: StationMachine, server: DmeServer, ended: threading.Event
+) -> None:
+    """Show the way to the target until the end; on a terminal only, other outputs are files."""
+    if not console.is_terminal:
+        while server.is_running and not ended.wait(_LOOK_S):
+            pass
+        return
+    with console.status("") as line:
+        while server.is_running and not ended.wait(_LOOK_S):
+            line.update(shown(machine.way_words()))
+
+
+def _read_keys(server: DmeServer) -> None:
+    for line in sys.stdin:
+        server.operate(line)

@@ -43,6 +43,7 @@ class StationMachine:
         ends = np.array([[-body.tip_radius] * 3, [body.tip_radius] * 3])
         corners = np.vstack([[low, high] - body.tip_probe, ends])
         self._box = np.array([corners.min(axis=0), corners.max(axis=0)])
+        self._target: CommandedTouch | None = None
         self._hand: Any = built.hand
         """Virtual hand; None for real probes."""
 
@@ -156,11 +157,26 @@ class StationMachine:
 
     def expect(self, target: CommandedTouch | None) -> int:
         frame = self._station.looks.live().frame_counter
+        self._target = target
         if target is not None:
             self.tell(target.words)
         if self._hand is not None:
             self._guide(target)
         return frame
+
+    def way_words(self) -> str:
+        """Return the way of the ball to the target, as the operator stands before the cameras."""
+        live, target = self._station.looks.live(), self._target
+        if target is None or target.surface is None:
+            return live.status.value
+        if live.tip_world is None:
+            return f"{live.status.value}: {live.reason}"
+        ball = target.surface
+        if target.normal is not None:
+            ball = ball + self._body.tip_radius * target.normal
+        ways = (("right", "left"), ("back", "forward"), ("up", "down"))
+        steps = zip(ways, (ball - live.tip_world).tolist(), strict=True)
+        return ", ".join(f"{names[step < 0.0]} {abs(step):.0f} mm" for names, step in steps)
 
     def lead(self, *, allowed: bool) -> None:
         if allowed:

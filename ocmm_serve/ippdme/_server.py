@@ -4,18 +4,13 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
-import ipaddress
 import socket
 import threading
-import time
 from collections.abc import Callable
-from dataclasses import dataclass
-from pathlib import Path
 
-from ocmm_core.errors import InputError, MeasuringError
 from ocmm_core.failure import contained
 from ocmm_core.measuring import MeasuredPoint, Refusal
-from ocmm_core.station.stream import StreamOptions, tls_context
+from ocmm_core.station.stream import StreamOptions, check_stream, listen, may_connect, tls_context
 from ocmm_serve.ippdme._dialect import error_line
 from ocmm_serve.ippdme._grammar import LONGEST_LINE, NO_TAG
 from ocmm_serve.ippdme._session import DmeSession
@@ -25,89 +20,40 @@ _TICK_S = 0.05
 _MOST_UNREAD = 4 * 1024 * 1024
 """Bytes of answers that a client may leave unread before it is disconnected."""
 _CLOSE_S = 5.0
+_MOST_GUESTS = 16
+"""Connections that are not admitted yet; more are closed at once."""
+_HANDSHAKE_S = 10.0
+_GRACE_S = 0.3
+"""A client that has just closed makes room for the next one."""
 _END = b"\r\n"
-
-
-@dataclass(frozen=True, slots=True)
-class ServeOptions:
-    host: str = "127.0.0.1"
-    port: int = PORT
-    """`host`, `port`: address to listen on; port 0 selects a free one."""
-    allowed: tuple[str, ...] = ()
-    """Addresses or networks of clients; required unless ``host`` is loopback."""
-    certificate: Path | None = None
-    private_key: Path | None = None
-    """`certificate`, `private_key`: PEM files for TLS; None for plain TCP."""
-
-
-class AllowList:
-    """Addresses that may connect; InputError if the server would be open to anyone."""
-
-    def __init__(self, options: ServeOptions) -> None:
-        try:
-            self._networks = [ipaddress.ip_network(one, strict=False) for one in options.allowed]
-        except ValueError as error:
-            raise InputError(
-                "serve.allow", f"{error}.", "Give an address or a network, such as 192.168.1.0/24."
-            ) from error
-        if not self._networks and not _is_loopback(options.host):
-            raise InputError(
-                "serve.open",
-                f"The server would be open to anyone who can reach {options.host}.",
-                "Give the addresses of the programs with --allow, or listen on 127.0.0.1.",
-            )
-
-    def allows(self, address: str) -> bool:
-        """Return whether a client may connect; without a list, this computer alone."""
-        found = ipaddress.ip_address(address.partition("%")[0])
-        mapped = getattr(found, "ipv4_mapped", None)
-        found = found if mapped is None else mapped
-        return found.is_loopback or any(found in network for network in self._networks)
-
-
-def _is_loopback(host: str) -> bool:
-    try:
-        return ipaddress.ip_address(host).is_loopback
-    except ValueError:
-        return host == "localhost"
 
 
 class DmeServer:
     """Serve a session on a thread of its own; all calls of the session are made there.
 
-    `failed`: receives unexpected errors. InputError: the options are not safe, or not valid.
+    `failed`: receives unexpected errors; they disconnect the client. InputError: the address would
+    be open to others, or the certificate cannot be used.
     """
 
     def __init__(
         self,
         session: DmeSession,
-        options: ServeOptions,
+        options: StreamOptions,
         failed: Callable[[Exception], None] = lambda error: None,
     ) -> None:
         self._session, self._options, self._failed = session, options, failed
-        self._allowed = AllowList(options)
-        self._tls = tls_context(
-            StreamOptions(certificate=options.certificate, private_key=options.private_key)
-        )
+        check_stream(options, by_address=True)
+        self._tls = tls_context(options)
         self._loop: asyncio.AbstractEventLoop | None = None
         self._stopping = asyncio.Event()
         self._client: _DmeConnection | None = None
+        self._guests: set[_DmeConnection] = set()
         self._thread: threading.Thread | None = None
         self.address = (options.host, options.port)
 
     def start(self) -> tuple[str, int]:
         """Listen, and return the address; MeasuringError if it is unavailable."""
-        host, port = self.address
-        family = socket.AF_INET6 if ":" in host else socket.AF_INET
-        try:
-            listener = socket.create_server((host, port), family=family, backlog=16)
-        except OSError as error:
-            raise MeasuringError(
-                "serve.address",
-                f"The server cannot listen on {host}:{port} ({error.strerror or error}).",
-                "Choose another port, or close the program that uses it; the address must "
-                "belong to this computer.",
-            ) from error
+        listener = listen(self._options, _MOST_GUESTS)
         found = listener.getsockname()
         self.address = (str(found[0]), int(found[1]))
         ready = threading.Event()
@@ -134,6 +80,10 @@ class DmeServer:
             with contextlib.suppress(RuntimeError):
                 loop.call_soon_threadsafe(self._run_call, call)
 
+    def operate(self, words: str) -> None:
+        """Obey the operator (`DmeSession.operate`)."""
+        self.post(lambda: self._session.operate(words))
+
     def touched(self, point: MeasuredPoint) -> None:
         self.post(lambda: self._session.touched(point))
 
@@ -149,8 +99,9 @@ class DmeServer:
 
     async def _serve(self, listener: socket.socket, ready: threading.Event) -> None:
         self._loop = loop = asyncio.get_running_loop()
+        limit = None if self._tls is None else _HANDSHAKE_S
         server = await loop.create_server(
-            lambda: _DmeConnection(self), sock=listener, ssl=self._tls
+            lambda: _DmeConnection(self), sock=listener, ssl=self._tls, ssl_handshake_timeout=limit
         )
         ready.set()
         async with server:
@@ -176,13 +127,24 @@ class DmeServer:
 
     def admit(self, client: _DmeConnection, address: str) -> str:
         """Return why a client is refused, a sentence; empty if it is admitted."""
-        if not self._allowed.allows(address):
+        self._guests.discard(client)
+        if not may_connect(self._options, address):
             return f"{address} is not allowed here. Add it on the measuring computer (--allow)."
         if self._client is not None:
+            self._guests.add(client)
             return (f"This machine is already used by {self._client.address}. Disconnect that "
                     "program first.")  # fmt: skip
         self._client = client
         return ""
+
+    @property
+    def is_running(self) -> bool:
+        return self._thread is not None and self._thread.is_alive()
+
+    @property
+    def makes_room(self) -> bool:
+        """Return whether a refused connection may wait for the present client to go."""
+        return self._client is not None and len(self._guests) <= _MOST_GUESTS
 
     def refusal_line(self, sentence: str) -> bytes:
         """Return the only line to a refused client: an error whose place is the sentence."""
@@ -204,6 +166,7 @@ class DmeServer:
     def release(self, client: _DmeConnection) -> None:
         """Disconnect a client; its session ends."""
         client.cut()
+        self._guests.discard(client)
         if self._client is client:
             self._client = None
             try:
@@ -235,12 +198,24 @@ class _DmeConnection(asyncio.Protocol):
         connection = transport.get_extra_info("socket")
         if connection is not None:
             notice_loss(connection)
+        self._enter(asyncio.get_running_loop().time() + _GRACE_S)
+
+    def _enter(self, until_s: float) -> None:
+        """Become the client, or be refused in a sentence."""
+        transport = self._transport
+        if transport is None or transport.is_closing():
+            return
         refused = self._server.admit(self, self.address)
-        if refused:
+        loop = asyncio.get_running_loop()
+        if refused and self._server.makes_room and loop.time() < until_s:
+            transport.pause_reading()
+            loop.call_later(_GRACE_S / 10.0, self._enter, until_s)
+        elif refused:
             transport.write(self._server.refusal_line(refused))
             transport.close()
-            return
-        self._admitted = True
+        else:
+            self._admitted = True
+            transport.resume_reading()
 
     def connection_lost(self, exc: Exception | None) -> None:
         self._server.release(self)
@@ -287,8 +262,3 @@ def notice_loss(connection: socket.socket) -> None:
     for name, value in (("TCP_KEEPIDLE", 5), ("TCP_KEEPINTVL", 2), ("TCP_KEEPCNT", 3)):
         if hasattr(socket, name):
             connection.setsockopt(socket.IPPROTO_TCP, getattr(socket, name), value)
-
-
-def clock() -> float:
-    """Return the time of sessions, s."""
-    return time.monotonic()

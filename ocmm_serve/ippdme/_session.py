@@ -17,7 +17,7 @@ from ocmm_serve.ippdme import _commands as _commands  # Registers its commands.
 from ocmm_serve.ippdme import _touch_commands as _touch_commands
 from ocmm_serve.ippdme._commands import LEAST_PERIOD_S
 from ocmm_serve.ippdme._dialect import ERRORS, DmeDialect, error_line
-from ocmm_serve.ippdme._grammar import NO_TAG, DmeCommand, DmeError, parse, quoted
+from ocmm_serve.ippdme._grammar import NO_TAG, DmeCommand, DmeError, call_text, parse, quoted
 from ocmm_serve.ippdme._registry import CommandSpec, supported
 from ocmm_serve.ippdme._state import CommandedTouch, DmeState
 
@@ -41,6 +41,10 @@ _FINAL = (
     RefusalCode.PAUSED,
 )  # fmt: skip
 """Another touch cannot help."""
+
+
+OPERATOR = "done, del, goto (a clearance point), cancel (no touch is possible), search MM, or a key"
+"""Words of the operator."""
 
 
 @dataclass(slots=True)
@@ -69,6 +73,8 @@ class DmeSession:
         self._pending: deque[OpenCommand] = deque()
         self._waiting: OpenCommand | None = None
         self._out: list[str] = []
+        self._led: deque[int] = deque(maxlen=_MOST_PENDING)
+        """Points that the operator led, which he can delete."""
 
     @property
     def waits(self) -> bool:
@@ -106,6 +112,7 @@ class DmeSession:
     def disconnect(self) -> None:
         """End the session of a client that has gone; nothing is sent."""
         self._abort_pending()
+        self._led.clear()
         spec = self._specs["EndSession"]
         try:
             spec.handler(self.state, ())
@@ -213,25 +220,26 @@ class DmeSession:
         state, waiting = self.state, self._waiting
         if waiting is not None and waiting.target is not None:
             if point.first_frame <= waiting.first_frame:
-                self._discard(point, "It was touched before the program asked for it.")
+                self._discard(point.number, "It was touched before the program asked for it.")
                 return
             fault = self._fault_of(point, waiting.target)
             if fault:
-                self._discard(point, fault)
+                self._discard(point.number, fault)
                 self._count_refusal(waiting, DmeError(1006, detail=fault))
                 return
             answer = state.point_items(point, waiting.target.normal)
             self._answer(waiting, point, answer)
-        elif state.in_session and state.user_enabled and not state.locked:
+        elif self._leads:
             answer = state.point_items(point, None)
             try:
                 self._keep(NO_TAG, point, answer, None)
             except DmeError as error:
                 self.report(error)
                 return
-            self._out.append(f"{NO_TAG} # PtMeas({answer})")
+            self._event("PtMeas", answer)
+            self._led.append(point.number)
         else:
-            self._discard(point, "The program did not ask for a point.")
+            self._discard(point.number, "The program did not ask for a point.")
 
     def refused(self, refusal: Refusal) -> None:
         """Note that the chain refused a touch; it is never answered."""
@@ -292,12 +300,12 @@ class DmeSession:
             return f"The touch came from another side than the nominal direction. {target.words}"
         return ""
 
-    def _discard(self, point: MeasuredPoint, reason: str) -> None:
+    def _discard(self, number: int, reason: str) -> None:
         try:
-            self.state.machine.discard(point.number, reason)
+            self.state.machine.discard(number, reason)
         except DmeError as error:
             self.report(error)
-        self.state.machine.tell(f"Point {point.number} is not used. {reason}")
+        self.state.machine.tell(f"Point {number} is not used. {reason}")
 
     def _count_refusal(self, opened: OpenCommand, error: DmeError) -> None:
         opened.refused += 1
@@ -321,20 +329,38 @@ class DmeSession:
         self._error(NO_TAG, error)
         self._lock_after(error)
 
-    def event(self, name: str, argument: str) -> None:
-        """Send an event of the machine: ``KeyPress``, ``ChangeTool``, ``SetProp``."""
-        state = self.state
-        if not state.in_session:
-            return
-        if name == "KeyPress" and (not state.user_enabled or state.locked):
-            return
-        written = argument if name == "SetProp" else quoted(argument)
-        self._out.append(f"{NO_TAG} # {name}({written})")
+    def operate(self, words: str) -> None:
+        """Obey the operator: a name of `OPERATOR`, or another key; unknown words are keys."""
+        verb, _, value = words.strip().partition(" ")
+        if verb == "cancel":
+            self.cancel("The operator cancelled the touch.")
+        elif verb == "goto":
+            self._pass_by()
+        elif verb == "search" and value.replace(".", "", 1).isdigit():
+            self.state.set_parameter("PtMeasPar", "Search", float(value))
+            found = self.state.parameter("PtMeasPar", "Search")
+            self._event("SetProp", call_text("Tool.PtMeasPar.Search", found))
+        elif verb:
+            self._press(verb)
 
-    def passed(self) -> None:
-        """Send the present position as a clearance point (``GoTo``)."""
+    def changed_tool(self, name: str) -> None:
+        """Report that another tip was mounted at the machine."""
+        self.state.tool = name
+        self._event("ChangeTool", quoted(name))
+
+    def _press(self, key: str) -> None:
+        if not self._leads:
+            self.state.machine.tell("The program does not listen to keys now.")
+            return
+        key = {"done": "Done", "del": "Del"}.get(key, key)
+        if key == "Del" and self._led:
+            self._discard(self._led.pop(), "Deleted by the operator.")
+        self._event("KeyPress", quoted(key))
+
+    def _pass_by(self) -> None:
+        """Send the present position as a clearance point."""
         state = self.state
-        if not (state.in_session and state.user_enabled) or state.locked:
+        if not self._leads:
             return
         try:
             pose = state.machine.pose()
@@ -342,7 +368,17 @@ class DmeSession:
             state.machine.tell(error.detail)
             return
         radius = next((one.radius for one in state.machine.tools if one.name == state.tool), 0.0)
-        self._out.append(f"{NO_TAG} # GoTo({state.passing_items(pose, radius)})")
+        self._event("GoTo", state.passing_items(pose, radius))
+
+    def _event(self, name: str, argument: str) -> None:
+        if self.state.in_session:
+            self._out.append(f"{NO_TAG} # {name}({argument})")
+
+    @property
+    def _leads(self) -> bool:
+        """Return whether the operator's points and keys are sent unasked."""
+        state = self.state
+        return state.in_session and state.user_enabled and not state.locked
 
     def tick(self) -> None:
         """End a wait that is too long, and report a move."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Protocol
@@ -163,7 +164,7 @@ class DmeState:
     frames: CsyFrames
     any_place: bool = False
     """Accept hits away from the nominal."""
-    now: Callable[[], float] = lambda: 0.0
+    now: Callable[[], float] = time.monotonic
     in_session: bool = False
     locked: bool = False
     """Error state: only ClearAllErrors and some others are executed."""

@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from ocmm_core.station.stream._reception import (
         StreamOptions,
         check_stream,
+        listen,
         may_connect,
         tls_context,
     )
@@ -34,12 +35,12 @@ else:
         _messages="verdict_line",
         _plain_lines="PlainLines",
         _probe_button="ButtonChange ButtonWatch",
-        _reception="StreamOptions check_stream may_connect tls_context",
+        _reception="StreamOptions check_stream listen may_connect tls_context",
         _server="StreamServer",
         _source="StepReader StreamSource",
     )
 
 __all__ = [
     "ButtonChange", "ButtonWatch", "PlainLines", "StepReader", "StreamOptions", "StreamServer",
-    "StreamSource", "check_stream", "may_connect", "tls_context", "verdict_line",
+    "StreamSource", "check_stream", "listen", "may_connect", "tls_context", "verdict_line",
 ]  # fmt: skip

@@ -22,7 +22,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 
 from ocmm_core.documents import read_bytes
-from ocmm_core.errors import InputError
+from ocmm_core.errors import InputError, MeasuringError
 from ocmm_core.station.stream._client import (
     LONGEST_REQUEST,
     MOST_CHATTER,
@@ -146,6 +146,21 @@ def _is_loopback(host: str) -> bool:
         return ipaddress.ip_address(host).is_loopback
     except ValueError:
         return host == "localhost"
+
+
+def listen(options: StreamOptions, backlog: int) -> socket.socket:
+    """Return a socket that listens; MeasuringError if the address is unavailable."""
+    host, port = options.host, options.port
+    family = socket.AF_INET6 if ":" in host else socket.AF_INET
+    try:
+        return socket.create_server((host, port), family=family, backlog=backlog)
+    except OSError as error:
+        raise MeasuringError(
+            "stream.address",
+            f"This program cannot listen on {host}:{port} ({error.strerror or error}).",
+            "Choose another port, or close the program that uses it; the address must "
+            "belong to this computer.",
+        ) from error
 
 
 MOST_CLIENTS = 8

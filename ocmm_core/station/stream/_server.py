@@ -23,7 +23,7 @@ import uuid
 from collections.abc import Callable
 from functools import partial
 
-from ocmm_core.errors import InputError, MeasuringError, OcmmError
+from ocmm_core.errors import InputError, OcmmError
 from ocmm_core.station.stream._client import StreamClient, StreamLog
 from ocmm_core.station.stream._messages import (
     Hello,
@@ -41,6 +41,7 @@ from ocmm_core.station.stream._reception import (
     MOST_CLIENTS,
     Reception,
     check_stream,
+    listen,
     may_connect,
     tls_context,
 )
@@ -103,17 +104,7 @@ class StreamServer:
 
     def start(self) -> tuple[str, int]:
         """Start to listen, and return the address; MeasuringError if the address is unavailable."""
-        host, port = self._options.host, self._options.port
-        family = socket.AF_INET6 if ":" in host else socket.AF_INET
-        try:
-            listener = socket.create_server((host, port), family=family, backlog=_BACKLOG)
-        except OSError as error:
-            raise MeasuringError(
-                "stream.address",
-                f"The stream cannot listen on {host}:{port} ({error.strerror or error}).",
-                "Choose another port, or close the program that uses it; the address must "
-                "belong to this computer.",
-            ) from error
+        listener = listen(self._options, _BACKLOG)
         listener.setblocking(False)
         address = listener.getsockname()
         self.address = (str(address[0]), int(address[1]))
