@@ -59,7 +59,7 @@ _TABLE = """
 1005 3 Error during home
 1006 2 Surface not found
 1007 3 Theta out of range
-1008 3 CommandedTouch position out of machine volume
+1008 3 Target position out of machine volume
 1009 3 Air pressure out of range
 1010 2 Vector has no norm
 1500 3 Failed to re-seat head
