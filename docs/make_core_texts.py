@@ -23,7 +23,7 @@ from ocmm_core.wording import LANGUAGES
 ROOT = Path(__file__).resolve().parents[1]
 TEXTS = ROOT / "resources" / "i18n"
 
-CORE = ("ocmm_core", "ocmm_cad", "ocmm_shop", "ocmm_sim")
+CORE = ("ocmm_core", "ocmm_cad", "ocmm_shop", "ocmm_serve", "ocmm_sim")
 REPORTS = "ocmm_gui/reports"
 """All that is said there and in the core is collected."""
 ERRORS_ONLY = (
@@ -51,6 +51,9 @@ LEFT_OUT = (
     "ocmm_core/fieldbus/device/_page_of_", "ocmm_core/fieldbus/device/_profile_objects.py",
     "ocmm_core/fieldbus/device/_esi.py", "ocmm_core/fieldbus/device/_controller.py",
     "ocmm_core/fieldbus/device/_diagnosis.py",
+    # Texts of the protocol, and a table of the English manual.
+    "ocmm_serve/ippdme/_commands.py", "ocmm_serve/ippdme/_dialect.py",
+    "ocmm_serve/ippdme/_grammar.py",
     # Names of functions, of files, and patterns.
     "ocmm_cli/_kernels.py", "ocmm_core/leftovers.py", "ocmm_core/doctor/_ethtool.py",
 )  # fmt: skip

@@ -28,6 +28,7 @@ from ocmm_core.inspection.plan import HEAD_FIELDS, EnvironmentLimits, Material, 
 from ocmm_core.tolerances.kinds import KINDS
 from ocmm_core.tolerances.zones import Characteristic
 from ocmm_gui.plan_editor import words_of
+from ocmm_serve.ippdme import DmeDialect, supported
 
 ROOT = Path(__file__).resolve().parents[1]
 
@@ -93,6 +94,28 @@ def checks() -> str:
     return table(
         ("line", "in JSON", "GREEN means"),
         ((one.title, f"`{one.name}`", one.about) for one in CHECKS),
+    )
+
+
+def ippdme() -> str:
+    """Return the table of the commands of I++ DME."""
+    every = supported(DmeDialect.V14) | supported(DmeDialect.V25)
+    # The public classes of the protocol; items are only arguments.
+    rows = sorted(
+        (one for one in every.values() if one.group != "items"), key=lambda one: one.group
+    )
+    return table(
+        ("class", "command", "arguments", "edition", "this machine"),
+        (
+            (
+                one.group,
+                f"`{one.name}`",
+                f"`{one.arguments}`" if one.arguments else "",
+                "all" if len(one.dialects) > 1 else "2.5",
+                _plain(one.about),
+            )
+            for one in rows
+        ),
     )
 
 
@@ -200,6 +223,7 @@ TABLES: dict[str, tuple[str, Callable[[], str]]] = {
     "allowed licences": (_LICENCES, allowed),
     "checks": ("docs/technician/doctor.md", checks),
     "formats": ("docs/quality/exports.md", formats),
+    "ippdme": ("docs/integrator/ippdme.md", ippdme),
     "packages": (_LICENCES, partial(packages, "requirements.lock")),
     "packages for development": (
         _LICENCES,
