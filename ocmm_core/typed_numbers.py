@@ -135,7 +135,6 @@ NUMBER_FIELDS = (
     _whole("nanoseconds", 0, 10**9, "time", "camera/describe/--doubt-ns",
            "camera/describe/--latency-ns", unit="ns"),
     _field("seconds", "s", 0.1, 86_400.0, "time", "--seconds", "--patience"),
-    _whole("baud", 300, 4_000_000, "speed of the serial line", "--baud", unit="baud"),
     _whole("touches", 1, 1000, "number of touches", "--tries"),
     _field("seconds-of-a-bench", "s", 0.2, 3600.0, "time", "bench/--seconds"),
     _field("seconds-of-a-capture", "s", 0.1, 3600.0, "time", "bus/record/--seconds"),

@@ -15,19 +15,7 @@ from ocmm_core.door import door
 
 if TYPE_CHECKING:
     from ocmm_serve.lines._command import serve_keyboard, serve_lines
-    from ocmm_serve.lines._feed import LineFeed, SerialReceiver
-    from ocmm_serve.lines._keyboard import KeyboardReceiver, find_tool
-    from ocmm_serve.lines._template import DecimalSign, LengthUnit, LineTemplate, PointKind
 else:
-    __getattr__ = door(
-        __name__,
-        _command="serve_keyboard serve_lines",
-        _feed="LineFeed SerialReceiver",
-        _keyboard="KeyboardReceiver find_tool",
-        _template="DecimalSign LengthUnit LineTemplate PointKind",
-    )
+    __getattr__ = door(__name__, _command="serve_keyboard serve_lines")
 
-__all__ = [
-    "DecimalSign", "KeyboardReceiver", "LengthUnit", "LineFeed", "LineTemplate", "PointKind",
-    "SerialReceiver", "find_tool", "serve_keyboard", "serve_lines",
-]  # fmt: skip
+__all__ = ["serve_keyboard", "serve_lines"]

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import contextlib
 import importlib.util
+import math
 import queue
 import threading
+import time
 from collections.abc import Callable
 from typing import Protocol
 
@@ -45,6 +48,7 @@ class LineFeed:
         self._lock = threading.Lock()
         self._lines: queue.Queue[bytes | None] = queue.Queue(MOST_WAITING)
         self._live = False
+        self._until_s = math.inf
         self._thread = threading.Thread(target=self._run, name="ocmm-lines")
 
     def __enter__(self) -> LineFeed:
@@ -55,10 +59,16 @@ class LineFeed:
         self._thread.start()
         return self
 
+    def __str__(self) -> str:
+        return str(self._receiver)
+
     def __exit__(self, *_: object) -> None:
         self._source.events.changed.disconnect(self._on_change)
-        self._lines.put(None)
-        self._thread.join(_STOP_S)
+        # A device that takes nothing must not hold the program.
+        self._until_s = time.monotonic() + _STOP_S
+        with contextlib.suppress(queue.Full):
+            self._lines.put_nowait(None)
+        self._thread.join(2.0 * _STOP_S)
         self._receiver.close()
 
     def _on_change(self) -> None:
@@ -67,15 +77,19 @@ class LineFeed:
                 for _, step in self._steps.read():
                     line = self._plain.line_of(step, live=self._live)
                     if line and self._live:
-                        self._lines.put_nowait(line)
-        except queue.Full:
-            self._note(f"{MOST_WAITING} points wait for the device; this one was not sent.")
+                        self._add(line)
         except Exception as error:
             told = contained(error, "The lines of points")
             self._note(f"{told.what} {told.remedy}")
 
+    def _add(self, line: bytes) -> None:
+        try:
+            self._lines.put_nowait(line)
+        except queue.Full:
+            self._note(f"{MOST_WAITING} points wait for the device; this one was not sent.")
+
     def _run(self) -> None:
-        while (line := self._lines.get()) is not None:
+        while (line := self._lines.get()) is not None and time.monotonic() < self._until_s:
             try:
                 self._receiver.send(line)
             except Exception as error:
@@ -85,9 +99,12 @@ class LineFeed:
 
 
 class SerialReceiver:
-    """A serial line, opened again after it was pulled out; InputError if it cannot be opened."""
+    """A serial line, opened again after it was pulled out; InputError if it cannot be opened.
 
-    def __init__(self, device: str, baud: int) -> None:
+    `device`: its name, with the speed behind a colon if other than 9600.
+    """
+
+    def __init__(self, device: str) -> None:
         if importlib.util.find_spec("serial") is None:
             raise InputError(
                 "lines.package",
@@ -96,14 +113,15 @@ class SerialReceiver:
             )
         import serial
 
-        self._device = device
+        name, _, baud = device.partition(":")
+        self._device = name
         try:
             # A receiver that reads nothing must not hold this program.
-            self._line = serial.Serial(device, baud, timeout=_STOP_S, write_timeout=_STOP_S)
+            self._line = serial.Serial(name, int(baud or 9600), write_timeout=_STOP_S)
         except (OSError, ValueError) as error:
             raise InputError(
                 "lines.serial",
-                f"The serial line {device} cannot be opened at {baud} baud ({error}).",
+                f"The serial line {device} cannot be opened ({error}).",
                 "Check name and cable; on Linux the user must be in the group of the device "
                 "(often dialout).",
             ) from error
@@ -124,3 +142,6 @@ class SerialReceiver:
 
     def close(self) -> None:
         self._line.close()
+
+    def __str__(self) -> str:
+        return f"{self._line.port}, {self._line.baudrate} baud"

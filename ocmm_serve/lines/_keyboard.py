@@ -20,22 +20,18 @@ class TypingTool:
     """A program that presses keys."""
 
     name: str
-    keys: Mapping[str, str]
-    """Its names of the keys Tab and Enter."""
     type_text: tuple[str, ...]
-    press: tuple[str, ...]
-    """`type_text`, `press`: arguments before a text, and before the name of a key."""
+    tab: tuple[str, ...]
+    enter: tuple[str, ...]
+    """`type_text`, `tab`, `enter`: arguments before a text, and of these keys."""
 
 
 _XDOTOOL = TypingTool(
-    "xdotool", {"\t": "Tab", "\n": "Return"},
-    ("type", "--clearmodifiers", "--delay", "2", "--"), ("key", "--clearmodifiers"),
-)  # fmt: skip
-_WTYPE = TypingTool("wtype", {"\t": "Tab", "\n": "Return"}, ("--",), ("-k",))
+    "xdotool", ("type", "--clearmodifiers", "--delay", "2", "--"), ("key", "Tab"), ("key", "Return")
+)
+_WTYPE = TypingTool("wtype", ("--",), ("-k", "Tab"), ("-k", "Return"))
 # Codes of the kernel, pressed and released.
-_YDOTOOL = TypingTool(
-    "ydotool", {"\t": "15:1 15:0", "\n": "28:1 28:0"}, ("type", "--"), ("key",)
-)  # fmt: skip
+_YDOTOOL = TypingTool("ydotool", ("type", "--"), ("key", "15:1", "15:0"), ("key", "28:1", "28:0"))
 
 
 def find_tool(environment: Mapping[str, str] = os.environ) -> TypingTool:
@@ -76,14 +72,14 @@ class KeyboardReceiver:
     def send(self, line: bytes) -> None:
         self._check_window()
         for piece in re.findall(r"[\t\n]|[^\t\n]+", line.decode("ascii")):
-            key = self._tool.keys.get(piece)
-            if key is None:
-                self._call([*self._tool.type_text, piece])
-            else:
-                self._call([*self._tool.press, *key.split()])
+            keys = {"\t": self._tool.tab, "\n": self._tool.enter}
+            self._call(keys.get(piece) or (*self._tool.type_text, piece))
 
     def close(self) -> None:
         """Do nothing; no key is held."""
+
+    def __str__(self) -> str:
+        return f'window "{self._window}"' if self._window else "active window"
 
     def _check_window(self) -> None:
         if not self._window:

@@ -4,31 +4,17 @@ from __future__ import annotations
 
 import re
 from dataclasses import dataclass
-from enum import StrEnum
 from string import Formatter
+from typing import Literal
 
 from ocmm_core.errors import InputError
 from ocmm_core.measuring import MeasuredPoint
 
-
-class LengthUnit(StrEnum):
-    MM = "mm"
-    UM = "um"
-    INCH = "inch"
-
-
-class PointKind(StrEnum):
-    BALL = "ball"
-    SURFACE = "surface"
-
-
-class DecimalSign(StrEnum):
-    POINT = "point"
-    COMMA = "comma"
-
-
-_PER_MM = {LengthUnit.MM: 1.0, LengthUnit.UM: 1000.0, LengthUnit.INCH: 1.0 / 25.4}
-_DIGITS = {LengthUnit.MM: 4, LengthUnit.UM: 1, LengthUnit.INCH: 6}
+LengthUnit = Literal["mm", "um", "inch"]
+PointKind = Literal["ball", "surface"]
+DecimalSign = Literal["point", "comma"]
+_PER_MM: dict[LengthUnit, float] = {"mm": 1.0, "um": 1000.0, "inch": 1.0 / 25.4}
+_DIGITS: dict[LengthUnit, int] = {"mm": 4, "um": 1, "inch": 6}
 COARSEST_MM = 0.01
 """A template whose last digit is coarser would round the result of the machine away."""
 _AXES = ("x", "y", "z")
@@ -62,9 +48,9 @@ class LineTemplate:
     def of(
         cls,
         text: str,
-        unit: LengthUnit = LengthUnit.MM,
-        kind: PointKind = PointKind.BALL,
-        decimal: DecimalSign = DecimalSign.POINT,
+        unit: LengthUnit = "mm",
+        kind: PointKind = "ball",
+        decimal: DecimalSign = "point",
     ) -> LineTemplate:
         r"""Return a template; ``\t`` in `text` is a tabulator. InputError: `text` is unsuitable."""
         if len(text) > _LONGEST:
@@ -82,8 +68,7 @@ class LineTemplate:
 
     def line(self, point: MeasuredPoint) -> str:
         """Return the line of a point, without its end."""
-        ball = self.kind is PointKind.BALL
-        place = point.tip_world if ball else point.surface_world
+        place = point.tip_world if self.kind == "ball" else point.surface_world
         scale = _PER_MM[self.unit]
         values = dict(zip("xyz", (place * scale).tolist(), strict=True))
         values |= dict(zip("ijk", point.direction.tolist(), strict=True))
@@ -96,19 +81,20 @@ class LineTemplate:
     @property
     def words(self) -> str:
         """Return what its numbers are, for the operator."""
-        if self.kind is PointKind.BALL:
+        if self.kind == "ball":
             return f"Ball centres (radius not compensated) in {self.unit}, world of the cameras."
         return f"Surface points (radius compensated) in {self.unit}, world of the cameras."
 
     def _number(self, value: float, form: str) -> str:
         written = format(value, form)
-        return written.replace(".", ",") if self.decimal is DecimalSign.COMMA else written
+        return written.replace(".", ",") if self.decimal == "comma" else written
 
 
 def _form(text: str, field: str, form: str | None, how: str | None, unit: LengthUnit) -> str:
     """Return the checked format of a field, with its usual digits if none are stated."""
     if field not in _FIELDS or how is not None:
-        raise _unsuitable(text, f"{{{field}{'!' + how if how else ''}}} is not a field")
+        name = f"{field}!{how}" if how else field
+        raise _unsuitable(text, f"{{{name}}} is not a field")
     found = _FORMAT.fullmatch(form or "")
     if found is None or (found[4] == "d" and found[3]):
         raise _unsuitable(text, f"{form!r} is not a width with digits")
@@ -136,7 +122,7 @@ def _check(text: str, parts: tuple[_Part, ...], decimal: DecimalSign) -> None:
         raise _unsuitable(text, f"it lacks {', '.join(f'{{{axis}}}' for axis in lacking)}")
     if any(fields.count(field) > 1 for field in _FIELDS):
         raise _unsuitable(text, "a field is there twice")
-    sign = "." if decimal is DecimalSign.POINT else ","
+    sign = "." if decimal == "point" else ","
     number_before = False
     for part in parts:
         if re.search(r"[^\t -~]", part.before):
