@@ -1,4 +1,4 @@
-"""Free-form faces from the file to the plan: where they are, which places, what is refused."""
+"""Free-form faces from the file to the plan: location, targets, refusals."""
 
 from __future__ import annotations
 
@@ -63,7 +63,7 @@ def test_they_are_offered_and_taken_only_where_their_zone_is_known(tmp_path: Pat
     assert free in chosen(offers, Choice(profiles=True))
     assert chosen(offers, Choice(only=("FREE*",))) == (free,)
     assert chosen(offers, Choice(kinds=("Free form",), profiles=True)) == (free,)
-    # A kind of surface that can be measured does not stand among those that cannot.
+    # A measurable kind of surface is not listed among the unmeasurable ones.
     assert not any("BSpline" in why for why, _ in faces_account(model, ()).left_out)
 
 

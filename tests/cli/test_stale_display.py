@@ -1,4 +1,4 @@
-"""Commands in an environment that names a display where none answers."""
+"""Commands in an environment with a display that does not respond."""
 
 from __future__ import annotations
 
@@ -74,7 +74,7 @@ def test_the_window_ends_with_a_sentence_and_not_with_an_abort() -> None:
     done = _run("ocmm_gui", "--start", DISPLAY=":7654")
     assert done.returncode == 2
     assert done.stderr.startswith("No display available for the window.\nStart OCMM on a desktop")
-    # The message of Qt says which display or library is missing.
+    # The message of Qt names the missing display or library.
     assert "could not connect to display :7654" in done.stderr
 
 

@@ -1,4 +1,4 @@
-"""The doors of the rooms: faces whose lists agree, that load, and that nobody walks past."""
+"""Public faces of packages: consistent lists that load, and no imports past them."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ HOMES = dict[str, str]
 
 
 def for_type_checkers(room: str, tree: ast.Module) -> HOMES:
-    """Return what stands under TYPE_CHECKING."""
+    """Return the names under TYPE_CHECKING."""
     found = {}
     for node in tree.body:
         if isinstance(node, ast.If) and ast.unparse(node.test) == "TYPE_CHECKING":
@@ -40,7 +40,7 @@ def for_type_checkers(room: str, tree: ast.Module) -> HOMES:
 
 
 def behind_the_door(tree: ast.Module) -> HOMES:
-    """Return what the call of `door` hands out."""
+    """Return the names given to `door`."""
     found = {}
     for node in ast.walk(tree):
         if isinstance(node, ast.Call) and ast.unparse(node.func) == "door":
@@ -99,7 +99,7 @@ def test_a_room_refuses_a_name_that_it_does_not_give_out(room: str) -> None:
     with pytest.raises(
         AttributeError, match=rf"module '{re.escape(room)}' has no attribute 'Rigg'"
     ):
-        face.Rigg  # noqa: B018 - looking is what is tried
+        face.Rigg  # noqa: B018 - access alone is tested
     with pytest.raises(ImportError, match="cannot import name 'Rigg'"):
         exec(f"from {room} import Rigg", {})  # noqa: S102 - no checker should see it
 
@@ -121,7 +121,7 @@ def test_a_door_loads_a_file_when_its_name_is_asked_for_and_remembers_it(
         assert "room_of_a_test._one" not in sys.modules
         assert room.ONE == 1
         assert "room_of_a_test._two" not in sys.modules
-        # A function may be called like its file; where there is none the name is the file itself.
+        # A function may have the name of its file; without one the name is the file itself.
         assert room.one() == 1
         assert isinstance(room.two, types.ModuleType)
         assert room.two.TWO == 2

@@ -33,12 +33,12 @@ OpenWindow = Callable[..., Bench]
 
 @pytest.fixture
 def fresh_sides() -> None:
-    """Start processes beside the window as the program does, each anew: one test of each kind."""
+    """Start side processes as the program does, without a fork server: one test of each kind."""
 
 
 @pytest.fixture(autouse=True)
 def _sides_of_a_server(request: pytest.FixtureRequest) -> None:
-    """Make processes beside the window of one that has loaded what they need; see `kept_sides`."""
+    """Fork the window's side processes from a preloaded one; see `kept_sides`."""
     if not {"fresh_sides", "kept_sides"} & set(request.fixturenames):
         request.getfixturevalue("kept_sides")
 
@@ -88,7 +88,7 @@ def open_window(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> Iterator[Op
         with qtbot.waitActive(window):
             window.show()
             window.activateWindow()
-        # Only before the start is it certain what the window shows: nothing was measured yet.
+        # The content of the window is certain only before the start: nothing was measured yet.
         if start:
             bridge.start()
         opened.append(Bench(built, bridge, notices, window))

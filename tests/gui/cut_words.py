@@ -1,4 +1,4 @@
-"""What is cut off in lists, tables, their heads, choices, and what paints words by itself."""
+"""Texts cut off in lists, tables, their heads, choices, and self-painting widgets."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ from PySide6.QtWidgets import (
 
 _SLACK_PX = 2
 _OF_HEIGHT = 0.15
-"""What a line may stand over: accents and tails are smaller than what a font says."""
+"""Permitted overhang of a line: accents and tails are smaller than the font's metrics."""
 _MOST_ROWS = 60
 _HEAD_PADDING_PX = 8
 """As in the style sheet of the themes."""
@@ -36,7 +36,7 @@ _WRAP = int(Qt.TextFlag.TextWordWrap)
 
 
 def cut_words(window: QWidget) -> Iterator[str]:
-    """Give what is cut off in a window, beside the labels, buttons and fields of Qt."""
+    """Yield the cut texts of a window, in addition to labels, buttons and fields of Qt."""
     for widget in window.findChildren(QWidget):
         if not widget.isVisible() or widget.visibleRegion().isEmpty():
             continue
@@ -165,7 +165,7 @@ def _is_ours(kind: type) -> bool:
 
 @dataclass(frozen=True, slots=True)
 class PaintedWords:
-    """What was painted, and what is wrong with it; empty where it is whole."""
+    """A painted text, and its fault; empty if it is whole."""
 
     text: str
     fault: str
@@ -191,7 +191,7 @@ def watched_words() -> Iterator[list[PaintedWords]]:
 
 
 def _fault(painter: QPainter, given: Sequence[Any], text: str) -> str:
-    """Return how words stand outside their place, or that they were shortened to fit into it."""
+    """Return the overhang of a text, or its shortening to fit into its place."""
     if text.endswith("…") and len(text) > 1:
         return f"{text!r} was shortened"
     metrics, place = QFontMetricsF(painter.font()), given[0]

@@ -48,7 +48,7 @@ def test_a_feature_never_covers_the_digits(open_window: OpenWindow, qapp: QAppli
     for seed in jobs:
         job = generated_job(seed)[0]
         desk.show_job(job)
-        # Between two small sizes a large one: what was given up comes back.
+        # A large size between two small ones: hidden parts return.
         for size in (one for small in sizes for one in (LARGE, small, LARGE)):
             window.resize(*size)
             for _ in range(_SETTLE):

@@ -68,7 +68,7 @@ def test_notices_of_a_job_end_with_it_and_others_wait_in_order(qtbot: QtBot) -> 
     assert "No point was taken." in banner.text()
     banner.end_job("A-002")
     assert "The archive is full." in banner.text()
-    # A report that is ready late still says so, for a moment.
+    # A late report is still announced, for a moment.
     centre.error(InputError("x", "The report of A-001 failed.", ""), job="A-001")
     assert "A-001" in banner.text()
     timer = banner.findChild(QTimer)

@@ -177,7 +177,7 @@ def test_every_wizard_is_completed_and_signed_practice(
     made += [one.made_by for one in probe.calibrations()]
     made += [one.made_by for one in probe.qualifications()]
     made += [one.made_by for one in probe.checks()]
-    # Four are there to begin with; what was completed is the fifth.
+    # Four exist at the start; the completed one is the fifth.
     assert len(made) == 5
     assert all(map(is_practice, made))
     bench.window.maintenance.wizard.leave()

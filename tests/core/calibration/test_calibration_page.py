@@ -1,4 +1,4 @@
-"""The page about calibration says what the program says."""
+"""The page about calibration agrees with the program."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ def test_every_reason_to_refuse_a_calibration_has_its_row() -> None:
     said = re.findall(r"^\| `(\S+)` \|", found[1], re.MULTILINE)
     folder = _ROOT / "ocmm_core" / "calibration" / "cameras"
     source = "".join((folder / f"{name}.py").read_text(encoding="utf-8") for name in _MODULES)
-    # Codes stand alone in quotation marks; comparisons with them as well.
+    # Codes are single words in quotation marks; comparisons contain them as well.
     assert sorted(said) == sorted(set(re.findall(r'"(calibration\.\w+)"', source)))
 
 

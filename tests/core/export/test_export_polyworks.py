@@ -160,7 +160,7 @@ def test_without_an_alignment_what_was_measured_stays_in_the_world(tmp_path: Pat
         ("Measured", "World"),
     }
     assert [rows[1][axis] for axis in "XYZ"] == ["0.0000", "1.2500", "1000.0000"]
-    # Only the job says in which frame it is.
+    # Only the job states its frame.
     assert paths["report.csv"].read_bytes() == REPORT
 
 
@@ -246,7 +246,7 @@ def test_an_unwritable_folder_is_one_sentence(tmp_path: Path, folder: str) -> No
 @pytest.mark.parametrize("existing", [True, False])
 @pytest.mark.parametrize("blocked", KINDS)
 def test_all_files_or_none(tmp_path: Path, blocked: str, existing: bool) -> None:
-    # A folder of the file's name cannot be replaced, whoever runs this.
+    # A folder with the file's name cannot be replaced, even by root.
     (tmp_path / f"{STEM}_{blocked}").mkdir()
     others = [kind for kind in KINDS if kind != blocked]
     if existing:
@@ -389,7 +389,7 @@ def test_the_preview_shows_what_the_files_hold() -> None:
 def test_a_file_that_does_not_come_back_as_written_is_not_kept(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, where: int
 ) -> None:
-    """A disk that changes one digit of what it is given; the older report stays."""
+    """A disk that changes one digit of the file; the older report stays."""
     (tmp_path / f"{STEM}_points.csv").write_bytes(b"older export")
 
     def spoiled(path: Path, content: bytes) -> bytes:

@@ -1,4 +1,4 @@
-"""Compensation of the ball: exact touches of known features must give these features."""
+"""Compensation of the ball: exact touches of given features must return these features."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Constructions: known geometry, every place in space, uncertainty, and what is refused."""
+"""Constructions: exact geometry, every place in space, uncertainty, and refusals."""
 
 from __future__ import annotations
 

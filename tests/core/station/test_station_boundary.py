@@ -109,7 +109,7 @@ def test_a_change_that_fails_changes_nothing(
     assert (station.job.path, station.job.view()) == (path, view)
     assert sorted(tmp_path.glob("*.ocmm")) == files
     with JobFile.open(older):
-        # Nobody holds it any more.
+        # No reference remains.
         pass
     assert station.faults.measuring is None
     if verb == "next_part":

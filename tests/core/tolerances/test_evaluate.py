@@ -1,4 +1,4 @@
-"""Values and gradients of characteristics of a part with known geometry."""
+"""Values and gradients of characteristics of a part with exact geometry."""
 
 from __future__ import annotations
 
@@ -120,7 +120,7 @@ def test_exact_touches_give_the_true_value(characteristic: Characteristic, truth
 
 @pytest.fixture(scope="module")
 def differences() -> Float:
-    """Return d(value of every known characteristic) / d(all coordinates, tip radius)."""
+    """Return d(value of every exact characteristic) / d(all coordinates, tip radius)."""
     step = 1e-4
     columns = []
     whole = _actual(POINTS)
@@ -129,7 +129,7 @@ def differences() -> Float:
         sides = []
         touched = FEATURES
         if i < 3 * len(POINTS):
-            # A point moves its own feature, and what is projected onto it.
+            # A point moves its own feature, and features projected onto it.
             own = POINTS[i // 3].feature
             moves = [item for item in FEATURES if own in (item.name, item.projection)]
             names = {item.name for item in moves} | {item.projection for item in moves}

@@ -83,7 +83,7 @@ def test_a_second_computer_knows_the_ends_of_jobs_by_the_archive(tmp_path: Path)
         exchange_heads(archive, "Station 2")
         assert "missing at the end" in doubts(older)
         assert doubts(path) == ""
-        # What another station says of a job that was written here does not count.
+        # Another station's statements about a job written here do not count.
         with JobFile.create(tmp_path / "b.ocmm", made_head()) as own:
             own.append_event("note", "one")
         seen = recall(f"job {own.head.job_uuid}")
