@@ -7,11 +7,7 @@ several commands, also of distributed computation), then `_pictures` (16 bit ima
 (small plots without a plotting library). It must not know any command.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
-from ocmm_core.door import door
+from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
     from ocmm_cli.terminal._console import (
@@ -80,27 +76,7 @@ if TYPE_CHECKING:
         read_typed_numbers,
     )
 else:
-    __getattr__ = door(
-        __name__,
-        _console="PlainConsole make_console print_notes progress_line shown wide_enough",
-        _options=(
-            "BusProcessorOption CalibrationsOption CheckAfterOption CompensatePartOption "
-            "CompensateProbeOption ForceOption HumidityOption IncompleteOption OutOption "
-            "PartExpansionOption PartOption PartTemperatureOption PlanOption PressureOption "
-            "ProbeDesignOption ProbeOption ProbeTemperatureOption ProbesOption ReferenceOption "
-            "RigOption RoomOption SeedOption SourceOption SpeedOption StreamCertOption "
-            "StreamHostOption StreamKeyOption StreamOption StreamTokenOption TemperatureOption "
-            "TemperatureSigmaOption TemperatureUOption ThermometerOption TipOption "
-            "UncalibratedOption"
-        ),
-        _pictures="encoder_for",
-        _speech="heads language lead say say_later say_word told",
-        _svg="bending histogram label nice_limit page points_in_space tip_map",
-        _typed_options=(
-            "ColumnsOption DecimalOption SkipOption TableUnitOption computing "
-            "print_table_account read_typed_numbers"
-        ),
-    )
+    __getattr__ = door(__name__)
 
 __all__ = [
     "BusProcessorOption", "CalibrationsOption", "CheckAfterOption", "ColumnsOption",

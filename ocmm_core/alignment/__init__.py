@@ -9,11 +9,7 @@ model). `_residuals` (with the derivatives of a frame), `_freedom` and `_report`
 `_frame_document` stores one. The package is independent of tolerances, plans and job files.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
-from ocmm_core.door import door
+from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
     from ocmm_core.alignment._best_fit import fit_points, fit_points_locked
@@ -59,28 +55,7 @@ if TYPE_CHECKING:
         simulated_frame,
     )
 else:
-    __getattr__ = door(
-        __name__,
-        _best_fit="fit_points fit_points_locked",
-        _checks="alignment_fault",
-        _datum_frame="MOST_DATUMS datum_frame freedoms_left",
-        _datums="frame_of nominal_frame settled",
-        _frame_document=(
-            "content_hash doubt_of frame_document is_covariance load_frame relocation "
-            "save_frame saved_frame saved_frame_in unknown_frame"
-        ),
-        _model_fit="ModelFit fit_to_faces",
-        _precedence=(
-            "datums_in_precedence datums_refit_by in_precedence may_be_refit part_frame "
-            "refit_under_precedence"
-        ),
-        _report="AlignmentReport preview_alignment report_lines",
-        _residuals="Residual frame_jacobian",
-        _rules=(
-            "Alignment AnyAlignment BestFit BoundAlignment DatumAlignment DatumReferenceFrame "
-            "LockedMotion ModelBestFit OLDEST Relocation SavedFrame frame_name simulated_frame"
-        ),
-    )
+    __getattr__ = door(__name__)
 
 __all__ = [
     "MOST_DATUMS", "OLDEST", "Alignment", "AlignmentReport", "AnyAlignment", "BestFit",

@@ -8,16 +8,12 @@ Dask is added by `ocmm_shop`). It must not know what is computed; seeds belong t
 workers.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
-from ocmm_core.door import door
+from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
     from ocmm_core.cluster._site import HERE, Cluster, Site, has_dask
     from ocmm_core.cluster._tasks import run_tasks
 else:
-    __getattr__ = door(__name__, _site="Cluster HERE Site has_dask", _tasks="run_tasks")
+    __getattr__ = door(__name__)
 
 __all__ = ["HERE", "Cluster", "Site", "has_dask", "run_tasks"]

@@ -9,11 +9,7 @@ and the resulting U), `_advice` (the best turn, no flicker, the remedy), then `_
 The package is independent of stations, threads and screens.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
-from ocmm_core.door import door
+from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
     from ocmm_core.coach._advice import (
@@ -31,16 +27,7 @@ if TYPE_CHECKING:
     from ocmm_core.coach._prediction import Held, Sensitivities, covariance_of
     from ocmm_core.coach._turns import TURNS, Ellipsoid, Stance, Turn, Way, ellipsoid_of, stance_at
 else:
-    __getattr__ = door(
-        __name__,
-        _advice=(
-            "Advice Hint LEAST_LEDS ProbeHelp REAL_SHARE SteadyHint advise help_when_lost "
-            "uncertainty_of"
-        ),
-        _picture="ProbePicture picture_of",
-        _prediction="Held Sensitivities covariance_of",
-        _turns="Ellipsoid Stance TURNS Turn Way ellipsoid_of stance_at",
-    )
+    __getattr__ = door(__name__)
 
 __all__ = [
     "LEAST_LEDS", "REAL_SHARE", "TURNS", "Advice", "Ellipsoid", "Held", "Hint", "ProbeHelp",

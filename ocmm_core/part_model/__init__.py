@@ -12,11 +12,7 @@ holds it, `_spread` places touch points on it, `_placement` places the part befo
 It must not know plans, features or pictures.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
-from ocmm_core.door import door
+from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
     from ocmm_core.part_model._checked_model import FARTHEST_MM, MOST_FACES, MOST_TRIANGLES
@@ -58,23 +54,7 @@ if TYPE_CHECKING:
     from ocmm_core.part_model._spline import bezier_surface, derivatives_at, normals_at, places_at
     from ocmm_core.part_model._spread import spread_places
 else:
-    __getattr__ = door(
-        __name__,
-        _checked_model="FARTHEST_MM MOST_FACES MOST_TRIANGLES",
-        _model_file=(
-            "LARGEST_MODEL MODEL_ENDING model_from_bytes model_to_bytes read_model_file "
-            "write_model_file"
-        ),
-        _nearest=(
-            "EDGE_MM Feet RIVAL_MM STRETCH SearchedFace followed_feet nearest_feet searched_face"
-        ),
-        _nominal_face="NominalFace face_fault nominal_face searched",
-        _part_model="ModelFace NO_COLOUR PartModel PlacedPart SplineSurface Triangles",
-        _placement="Placement",
-        _reader="FilesOfModel ModelReader STEP_ENDINGS model_endings model_reader",
-        _spline="bezier_surface derivatives_at normals_at places_at",
-        _spread="spread_places",
-    )
+    __getattr__ = door(__name__)
 
 __all__ = [
     "EDGE_MM", "FARTHEST_MM", "LARGEST_MODEL", "MODEL_ENDING", "MOST_FACES", "MOST_TRIANGLES",

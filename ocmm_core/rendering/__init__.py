@@ -10,11 +10,7 @@ colours), `_side` (choice of view direction). Compiled: `_raster_kernel` (triang
 It must not import plans, features or the window.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
-from ocmm_core.door import door
+from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
     from ocmm_core.rendering._arrays import NO_FACE, Colours
@@ -32,15 +28,7 @@ if TYPE_CHECKING:
     )
     from ocmm_core.rendering._side import choose_side
 else:
-    __getattr__ = door(
-        __name__,
-        _arrays="Colours NO_FACE",
-        _canvas="Canvas",
-        _field="ValueField value_field",
-        _mesh="RenderMesh coarser face_colours mesh_of with_closed",
-        _rendering="Bundle RenderMode RenderStyle Rendering blend_flat draw_bundles is_hidden",
-        _side="choose_side",
-    )
+    __getattr__ = door(__name__)
 
 __all__ = [
     "NO_FACE", "Bundle", "Canvas", "Colours", "RenderMesh", "RenderMode", "RenderStyle",

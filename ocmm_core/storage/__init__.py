@@ -11,11 +11,7 @@ is lost), `_faults` (faults as sentences), `_job_content` (the only access for r
 It must not know plans, features or verdicts.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
-from ocmm_core.door import door
+from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
     from ocmm_core.storage._audit import AUDITED, AuditedStep, digest_row, now_utc
@@ -44,21 +40,7 @@ if TYPE_CHECKING:
     )
     from ocmm_core.storage._tables import CLOCK, Observed
 else:
-    __getattr__ = door(
-        __name__,
-        _audit="AUDITED AuditedStep digest_row now_utc",
-        _faults="damaged no_job not_writable saved_sentence",
-        _glance="JobSummary read_summary",
-        _guard="HeldConnection database_content open_in_place",
-        _held_jobs="HeldJobs held_jobs_file held_sentences read_held_jobs write_held_jobs",
-        _job_content="JobContent read_job",
-        _job_file="JobFile LEFT_OUT",
-        _job_keeper="RESCUED",
-        _job_reader="JobStep NAMED",
-        _job_seal="ADOPTED JobSeal judge_head",
-        _rows="JobEvent JobHead JobReference bad_event event_value make_head",
-        _tables="CLOCK Observed",
-    )
+    __getattr__ = door(__name__)
 
 __all__ = [
     "ADOPTED", "AUDITED", "CLOCK", "LEFT_OUT", "NAMED", "RESCUED", "AuditedStep", "HeldConnection",

@@ -11,11 +11,7 @@ each frame), `_pose` (reference in plain numpy). Then `_sensitivity`, `_stillnes
 records, touches and points.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
-from ocmm_core.door import door
+from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
     from ocmm_core.tracking._ambiguity import AMBIGUITY_LIMIT_MM, Ambiguity
@@ -75,30 +71,7 @@ if TYPE_CHECKING:
     )
     from ocmm_core.tracking._strobe import StrobeEntry, dark_bits
 else:
-    __getattr__ = door(
-        __name__,
-        _ambiguity="AMBIGUITY_LIMIT_MM Ambiguity",
-        _body=(
-            "LedBody LedEntry OrientationRule ProbeBody ProbeDocument SCHEMA body_of "
-            "check_labels load_probe nearest_ambiguity satisfies_rules"
-        ),
-        _body_tracker="TrackingOptions spot_sigma_px",
-        _identify="IdentifyOptions identify identify_many ordered_spots",
-        _pipeline="TrackingPipeline",
-        _pose="Method PoseBatch reprojection solve solve_leds triangulate",
-        _reference=(
-            "home_of motion_to_world relative_sensitivities relative_sensitivity simultaneous"
-        ),
-        _reference_body="ReferenceBody check_together load_reference",
-        _result=(
-            "ARRAYS FrameStatus ReferenceHome ReferenceTrack TrackBlock cut in_rig "
-            "interruptions join pick"
-        ),
-        _sensitivity="TipSensitivity tip_sensitivities tip_sensitivity",
-        _spot_spectrum="SpotSpectrum spot_course",
-        _stillness="BallMotion HandDrift Stillness batch_labels judge_stillness wildness",
-        _strobe="StrobeEntry dark_bits",
-    )
+    __getattr__ = door(__name__)
 
 __all__ = [
     "AMBIGUITY_LIMIT_MM", "ARRAYS", "SCHEMA", "Ambiguity", "BallMotion", "FrameStatus", "HandDrift",

@@ -9,11 +9,7 @@ what a paper needs of both.
 It must not know who says what: every other room may say something.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
-from ocmm_core.door import door
+from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
     from ocmm_core.wording._language import ENGLISH, LANGUAGES, language_of
@@ -26,13 +22,7 @@ if TYPE_CHECKING:
         with_comma,
     )
 else:
-    __getattr__ = door(
-        __name__,
-        _language="ENGLISH LANGUAGES language_of",
-        _pattern="Pattern",
-        _speech="Speech",
-        _translation="Translation in_language load_translation with_comma",
-    )
+    __getattr__ = door(__name__)
 
 __all__ = [
     "ENGLISH", "LANGUAGES", "Pattern", "Speech", "Translation", "in_language", "language_of",

@@ -6,23 +6,14 @@ Read `_audited` (the result), `_audit` (jobs, histories, folders) and `_audit_fi
 It must not recompute anything, nor write.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
-from ocmm_core.door import door
+from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
     from ocmm_core.export.audits._audit import audit, files_to_audit
     from ocmm_core.export.audits._audit_files import document_kind
     from ocmm_core.export.audits._audited import Audit, AuditedKind, AuditedRecord, AuditRow
 else:
-    __getattr__ = door(
-        __name__,
-        _audit="audit files_to_audit",
-        _audit_files="document_kind",
-        _audited="Audit AuditRow AuditedKind AuditedRecord",
-    )
+    __getattr__ = door(__name__)
 
 __all__ = [
     "Audit", "AuditRow", "AuditedKind", "AuditedRecord", "audit", "document_kind", "files_to_audit",

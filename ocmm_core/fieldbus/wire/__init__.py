@@ -11,11 +11,7 @@ Start with `_datagrams` (EtherCAT bytes), `_sockets` and `_port` (raw sockets); 
 It must not import objects or alarms, nor decide on faults.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
-from ocmm_core.door import door
+from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
     from ocmm_core.fieldbus.wire._datagrams import (
@@ -60,27 +56,7 @@ if TYPE_CHECKING:
         tool,
     )
 else:
-    __getattr__ = door(
-        __name__,
-        _datagrams="Command Datagram decode_frame encode_frame frame_index has_passed",
-        _host_time="HostTime",
-        _interface="check_interface is_virtual_cable is_virtual_interface",
-        _master="Master OP PREOP SAFEOP STATE_NAMES al_text",
-        _object_calls="check_mapping",
-        _other_masters="MasterWatch",
-        _port="Passage Port",
-        _scan=(
-            "Exchange RawLine ScannedDevice decode_scan encode_scan read_words scan_devices "
-            "write_word"
-        ),
-        _service="EepromRead Job ServiceChannel",
-        _sockets="LinkWatch",
-        _virtual_link=(
-            "CAMERA_INTERFACE HOST_INTERFACE make_link namespace_command remove_link set_link tool"
-        ),
-        _tally="OWN_TOKEN",
-        _tap="Tap TappedFrame pcapng_end pcapng_frame pcapng_head",
-    )
+    __getattr__ = door(__name__)
 
 __all__ = [
     "CAMERA_INTERFACE", "HOST_INTERFACE", "OP", "OWN_TOKEN", "PREOP", "SAFEOP", "STATE_NAMES",

@@ -9,11 +9,7 @@ Read `_recall` (the whole, and suspect jobs), `_recall_job` (one job under two c
 shop or a running station.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
-from ocmm_core.door import door
+from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
     from ocmm_core.inspection.recall._recall import (
@@ -38,15 +34,7 @@ if TYPE_CHECKING:
         worst_first,
     )
 else:
-    __getattr__ = door(
-        __name__,
-        _recall="Doubting KeptPlaces decide recall recall_doubted",
-        _recall_artefact="artefact_wrong",
-        _recall_job="DoubtedJob",
-        _recall_messages=(
-            "COLUMNS checked decided headline job_line not_judged rests_on row totals worst_first"
-        ),
-    )
+    __getattr__ = door(__name__)
 
 __all__ = [
     "COLUMNS", "DoubtedJob", "Doubting", "KeptPlaces", "artefact_wrong", "checked", "decide",

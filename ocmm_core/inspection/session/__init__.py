@@ -11,11 +11,7 @@ a restart), which is shared by all parts; `_header` and `_placed_part` are small
 It must not know threads or clocks: one lock guards it, and `station` calls it.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
-from ocmm_core.door import door
+from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
     from ocmm_core.inspection.session._header import (
@@ -30,13 +26,7 @@ if TYPE_CHECKING:
     from ocmm_core.inspection.session._session import InspectionSession
     from ocmm_core.inspection.session._steps import JobSteps
 else:
-    __getattr__ = door(
-        __name__,
-        _header="HEADER_EVENT NOT_GIVEN check_header header_of header_text is_simulated",
-        _job_points="ReferenceUse",
-        _session="InspectionSession",
-        _steps="JobSteps",
-    )
+    __getattr__ = door(__name__)
 
 __all__ = [
     "HEADER_EVENT", "NOT_GIVEN", "InspectionSession", "JobSteps", "ReferenceUse", "check_header",

@@ -9,11 +9,7 @@ docs/integrator/live_stream.md is for readers of the stream. Clients can only re
 the station.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
-from ocmm_core.door import door
+from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
     from ocmm_core.station.stream._messages import verdict_line
@@ -21,13 +17,7 @@ if TYPE_CHECKING:
     from ocmm_core.station.stream._reception import StreamOptions, check_stream, tls_context
     from ocmm_core.station.stream._server import StreamServer
 else:
-    __getattr__ = door(
-        __name__,
-        _messages="verdict_line",
-        _probe_button="ButtonChange ButtonWatch",
-        _reception="StreamOptions check_stream tls_context",
-        _server="StreamServer",
-    )
+    __getattr__ = door(__name__)
 
 __all__ = [
     "ButtonChange", "ButtonWatch", "StreamOptions", "StreamServer", "check_stream", "tls_context",
