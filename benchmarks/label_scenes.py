@@ -19,19 +19,19 @@ HIDDEN_LEDS = (0.0, 0.0, 0.2, 0.45)
 
 MOST_GHOSTS = 4
 BESIDE_MM = (2.0, 20.0)
-"""How far reflections beside an LED are from it: nearer lies its own lens."""
+"""Distances of reflections from an LED: closer ones fall on its own lens."""
 
 
 @dataclass(frozen=True, slots=True)
 class Scenes:
-    """Frames and what is true of them.
+    """Frames and their truth.
 
     Attributes
     ----------
     spots
-        (n, C, 8, 2), px, NaN where a slot is empty.
+        (n, C, 8, 2), px, NaN for an empty slot.
     slots
-        (n, C, L): slot that truly follows the LED, -1 where it is hidden.
+        (n, C, L): slot of the LED, -1 if it is hidden.
     rotations, origins
         (n, 3, 3) and (n, 3), mm: pose of the body in the world.
     """
@@ -45,7 +45,7 @@ class Scenes:
 def rig_with(rig: Rig, n_cameras: int) -> Rig:
     """Return a rig of cameras like the first one of ``rig``.
 
-    Up to four stand side by side, up to sixteen on a wall, all turned to the origin.
+    Up to four in a row, up to sixteen on a wall, all turned to the origin.
     """
     if n_cameras == len(rig.cameras):
         return rig
@@ -88,10 +88,10 @@ def draw_scenes(
     rng: np.random.Generator, rig: Rig, body: LedBody, n: int,
     *, sigma_px: float, hidden: bool = True, ghosts: bool = True,
 ) -> Scenes:  # fmt: skip
-    """Return ``n`` frames of a body that is held by its orientation rules.
+    """Return ``n`` frames of a body held by its orientation rules.
 
-    Ghosts are points that shine as LEDs do, anywhere about the body, beside an LED, or where a
-    mirror would show one; and single spots in one camera.
+    Ghosts are points with the light of LEDs, anywhere about the body, near an LED, or at the mirror
+    image of one; and single spots in one camera.
     """
     # Rules that forbid half turns leave some 75 degrees to both sides.
     tilt = (40.0, 40.0, 40.0) if body.rules else (50.0, 180.0, 50.0)
@@ -123,7 +123,7 @@ def draw_scenes(
 
 
 def mirrored(body: LedBody) -> LedBody:
-    """Return what a mirror shows of a body."""
+    """Return the mirror image of a body."""
     flip = np.array([-1.0, 1.0, 1.0])
     return replace(
         body, leds_body=body.leds_body * flip, led_directions_body=body.led_directions_body * flip
@@ -133,7 +133,7 @@ def mirrored(body: LedBody) -> LedBody:
 def together(
     rng: np.random.Generator, rig: Rig, bodies: tuple[LedBody, LedBody], n: int, *, sigma_px: float
 ) -> tuple[Scenes, Scenes]:
-    """Return ``n`` frames with two bodies in sight, and what is true of each of them."""
+    """Return ``n`` frames with two visible bodies, and the truth of each."""
     first = draw_scenes(rng, rig, bodies[0], n, sigma_px=sigma_px)
     second = draw_scenes(rng, rig, bodies[1], n, sigma_px=sigma_px, ghosts=False)
     spots = first.spots.copy()
