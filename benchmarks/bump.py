@@ -57,7 +57,7 @@ LEAST_SHARE, MOST_ALARMS = 0.99, 1
 
 @dataclass(frozen=True, slots=True)
 class Bench:
-    """The simulation: the rig as averaged for its frames, the same for single exposures, the rest."""
+    """The simulation: the rig for averaged frames and for single exposures, the rest."""
 
     rig: Rig
     exposures: Rig

@@ -155,7 +155,7 @@ def print_table_1(runs: int) -> bool:
 
 
 def print_depths(runs: int) -> bool:
-    """Print the effect of the depth of the calibrated volume; return whether the map predicts it."""
+    """Print the effect of the depth of the calibrated volume; return whether the map agrees."""
     print("\nSystematic error in depth, um RMS, of 200 points: found / predicted by the error map;")
     print("of the focal length, and of lengths of 400 mm in 400 x 300 x 400 mm")
     heads = ["within it", *(f"+-{half:.0f} mm" for half in HALVES)]

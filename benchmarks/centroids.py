@@ -50,7 +50,7 @@ SPEED_LIMIT = 64_000.0
 
 @dataclass(frozen=True, slots=True)
 class Case:
-    """One row: exposure, brightness relative to the default, spot width, and the subtracted image."""
+    """One row: exposure, relative brightness, spot width, and the subtracted image."""
 
     exposure_us: float
     brightness: float = 1.0

@@ -159,7 +159,7 @@ def _ghosts(
     chosen = leds[np.arange(n)[:, None], picked]
     aside = rng.uniform(*BESIDE_MM, (*shape[:2], 1)) * unit(rng.standard_normal(shape))
     beside = chosen + aside
-    # A mirror in front of which the whole probe stands.
+    # A mirror in front of the whole probe.
     normal = unit(rng.standard_normal((n, 3)))
     height = np.einsum("nlk,nk->nl", leds - middle[:, None], normal)
     plane = height.min(axis=1) - rng.uniform(0.0, 150.0, n)
@@ -170,14 +170,14 @@ def _ghosts(
     shown = np.ones((n, len(rig.cameras), MOST_GHOSTS), dtype=bool)
     heading = directions[np.arange(n)[:, None], picked]
     for c, camera in enumerate(rig.cameras):
-        # The LED shines to where the mirror shows the camera.
+        # The LED shines at the mirror image of the camera.
         high = np.sum((camera.centre_world - middle) * normal, axis=1) - plane
         image = camera.centre_world - 2.0 * high[:, None] * normal
         sight = unit(image[:, None] - chosen)
         lit = (np.sum(sight * heading, axis=2) > np.cos(body.emission_half_angle)) & (high > 0.0)[
             :, None
         ]
-        # Never all of them: a symmetric flat probe cannot be told from its whole mirror image.
+        # Never all of them: a symmetric flat probe cannot be distinguished from its mirror image.
         lit[:, body.n_leds - 1 :] = False
         shown[:, c] = lit | (kind[:, :, 0] != 2)
     return places, shown
@@ -187,7 +187,7 @@ def _in_slots(
     rng: np.random.Generator, uv: Float, shines: NDArray[np.bool_], n_leds: int,
     rotations: Float, origins: Float, *, ghosts: bool,
 ) -> Scenes:  # fmt: skip
-    """Put what shines into slots in any order; what is more than slots is lost."""
+    """Put spots into slots in any order; spots beyond the number of slots are lost."""
     n, n_cameras, n_lights = shines.shape
     n_slots = max(USUAL_SLOTS, n_leds)
     spots = np.full((n, n_cameras, n_slots, 2), np.nan)
@@ -199,7 +199,7 @@ def _in_slots(
     slots[f, c, light] = order[f, c, rank[f, c, light]]
     spots[f, c, slots[f, c, light]] = uv[f, c, light]
     if ghosts:
-        # A single spot in one camera, near the others, where a slot is free.
+        # A single spot in one camera, near the others, if a slot is free.
         lone = rng.random((n, n_cameras)) < 0.25
         free = np.isnan(spots[:, :, :, 0])
         f, c = np.nonzero(lone & free.any(axis=2) & ~free.all(axis=2))

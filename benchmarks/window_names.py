@@ -35,7 +35,7 @@ _PATIENCE_MS = 120_000
 
 
 class Driver:
-    """Watch a window as an inspector does, and close it when the trial asks for it."""
+    """Watch a window as an inspector does, and close it at the end of the trial."""
 
     def __init__(self, app: QApplication, jobs: Path, pipe: int, stopping: int) -> None:
         self._jobs, self._pipe = jobs, pipe
@@ -53,7 +53,7 @@ class Driver:
         os.write(self._pipe, f"{line}\n".encode())
 
     def end(self) -> None:
-        """Report the loss as the window showed it, and papers that must not exist."""
+        """Report the loss as shown by the window, and reports that must not exist."""
         if self._window is None:
             return
         station = self._window._bridge.station  # noqa: SLF001 - the window gives its station to no one

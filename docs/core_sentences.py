@@ -57,7 +57,7 @@ class Reader:
             child: node for node in ast.walk(self._tree) for child in ast.iter_child_nodes(node)
         }
 
-        self._asked: list[str] = []  # names whose values are being looked for
+        self._asked: list[str] = []  # names whose values are being resolved
 
     def sentences(self, *, all_of_it: bool) -> Iterator[tuple[str, str, bool]]:
         """Return sentences with the code that stands beside them, or nothing for it.
@@ -83,7 +83,7 @@ class Reader:
                     yield sentence, code, is_remedy
 
     def words(self, *, single: bool) -> Iterator[str]:
-        """Return members of enumerations, words of registries and, if asked for, single words."""
+        """Return members of enumerations, words of registries and, on request, single words."""
         for node in ast.walk(self._tree):
             match node:
                 case ast.ClassDef(bases=bases) if any(
@@ -104,7 +104,7 @@ class Reader:
                         pass
 
     def spoken_words(self) -> Iterator[str]:
-        """Return the words that a command says in the language: heads, labels, verdicts."""
+        """Return the words that a command prints in the language: heads, labels, verdicts."""
         for node in ast.walk(self._tree):
             if not isinstance(node, ast.Call):
                 continue
@@ -144,7 +144,7 @@ class Reader:
         return "", False
 
     def _is_spoken(self, node: ast.AST) -> bool:
-        """Return whether a command says it in the language of the terminal."""
+        """Return whether a command prints it in the language of the terminal."""
         parent = self._parents.get(node)
         return isinstance(parent, ast.Call) and getattr(parent.func, "id", "") in {
             "say",
@@ -221,7 +221,7 @@ class Reader:
         return [list(itertools.chain(*parts)) for parts in itertools.product(*forms)]
 
     def _alternatives(self, value: ast.expr) -> list[list[str | ast.FormattedValue]]:
-        """Return the texts that stand in the source for what is filled in, if all of them do."""
+        """Return the source texts of a filled-in value, if all of them are literal."""
         if isinstance(value, ast.Constant) and isinstance(value.value, str):
             return [[value.value]]
         if isinstance(value, ast.IfExp):
@@ -338,7 +338,7 @@ def named(parts: Sequence[str | ast.FormattedValue]) -> str:
     used: dict[str, int] = {}
     text = ""
     if len(parts) == 1 and isinstance(parts[0], str) and _FILLED_LATER.search(parts[0]):
-        # `str.format` fills it in; what has a place or a format there is a number.
+        # `str.format` fills it in; a field with a place or a format is a number.
         return re.sub(r"\{(\d?)(:.*?)?\}", r"{number\1:n}", parts[0])
     for part in parts:
         if isinstance(part, str):

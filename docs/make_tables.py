@@ -119,7 +119,7 @@ def _askers(names: Set[str]) -> str:
 
 
 def held() -> str:
-    """Return the table of what the binaries of packages hold besides their own code."""
+    """Return the table of foreign parts in the binaries of packages."""
     from installer.licences import licences
 
     return table(
@@ -232,14 +232,14 @@ TABLES: dict[str, tuple[str, Callable[[], str]]] = {
         for mark, folder, language in (("", "", "en"), (" (de)", "/de", "de"))
     },
 }
-"""By the name in its marks: the page, from the root, and what stands between the marks."""
+"""By the name in its marks: the page, from the root, and the text between the marks."""
 
 
 SCHEMAS: dict[str, type[msgspec.Struct]] = {
     "docs/doctor.schema.json": DoctorReport,
     "docs/report.schema.json": ReportFile,
 }
-"""JSON Schemas (draft 2020-12) of what the program prints and writes as JSON, from its types."""
+"""JSON Schemas (draft 2020-12) of the program's JSON output, from its types."""
 
 
 DRAFT = "https://json-schema.org/draft/2020-12/schema"
@@ -264,7 +264,7 @@ def schema_bytes(kind: type[msgspec.Struct]) -> bytes:
 
 def main() -> None:
     """Write all tables and schemas."""
-    # `installer` stands beside this folder and is not installed.
+    # `installer` is next to this folder and not installed.
     sys.path.insert(0, str(ROOT))
     for name, (path, text) in TABLES.items():
         page = (ROOT / path).read_text(encoding="utf-8")

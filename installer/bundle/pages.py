@@ -23,7 +23,7 @@ from ocmm_core import __version__
 from ocmm_core.documents import write_atomic
 
 _SHELLS = {"bash": "ocmm", "zsh": "_ocmm", "fish": "ocmm.fish"}
-"""By shell: what it wants the file to be called."""
+"""By shell: the required name of the file."""
 
 
 def man_page(app: typer.Typer) -> str:
@@ -40,7 +40,7 @@ def man_page(app: typer.Typer) -> str:
 
 def bus_page() -> str:
     """Return the page of ``ocmm-acq``."""
-    # The program itself, which nobody imports.
+    # The program itself, which is never imported.
     program = import_module("ocmm_core.acquisition.bus_process._process")
     told = inspect.cleandoc(program.__doc__ or "")
     used = inspect.cleandoc(program.main.__doc__ or "")
