@@ -45,6 +45,7 @@ _WORD_PARTS = _set(
     "value word words status state kind shape strerror quantity verdict when lower hold "
     "depth_part wanted_part side"
 )
+_FAILING = _set("contained described fail note draw run_errand _do _tell_failure")
 _WORD_KEYWORDS = _set("words title point_word direction_word name_words label")
 
 
@@ -116,6 +117,29 @@ class Reader:
                     if isinstance(side, ast.Constant) and _WORD.search(str(side.value)):
                         yield str(side.value).strip()
 
+    def failures(self) -> Iterator[str]:
+        """Return the sentences of `failure.contained`: what failed, and what is not lost."""
+        for node in ast.walk(self._tree):
+            if not isinstance(node, ast.Call) or _called(node) not in _FAILING:
+                continue
+            for value in node.args:
+                for form in self._alternatives(value) or self._constants(value):
+                    text = named(form)
+                    if re.match(r"[A-Z]\w+ .", text):
+                        yield text if text.endswith(".") else f"{text} failed: {{text}}."
+
+    def _constants(self, value: ast.expr) -> list[list[str | ast.FormattedValue]]:
+        """Return the texts of a constant of the module."""
+        return [
+            [node.value.value]
+            for node in self._tree.body
+            if isinstance(value, ast.Name)
+            and isinstance(node, ast.Assign)
+            and ast.unparse(node.targets[0]) == value.id
+            and isinstance(node.value, ast.Constant)
+            and isinstance(node.value.value, str)
+        ]
+
     def _is_inner(self, node: ast.AST) -> bool:
         parent = self._parents.get(node)
         if isinstance(parent, ast.JoinedStr | ast.FormattedValue):
@@ -159,13 +183,7 @@ class Reader:
                 case ast.Expr() if child is node:
                     return True
                 case ast.Call():
-                    called = parent.func
-                    name = (
-                        called.attr
-                        if isinstance(called, ast.Attribute)
-                        else getattr(called, "id", "")
-                    )
-                    if child is not called and name in _SILENT_CALLS:
+                    if child is not parent.func and _called(parent) in _SILENT_CALLS:
                         return True
                 case ast.keyword() if parent.arg in _SILENT_KEYWORDS:
                     return True
@@ -297,6 +315,11 @@ def _product_of(counts: Iterator[int]) -> int:
     for count in counts:
         total *= count
     return total
+
+
+def _called(node: ast.Call) -> str:
+    """Return the name of a called function or method."""
+    return str(getattr(node.func, "attr", getattr(node.func, "id", "")))
 
 
 def _is_text(node: ast.AST) -> bool:

@@ -114,11 +114,22 @@ TITLES = (
 )  # fmt: skip
 """Words that no source has as one."""
 
-PROCEDURES = tuple(
-    tomllib.loads(path.read_text(encoding="utf-8"))["title"]
+_DOCUMENTS = [
+    tomllib.loads(path.read_text(encoding="utf-8"))
     for path in sorted((ROOT / "resources" / "acceptance").glob("*.toml"))
+]
+_SOURCES = sorted(
+    {
+        f"{one['standard']}{':' if one['edition'].isdigit() else ', '}{one['edition']}"
+        for one in _DOCUMENTS
+        if re.search("[a-z]{2}", one["standard"])
+    }
 )
-"""Titles of the procedures that are shipped: documents, but on the screen they are ours."""
+PROCEDURES = (
+    *(one["title"] for one in _DOCUMENTS),
+    *(f"{start}{name}" for name in _SOURCES for start in ("", "tested to ", "modelled on ")),
+)
+"""Titles of the shipped procedures, and sources whose names have words."""
 
 WORD_FILES = re.compile(
     r"_steps|_procedure_\w+|_guided_view|settings/_specs|_facts|_paper_facts|_report_data|_head"
@@ -166,6 +177,8 @@ def collect(root: Path = ROOT) -> Texts:
                 codes.add(code)
             if is_remedy:
                 remedies.add(sentence)
+        for sentence in reader.failures():
+            found.setdefault(sentence, set())
         if name.startswith(CORE) and not name.startswith(ERRORS_ONLY):
             words.update(reader.words(single=bool(WORD_FILES.search(name))))
         elif name.startswith(COMMANDS):

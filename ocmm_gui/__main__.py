@@ -25,7 +25,7 @@ if __name__ == "__main__":
         distrust_working_folder()
         from ocmm_gui.app import main
     except Exception as error:
-        told = contained(error, "The loading of the window")
+        told = contained(error, "Loading the window")
         write_last(f"{told.what}\n{told.remedy}\n")
         sys.exit(EXIT_INTERNAL if isinstance(told, InternalError) else 2)
     code = main()

@@ -15,6 +15,7 @@ from ocmm_core.documents import resource
 from ocmm_gui.bridge import StationBridge
 from ocmm_gui.kit import NoticeCentre
 from ocmm_gui.window import MainWindow
+from ocmm_sim.practice import Practice
 from ocmm_sim.scene import WorldOptions
 
 
@@ -61,6 +62,7 @@ def open_window(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> Iterator[Op
         start: bool = True,
         led: bool = False,
         tests: bool = False,
+        practice: bool = False,
     ) -> Bench:
         # A tenth of the frame rate: the same job for a tenth of the work.
         request = StationRequest(
@@ -82,7 +84,11 @@ def open_window(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> Iterator[Op
             acceptance = AcceptanceBench(
                 request, folder=tmp_path / "tests", register=tmp_path / "artefacts"
             )
-        window = MainWindow(bridge, notices, out=out, hand=hand, bench=acceptance)
+        room = Practice(request, tmp_path / "practice") if practice else None
+        window = MainWindow(
+            bridge, notices, out=out, hand=hand or (built.hand if practice else None),
+            bench=acceptance, practice=room,
+        )  # fmt: skip
         window.resize(1280, 720)
         # Keys go to the active window only.
         with qtbot.waitActive(window):

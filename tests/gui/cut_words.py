@@ -21,6 +21,7 @@ from PySide6.QtWidgets import (
     QStyle,
     QStyledItemDelegate,
     QStyleOptionComboBox,
+    QStyleOptionFrame,
     QStyleOptionViewItem,
     QTableView,
     QWidget,
@@ -46,6 +47,8 @@ def cut_words(window: QWidget) -> Iterator[str]:
             yield from _cells(widget)
         elif isinstance(widget, QComboBox):
             yield from _choices(widget)
+        elif isinstance(widget, QLineEdit):
+            yield from _low(widget)
         elif isinstance(widget, QPlainTextEdit) and not widget.toPlainText():
             yield from _hint(widget)
     yield from _painted(window)
@@ -113,11 +116,24 @@ def _choices(choice: QComboBox) -> Iterator[str]:
     room = choice.style().subControlRect(
         QStyle.ComplexControl.CC_ComboBox, option, QStyle.SubControl.SC_ComboBoxEditField, choice
     )
+    high = choice.fontMetrics().height() * (1.0 - _OF_HEIGHT)
+    if high > room.height() + 1:
+        yield f"choice {choice.accessibleName()!r} needs {high:.0f} px, has {room.height()}"
     for number in range(choice.count()):
         text = choice.itemText(number)
         need = choice.fontMetrics().horizontalAdvance(text)
         if need > room.width() - 2 + _SLACK_PX:
             yield f"choice {text!r} needs {need} px, has {room.width() - 2}"
+
+
+def _low(field: QLineEdit) -> Iterator[str]:
+    """Give a field that is too low for its line: a layout without room squeezes it."""
+    option = QStyleOptionFrame()
+    field.initStyleOption(option)
+    room = field.style().subElementRect(QStyle.SubElement.SE_LineEditContents, option, field)
+    need = field.fontMetrics().height() * (1.0 - _OF_HEIGHT)
+    if need > room.height() + 1:
+        yield f"field {field.accessibleName()!r} needs {need:.0f} px, has {room.height()}"
 
 
 def _hint(field: QPlainTextEdit) -> Iterator[str]:

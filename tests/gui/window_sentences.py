@@ -54,10 +54,10 @@ _KNOWN = {
     "_showing.py": {"The picture … cannot be written.\n": "on the terminal"},
     "access/_hands_and_eyes.py": {"*": "names of Qt, and what a test says"},
     "access/_zoom.py": {"*": "names of Qt"},
-    "acceptance/_artefact_sheet.py": {"The register": "part of an error"},
+    "acceptance/_artefact_sheet.py": {"The artefact register": "part of an error"},
     "acceptance/_desk.py": {
-        "INTERIM": "name of a procedure", "The procedures": "part of an error",
-        "Unfinished tests": "part of an error", "The artefacts": "part of an error",
+        "INTERIM": "name of a procedure", "Reading the procedures": "part of an error",
+        "Reading unfinished tests": "part of an error", "Reading the artefacts": "part of an error",
     },
     "acceptance/_study_sheet.py": {"STUDY-1": "name that is filled in"},
     "window/_acceptance.py": {"INTERIM": "name of a procedure"},

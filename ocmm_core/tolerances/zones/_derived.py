@@ -90,7 +90,8 @@ def sections(name: str, places: Float) -> tuple[Section, ...]:
         if len(section.rows) < SECTION_POINTS:
             raise FitError(
                 "characteristic.short_section",
-                f"A section of {name} has {len(section.rows)} of at least {SECTION_POINTS} points.",
+                f"A section of {name} needs at least {SECTION_POINTS} points ({len(section.rows)} "
+                "taken).",
                 f"Take {SECTION_RECOMMENDED} points in every section.",
             )
     return tuple(found)

@@ -217,7 +217,7 @@ def test_too_few_points_are_counted() -> None:
     motion = somewhere(np.random.default_rng(9))
     points = round_touches("ball", Shape.SPHERE, 20.0, "outer", motion, n=3)
     error = _error([nominal("ball", Shape.SPHERE, 20.0)], points)
-    assert error.what == "ball has 3 of at least 4 points."
+    assert error.what == "ball needs at least 4 points (3 taken)."
     assert _error([nominal("ball", Shape.SPHERE, 20.0)], []).what.startswith("ball has 0 of")
 
 
