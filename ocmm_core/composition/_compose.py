@@ -138,7 +138,7 @@ def _built(request: StationRequest, plan: Plan, begun: JobFile | None) -> BuiltS
                 ),
                 tracking=TrackingOptions(method=request.method),
                 live_source=feed.live,
-                intent=operator.intent if operator is not None else None,
+                intent=operator.intent if operator is not None and not request.idle else None,
                 follow=(
                     operator.follow(lambda: _missing(station, there), stay=request.stay)
                     if operator is not None

@@ -55,6 +55,8 @@ class StationRequest:
     rest_speed: float = 1.0
     """`stay`, `rest_speed`: after the script, the operator stays and touches missing points. While
     idle, a rig with unlimited speed runs at `rest_speed`; 0 is unlimited."""
+    idle: bool = False
+    """The operator of a virtual rig makes no touch of the plan, only those that are requested."""
     operator: str = "demo"
     serial: str = "1"
     order: str = ""

@@ -95,6 +95,18 @@ class HandAtRig:
             self._ray = (np.array(origin_world), np.array(toward_world))
             return self._hand.touch(self._wish(self._hand))
 
+    def touch_place(self, surface_world: Float, normal_world: Float) -> None:
+        """Let the robot touch once at a place (3,), mm, with a normal (3,), unit, on no part."""
+        self._source.touch(surface_world, normal_world)
+
+    def touch_part(self) -> None:
+        """Let the robot touch every feature of the part once."""
+        self._source.extend([(one.name, 1) for one in self._rig.part.artefacts])
+
+    def stop(self) -> None:
+        """Let the robot drop the touches that are not finished."""
+        self._source.interrupt()
+
     def press(self) -> None:
         """Press the button of the probe at the current place."""
         with self._lock:

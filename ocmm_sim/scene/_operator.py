@@ -159,6 +159,27 @@ class Operator:
             over = tuple(touch for touch in old.touches if touch.retract_s <= at_s)
             self._timeline = _Timeline(old.segments[begun], over, old.rounds)
 
+    def touch(self, surface_world: Float, normal_world: Float, not_before_s: float) -> None:
+        """Append one touch at a place of the world, on the part or off it; the ball stays near it.
+
+        (3,), mm and unit. Past motion is dropped, so that thousands of touches cost no memory.
+        """
+        with self._lock:
+            old = self._timeline
+            writer = _Writer(self._home, max(old.end_s, not_before_s))
+            writer.follow(old.segments[-1])
+            tip = surface_world + self._tip_radius * normal_world
+            before = tip + _APPROACH_MM * normal_world
+            lean = np.random.default_rng([self._seed, _STREAM, old.rounds]).uniform(-0.1, 0.1, 3)
+            attitude = attitude_at(normal_world, lean[:2], lean[2], bore=False)
+            writer.travel(before, attitude, np.nan, 1.0)
+            writer.touch("", surface_world, normal_world, tip)
+            writer.retract(before)
+            kept = old.segments[old.segments[:, kernels.T1] >= not_before_s - 1.0]
+            kept = kept if len(kept) else old.segments[-1:]
+            segments = np.concatenate([kept, np.array(writer.segments)])
+            self._timeline = _Timeline(segments, old.touches, old.rounds + 1)
+
     def resume(self, tip_world: Float, attitude: Float, at_s: float) -> None:
         """Bring the probe home from its place: up first, so that it clears the part.
 
@@ -191,6 +212,7 @@ class Operator:
         taken: Mapping[str, Sequence[Sequence[float]]] | None = None,
     ) -> _Timeline:
         writer = _Writer(self._home, max(old.end_s, not_before_s))
+        writer.follow(old.segments[-1])
         for index, (name, count) in enumerate(touches):
             if count < 1:
                 raise InputError(
@@ -278,6 +300,11 @@ class _Writer:
         self._place = place
         self._attitude = np.zeros(3) if attitude is None else attitude
         self._sway = 0.0
+
+    def follow(self, last: Float) -> None:
+        """Start from the end of a segment."""
+        self._place, self._sway = last[kernels.P1 : kernels.P1 + 3], float(last[kernels.SWAY1])
+        self._attitude = last[kernels.W1 : kernels.W1 + 3]
 
     def rest(self, duration_s: float) -> None:
         self._append(duration_s, kernels.REST, self._place, self._attitude, self._sway)

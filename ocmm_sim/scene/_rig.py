@@ -150,6 +150,10 @@ class VirtualRig:
         """Append the touches that gave no point, as `extend` does, at the same places."""
         self._operator.complete(missing, after_frame * self.frame_period_ns * 1e-9)
 
+    def touch(self, surface_world: Float, normal_world: Float, after_frame: int) -> None:
+        """Append one touch at a place (3,), mm, with a normal (3,), unit, as `extend` does."""
+        self._operator.touch(surface_world, normal_world, after_frame * self.frame_period_ns * 1e-9)
+
     def motion(self, first: int, count: int) -> Motion:
         """Return the true probe motion in `count` frames from `first`."""
         return self._nudged(self.operator_motion(first, count), first)

@@ -186,6 +186,16 @@ class SimulatedSource:
         with self._lock:
             self._rig.extend(touches, self._next_frame + self._block)
 
+    def touch(self, surface_world: Float, normal_world: Float) -> None:
+        """Append one touch at a place (3,), mm, with a normal (3,), unit; thread-safe."""
+        with self._lock:
+            self._rig.touch(surface_world, normal_world, self._next_frame + self._block)
+
+    def interrupt(self) -> None:
+        """Drop the touches that are not finished; thread-safe."""
+        with self._lock:
+            self._rig.interrupt(self._next_frame + self._block)
+
     @property
     def period_s(self) -> float:
         return self._rig.frame_period_ns * 1e-9

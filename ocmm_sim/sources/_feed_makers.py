@@ -117,7 +117,7 @@ def script_of(request: StationRequest, plan: Plan) -> RigScript:
         rig=str(request.rig.absolute()),
         probe=str(request.probe.absolute()),
         part=str(_part_file(request, plan).absolute()),
-        touches=tuple((feature.name, feature.points) for feature in plan.features),
+        touches=tuple((one.name, one.points) for one in plan.features if not request.idle),
         seed=request.seed,
         options=request.world if isinstance(request.world, WorldOptions) else WorldOptions(),
         frame_rate_hz=request.frame_rate_hz,

@@ -15,6 +15,7 @@ from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
     from ocmm_core.inspection.session._header import (
+        CLIENT_EVENT,
         HEADER_EVENT,
         NOT_GIVEN,
         check_header,
@@ -26,9 +27,17 @@ if TYPE_CHECKING:
     from ocmm_core.inspection.session._session import InspectionSession
     from ocmm_core.inspection.session._steps import JobSteps
 else:
-    __getattr__ = door(__name__)
+    __getattr__ = door(
+        __name__,
+        _header=(
+            "CLIENT_EVENT HEADER_EVENT NOT_GIVEN check_header header_of header_text is_simulated"
+        ),
+        _job_points="ReferenceUse",
+        _session="InspectionSession",
+        _steps="JobSteps",
+    )
 
 __all__ = [
-    "HEADER_EVENT", "NOT_GIVEN", "InspectionSession", "JobSteps", "ReferenceUse", "check_header",
-    "header_of", "header_text", "is_simulated",
+    "CLIENT_EVENT", "HEADER_EVENT", "NOT_GIVEN", "InspectionSession", "JobSteps", "ReferenceUse",
+    "check_header", "header_of", "header_text", "is_simulated",
 ]  # fmt: skip

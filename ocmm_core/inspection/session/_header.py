@@ -81,6 +81,10 @@ def is_simulated(events: Sequence[JobEvent]) -> bool:
     return any(event.kind == _SIMULATED for event in events)
 
 
+CLIENT_EVENT = "client"
+"""Event of a job: what a client asked and was answered, JSON (docs/integrator/ippdme.md)."""
+
+
 class Conditions:
     """Conditions of a job; thread-safe.
 
@@ -144,6 +148,11 @@ class Conditions:
             if unproven:
                 self._store(_UNCALIBRATED, unproven)
             self._ledger.view = None
+
+    def note_client(self, text: str) -> None:
+        """Store a request or an answer of another program that measures by this job."""
+        with self._ledger.lock:
+            self._ledger.job.append_event(CLIENT_EVENT, text)
 
     def note_climate(self) -> None:
         """Store temperatures and switches if changed."""

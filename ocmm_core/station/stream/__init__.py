@@ -3,8 +3,9 @@
 In: points, annulments, verdicts and poses of the station. Out: numbered lines over TCP, so that
 late clients get all of them in order.
 
-Read `_messages` (one JSON object a line), `_reception` (address, access, connections) with
-`_client` (and numbered messages), `_server`, `_source` (and verdicts) and `_probe_button`.
+Read `_messages` (one JSON object a line), `_plain_lines` (points for programs that only read),
+`_reception` (address, access, connections) with `_client` (and numbered messages), `_server`,
+`_source` (and verdicts) and `_probe_button`.
 docs/integrator/live_stream.md is for readers of the stream. Clients can only read. It must not know
 the station.
 """
@@ -13,13 +14,29 @@ from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
     from ocmm_core.station.stream._messages import verdict_line
+    from ocmm_core.station.stream._plain_lines import PlainLines
     from ocmm_core.station.stream._probe_button import ButtonChange, ButtonWatch
-    from ocmm_core.station.stream._reception import StreamOptions, check_stream, tls_context
+    from ocmm_core.station.stream._reception import (
+        StreamOptions,
+        check_stream,
+        listen,
+        may_connect,
+        tls_context,
+    )
     from ocmm_core.station.stream._server import StreamServer
+    from ocmm_core.station.stream._source import StepReader, StreamSource
 else:
-    __getattr__ = door(__name__)
+    __getattr__ = door(
+        __name__,
+        _messages="verdict_line",
+        _plain_lines="PlainLines",
+        _probe_button="ButtonChange ButtonWatch",
+        _reception="StreamOptions check_stream listen may_connect tls_context",
+        _server="StreamServer",
+        _source="StepReader StreamSource",
+    )
 
 __all__ = [
-    "ButtonChange", "ButtonWatch", "StreamOptions", "StreamServer", "check_stream", "tls_context",
-    "verdict_line",
+    "ButtonChange", "ButtonWatch", "PlainLines", "StepReader", "StreamOptions", "StreamServer",
+    "StreamSource", "check_stream", "listen", "may_connect", "tls_context", "verdict_line",
 ]  # fmt: skip

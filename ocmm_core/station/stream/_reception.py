@@ -22,7 +22,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 
 from ocmm_core.documents import read_bytes
-from ocmm_core.errors import InputError
+from ocmm_core.errors import InputError, MeasuringError
 from ocmm_core.station.stream._client import (
     LONGEST_REQUEST,
     MOST_CHATTER,
@@ -47,11 +47,34 @@ class StreamOptions:
     certificate: Path | None = None
     private_key: Path | None = None
     """`certificate`, `private_key`: PEM files for TLS; None for plain TCP."""
+    allow: tuple[str, ...] = ()
+    """Addresses (192.168.1.20) and networks (10.0.0.0/24) of clients; empty: any. This computer is
+    always allowed."""
 
 
-def check_stream(options: StreamOptions) -> None:
-    """Raise InputError if the stream would be open to others without a strong token."""
-    if not _is_loopback(options.host) and len(options.token) < SHORTEST_TOKEN:
+def check_stream(options: StreamOptions, *, by_address: bool = False) -> None:
+    """Raise InputError if the stream would be open to others.
+
+    `by_address`: its clients cannot send a token; an allow-list of addresses replaces it.
+    """
+    for one in options.allow:
+        try:
+            ipaddress.ip_network(one)
+        except ValueError as error:
+            raise InputError(
+                "stream.allow",
+                f'"{one}" is not an address or a network ({error}).',
+                "Write it as 192.168.1.20 or 192.168.1.0/24.",
+            ) from error
+    if _is_loopback(options.host):
+        return
+    if by_address and not options.allow:
+        raise InputError(
+            "stream.allow_missing",
+            f"Any computer that reaches {options.host} could connect.",
+            "State the addresses of the clients with --allow, or listen on 127.0.0.1.",
+        )
+    if not by_address and len(options.token) < SHORTEST_TOKEN:
         raise InputError(
             "stream.token",
             f"The stream would be open to anyone who can reach {options.host}.",
@@ -108,11 +131,36 @@ def _require_in_date(path: Path) -> None:
         )
 
 
+def may_connect(options: StreamOptions, address: str) -> bool:
+    """Return whether the allow-list contains the address of a client, or is empty."""
+    if not options.allow or _is_loopback(address):
+        return True
+    client = ipaddress.ip_address(address.partition("%")[0])
+    # A dual-stack socket reports IPv4 clients as ::ffff:192.168.1.20.
+    client = getattr(client, "ipv4_mapped", None) or client
+    return any(client in ipaddress.ip_network(one) for one in options.allow)
+
+
 def _is_loopback(host: str) -> bool:
     try:
         return ipaddress.ip_address(host).is_loopback
     except ValueError:
         return host == "localhost"
+
+
+def listen(options: StreamOptions, backlog: int) -> socket.socket:
+    """Return a socket that listens; MeasuringError if the address is unavailable."""
+    host, port = options.host, options.port
+    family = socket.AF_INET6 if ":" in host else socket.AF_INET
+    try:
+        return socket.create_server((host, port), family=family, backlog=backlog)
+    except OSError as error:
+        raise MeasuringError(
+            "stream.address",
+            f"This program cannot listen on {host}:{port} ({error.strerror or error}).",
+            "Choose another port, or close the program that uses it; the address must "
+            "belong to this computer.",
+        ) from error
 
 
 MOST_CLIENTS = 8
@@ -127,21 +175,24 @@ _PAUSE_S = 0.1
 class Reception:
     """Accept and close connections; for one event loop, not thread-safe.
 
-    `listener`: bound, and listening. `tls`: None for plain TCP. `greet`: returns the first line of
-    the server. `begin`: receives a client and its request. `failed`: receives unexpected errors;
-    the client in question is disconnected.
+    `listener`: bound, and listening. `tls`: None for plain TCP. `greet`: returns the first line to
+    a client. `begin`: receives a client and its request. `failed`: receives unexpected errors;
+    the client in question is disconnected. `may`: of addresses. `bye`: returns the last line.
     """
 
     def __init__(
         self,
         listener: socket.socket,
         tls: ssl.SSLContext | None,
-        greet: Callable[[], bytes],
+        greet: Callable[[StreamClient], bytes],
         begin: Callable[[StreamClient, bytes], None],
         failed: Callable[[Exception], None],
+        may: Callable[[str], bool],
+        bye: Callable[[str], bytes] = bye_line,
     ) -> None:
         self._listener, self._tls = listener, tls
         self._greet, self._begin, self._failed = greet, begin, failed
+        self._may, self._bye = may, bye
         self._guests: dict[StreamClient, tuple[socket.socket, asyncio.Task[None]]] = {}
 
     @property
@@ -166,6 +217,9 @@ class Reception:
                 connection, address = await loop.sock_accept(self._listener)
             except OSError:
                 await asyncio.sleep(_PAUSE_S)
+                continue
+            if not self._may(str(address[0])):
+                connection.close()
                 continue
             connection.setblocking(False)
             now = time.monotonic()
@@ -198,7 +252,7 @@ class Reception:
         if client.transport is None:
             self.cut(client)
             return
-        client.write(bye_line(why))
+        client.write(self._bye(why))
         # Further input costs nothing.
         client.transport.pause_reading()
 
@@ -254,7 +308,7 @@ class Reception:
     def joined(self, client: StreamClient) -> None:
         """Greet a client after the handshake."""
         with self.dropping(client):
-            client.write(self._greet())
+            client.write(self._greet(client))
 
     def heard(self, client: StreamClient, said: bytes) -> None:
         with self.dropping(client):

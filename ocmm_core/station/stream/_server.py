@@ -22,9 +22,8 @@ import time
 import uuid
 from collections.abc import Callable
 from functools import partial
-from pathlib import Path
 
-from ocmm_core.errors import InputError, MeasuringError, OcmmError
+from ocmm_core.errors import InputError, OcmmError
 from ocmm_core.station.stream._client import StreamClient, StreamLog
 from ocmm_core.station.stream._messages import (
     Hello,
@@ -36,10 +35,18 @@ from ocmm_core.station.stream._messages import (
     read_request,
     status_line,
 )
+from ocmm_core.station.stream._plain_lines import PlainLines
 from ocmm_core.station.stream._probe_button import ButtonChange
-from ocmm_core.station.stream._reception import MOST_CLIENTS, Reception, check_stream, tls_context
+from ocmm_core.station.stream._reception import (
+    MOST_CLIENTS,
+    Reception,
+    check_stream,
+    listen,
+    may_connect,
+    tls_context,
+)
 from ocmm_core.station.stream._reception import StreamOptions as StreamOptions
-from ocmm_core.station.stream._source import StreamSource, VerdictWatch
+from ocmm_core.station.stream._source import StepReader, StreamSource, VerdictWatch
 from ocmm_core.storage import JobStep
 
 _log = logging.getLogger(__name__)
@@ -52,8 +59,9 @@ _BACKLOG = 128
 class StreamServer:
     """Serve the stream of a station, job after job; a context manager, or `start` and `close`.
 
-    `failed`: receives unexpected errors that ended the stream or a client. InputError: the address
-    is open to others without a strong token, or the certificate cannot be used.
+    `failed`: receives unexpected errors that ended the stream or a client. `plain`: lines of points
+    in place of JSON, for programs that send nothing. InputError: the stream is open to others (see
+    `check_stream`), or the certificate cannot be used.
     """
 
     def __init__(
@@ -61,16 +69,17 @@ class StreamServer:
         source: StreamSource,
         options: StreamOptions,
         failed: Callable[[Exception], None] = lambda error: None,
+        plain: PlainLines | None = None,
     ) -> None:
-        check_stream(options)
+        check_stream(options, by_address=plain is not None)
+        self._plain = plain
         self._tls = tls_context(options)
         self._failed = failed
         self._source = source
         self._options = options
         self._id = uuid.uuid4().hex
         self._messages = StreamLog(source.job.path.parent)
-        self._job: Path | None = None
-        self._after = 0
+        self._steps = StepReader(source.job)
         self._storing = threading.Lock()
         """Guards the position of the last read step."""
         self._pressed = False
@@ -95,17 +104,7 @@ class StreamServer:
 
     def start(self) -> tuple[str, int]:
         """Start to listen, and return the address; MeasuringError if the address is unavailable."""
-        host, port = self._options.host, self._options.port
-        family = socket.AF_INET6 if ":" in host else socket.AF_INET
-        try:
-            listener = socket.create_server((host, port), family=family, backlog=_BACKLOG)
-        except OSError as error:
-            raise MeasuringError(
-                "stream.address",
-                f"The stream cannot listen on {host}:{port} ({error.strerror or error}).",
-                "Choose another port, or close the program that uses it; the address must "
-                "belong to this computer.",
-            ) from error
+        listener = listen(self._options, _BACKLOG)
         listener.setblocking(False)
         address = listener.getsockname()
         self.address = (str(address[0]), int(address[1]))
@@ -113,7 +112,11 @@ class StreamServer:
         self._source.events.changed.connect(self._on_change, priority=1)
         self._source.events.button.connect(self._on_button, priority=1)
         self._on_change()
-        self._verdicts.start()
+        if self._plain is None:
+            self._verdicts.start()
+        else:
+            # Points of an earlier start.
+            self._plain.sent = len(self._messages)
         self._thread = threading.Thread(target=self._run, args=(listener,), name="ocmm-stream")
         self._thread.start()
         return self.address
@@ -150,8 +153,8 @@ class StreamServer:
         # On the thread of the change: the next change may close this job.
         with self._storing:
             try:
-                while self._take_steps():
-                    pass
+                for job, step in self._steps.read():
+                    self._add(job, step)
             except OcmmError:
                 # Reported elsewhere; the next change tries again.
                 _log.exception("The stream could not read the points.")
@@ -161,6 +164,8 @@ class StreamServer:
         self._wake()
 
     def _on_button(self, change: ButtonChange) -> None:
+        if self._plain is not None:
+            return
         try:
             job = self._source.job.path.stem
             self._pressed = change.event == "press"
@@ -174,16 +179,11 @@ class StreamServer:
         self._stopping.set()
         self._failed(error)
 
-    def _take_steps(self) -> bool:
-        """Read new steps of the job; return whether there were any."""
-        path, steps = self._source.job.steps_since(self._job, self._after)
-        if path != self._job:
-            # Its points are numbered separately; those of the former job keep counting.
-            self._job, self._after = path, 0
-        for step in steps:
-            self._messages.append(partial(_step_line, job=path.stem, step=step))
-            self._after = step.sequence
-        return bool(steps)
+    def _add(self, job: str, step: JobStep) -> None:
+        if self._plain is None:
+            self._messages.append(partial(_step_line, job=job, step=step))
+        elif line := self._plain.line_of(job, step, live=self._thread is not None):
+            self._messages.append(lambda _: line)
 
     def _wake(self) -> None:
         # Changes never wait here, and any number of them wakes the loop once.
@@ -205,7 +205,11 @@ class StreamServer:
     async def _serve(self, listener: socket.socket) -> None:
         loop = asyncio.get_running_loop()
         loop.set_exception_handler(self._on_loop_failed)
-        reception = Reception(listener, self._tls, self._greeting, self._begin, self._failed)
+        reception = Reception(
+            listener, self._tls, self._greet, self._begin, self._failed,
+            partial(may_connect, self._options),
+            *(() if self._plain is None else (_no_words,)),
+        )  # fmt: skip
         self._reception, self._loop = reception, loop
         receiving = loop.create_task(reception.receive())
         try:
@@ -216,7 +220,8 @@ class StreamServer:
                 now = time.monotonic()
                 if now >= next_look:
                     next_look = max(next_look + period, now)
-                    self._look()
+                    if self._plain is None:
+                        self._look()
                 self._fill_all()
                 reception.prune(now)
             receiving.cancel()
@@ -240,8 +245,15 @@ class StreamServer:
             return
         self._failed(error if isinstance(error, Exception) else RuntimeError(context["message"]))
 
-    def _greeting(self) -> bytes:
-        job = "" if self._job is None else self._job.stem
+    def _greet(self, client: StreamClient) -> bytes:
+        if self._plain is not None:
+            if self._reception.is_full:
+                self._reception.end(client, "")
+            else:
+                # Earlier points would arrive as points of the feature that is measured now.
+                client.begun, client.next_seq = True, self._plain.sent + 1
+            return b""
+        job = "" if self._steps.path is None else self._steps.path.stem
         needed = bool(self._options.token)
         simulated = self._source.instruments.simulated
         return hello_line(Hello(self._id, job, 1, len(self._messages), needed, simulated))
@@ -305,6 +317,9 @@ class StreamServer:
         return True
 
     def _fill_all(self) -> None:
+        last = len(self._messages)
+        if self._plain is not None:
+            self._plain.note_sent(last, to_clients=len(self._reception.listening))
         for client in self._reception.listening:
             with self._reception.dropping(client):
                 try:
@@ -326,6 +341,11 @@ class StreamServer:
                     reception.end(client, "the station was closed")
             reception.prune(time.monotonic())
             await asyncio.sleep(0.01)
+
+
+def _no_words(why: str) -> bytes:
+    del why
+    return b""
 
 
 def _step_line(seq: int, job: str, step: JobStep) -> bytes:

@@ -6,7 +6,7 @@ The verdict is evaluated on its own thread (seconds); bursts become one evaluati
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Protocol
@@ -71,6 +71,29 @@ class StreamSource(Protocol):
 
     @property
     def instruments(self) -> StreamedInstruments: ...
+
+
+class StepReader:
+    """Read every step of the jobs of a station once, in order; for one thread at a time."""
+
+    def __init__(self, job: StreamedJob) -> None:
+        self._source = job
+        self.path: Path | None = None
+        """Current job; None before the first read."""
+        self._after = 0
+
+    def read(self) -> Iterator[tuple[str, JobStep]]:
+        """Yield new steps with the name of their job; after an error, a step comes again."""
+        while True:
+            path, steps = self._source.steps_since(self.path, self._after)
+            if path != self.path:
+                # Rows of another job are numbered separately.
+                self.path, self._after = path, 0
+            if not steps:
+                return
+            for step in steps:
+                yield path.stem, step
+                self._after = step.sequence
 
 
 PAUSE_S = 0.1

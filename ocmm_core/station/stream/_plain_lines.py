@@ -1,0 +1,54 @@
+"""Points as lines of a chosen format, for programs that only read.
+
+There is no acknowledgement in such a line and nothing to annul it by, so each point leaves once,
+when it is durable. Events that the receiving program cannot learn are reported to the operator.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from ocmm_core.measuring import MeasuredPoint
+from ocmm_core.storage import JobStep
+
+
+class PlainLines:
+    """Make one line of each new point.
+
+    `line`: bytes of a point with their line end. `note`: receives a sentence for the operator.
+    """
+
+    def __init__(self, line: Callable[[MeasuredPoint], bytes], note: Callable[[str], None]) -> None:
+        self._line, self._note = line, note
+        self._job = ""
+        self._highest = 0
+        """Number of the newest point of that job."""
+        self.sent = 0
+        """Lines that have left, or had no receiver."""
+
+    def line_of(self, job: str, step: JobStep, *, live: bool) -> bytes:
+        """Return the line of a new point; empty for other steps. `live`: after the start."""
+        if job != self._job:
+            self._job, self._highest = job, 0
+        if step.point is None:
+            if live:
+                self._note(
+                    f"Point {step.number} was annulled after it was sent: delete it in the "
+                    "receiving program."
+                )
+            return b""
+        if step.number <= self._highest:
+            # Restored: its line has left.
+            return b""
+        self._highest = step.number
+        return self._line(step.point)
+
+    def note_sent(self, last: int, *, to_clients: int) -> None:
+        """Note that all lines up to a number leave now; without clients, tell the operator."""
+        lost = last - self.sent
+        self.sent = last
+        if lost and not to_clients:
+            self._note(
+                f"No program is connected: {lost} point(s) went out to none. They are in the job; "
+                "connect the program, then touch again what it lacks."
+            )

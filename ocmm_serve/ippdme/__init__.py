@@ -1,0 +1,42 @@
+"""Server of I++ DME (VDMA 8722): the measuring program is the client, this machine the server.
+
+In: lines of a client over TCP, touches of a station. Out: answers, and a job next to each session.
+
+Read `_session` first (transactions, error state, touches), then `_registry` with `_commands` and
+`_touch_commands` (one handler a command) and `_state`. `_grammar`, `_dialect` and `_frames` are
+pure. `_machine` is a measuring station, `_server` the sockets, `_command` is `ocmm serve ippdme`.
+Numbers come from the core; a point that it refuses is never answered.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from ocmm_core.door import door
+
+if TYPE_CHECKING:
+    from ocmm_serve.ippdme._command import serve_app
+    from ocmm_serve.ippdme._dialect import DmeDialect
+    from ocmm_serve.ippdme._frames import CsyFrames, ShiftSign
+    from ocmm_serve.ippdme._machine import StationMachine
+    from ocmm_serve.ippdme._registry import CommandSpec, supported
+    from ocmm_serve.ippdme._server import DmeServer
+    from ocmm_serve.ippdme._session import DmeSession
+    from ocmm_serve.ippdme._state import DmeState
+else:
+    __getattr__ = door(
+        __name__,
+        _command="serve_app",
+        _dialect="DmeDialect",
+        _frames="CsyFrames ShiftSign",
+        _machine="StationMachine",
+        _registry="CommandSpec supported",
+        _server="DmeServer",
+        _session="DmeSession",
+        _state="DmeState",
+    )
+
+__all__ = [
+    "CommandSpec", "CsyFrames", "DmeDialect", "DmeServer", "DmeSession", "DmeState", "ShiftSign",
+    "StationMachine", "serve_app", "supported",
+]  # fmt: skip

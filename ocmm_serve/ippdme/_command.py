@@ -1,0 +1,186 @@
+"""``ocmm serve ippdme``: an entry point of the group `ocmm.commands`."""
+
+from __future__ import annotations
+
+import signal
+import sys
+import threading
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.console import Console
+
+from ocmm_cli.terminal import (
+    BusProcessorOption,
+    CalibrationsOption,
+    CheckAfterOption,
+    ForceOption,
+    OutOption,
+    ProbeOption,
+    ProbesOption,
+    ReferenceOption,
+    RigOption,
+    SeedOption,
+    SourceOption,
+    SpeedOption,
+    TipOption,
+    UncalibratedOption,
+    lead,
+    make_console,
+    say,
+    shown,
+)
+from ocmm_core.composition import (
+    DEFAULT_SEED,
+    DEFAULT_SOURCE,
+    RECOMMENDED_RIG,
+    STANDARD_PROBE,
+    StationRequest,
+    build_station,
+)
+from ocmm_core.documents import resource
+from ocmm_core.inspection.evaluation import JobHeader
+from ocmm_core.station.stream import StreamOptions
+from ocmm_serve.ippdme._dialect import DmeDialect
+from ocmm_serve.ippdme._frames import CsyFrames, ShiftSign
+from ocmm_serve.ippdme._machine import StationMachine
+from ocmm_serve.ippdme._server import PORT, DmeServer
+from ocmm_serve.ippdme._session import OPERATOR, DmeSession
+from ocmm_serve.ippdme._state import DmeState
+
+serve_app = typer.Typer(
+    no_args_is_help=True, help="Serve points to measuring programs of other makers."
+)
+_OUT = Path("ocmm-out")
+_LOOK_S = 0.2
+
+
+@serve_app.callback()
+def _group() -> None:
+    """Keep `ippdme` a command of the group while it is the only one."""
+
+
+@serve_app.command("ippdme")
+def serve_ippdme(
+    *,
+    host: Annotated[
+        str, typer.Option("--host", help="Address to listen on; others than local need --allow.")
+    ] = "127.0.0.1",
+    port: Annotated[int, typer.Option("--port", help="TCP port; 0: any free port.")] = PORT,
+    allow: Annotated[
+        list[str] | None,
+        typer.Option("--allow", help="Address or network of a client; can be repeated."),
+    ] = None,
+    dialect: Annotated[
+        DmeDialect, typer.Option("--dialect", help="Edition that the measuring program speaks.")
+    ] = DmeDialect.V14,
+    shift_sign: Annotated[
+        ShiftSign,
+        typer.Option(
+            "--shift-sign",
+            help="Meaning of X0, Y0, Z0 in SetCsyTransformation: origin of the part in the "
+            "machine, or offset added after the rotation.",
+        ),
+    ] = ShiftSign.ORIGIN,
+    any_place: Annotated[
+        bool,
+        typer.Option(
+            "--any-place",
+            help="Accept touches away from the nominal, such as before the part is aligned.",
+        ),
+    ] = False,
+    patience: Annotated[
+        float, typer.Option("--patience", help="Longest wait for a touch, s.")
+    ] = 600.0,
+    tries: Annotated[
+        int, typer.Option("--tries", help="Refused touches before the program gets an error.")
+    ] = 3,
+    certificate: Annotated[
+        Path | None, typer.Option("--cert", help="Certificate (PEM): the server speaks TLS.")
+    ] = None,
+    private_key: Annotated[
+        Path | None, typer.Option("--key", help="Private key of the certificate (PEM).")
+    ] = None,
+    out: OutOption = _OUT,
+    source: SourceOption = DEFAULT_SOURCE,
+    rig: RigOption = RECOMMENDED_RIG,
+    probe: ProbeOption = STANDARD_PROBE,
+    reference: ReferenceOption = None,
+    seed: SeedOption = DEFAULT_SEED,
+    speed: SpeedOption = 0.0,
+    operator: Annotated[str, typer.Option("--operator", help="Operator name.")] = "unnamed",
+    serial: Annotated[str, typer.Option("--serial", help="Serial number of the part.")] = "-",
+    calibrations: CalibrationsOption = None,
+    uncalibrated: UncalibratedOption = False,
+    probes: ProbesOption = None,
+    tip: TipOption = None,
+    check_after: CheckAfterOption = 8.0,
+    force: ForceOption = False,
+    bus_processor: BusProcessorOption = None,
+) -> None:
+    """Let a measuring program measure with this machine, by I++ DME (VDMA 8722).
+
+    The program is the client, this machine the server; see docs/integrator/ippdme.md. Every session
+    writes a job file with all points, their raw spots, and the nominals of the program. Ends by
+    Ctrl-C.
+    """
+    console = make_console()
+    request = StationRequest(
+        plan=resource("plans", "points.toml"), out=out, source=source, rig=rig, probe=probe,
+        reference=reference, seed=seed, speed=speed, stay=True, idle=True, operator=operator,
+        serial=serial, calibrations=calibrations, uncalibrated=uncalibrated, probes=probes, tip=tip,
+        check_after_h=check_after, force=force, bus_processor=bus_processor,
+    )  # fmt: skip
+    options = StreamOptions(
+        host, port, certificate=certificate, private_key=private_key, allow=tuple(allow or ())
+    )
+    ended = threading.Event()
+    failures: list[Exception] = []
+
+    def tell(words: str) -> None:
+        console.print(say(words), highlight=False, markup=False)
+
+    def fail(error: Exception) -> None:
+        failures.append(error)
+        tell(str(error))
+
+    built = build_station(request)
+    header = JobHeader(operator, built.station.job.plan.part, serial)
+    machine = StationMachine(built, header, tell)
+    try:
+        state = DmeState(machine, dialect, CsyFrames(shift_sign), any_place=any_place)
+        server = DmeServer(DmeSession(state, patience, tries), options, fail)
+        for number in (signal.SIGINT, signal.SIGTERM):
+            signal.signal(number, lambda *_: ended.set())
+        machine.start(server.touched, server.refused)
+        console.print(f"{lead('Source  ')}{built.description.name}")
+        address = "{}:{}".format(*server.start())
+        tell(f"I++ DME {dialect.version} on {address}. Ctrl-C ends.")
+        if sys.stdin is not None and sys.stdin.isatty():
+            tell(f"Type {OPERATOR}.")
+            threading.Thread(target=_read_keys, args=(server,), name="keys", daemon=True).start()
+        _show_way(console, machine, server, ended)
+        server.close()
+    finally:
+        machine.close()
+    if failures and not ended.is_set():
+        raise failures[-1]
+
+
+def _show_way(
+    console: Console, machine: StationMachine, server: DmeServer, ended: threading.Event
+) -> None:
+    """Show the way to the target until the end; on a terminal only, other outputs are files."""
+    if not console.is_terminal:
+        while server.is_running and not ended.wait(_LOOK_S):
+            pass
+        return
+    with console.status("") as line:
+        while server.is_running and not ended.wait(_LOOK_S):
+            line.update(shown(machine.way_words()))
+
+
+def _read_keys(server: DmeServer) -> None:
+    for line in sys.stdin:
+        server.operate(line)

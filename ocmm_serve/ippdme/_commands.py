@@ -1,0 +1,371 @@
+"""Commands of the classes Server, DME, Mover and CartCMM: sessions, properties, systems."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TypeVar
+
+from ocmm_serve.ippdme._dialect import ERRORS, DmeDialect
+from ocmm_serve.ippdme._frames import CHAIN, MACHINE, CsyTransformation, checked
+from ocmm_serve.ippdme._grammar import BareWord, Call, DmeError, Value, call_text, list_text, quoted
+from ocmm_serve.ippdme._registry import NEWER, command, supported
+from ocmm_serve.ippdme._state import (
+    ABSENT,
+    AXES,
+    PARAMETERS,
+    PART_PARAMETERS,
+    DmeState,
+    MoveDaemon,
+    names_in,
+    numbers_in,
+    properties,
+    property_kinds,
+)
+
+T = TypeVar("T")
+Args = tuple[Value, ...]
+LEAST_PERIOD_S = 0.1
+"""s: between two lines of OnMoveReportE."""
+
+
+def word_in(args: Args) -> str:
+    """Return the only argument, a bare word; DmeError 0502 or 0509."""
+    return _only(args, BareWord).name
+
+
+def text_in(args: Args) -> str:
+    """Return the only argument, a string; DmeError 0502 or 0509."""
+    return _only(args, str)
+
+
+def _only(args: Args, kind: type[T]) -> T:
+    if len(args) != 1:
+        raise DmeError(502)
+    if not isinstance(args[0], kind):
+        raise DmeError(509)
+    return args[0]
+
+
+@command("StartSession", "Server", "", "Starts a session and its job.", always=True)
+def start_session(state: DmeState, args: Args) -> list[str]:
+    if state.in_session:
+        raise DmeError(8)
+    state.reset()
+    state.machine.begin(
+        {"dialect": state.dialect, "shift": state.frames.sign, "active": state.frames.active,
+         "transformations": {name: one.values for name, one in state.frames.known.items()}}
+    )  # fmt: skip
+    state.in_session = True
+    return []
+
+
+@command("EndSession", "Server", "", "Ends the session and closes its job.", always=True)
+def end_session(state: DmeState, args: Args) -> list[str]:
+    if state.in_session:
+        state.in_session, state.daemon, state.locked = False, None, False
+        state.user_asked = False
+        state.user(enabled=False)
+        state.machine.end()
+    return []
+
+
+@command("AbortE", "Server", "", "Aborts all pending commands.", fast=True, always=True)
+def abort(state: DmeState, args: Args) -> list[str]:
+    # The session aborts what is pending.
+    state.locked = True
+    return []
+
+
+@command("ClearAllErrors", "Server", "", "Leaves the error state.", always=True)
+def clear_all_errors(state: DmeState, args: Args) -> list[str]:
+    state.locked = False
+    state.active_errors.clear()
+    return []
+
+
+@command("StopDaemon", "Server", "tag", "Stops OnMoveReportE.")
+def stop_daemon(state: DmeState, args: Args) -> list[str]:
+    tag = word_in(args)
+    if state.daemon is None or state.daemon.tag != tag:
+        raise DmeError(513)
+    state.daemon = None
+    return []
+
+
+@command("StopAllDaemons", "Server", "", "Stops OnMoveReportE.")
+def stop_all_daemons(state: DmeState, args: Args) -> list[str]:
+    if state.daemon is None:
+        raise DmeError(512)
+    state.daemon = None
+    return []
+
+
+@command("GetErrorInfo", "Server", "number", "Returns the text of an error.")
+def get_error_info(state: DmeState, args: Args) -> list[str]:
+    (number,) = numbers_in(args, 1)
+    row = ERRORS[state.dialect].get(int(number)) if number.is_integer() else None
+    if row is None:
+        raise DmeError(509)
+    return [quoted(row.text)]
+
+
+@command("GetErrStatusE", "Server", "", "1 in the error state.", fast=True, always=True)
+def get_err_status(state: DmeState, args: Args) -> list[str]:
+    status = str(int(state.locked))
+    return [f"ErrStatus({status})" if state.dialect is DmeDialect.V14 else status]
+
+
+@command(
+    "GetXtdErrStatus", "Server", "", "Homed, user enabled, and active errors with the sentence "
+    "that the operator reads.", always=True,
+)  # fmt: skip
+def get_xtd_err_status(state: DmeState, args: Args) -> list[str]:
+    lines = [f"IsHomed({state.homed:d})", f"IsUserEnabled({state.user_enabled:d})"]
+    rows = ERRORS[state.dialect]
+    for number, detail in state.active_errors.items():
+        if state.dialect is DmeDialect.V25:
+            lines.append(f"ActiveError({number:04d}), Severity({rows[number].severity})")
+        else:
+            lines.append(quoted(f"{number:04d} {detail or rows[number].text}"))
+    if state.dialect is DmeDialect.V25 and state.machine.simulated:
+        lines.append("ActiveError(8000), Severity(0)")
+    return lines
+
+
+@command("GetProp", "Server", "properties", "Values of properties, in the order asked.")
+def get_prop(state: DmeState, args: Args) -> list[str]:
+    calls = [one for one in args if isinstance(one, Call)]
+    if not calls or len(calls) != len(args):
+        raise DmeError(502 if not args else 510)
+    return [", ".join(properties(state, one) for one in calls)]
+
+
+command("GetPropE", "Server", "properties", "As GetProp, at once.", fast=True)(get_prop)
+
+
+@command(
+    "SetProp", "Server", "properties",
+    "Sets parameters within their limits; only PtMeasPar.Search has an effect.",
+)  # fmt: skip
+def set_prop(state: DmeState, args: Args) -> list[str]:
+    if not args:
+        raise DmeError(502)
+    wanted: list[tuple[str, str, float]] = []
+    for one in args:
+        if not isinstance(one, Call):
+            raise DmeError(510)
+        first, _, rest = one.name.partition(".")
+        block, _, item = rest.partition(".") if first == "Tool" else (first, "", rest)
+        name, _, kind = item.partition(".")
+        known = PART_PARAMETERS if block == "Part" else PARAMETERS.get(block, {})
+        if (block == "Part" and state.dialect is DmeDialect.V14) or name not in known:
+            raise DmeError(510)
+        if kind not in ("", "Act"):
+            raise DmeError(509)
+        wanted.append((block, name, numbers_in(one.args, 1)[0]))
+    inside = [state.set_parameter(*one) for one in wanted]
+    if not all(inside):
+        raise DmeError(504)
+    return []
+
+
+@command("EnumProp", "Server", "property", "Members of a property, one a line.")
+def enum_prop(state: DmeState, args: Args) -> list[str]:
+    found = property_kinds(state, _only(args, Call))
+    return [f"{quoted(name)}, {quoted(kind)}" for name, kind in found]
+
+
+@command("EnumAllProp", "Server", "property", "Members of all levels, with dotted names.")
+def enum_all_prop(state: DmeState, args: Args) -> list[str]:
+    top = _only(args, Call)
+    lines: list[str] = []
+
+    def walk(name: str, prefix: str) -> None:
+        for member, kind in property_kinds(state, Call(name, ())):
+            if kind == "Property":
+                walk(f"{name}.{member}", f"{prefix}{member}.")
+            else:
+                lines.append(f"{quoted(prefix + member)}, {quoted(kind)}")
+
+    walk(top.name, "")
+    return lines
+
+
+@command("GetDMEVersion", "DME", "", "Version of the dialect.")
+def get_dme_version(state: DmeState, args: Args) -> list[str]:
+    return [call_text("DMEVersion", quoted(state.dialect.version))]
+
+
+@command("GetMachineClass", "DME", "", "CartCMM; in 2.5 the class of manual machines.")
+def get_machine_class(state: DmeState, args: Args) -> list[str]:
+    if state.dialect is DmeDialect.V14:
+        return ['GetMachineClass("CartCMM")']
+    return ['"CartCMM_TouchTrigger_Fixed_None_ToolChanger_None_None"']
+
+
+@command("GetSupportedCommands", "DME", "", "Names of all commands.", dialects=NEWER)
+def get_supported_commands(state: DmeState, args: Args) -> list[str]:
+    return list(supported(state.dialect))
+
+
+@command("Home", "DME", "", "Moves nothing; succeeds if points can be recorded.", takes_user=True)
+def home(state: DmeState, args: Args) -> list[str]:
+    state.homed = False
+    state.require_ready()
+    state.homed = True
+    return []
+
+
+@command("IsHomed", "DME", "", "1 after Home.")
+def is_homed(state: DmeState, args: Args) -> list[str]:
+    return [f"IsHomed({state.homed:d})"]
+
+
+@command("EnableUser", "Mover", "", "The operator leads: each touch is sent as an event.")
+def enable_user(state: DmeState, args: Args) -> list[str]:
+    state.user_asked = True
+    state.user(enabled=True)
+    return []
+
+
+@command("DisableUser", "Mover", "", "Touches are no longer sent unasked.")
+def disable_user(state: DmeState, args: Args) -> list[str]:
+    state.user_asked = False
+    state.user(enabled=False)
+    return []
+
+
+@command("IsUserEnabled", "Mover", "", "1 while the operator leads.")
+def is_user_enabled(state: DmeState, args: Args) -> list[str]:
+    return [f"IsUserEnabled({state.user_enabled:d})"]
+
+
+@command(
+    "OnMoveReportE", "Mover", "Time(s), Dis(d), X(), ...",
+    "Position of the ball after each time or distance, while the probe is seen.", fast=True,
+)  # fmt: skip
+def on_move_report(state: DmeState, args: Args) -> list[str]:
+    if state.daemon is not None:
+        raise DmeError(515)
+    limits = {"Time": 0.0, "Dis": 0.0}
+    items: list[Value] = []
+    for one in args:
+        if isinstance(one, Call) and one.name in limits and one.args:
+            (limits[one.name],) = numbers_in(one.args, 1)
+            if limits[one.name] < (LEAST_PERIOD_S if one.name == "Time" else 1e-9):
+                raise DmeError(509)
+        else:
+            items.append(one)
+    names = names_in(items, (*AXES, *ABSENT))
+    # The session knows the tag.
+    state.daemon = MoveDaemon("", limits["Time"], limits["Dis"], names, state.now())
+    return []
+
+
+@command("SetCoordSystem", "CartCMM", "name", "Selects the system of all numbers.")
+def set_coord_system(state: DmeState, args: Args) -> list[str]:
+    name = word_in(args)
+    if state.dialect is DmeDialect.V25 and name not in (MACHINE, *CHAIN):
+        raise DmeError(1013)
+    state.frames = state.frames.activated(name)
+    state.changed_frames()
+    return []
+
+
+@command("GetCoordSystem", "CartCMM", "", "The active system.")
+def get_coord_system(state: DmeState, args: Args) -> list[str]:
+    active = state.frames.active
+    return [f"CoordSystem({active})" if state.dialect is DmeDialect.V14 else active]
+
+
+@command(
+    "SetCsyTransformation", "CartCMM", "name, X0, Y0, Z0, Theta, Psi, Phi",
+    "Transformation of a system; the sign of the shift is a setting of this server.",
+)  # fmt: skip
+def set_csy_transformation(state: DmeState, args: Args) -> list[str]:
+    name = word_in(args[:1])
+    state.frames = state.frames.transformed(name, numbers_in(args[1:], 6))
+    state.changed_frames()
+    return []
+
+
+@command("GetCsyTransformation", "CartCMM", "name", "The six numbers of a system.")
+def get_csy_transformation(state: DmeState, args: Args) -> list[str]:
+    name = word_in(args)
+    if name not in CHAIN:
+        raise DmeError(505)
+    return [_transformation_text(state, state.frames.transformation(name))]
+
+
+def _transformation_text(state: DmeState, found: CsyTransformation) -> str:
+    if state.dialect is DmeDialect.V14:
+        return call_text("GetCsyTransformation", *found.values)
+    names = ("X0", "Y0", "Z0", "Theta", "Psi", "Phi")
+    pairs = zip(names, found.values, strict=True)
+    return list_text(call_text(name, value) for name, value in pairs)
+
+
+@command(
+    "SaveActiveCoordSystem", "CartCMM", "name", "Stores the part system under a name.",
+    dialects=NEWER,
+)  # fmt: skip
+def save_active_coord_system(state: DmeState, args: Args) -> list[str]:
+    _store(state, text_in(args), state.frames.transformation(CHAIN[-1]))
+    return []
+
+
+@command(
+    "SaveNamedCsyTransformation", "CartCMM", '"name", 6 numbers',
+    "Stores a transformation under a name.", dialects=NEWER,
+)  # fmt: skip
+def save_named_csy_transformation(state: DmeState, args: Args) -> list[str]:
+    _store(state, text_in(args[:1]), checked(numbers_in(args[1:], 6)))
+    return []
+
+
+_MOST_NAMED = 256
+
+
+def _store(state: DmeState, name: str, found: CsyTransformation) -> None:
+    named = {**state.frames.named, name: found}
+    if len(named) > _MOST_NAMED:
+        raise DmeError(511, detail="Too many named coordinate systems. Delete some.")
+    state.frames = replace(state.frames, named=named)
+
+
+@command(
+    "LoadCoordSystem", "CartCMM", '"name"', "Makes a stored transformation that of the part.",
+    dialects=NEWER,
+)  # fmt: skip
+def load_coord_system(state: DmeState, args: Args) -> list[str]:
+    values = _named(state, args).values
+    state.frames = state.frames.transformed(CHAIN[-1], values)
+    state.changed_frames()
+    return []
+
+
+@command("DeleteCoordSystem", "CartCMM", '"name"', "Forgets a stored one.", dialects=NEWER)
+def delete_coord_system(state: DmeState, args: Args) -> list[str]:
+    _named(state, args)
+    left = {name: one for name, one in state.frames.named.items() if name != text_in(args)}
+    state.frames = replace(state.frames, named=left)
+    return []
+
+
+@command("EnumCoordSystems", "CartCMM", "", "Names of the stored ones.", dialects=NEWER)
+def enum_coord_systems(state: DmeState, args: Args) -> list[str]:
+    return [quoted(name) for name in state.frames.named]
+
+
+@command(
+    "GetNamedCsyTransformation", "CartCMM", '"name"', "Numbers of a stored one.", dialects=NEWER
+)
+def get_named_csy_transformation(state: DmeState, args: Args) -> list[str]:
+    return [_transformation_text(state, _named(state, args))]
+
+
+def _named(state: DmeState, args: Args) -> CsyTransformation:
+    found = state.frames.named.get(text_in(args))
+    if found is None:
+        raise DmeError(1013)
+    return found

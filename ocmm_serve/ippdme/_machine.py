@@ -1,0 +1,209 @@
+"""A measuring station as the machine of the server."""
+
+from __future__ import annotations
+
+import re
+import time
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+import msgspec
+import numpy as np
+
+from ocmm_core.acquisition.frames import AcquisitionState
+from ocmm_core.composition import BuiltStation
+from ocmm_core.errors import OcmmError
+from ocmm_core.geometry import Float
+from ocmm_core.inspection.evaluation import JobHeader, StatusWord
+from ocmm_core.inspection.session import InspectionSession
+from ocmm_core.measuring import MeasuredPoint, Refusal
+from ocmm_core.station import drop_job_without_points
+from ocmm_serve.ippdme._grammar import DmeError
+from ocmm_serve.ippdme._session import REFUSALS
+from ocmm_serve.ippdme._state import BallPose, CommandedTouch, DmeTool
+
+_WARM_S, _POLL_S = 20.0, 0.02
+"""s: longest wait for the first frames, and between two looks."""
+
+
+class StationMachine:
+    """DmeMachine of a running station; used by the thread of the server.
+
+    `header`: of the jobs. `tell`: shows a sentence to the operator. `post`: runs a call on the
+    thread of the server.
+    """
+
+    def __init__(self, built: BuiltStation, header: JobHeader, tell: Callable[[str], None]) -> None:
+        self._built, self._header, self.tell = built, header, tell
+        self._station = station = built.station
+        self._feature = station.job.plan.features[0].name
+        probe = station.instruments.probe_in_use
+        self._body = body = probe.body
+        low, high = body.leds_probe.min(axis=0), body.leds_probe.max(axis=0)
+        ends = np.array([[-body.tip_radius] * 3, [body.tip_radius] * 3])
+        corners = np.vstack([[low, high] - body.tip_probe, ends])
+        self._box = np.array([corners.min(axis=0), corners.max(axis=0)])
+        self._target: CommandedTouch | None = None
+        self._hand: Any = built.hand
+        """Virtual hand; None for real probes."""
+
+    @property
+    def simulated(self) -> bool:
+        return self._station.instruments.simulated
+
+    @property
+    def volume(self) -> Float:
+        return np.asarray(self._station.instruments.rig.volume_world)
+
+    @property
+    def tools(self) -> Sequence[DmeTool]:
+        """Return the mounted tip, and the others of the probe."""
+        view = self._station.instruments.probe()
+        store = self._station.instruments.probe_in_use.store
+        others = [] if store is None else [one for one in store.tips if one != view.tip]
+        origin = "SIMULATED " if self.simulated else ""
+        name = tool_name(view.tip or view.probe)
+        qualified = view.records.qualification if view.records is not None else None
+        made = "00000000T000000Z" if qualified is None else compact_time(qualified.made_utc)
+        identity = f"{origin}{view.title} {view.identity[:12]}"
+        mounted = DmeTool(name, identity, self._body.tip_radius, made)
+        return [mounted, *(DmeTool(tool_name(one), f"{origin}{view.probe}, tip {one}") for one in
+                           others)]  # fmt: skip
+
+    def start(
+        self, touched: Callable[[MeasuredPoint], None], refused: Callable[[Refusal], None]
+    ) -> None:
+        """Start the station, and wait for its first frames; OcmmError if it cannot start."""
+        events, faults = self._station.events, self._station.faults
+
+        def take(point: MeasuredPoint) -> None:
+            if not self._station.job.missing():
+                self._station.job.change(lambda session: session.steps.reopen(self._feature))
+            touched(point)
+
+        events.point_taken.connect(take)
+        events.point_refused.connect(refused)
+        faults.failed.connect(lambda error: self.tell(f"{error.what} {error.remedy}"))
+        self._station.start()
+        until = time.monotonic() + _WARM_S
+        while time.monotonic() < until and self._station.looks.live().frame_counter < 0:
+            failure = faults.why_failed()
+            if failure is not None:
+                raise failure
+            time.sleep(_POLL_S)
+
+    def close(self) -> None:
+        """Stop the station, and remove a job without points."""
+        path = self._station.job.path
+        self._station.close()
+        lost = self._station.job.lost
+        if lost is not None:
+            raise lost
+        drop_job_without_points(path)
+
+    def mount(self, name: str) -> None:
+        mounted, *_ = self.tools
+        if name != mounted.name:
+            raise DmeError(1500, detail=f"Mount the tip {name}: stop this server, record the tip "
+                           "with ocmm calibrate mount-tip, and start it again.")  # fmt: skip
+
+    def trouble(self) -> DmeError | None:
+        fault = self._station.faults.measuring
+        if fault is not None:
+            return DmeError(503, "Rig", detail=f"{fault.error.what} {fault.error.remedy}")
+        status = self._station.looks.acquisition()
+        if status.state is AcquisitionState.STOPPED:
+            detail = status.message or "The acquisition has ended. Start the server again."
+            return DmeError(503, "Rig", detail=detail)
+        code, blocker = self._station.instruments.blocking_reason()
+        if blocker is None:
+            return None
+        return DmeError(REFUSALS.get(code, 1000), "Rig", detail=f"{blocker.what} {blocker.remedy}")
+
+    def require_qualified(self) -> None:
+        view = self._station.instruments.probe()
+        if view.blocking_reason is not None:
+            detail = f"{view.blocking_reason.what} {view.blocking_reason.remedy}"
+            raise DmeError(2000, detail=detail)
+
+    def pose(self) -> BallPose:
+        live = self._station.looks.live()
+        rotation = live.rotation_world_from_probe
+        if live.tip_world is not None and rotation is not None:
+            return BallPose(live.tip_world, rotation, self._box)
+        number = {StatusWord.LOST: 1501, StatusWord.FAILED: 503}.get(live.status, 1000)
+        raise DmeError(number, "Tracking", detail=f"{live.status.value}: {live.reason}")
+
+    def begin(self, note: Mapping[str, object]) -> None:
+        self.keep({"session": note})
+
+    def end(self) -> None:
+        self.expect(None)
+        name, points = self._station.job.stored()
+        if not points:
+            return
+        try:
+            self._station.jobs.next_part(self._header)
+        except OcmmError as error:
+            raise DmeError(511, detail=f"{error.what} {error.remedy}") from error
+        self.tell(f"Job {name}: {len(points)} points.")
+
+    def keep(self, note: Mapping[str, object]) -> None:
+        text = msgspec.json.encode(note).decode()
+        self._change(lambda session: session.conditions.note_client(text))
+
+    def discard(self, number: int, reason: str) -> None:
+        self._change(lambda session: session.points.delete_point(number, reason))
+
+    def expect(self, target: CommandedTouch | None) -> int:
+        frame = self._station.looks.live().frame_counter
+        self._target = target
+        if target is not None:
+            self.tell(target.words)
+        if self._hand is not None:
+            self._guide(target)
+        return frame
+
+    def way_words(self) -> str:
+        """Return the way of the ball to the target, as the operator stands before the cameras."""
+        live, target = self._station.looks.live(), self._target
+        if target is None or target.surface is None:
+            return live.status.value
+        if live.tip_world is None:
+            return f"{live.status.value}: {live.reason}"
+        ball = target.surface
+        if target.normal is not None:
+            ball = ball + self._body.tip_radius * target.normal
+        ways = (("right", "left"), ("back", "forward"), ("up", "down"))
+        steps = zip(ways, (ball - live.tip_world).tolist(), strict=True)
+        return ", ".join(f"{names[step < 0.0]} {abs(step):.0f} mm" for names, step in steps)
+
+    def lead(self, *, allowed: bool) -> None:
+        if allowed:
+            self.tell("The program records every touch.")
+        if self._hand is not None:
+            (self._hand.touch_part if allowed else self._hand.stop)()
+
+    def _guide(self, target: CommandedTouch | None) -> None:
+        """Let the virtual hand touch a target."""
+        if target is None or target.surface is None:
+            self._hand.stop()
+            return
+        up = np.array([0.0, 0.0, 1.0])
+        self._hand.touch_place(target.surface, up if target.normal is None else target.normal)
+
+    def _change(self, verb: Callable[[InspectionSession], object]) -> None:
+        try:
+            self._station.job.change(verb)
+        except OcmmError as error:
+            raise DmeError(511, detail=f"{error.what} {error.remedy}") from error
+
+
+def tool_name(name: str) -> str:
+    """Return a name of letters and digits, which every dialect and client can carry."""
+    return re.sub("[^A-Za-z0-9]", "", name) or "Tip"
+
+
+def compact_time(utc: str) -> str:
+    """Return an ISO time as ``YYYYMMDDTHHMMSSZ``."""
+    return re.sub("[-:]", "", utc[:19]) + "Z"

@@ -1,0 +1,410 @@
+"""The session: lines of a client and events of a machine in, lines to the client out. Pure.
+
+Normal commands are executed in their order; one that waits for a touch delays the others. Commands
+of the fast queue overtake them. Every command is acknowledged first and completed by exactly one
+``%``.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from dataclasses import dataclass
+
+import numpy as np
+
+from ocmm_core.measuring import MeasuredPoint, Refusal, RefusalCode
+from ocmm_serve.ippdme import _commands as _commands  # Registers its commands.
+from ocmm_serve.ippdme import _touch_commands as _touch_commands
+from ocmm_serve.ippdme._commands import LEAST_PERIOD_S
+from ocmm_serve.ippdme._dialect import ERRORS, DmeDialect, error_line
+from ocmm_serve.ippdme._grammar import NO_TAG, DmeCommand, DmeError, call_text, parse, quoted
+from ocmm_serve.ippdme._registry import CommandSpec, supported
+from ocmm_serve.ippdme._state import CommandedTouch, DmeState
+
+_LOCKING, _LOCKED = 2, 514
+"""Severity from which an error locks the session; error of a locked one."""
+_ALONE = ("StartSession", "EndSession")
+"""Commands without a session."""
+_MOST_PENDING = 64
+"""Commands that wait; more are answered by "Buffer full"."""
+_LEAST_COSINE = 0.5
+"""Of the angle between the approach and the nominal normal, 60 degrees: else another face."""
+
+REFUSALS = {
+    RefusalCode.LOST: 1501, RefusalCode.UNIDENTIFIED: 1501, RefusalCode.NOT_READY: 1000,
+    RefusalCode.CALIBRATION: 1000, RefusalCode.REFERENCE: 1000, RefusalCode.PAUSED: 1000,
+    RefusalCode.TIP: 2000, RefusalCode.OUTSIDE: 1008, RefusalCode.STORAGE: 511,
+}  # fmt: skip
+"""Errors of refused touches; others are illegal touches, 1001."""
+_FINAL = (
+    RefusalCode.CALIBRATION, RefusalCode.TIP, RefusalCode.REFERENCE, RefusalCode.STORAGE,
+    RefusalCode.PAUSED,
+)  # fmt: skip
+"""Another touch cannot help."""
+
+
+OPERATOR = "done, del, goto (a clearance point), cancel (no touch is possible), search MM, or a key"
+"""Words of the operator."""
+
+
+@dataclass(slots=True)
+class OpenCommand:
+    """A command between its ``&`` and its ``%``."""
+
+    command: DmeCommand
+    spec: CommandSpec | None
+    target: CommandedTouch | None = None
+    since_s: float = 0.0
+    first_frame: int = 0
+    refused: int = 0
+    """`target` and below: of a command that waits for a touch."""
+
+
+class DmeSession:
+    """Commands of one client at a time; `take` returns the lines to send.
+
+    `patience_s`: longest wait for a touch. `tries`: refused touches after which a command fails.
+    """
+
+    def __init__(self, state: DmeState, patience_s: float = 600.0, tries: int = 3) -> None:
+        self.state = state
+        self._patience_s, self._tries = patience_s, tries
+        self._specs = supported(state.dialect)
+        self._pending: deque[OpenCommand] = deque()
+        self._waiting: OpenCommand | None = None
+        self._out: list[str] = []
+        self._led: deque[int] = deque(maxlen=_MOST_PENDING)
+        """Points that the operator led, which he can delete."""
+
+    @property
+    def waits(self) -> bool:
+        """Return whether a command waits for a touch."""
+        return self._waiting is not None
+
+    def take(self) -> list[str]:
+        """Return the lines since the last call."""
+        out, self._out = self._out, []
+        return out
+
+    # Lines of the client.
+
+    def receive(self, line: bytes) -> None:
+        """Process a line without CR LF."""
+        try:
+            command = parse(line)
+            spec = self._specs.get(command.name)
+            event_tag = command.tag.startswith("E")
+            if (event_tag and (spec is None or not spec.fast)) or self._is_open(command.tag):
+                raise DmeError(1, "Protocol")
+        except DmeError as error:
+            self._malformed(error)
+            return
+        self._out.append(f"{command.tag} &")
+        opened = OpenCommand(command, spec)
+        if spec is not None and spec.fast:
+            self._execute(opened)
+        elif len(self._pending) >= _MOST_PENDING:
+            self._fail(opened, DmeError(0))
+        else:
+            self._pending.append(opened)
+            self._advance()
+
+    def disconnect(self) -> None:
+        """End the session of a client that has gone; nothing is sent."""
+        self._abort_pending()
+        self._led.clear()
+        spec = self._specs["EndSession"]
+        try:
+            spec.handler(self.state, ())
+        except DmeError as error:
+            self.state.machine.tell(error.detail)
+        self._out.clear()
+
+    def _is_open(self, tag: str) -> bool:
+        opened = [*self._pending, *([self._waiting] if self._waiting else [])]
+        return any(one.command.tag == tag for one in opened)
+
+    def _malformed(self, error: DmeError) -> None:
+        if error.tag != NO_TAG:
+            self._out.append(f"{error.tag} &")
+        self._error(error.tag, error)
+        if error.tag != NO_TAG:
+            self._out.append(f"{error.tag} %")
+        self._lock_after(error)
+
+    # Execution.
+
+    def _advance(self) -> None:
+        while self._pending and self._waiting is None:
+            self._execute(self._pending.popleft())
+
+    def _execute(self, opened: OpenCommand) -> None:
+        command, state = opened.command, self.state
+        try:
+            spec = self._allowed(opened)
+            if spec.takes_user:
+                state.user(enabled=False)
+            answer = spec.handler(state, command.args)
+        except DmeError as error:
+            self._fail(opened, error)
+            return
+        if isinstance(answer, CommandedTouch):
+            opened.target, opened.since_s = answer, state.now()
+            opened.first_frame = state.machine.expect(answer)
+            self._waiting = opened
+            return
+        if command.name == "AbortE":
+            self._abort_pending()
+        if command.name == "OnMoveReportE" and state.daemon is not None:
+            state.daemon.tag = command.tag
+        self._complete(opened, answer)
+
+    def _allowed(self, opened: OpenCommand) -> CommandSpec:
+        """Return the entry of a command that may be executed now."""
+        state, name, spec = self.state, opened.command.name, opened.spec
+        if not state.in_session and name not in _ALONE:
+            raise DmeError(507 if state.dialect is DmeDialect.V14 else 8)
+        if state.locked and (spec is None or not spec.always):
+            raise DmeError(_LOCKED)
+        if spec is None:
+            raise DmeError(501)
+        if opened.command.args and not spec.arguments:
+            raise DmeError(502)
+        return spec
+
+    def _complete(self, opened: OpenCommand, data: list[str]) -> None:
+        tag = opened.command.tag
+        self._out += [f"{tag} # {line}" for line in data]
+        self._out.append(f"{tag} %")
+
+    def _fail(self, opened: OpenCommand, error: DmeError) -> None:
+        tag = opened.command.tag
+        error.where = error.where or opened.command.name
+        self._error(tag, error)
+        self._out.append(f"{tag} %")
+        self._lock_after(error)
+
+    def _error(self, tag: str, error: DmeError) -> None:
+        state = self.state
+        self._out.append(error_line(state.dialect, tag, error.number, error.where))
+        if error.detail:
+            state.machine.tell(error.detail)
+        if error.number != _LOCKED and ERRORS[state.dialect][error.number].severity >= _LOCKING:
+            state.active_errors[error.number] = error.detail
+
+    def _lock_after(self, error: DmeError) -> None:
+        state = self.state
+        if ERRORS[state.dialect][error.number].severity < _LOCKING:
+            return
+        self._abort_pending()
+        if state.in_session:
+            state.locked = True
+            state.user(enabled=state.user_asked)
+
+    def _abort_pending(self) -> None:
+        """Abort the command that waits for a touch, and those behind it."""
+        opened = [*([self._waiting] if self._waiting else []), *self._pending]
+        self._waiting = None
+        self._pending.clear()
+        for one in opened:
+            tag = one.command.tag
+            self._out.append(error_line(self.state.dialect, tag, 6, one.command.name))
+            self._out.append(f"{tag} %")
+        if opened:
+            self.state.machine.expect(None)
+
+    # Touches.
+
+    def touched(self, point: MeasuredPoint) -> None:
+        """Answer or report a durable point."""
+        state, waiting = self.state, self._waiting
+        if waiting is not None and waiting.target is not None:
+            if point.first_frame <= waiting.first_frame:
+                self._discard(point.number, "It was touched before the program asked for it.")
+                return
+            fault = self._fault_of(point, waiting.target)
+            if fault:
+                self._discard(point.number, fault)
+                self._count_refusal(waiting, DmeError(1006, detail=fault))
+                return
+            answer = state.point_items(point, waiting.target.normal)
+            self._answer(waiting, point, answer)
+        elif self._leads:
+            answer = state.point_items(point, None)
+            try:
+                self._keep(NO_TAG, point, answer, None)
+            except DmeError as error:
+                self.report(error)
+                return
+            self._event("PtMeas", answer)
+            self._led.append(point.number)
+        else:
+            self._discard(point.number, "The program did not ask for a point.")
+
+    def refused(self, refusal: Refusal) -> None:
+        """Note that the chain refused a touch; it is never answered."""
+        number = REFUSALS.get(refusal.code, 1001)
+        detail = f"{refusal.what} {refusal.remedy}"
+        waiting = self._waiting
+        if waiting is None:
+            return
+        if refusal.code in _FINAL:
+            waiting.refused = self._tries
+        self._count_refusal(waiting, DmeError(number, detail=detail))
+
+    def cancel(self, why: str) -> None:
+        """End the wait for a touch without one."""
+        if self._waiting is not None:
+            self._end_wait(self._waiting, DmeError(1006, detail=why))
+
+    def _answer(self, opened: OpenCommand, point: MeasuredPoint, answer: str) -> None:
+        self._waiting = None
+        self.state.machine.expect(None)
+        try:
+            self._keep(opened.command.tag, point, answer, opened.target)
+        except DmeError as error:
+            self._fail(opened, error)
+        else:
+            self._complete(opened, [answer])
+        self._advance()
+
+    def _keep(
+        self, tag: str, point: MeasuredPoint, answer: str, target: CommandedTouch | None
+    ) -> None:
+        """Make the answer durable before it is sent."""
+        state = self.state
+        note: dict[str, object] = {
+            "point": point.number, "tag": tag, "answer": answer, "tool": state.tool,
+            "active": state.frames.active, "shift": state.frames.sign,
+            "transformations": {name: one.values for name, one in state.frames.known.items()},
+        }  # fmt: skip
+        if target is not None:
+            for name, value in (("nominal", target.surface), ("normal", target.normal)):
+                note[name] = None if value is None else value.tolist()
+        state.machine.keep(note)
+
+    def _fault_of(self, point: MeasuredPoint, target: CommandedTouch) -> str:
+        """Return why a point is not that of a target, for the operator; empty if it is."""
+        if self.state.any_place or target.surface is None:
+            return ""
+        normal = target.normal
+        expected = target.surface if normal is None else target.surface + point.tip_radius * normal
+        off = float(np.linalg.norm(point.tip_world - expected))
+        limit = target.search_mm + (point.tip_radius if normal is None else 0.0)
+        if off > limit:
+            return (
+                f"The touch was {off:.1f} mm off the nominal, more than the search distance of "
+                f"{target.search_mm:g} mm. {target.words}"
+            )
+        if normal is not None and float(point.direction @ normal) < _LEAST_COSINE:
+            return f"The touch came from another side than the nominal direction. {target.words}"
+        return ""
+
+    def _discard(self, number: int, reason: str) -> None:
+        try:
+            self.state.machine.discard(number, reason)
+        except DmeError as error:
+            self.report(error)
+        self.state.machine.tell(f"Point {number} is not used. {reason}")
+
+    def _count_refusal(self, opened: OpenCommand, error: DmeError) -> None:
+        opened.refused += 1
+        if opened.refused >= self._tries:
+            self._end_wait(opened, error)
+        elif opened.target is not None:
+            self.state.machine.expect(opened.target)
+
+    def _end_wait(self, opened: OpenCommand, error: DmeError) -> None:
+        self._waiting = None
+        self.state.machine.expect(None)
+        self._fail(opened, error)
+        self._advance()
+
+    # Events without a command.
+
+    def report(self, error: DmeError) -> None:
+        """Send an error that no command caused."""
+        if not self.state.in_session:
+            return
+        self._error(NO_TAG, error)
+        self._lock_after(error)
+
+    def operate(self, words: str) -> None:
+        """Obey the operator: a name of `OPERATOR`, or another key; unknown words are keys."""
+        verb, _, value = words.strip().partition(" ")
+        if verb == "cancel":
+            self.cancel("The operator cancelled the touch.")
+        elif verb == "goto":
+            self._pass_by()
+        elif verb == "search" and value.replace(".", "", 1).isdigit():
+            self.state.set_parameter("PtMeasPar", "Search", float(value))
+            found = self.state.parameter("PtMeasPar", "Search")
+            self._event("SetProp", call_text("Tool.PtMeasPar.Search", found))
+        elif verb:
+            self._press(verb)
+
+    def changed_tool(self, name: str) -> None:
+        """Report that another tip was mounted at the machine."""
+        self.state.tool = name
+        self._event("ChangeTool", quoted(name))
+
+    def _press(self, key: str) -> None:
+        if not self._leads:
+            self.state.machine.tell("The program does not listen to keys now.")
+            return
+        key = {"done": "Done", "del": "Del"}.get(key, key)
+        if key == "Del" and self._led:
+            self._discard(self._led.pop(), "Deleted by the operator.")
+        self._event("KeyPress", quoted(key))
+
+    def _pass_by(self) -> None:
+        """Send the present position as a clearance point."""
+        state = self.state
+        if not self._leads:
+            return
+        try:
+            pose = state.machine.pose()
+        except DmeError as error:
+            state.machine.tell(error.detail)
+            return
+        radius = next((one.radius for one in state.machine.tools if one.name == state.tool), 0.0)
+        self._event("GoTo", state.passing_items(pose, radius))
+
+    def _event(self, name: str, argument: str) -> None:
+        if self.state.in_session:
+            self._out.append(f"{NO_TAG} # {name}({argument})")
+
+    @property
+    def _leads(self) -> bool:
+        """Return whether the operator's points and keys are sent unasked."""
+        state = self.state
+        return state.in_session and state.user_enabled and not state.locked
+
+    def tick(self) -> None:
+        """End a wait that is too long, and report a move."""
+        state, waiting = self.state, self._waiting
+        now = state.now()
+        if waiting is not None and now - waiting.since_s > self._patience_s:
+            self._end_wait(
+                waiting, DmeError(1006, detail="No touch came in time. Repeat the point in the "
+                                  "program."),
+            )  # fmt: skip
+        trouble = state.machine.trouble() if state.in_session else None
+        if trouble is not None and trouble.number not in state.active_errors:
+            # Also after ClearAllErrors while the cause persists.
+            self.report(trouble)
+        daemon = state.daemon
+        if daemon is None or now - daemon.last_s < LEAST_PERIOD_S:
+            return
+        try:
+            pose = state.machine.pose()
+        except DmeError:
+            # Nothing is sent of a probe that is not seen.
+            return
+        moved = np.inf
+        if daemon.last is not None:
+            moved = float(np.linalg.norm(pose.tip_world - daemon.last))
+        late = daemon.every_s and now - daemon.last_s >= daemon.every_s
+        if late or (daemon.step_mm and moved >= daemon.step_mm) or not np.isfinite(moved):
+            daemon.last, daemon.last_s = pose.tip_world, now
+            self._out.append(f"{daemon.tag} # {state.pose_items(daemon.items, pose)}")

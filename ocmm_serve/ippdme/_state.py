@@ -1,0 +1,363 @@
+"""State of a session and of what outlives it, and what the server needs of a machine. Pure."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Protocol
+
+import numpy as np
+
+from ocmm_core.geometry import Float
+from ocmm_core.measuring import MeasuredPoint
+from ocmm_serve.ippdme._dialect import DmeDialect
+from ocmm_serve.ippdme._frames import CsyFrames
+from ocmm_serve.ippdme._grammar import (
+    Call,
+    DmeError,
+    Value,
+    call_text,
+    list_text,
+    number_text,
+    quoted,
+)
+
+NO_TOOL, REF_TOOL, UNDEFINED, BASE_TOOL = "NoTool", "RefTool", "UnDefTool", "BaseTool"
+
+
+@dataclass(frozen=True, slots=True)
+class DmeTool:
+    """A tip, or one of the reserved tools."""
+
+    name: str
+    id: str
+    radius: float = 0.0
+    qualified: str = "00000000T000000Z"
+    """Time of the qualification in the form of 2.5; zeros if never."""
+
+
+@dataclass(frozen=True, slots=True)
+class BallPose:
+    """The probe now."""
+
+    tip_world: Float
+    rotation_world_from_probe: Float
+    box_probe: Float
+    """(2, 3), mm: corners of the probe about its ball."""
+
+
+@dataclass(frozen=True, slots=True)
+class CommandedTouch:
+    """Nominal of a commanded point, in the machine's system."""
+
+    surface: Float | None
+    """(3,), mm; None if no coordinate is known."""
+    normal: Float | None
+    """(3,), unit, out of the material; None if not given."""
+    search_mm: float
+    words: str
+    """For the operator."""
+
+
+class DmeMachine(Protocol):
+    """What a server needs of a measuring station. DmeError with the sentence for the operator."""
+
+    @property
+    def simulated(self) -> bool: ...
+    @property
+    def tools(self) -> Sequence[DmeTool]:
+        """Return the tips that can be mounted."""
+
+    @property
+    def volume(self) -> Float:
+        """Return the corners (2, 3) of the measuring volume, mm."""
+
+    def mount(self, name: str) -> None:
+        """Make a tip the active one; DmeError if it cannot be."""
+
+    def trouble(self) -> DmeError | None:
+        """Return why no point can be recorded, wherever the operator touches."""
+
+    def require_qualified(self) -> None:
+        """Raise DmeError unless the mounted tip is qualified."""
+
+    def pose(self) -> BallPose:
+        """Return the present pose; DmeError if it is not trusted."""
+
+    def begin(self, note: Mapping[str, object]) -> None:
+        """Start a job for a session."""
+
+    def end(self) -> None:
+        """Close the job of the session."""
+
+    def keep(self, note: Mapping[str, object]) -> None:
+        """Make a note durable in the job; DmeError if it is not."""
+
+    def discard(self, number: int, reason: str) -> None:
+        """Take a point out of the job."""
+
+    def expect(self, target: CommandedTouch | None) -> int:
+        """Show a target, or None; return the number of the newest frame."""
+
+    def lead(self, *, allowed: bool) -> None:
+        """Note whether the operator may measure unasked."""
+
+    def tell(self, words: str) -> None:
+        """Show a sentence to the operator."""
+
+
+@dataclass(frozen=True, slots=True)
+class ParLimits:
+    """Limits of a parameter: minimum, maximum, default."""
+
+    low: float
+    high: float
+    default: float
+
+
+_SPEED, _ACCEL = ParLimits(0.0, 1000.0, 100.0), ParLimits(0.0, 10_000.0, 1000.0)
+PARAMETERS: Mapping[str, Mapping[str, ParLimits]] = {
+    "GoToPar": {"Speed": _SPEED, "Accel": _ACCEL},
+    "PtMeasPar": {
+        "Speed": _SPEED, "Accel": _ACCEL, "Approach": ParLimits(0.0, 50.0, 5.0),
+        "Search": ParLimits(0.5, 50.0, 10.0), "Retract": ParLimits(-50.0, 50.0, 5.0),
+    },
+    "ScanPar": {"Speed": _SPEED, "Accel": _ACCEL, "Retract": ParLimits(-50.0, 50.0, 5.0)},
+}  # fmt: skip
+"""Parameters of a tool. Only Search has an effect: the operator moves the probe."""
+PART_PARAMETERS = {
+    "Temperature": ParLimits(-50.0, 150.0, 20.0), "XpanCoefficient": ParLimits(-100.0, 1000.0, 0.0),
+    "Approach": ParLimits(0.0, 50.0, 0.0), "Search": ParLimits(0.0, 50.0, 0.0),
+    "Retract": ParLimits(-50.0, 50.0, 0.0),
+}  # fmt: skip
+POINT_ITEMS = {
+    DmeDialect.V14: ("X", "Y", "Z", "IJK", "ER", "R", "Tool.A", "Tool.B", "Tool.C"),
+    DmeDialect.V25: (
+        "X", "Y", "Z", "IJK", "ER", "R", "Tool.A", "Tool.B", "Tool.C", "Q", "IJKAct",
+        "Tool.Alignment",
+    ),
+}  # fmt: skip
+AXES = ("X", "Y", "Z")
+ABSENT = ("R", "Tool.A", "Tool.B", "Tool.C")
+"""Axes that a hand-held probe lacks."""
+
+
+@dataclass(slots=True)
+class MoveDaemon:
+    """A running OnMoveReportE."""
+
+    tag: str
+    every_s: float
+    step_mm: float
+    items: tuple[str, ...]
+    last_s: float
+    last: Float | None = None
+
+
+@dataclass(slots=True)
+class DmeState:
+    """State of the server towards its client; changed by commands, on one thread."""
+
+    machine: DmeMachine
+    dialect: DmeDialect
+    frames: CsyFrames
+    any_place: bool = False
+    """Accept hits away from the nominal."""
+    now: Callable[[], float] = time.monotonic
+    in_session: bool = False
+    locked: bool = False
+    """Error state: only ClearAllErrors and some others are executed."""
+    homed: bool = False
+    user_enabled: bool = False
+    user_asked: bool = False
+    """EnableUser is in force; an implicit DisableUser ends with the next error."""
+    tool: str = NO_TOOL
+    found: str = UNDEFINED
+    report: tuple[str, ...] = AXES
+    scan_report: tuple[str, ...] = (*AXES, "Q")
+    daemon: MoveDaemon | None = None
+    acts: dict[tuple[str, str], float] = field(default_factory=dict)
+    """Values of parameters that differ from their default, by block and name."""
+    active_errors: dict[int, str] = field(default_factory=dict)
+    """Errors since the last ClearAllErrors, with the sentence for the operator."""
+
+    def tool_named(self, name: str) -> DmeTool | None:
+        """Return a tool by name, also a reserved one that a client may choose; None if unknown."""
+        reserved = {one: DmeTool(one, one) for one in (REF_TOOL, NO_TOOL)}
+        return {**reserved, **{one.name: one for one in self.machine.tools}}.get(name)
+
+    def reset(self) -> None:
+        """Return to the state at the start of a session."""
+        self.report, self.scan_report = AXES, (*AXES, "Q")
+        self.daemon, self.locked = None, False
+        self.active_errors.clear()
+        for key in [key for key in self.acts if key[0] == "Part"]:
+            del self.acts[key]
+
+    def parameter(self, block: str, name: str) -> float:
+        limits = PART_PARAMETERS if block == "Part" else PARAMETERS[block]
+        return self.acts.get((block, name), limits[name].default)
+
+    def set_parameter(self, block: str, name: str, value: float) -> bool:
+        """Set a value within its limits; return whether it was inside."""
+        limits = (PART_PARAMETERS if block == "Part" else PARAMETERS[block])[name]
+        clamped = min(max(value, limits.low), limits.high)
+        self.acts[block, name] = clamped
+        return clamped == value
+
+    def require_ready(self) -> None:
+        """Raise DmeError if no point can be recorded, wherever the operator touches."""
+        trouble = self.machine.trouble()
+        if trouble is not None:
+            raise trouble
+
+    def changed_frames(self) -> None:
+        """Show the active system, and let a running daemon report the virtual move."""
+        self.machine.tell(self.frames.origin_words)
+        if self.daemon is not None:
+            self.daemon.last = None
+
+    def user(self, *, enabled: bool) -> None:
+        if enabled != self.user_enabled:
+            self.user_enabled = enabled
+            self.machine.lead(allowed=enabled)
+
+    def pose_items(self, items: Sequence[str], pose: BallPose) -> str:
+        """Return the text of a position in the active system."""
+        place = self.frames.active_from_machine().apply(pose.tip_world)
+        values = dict(zip(AXES, place.tolist(), strict=True))
+        return ", ".join(self._item(one, values) for one in items)
+
+    def passing_items(self, pose: BallPose, radius: float) -> str:
+        """Return the text of a clearance point in the format of the report; it has no direction."""
+        place = self.frames.active_from_machine().apply(pose.tip_world)
+        values = dict(zip(AXES, place.tolist(), strict=True)) | {
+            "ER": radius,
+            "Q": 0.0,
+            "IJKAct": 0.0,
+        }
+        unknown = {"IJK": (0.0, 0.0, 0.0), "Tool.Alignment": (0.0, 0.0, 0.0)}
+        return ", ".join(self._item(one, values, unknown) for one in self.report)
+
+    def point_items(self, point: MeasuredPoint, normal: Float | None) -> str:
+        """Return the text of a point in the active system and in the format of the report.
+
+        `normal`: nominal of the client in the machine's system, (3,), unit; None: the direction in
+        which the ball came, which shows the side of the material.
+        """
+        to_active = self.frames.active_from_machine()
+        values = dict(zip(AXES, to_active.apply(point.tip_world).tolist(), strict=True))
+        values |= {"ER": point.tip_radius, "Q": 0.0, "IJKAct": 1.0 if normal is None else 2.0}
+        way = to_active.rotation @ (point.direction if normal is None else normal)
+        handle = to_active.rotation @ handle_of(point.rotation_world_from_probe)
+        vectors = {"IJK": way.tolist(), "Tool.Alignment": handle.tolist()}
+        return ", ".join(self._item(one, values, vectors) for one in self.report)
+
+    def _item(
+        self, name: str, values: Mapping[str, float], vectors: Mapping[str, Sequence[float]] = {}
+    ) -> str:
+        if name in vectors:
+            return call_text(name, *vectors[name])
+        if name in ABSENT:
+            return call_text(name, 0.0) if self.dialect is DmeDialect.V14 else f"{name}(NULL)"
+        return call_text(name, values[name])
+
+
+def handle_of(rotation_world_from_probe: Float) -> Float:
+    """Return the direction of the handle, from the ball, (3,), unit, world: z of the probe."""
+    return np.asarray(rotation_world_from_probe[:, 2])
+
+
+def names_in(
+    args: Sequence[Value], allowed: Sequence[str], *, empty: bool = False
+) -> tuple[str, ...]:
+    """Return the names of a set ``X(), Y()``; DmeError 0510 if empty, repeated or unknown."""
+    names = tuple(one.name for one in args if isinstance(one, Call) and not one.args)
+    wrong = len(names) != len(args) or len(set(names)) != len(names) or set(names) - set(allowed)
+    if wrong or (not names and not empty):
+        raise DmeError(510)
+    return names
+
+
+def numbers_in(args: Sequence[Value], count: int) -> tuple[float, ...]:
+    """Return arguments that are `count` numbers; DmeError 0502 or 0509."""
+    if len(args) != count:
+        raise DmeError(502)
+    found = tuple(one for one in args if isinstance(one, float))
+    if len(found) != count:
+        raise DmeError(509)
+    return found
+
+
+def properties(state: DmeState, call: Call) -> str:
+    """Return a property with its value, as asked; DmeError 0510 if unknown."""
+    block, _, rest = call.name.partition(".")
+    if call.args or not rest:
+        raise DmeError(510)
+    if block == "Part" and state.dialect is DmeDialect.V25:
+        return f"{call.name}({_limit(state, 'Part', rest)})"
+    if block not in ("Tool", "FoundTool"):
+        raise DmeError(510)
+    name = state.tool if block == "Tool" else state.found
+    tool = state.tool_named(name) or DmeTool(name, name)
+    par, _, item = rest.partition(".")
+    if par in PARAMETERS:
+        return f"{call.name}({_limit(state, par, item)})"
+    newer = state.dialect is DmeDialect.V25
+    if rest in ("Name", "Id"):
+        return f"{call.name}({quoted(tool.name if rest == 'Name' else tool.id)})"
+    if block == "Tool" and rest in ("Alignment", "CollisionVolume"):
+        return f"{call.name}({_orientation(state, rest)})"
+    if newer and rest == "AvrRadius":
+        return call_text(call.name, tool.radius)
+    if newer and rest == "LastQualified":
+        return f"{call.name}({quoted(tool.qualified)})"
+    raise DmeError(510)
+
+
+def _limit(state: DmeState, block: str, item: str) -> str:
+    name, _, kind = item.partition(".")
+    limits = (PART_PARAMETERS if block == "Part" else PARAMETERS[block]).get(name)
+    if limits is None or kind not in ("", "Act", "Min", "Max", "Def"):
+        raise DmeError(510)
+    own = {"Min": limits.low, "Max": limits.high, "Def": limits.default}
+    value = own.get(kind, state.parameter(block, name))
+    return number_text(value)
+
+
+def _orientation(state: DmeState, kind: str) -> str:
+    """Return the direction of the handle now, or the box about the probe; empty if not seen."""
+    to_active = state.frames.active_from_machine().rotation
+    try:
+        pose = state.machine.pose()
+    except DmeError:
+        return "0, 0, 0" if kind == "Alignment" else ""
+    axes = to_active @ pose.rotation_world_from_probe
+    if kind == "Alignment":
+        return list_text(to_active @ handle_of(pose.rotation_world_from_probe))
+    low, high = pose.box_probe
+    values = (*(axes @ (0.5 * (low + high))), *(0.5 * (high - low)), *axes.T.ravel())
+    return list_text(("OBB", *values))
+
+
+def property_kinds(state: DmeState, call: Call) -> Iterator[tuple[str, str]]:
+    """Yield names and kinds of the members of a property; DmeError 0510 if unknown."""
+    block, _, par = call.name.partition(".")
+    if call.args or block not in ("Tool", "FoundTool", "Part"):
+        raise DmeError(510)
+    if block == "Part" and state.dialect is DmeDialect.V25 and not par:
+        yield from ((name, "Number") for name in PART_PARAMETERS)
+        return
+    if par in PARAMETERS:
+        yield from ((name, "Number") for name in PARAMETERS[par])
+        yield from ((name, "Property") for name in PARAMETERS[par])
+        return
+    limit, _, name = par.partition(".")
+    if name in PARAMETERS.get(limit, {}):
+        yield from ((kind, "Number") for kind in ("Min", "Max", "Act", "Def"))
+        return
+    if par or block == "Part":
+        raise DmeError(510)
+    yield from (("Name", "String"), ("Id", "String"))
+    yield from ((name, "Property") for name in PARAMETERS)

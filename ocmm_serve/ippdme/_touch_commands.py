@@ -1,0 +1,231 @@
+"""Commands of the classes Cartesian, TouchTrigger, Tool, ToolChanger and Scanning."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ocmm_core.geometry import Float
+from ocmm_serve.ippdme._commands import Args, text_in
+from ocmm_serve.ippdme._dialect import DmeDialect
+from ocmm_serve.ippdme._grammar import Call, DmeError, quoted
+from ocmm_serve.ippdme._registry import NEWER, command
+from ocmm_serve.ippdme._state import (
+    ABSENT,
+    AXES,
+    BASE_TOOL,
+    NO_TOOL,
+    POINT_ITEMS,
+    REF_TOOL,
+    UNDEFINED,
+    CommandedTouch,
+    DmeState,
+    names_in,
+    numbers_in,
+)
+
+
+@command("OnPtMeasReport", "TouchTrigger", "X(), Y(), Z(), IJK(), ER(), ...", "Format of points.")
+def on_pt_meas_report(state: DmeState, args: Args) -> list[str]:
+    state.report = names_in(args, POINT_ITEMS[state.dialect])
+    return []
+
+
+@command(
+    "PtMeas", "TouchTrigger", "X(x), Y(y), Z(z), IJK(i, j, k)",
+    "Waits for the operator's touch near the nominal, and returns the point.", takes_user=True,
+)  # fmt: skip
+def pt_meas(state: DmeState, args: Args) -> CommandedTouch:
+    if not args:
+        raise DmeError(502)
+    place: dict[str, float] = {}
+    normal: Float | None = None
+    for one in args:
+        if not isinstance(one, Call):
+            raise DmeError(509)
+        if one.name == "IJK" and normal is None:
+            normal = np.array(numbers_in(one.args, 3))
+        elif one.name in (*AXES, "R") and one.name not in place:
+            (place[one.name],) = numbers_in(one.args, 1)
+        elif one.name in (*AXES, "R", "IJK"):
+            raise DmeError(502)
+        else:
+            raise DmeError(506 if one.name in POINT_ITEMS[DmeDialect.V25] else 505)
+    if not set(place) & set(AXES):
+        raise DmeError(502)
+    require_measuring(state)
+    return _target(state, place, normal)
+
+
+def _target(state: DmeState, place: dict[str, float], normal: Float | None) -> CommandedTouch:
+    active = state.frames.active_from_machine()
+    back = active.inverse()
+    words = " ".join(f"{axis} {place[axis]:.3f}" for axis in AXES if axis in place)
+    if normal is not None:
+        size = float(np.linalg.norm(normal))
+        if size < 1e-9:
+            raise DmeError(1010)
+        words += " from I {:.3f} J {:.3f} K {:.3f}".format(*(normal / size).tolist())
+        normal = back.rotation @ (normal / size)
+    if len(set(place) & set(AXES)) < len(AXES):
+        before = active.apply(state.machine.pose().tip_world).tolist()
+        place = {**dict(zip(AXES, before, strict=True)), **place}
+    surface = back.apply(np.array([place[axis] for axis in AXES]))
+    low, high = state.machine.volume
+    if not state.any_place and not ((surface >= low) & (surface <= high)).all():
+        raise DmeError(1008, detail=f"{words} is outside the measuring volume. Check the part "
+                       "alignment of the program, and the sign of its shift.")  # fmt: skip
+    search = state.parameter("PtMeasPar", "Search")
+    return CommandedTouch(surface, normal, search, f"Touch {words} ({state.frames.active}).")
+
+
+def require_measuring(state: DmeState) -> None:
+    """Raise DmeError unless the machine is homed, and the active tool can measure."""
+    if not state.homed or state.tool == NO_TOOL:
+        raise DmeError(507, detail="Home, and choose a tool in the program.")
+    if state.tool == UNDEFINED:
+        raise DmeError(1503)
+    if state.tool == REF_TOOL:
+        raise DmeError(2000, detail="Choose a tip in the program.")
+    state.require_ready()
+
+
+@command("Get", "Cartesian", "X(), Y(), Z(), ...", "Position of the ball now.")
+def get(state: DmeState, args: Args) -> list[str]:
+    names = names_in(args, (*AXES, *ABSENT))
+    return [state.pose_items(names, state.machine.pose())]
+
+
+def _not_offered(state: DmeState, args: Args) -> list[str]:
+    raise DmeError(501)
+
+
+def _no_scan(state: DmeState, args: Args) -> list[str]:
+    raise DmeError(2002, detail="This machine does not scan. Use single points in the program.")
+
+
+def _ignored(state: DmeState, args: Args) -> list[str]:
+    return []
+
+
+def _no_context(state: DmeState, args: Args) -> list[str]:
+    raise DmeError(508)
+
+
+for _name, _group in (
+    ("GoTo", "Cartesian"), ("AlignPart", "RotaryTable"), ("CenterPart", "FormTester"),
+    ("TiltPart", "FormTester"), ("TiltCenterPart", "FormTester"), ("LockAxis", "FormTester"),
+    ("LockPosition", "FormTester"),
+):  # fmt: skip
+    command(_name, _group, "any", "Not offered (0501): there are no drives.")(_not_offered)
+for _name in (
+    "ScanOnCircle", "ScanOnLine", "ScanOnCurve", "ScanUnknown", "ScanInPlaneEndIsSphere",
+    "ScanInPlaneEndIsPlane", "ScanInPlaneEndIsCyl", "ScanInCylEndIsSphere", "ScanInCylEndIsPlane",
+    "ScanOnHelix", "PtMeasSelfCenter", "PtMeasSelfCenterLocked",
+):  # fmt: skip
+    command(_name, "Scanning", "any", "Refused (2002): the probe does not scan.", takes_user=True)(
+        _no_scan
+    )
+for _name in (
+    "ScanOnCircleHint", "ScanOnLineHint", "ScanOnCurveHint", "ScanOnCurveDensity",
+    "ScanUnknownHint", "ScanUnknownDensity",
+):  # fmt: skip
+    command(_name, "Scanning", "any", "Accepted without effect.")(_ignored)
+for _name in (*AXES, *ABSENT, "IJK", "ER", "Q", "IJKAct", "Tool.Alignment"):
+    command(_name, "items", "any", "Only an argument (0508).")(_no_context)
+
+
+@command("OnScanReport", "Scanning", "X(), Y(), Z(), Q(), ...", "Accepted; there are no scans.")
+def on_scan_report(state: DmeState, args: Args) -> list[str]:
+    state.scan_report = names_in(args, (*POINT_ITEMS[state.dialect], "Q"))
+    return []
+
+
+@command("AlignTool", "Alignable", "any", "Not offered (0501; in 2.5 1505).")
+def align_tool(state: DmeState, args: Args) -> list[str]:
+    raise DmeError(501 if state.dialect is DmeDialect.V14 else 1505)
+
+
+@command("EnumTools", "ToolChanger", "", "Reserved tools, and the tips of the probe.")
+def enum_tools(state: DmeState, args: Args) -> list[str]:
+    names = (REF_TOOL, NO_TOOL, *(one.name for one in state.machine.tools))
+    return [quoted(one) if state.dialect is DmeDialect.V14 else one for one in names]
+
+
+@command("FindTool", "ToolChanger", '"name"', "Selects the tool of FoundTool.")
+def find_tool(state: DmeState, args: Args) -> list[str]:
+    name = text_in(args)
+    found = state.tool_named(name)
+    state.found = UNDEFINED if found is None else found.name
+    if found is None:
+        raise DmeError(1502, detail=_tip_words(state, name))
+    return []
+
+
+def _change(state: DmeState, args: Args) -> list[str]:
+    name = text_in(args)
+    if name == BASE_TOOL or state.tool_named(name) is None:
+        raise DmeError(1502, detail=_tip_words(state, name))
+    if name not in (NO_TOOL, REF_TOOL):
+        state.tool = UNDEFINED
+        state.machine.mount(name)
+    state.tool = name
+    state.acts = {key: value for key, value in state.acts.items() if key[0] == "Part"}
+    if state.daemon is not None:
+        state.daemon.last = None
+    return []
+
+
+def _tip_words(state: DmeState, name: str) -> str:
+    known = ", ".join(one.name for one in state.machine.tools)
+    return f"The program asks for the tip {name}; this probe has {known}. Choose one of them there."
+
+
+command("ChangeTool", "ToolChanger", '"name"', "Makes a tip the active tool.", takes_user=True)(
+    _change
+)
+command("SetTool", "ToolChanger", '"name"', "As ChangeTool.", takes_user=True)(_change)
+
+
+@command("GetChangeToolAction", "ToolChanger", '"name"', "Tips are changed by hand.")
+def get_change_tool_action(state: DmeState, args: Args) -> list[str]:
+    name = text_in(args)
+    if state.tool_named(name) is None:
+        raise DmeError(1502, detail=_tip_words(state, name))
+    action = "Switch" if name == state.tool else "MoveMan"
+    if state.dialect is DmeDialect.V14:
+        return [f"ChangeToolAction({action}, X(0), Y(0), Z(0))"]
+    return [f"Argument({action}), X(0), Y(0), Z(0)"]
+
+
+def _pointer(state: DmeState, args: Args) -> list[str]:
+    return []
+
+
+def _tool(state: DmeState, args: Args) -> list[str]:
+    return [] if state.dialect is DmeDialect.V14 else [state.tool]
+
+
+def _found_tool(state: DmeState, args: Args) -> list[str]:
+    if state.found == UNDEFINED:
+        raise DmeError(1503)
+    return [] if state.dialect is DmeDialect.V14 else [state.found]
+
+
+command("Tool", "Tool", "", "The active tool.")(_tool)
+command("FoundTool", "Tool", "", "The tool of FindTool.")(_found_tool)
+for _name in ("GoToPar", "PtMeasPar", "ScanPar"):
+    command(_name, "Tool", "", "A pointer; no answer.")(_pointer)
+
+
+@command(
+    "ReQualify", "Tool", "",
+    "Succeeds if the qualification of the tip is in force; else 2000. It qualifies nothing.",
+)  # fmt: skip
+def re_qualify(state: DmeState, args: Args) -> list[str]:
+    state.machine.require_qualified()
+    return []
+
+
+@command("IsAlignable", "Alignable", "", "0: the probe is in the operator's hand.", dialects=NEWER)
+def is_alignable(state: DmeState, args: Args) -> list[str]:
+    return ["0"]
