@@ -17,6 +17,7 @@ _MACHINE = re.compile(
     r"</?\w|\b(SELECT|PRAGMA|CREATE|INSERT|DELETE|UPDATE|VALUES|CHECK|DOCTYPE|TRIGGER|BEGIN|LOCK)\b"
     r"|\b(ALTER TABLE|DROP|LIMIT :page|UNIQUE|NOT NULL|PRIMARY KEY|CASE WHEN)\b|\boperator, plan"
     r"|^part, characteristic,"
+    r"|\b\w+ [=<>]+ :\w+"  # a condition of SQL
     r"|://|strftime|search_path|\\d|^[\w.,/ ]*_[\w.,/ ]*$"
 )
 _SINGLE = re.compile(r"[A-Z]([a-z]+|[A-Z]+)( \(UTC\))?")

@@ -27,15 +27,7 @@ if TYPE_CHECKING:
     from ocmm_core.inspection.session._session import InspectionSession
     from ocmm_core.inspection.session._steps import JobSteps
 else:
-    __getattr__ = door(
-        __name__,
-        _header=(
-            "CLIENT_EVENT HEADER_EVENT NOT_GIVEN check_header header_of header_text is_simulated"
-        ),
-        _job_points="ReferenceUse",
-        _session="InspectionSession",
-        _steps="JobSteps",
-    )
+    __getattr__ = door(__name__)
 
 __all__ = [
     "CLIENT_EVENT", "HEADER_EVENT", "NOT_GIVEN", "InspectionSession", "JobSteps", "ReferenceUse",
