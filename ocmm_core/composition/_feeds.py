@@ -27,6 +27,7 @@ from ocmm_core.composition._defaults import (
 )
 from ocmm_core.failure import log_folder
 from ocmm_core.inspection.evaluation import Probing
+from ocmm_core.options import DEFAULT_OPERATOR, DEFAULT_SERIAL
 from ocmm_core.seals import KeyFolder, memory_folder
 from ocmm_core.station.stream import StreamOptions
 from ocmm_core.surroundings import TypedRoom
@@ -55,8 +56,8 @@ class StationRequest:
     rest_speed: float = 1.0
     """`stay`, `rest_speed`: after the script, the operator stays and touches missing points. While
     idle, a rig with unlimited speed runs at `rest_speed`; 0 is unlimited."""
-    operator: str = "demo"
-    serial: str = "1"
+    operator: str = DEFAULT_OPERATOR
+    serial: str = DEFAULT_SERIAL
     order: str = ""
     batch: str = ""
     """`operator`, `serial`, `order`, `batch`: job header; order and batch may be empty."""

@@ -30,8 +30,11 @@ if TYPE_CHECKING:
         temperatures_hold,
     )
     from ocmm_core.settings._specs import (
+        DEFAULT_SOURCE,
+        RECOMMENDED_RIG,
         SECTIONS,
         SETTINGS,
+        STANDARD_PROBE,
         Applies,
         Kind,
         Scope,
@@ -50,13 +53,17 @@ else:
             "LoadedSettings SettingOrigin Settings SettingsStore released_plans_only "
             "temperatures_hold"
         ),
-        _specs="Applies Kind SECTIONS SETTINGS Scope SettingSpec Value spec_of",
+        _specs=(
+            "Applies DEFAULT_SOURCE Kind RECOMMENDED_RIG SECTIONS SETTINGS STANDARD_PROBE Scope "
+            "SettingSpec Value spec_of"
+        ),
         _toml="toml_text",
         _values="text_of value_of_text",
     )
 
 __all__ = [
-    "SECTIONS", "SETTINGS", "SETTINGS_SCHEMA", "Applies", "Kind", "LoadedSettings", "Note",
+    "DEFAULT_SOURCE", "RECOMMENDED_RIG", "SECTIONS", "SETTINGS", "SETTINGS_SCHEMA",
+    "STANDARD_PROBE", "Applies", "Kind", "LoadedSettings", "Note",
     "RecentPlaces", "Scope", "SettingOrigin", "SettingSpec", "Settings", "SettingsFile",
     "SettingsStore", "Value", "is_shipped", "released_plans_only", "spec_of", "temperatures_hold",
     "text_of", "toml_text", "value_of_text",
