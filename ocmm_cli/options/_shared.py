@@ -7,7 +7,7 @@ from dataclasses import replace
 from ocmm_core.composition import source_help
 from ocmm_core.options import DEFAULT_OPERATOR, OF_SETTINGS, SHARED, SPEED, Option, argument
 
-_SOURCE, *_OF_SETTINGS = OF_SETTINGS
+_SOURCE, *_OF_SETTINGS = (one for one in OF_SETTINGS if not one.setting.startswith("window."))
 
 _ALL = (
     replace(_SOURCE, text=f"Source of frames. {source_help()}"), *_OF_SETTINGS, *SHARED, SPEED,

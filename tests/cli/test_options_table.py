@@ -166,8 +166,10 @@ def test_each_environment_variable_is_in_the_table() -> None:
     ours: set[str] = set()
     for place in [*SHIPPED, ROOT / "tests", ROOT / "benchmarks", ROOT / "run"]:
         for path in [place] if place.is_file() else place.rglob("*"):
-            if path.is_file() and path.suffix in (".py", ".sh", ".service", "") and path != Path(
-                __file__
+            if (
+                path.is_file()
+                and path.suffix in (".py", ".sh", ".service", "")
+                and path != Path(__file__)
             ):
                 ours |= set(_SET_IN.findall(path.read_text(encoding="utf-8", errors="replace")))
     told = " ".join((ROOT / page).read_text(encoding="utf-8") for page in PAGES)
