@@ -51,6 +51,8 @@ LEFT_OUT = (
     "ocmm_core/fieldbus/device/_page_of_", "ocmm_core/fieldbus/device/_profile_objects.py",
     "ocmm_core/fieldbus/device/_esi.py", "ocmm_core/fieldbus/device/_controller.py",
     "ocmm_core/fieldbus/device/_diagnosis.py",
+    # Help of commands, which stays English.
+    "ocmm_core/options.py",
     # Names of functions, of files, and patterns.
     "ocmm_cli/_kernels.py", "ocmm_core/leftovers.py", "ocmm_core/doctor/_ethtool.py",
 )  # fmt: skip

@@ -21,6 +21,7 @@ from PySide6.QtWidgets import QApplication
 from ocmm_core.composition import DEFAULT_SOURCE, DEMO_PLAN
 from ocmm_core.errors import InputError, InternalError, OcmmError
 from ocmm_core.failure import EXIT_INTERNAL, REOPEN, contained, hold_standard_streams, write_last
+from ocmm_core.options import DEFAULT_SERIAL
 from ocmm_core.settings import LoadedSettings, RecentPlaces, Settings, SettingsStore
 from ocmm_gui._showing import (
     HandOverSender,
@@ -356,7 +357,8 @@ def _begin(
         else:
             start()
     else:
-        if errand is StartPurpose.MEASURE and parsed.serial is None and source != DEFAULT_SOURCE:
+        unknown = parsed.serial == DEFAULT_SERIAL
+        if errand is StartPurpose.MEASURE and unknown and source != DEFAULT_SOURCE:
             # Operator and part are entered before the first point.
             window.sheets.open_job()
         start()
@@ -379,8 +381,7 @@ def _request(
         part=parsed.part,
         seed=parsed.seed,
         speed=parsed.speed,
-        operator=parsed.operator,
-        serial=parsed.serial or "1",
+        serial=parsed.serial,
         resume=choice.path if choice.errand is StartPurpose.CONTINUE else None,
         force=parsed.force,
         uncalibrated=parsed.uncalibrated,

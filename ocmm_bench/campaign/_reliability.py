@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 from enum import StrEnum
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING
 
 import typer
 from rich import box
@@ -44,38 +44,9 @@ def _selftest() -> None:
 
 @selftest_app.command()
 def reliability(
-    *,
-    lane: Annotated[
-        list[LaneName] | None,
-        typer.Option(
-            "--lane",
-            help="kills: kill -9 of a whole job at any moment; cuts: power cuts on a disk in a "
-            "file, as root; faults: every system call that writes fails in every way; names: "
-            "files removed, moved, replaced or unmounted while measured; writers: "
-            "two programs on one job or store; clock: a clock that jumps; hostile: forged "
-            "and damaged files; sides: hostile files in place of trusted ones and next to "
-            "them; soak: jobs at 8 kHz, one after the other, for --hours. May be "
-            "repeated; default: all.",
-        ),
-    ] = None,
-    runs: Annotated[
-        int | None, typer.Option("--runs", help="Trials of each lane; default: 100.")
-    ] = None,
-    hours: Annotated[
-        float | None,
-        typer.Option(
-            "--hours", help="Time in all, shared among the lanes; no limit of trials then."
-        ),
-    ] = None,
-    seed: Annotated[int, typer.Option("--seed", help="Seed of all moments.")] = 1,
-    state: Annotated[
-        Path | None,
-        typer.Option(
-            "--state",
-            help="File of JSON lines, one for each trial: the same command continues from there.",
-        ),
-    ] = None,
-) -> None:
+    *, lane: list[LaneName] | None, runs: int | None, hours: float | None, seed: int,
+    state: Path | None,
+) -> None:  # fmt: skip
     """Kill, cut and break the program while it stores, and count what is lost.
 
     Beside every zero stands the rate that so many trials without a finding exclude with 95 %: 3/N.

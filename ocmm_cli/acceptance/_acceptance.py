@@ -6,55 +6,21 @@ from dataclasses import replace
 from datetime import UTC, datetime
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Literal
 
 import typer
 
-from ocmm_cli.terminal import (
-    CalibrationsOption,
-    ForceOption,
-    ProbeOption,
-    ProbesOption,
-    RigOption,
-    SeedOption,
-    SourceOption,
-    SpeedOption,
-    TemperatureOption,
-    TemperatureUOption,
-    TipOption,
-    lead,
-    make_console,
-    say,
-    say_word,
-)
-from ocmm_core.composition import DEFAULT_SEED, DEFAULT_SOURCE, RECOMMENDED_RIG, STANDARD_PROBE
+from ocmm_cli.terminal import lead, make_console, say, say_word
 
 if TYPE_CHECKING:
     from ocmm_core.acceptance import AcceptanceRecord, InterimChart
 
 
 def interim(
-    *,
-    artefact: Annotated[
-        list[str] | None, typer.Option("--artefact", help="The dumbbell: id or document.")
-    ] = None,
-    procedure: Annotated[str, typer.Option("--procedure", help="Id or TOML file.")] = "INTERIM",
-    source: SourceOption = DEFAULT_SOURCE,
-    rig: RigOption = RECOMMENDED_RIG,
-    probe: ProbeOption = STANDARD_PROBE,
-    calibrations: CalibrationsOption = None,
-    probes: ProbesOption = None,
-    tip: TipOption = None,
-    temperature: TemperatureOption = None,
-    temperature_u: TemperatureUOption = "",
-    who: Annotated[str, typer.Option("--who", help="Name for the record.")] = "unnamed",
-    seed: SeedOption = DEFAULT_SEED,
-    speed: SpeedOption = 0.0,
-    folder: Annotated[
-        Path | None, typer.Option("--folder", help="Of checks; default: that of this user.")
-    ] = None,
-    force: ForceOption = False,
-) -> None:
+    *, artefact: list[str] | None, procedure: str, source: str, rig: Path, probe: Path,
+    calibrations: Path | None, probes: Path | None, tip: str | None, temperature: float | None,
+    temperature_u: str, who: str, seed: int, speed: float, folder: Path | None, force: bool,
+) -> None:  # fmt: skip
     """Check the system in 90 seconds: two spheres on a bar, at start of shift or after a knock.
 
     A check that is out is repeated at once. Out again: the points since the last good check are
@@ -113,21 +79,6 @@ acceptance_app = typer.Typer(
     "\n\nExit codes: 0 PASS, 1 FAIL, NOT PROVEN or VOID, 2 could not run.",
 )
 
-ProcedureArgument = Annotated[
-    str, typer.Argument(help="Id of a shipped procedure, or a TOML file of your own.")
-]
-ArtefactsOption = Annotated[
-    list[str] | None,
-    typer.Option(
-        "--artefact",
-        help="Id in the register, or a document; repeat for several. Virtual rig: shipped ones.",
-    ),
-]
-FolderOption = Annotated[
-    Path | None,
-    typer.Option("--folder", help="Of sessions and records; default: that of this user."),
-]
-
 
 @acceptance_app.command(name="list")
 def list_command() -> None:
@@ -152,17 +103,9 @@ def list_command() -> None:
 
 @acceptance_app.command()
 def plan(
-    *,
-    procedure: ProcedureArgument,
-    artefact: ArtefactsOption = None,
-    source: SourceOption = DEFAULT_SOURCE,
-    rig: RigOption = RECOMMENDED_RIG,
-    probe: ProbeOption = STANDARD_PROBE,
-    calibrations: CalibrationsOption = None,
-    probes: ProbesOption = None,
-    tip: TipOption = None,
-    seed: SeedOption = DEFAULT_SEED,
-) -> None:
+    *, procedure: str, artefact: list[str] | None, source: str, rig: Path, probe: Path,
+    calibrations: Path | None, probes: Path | None, tip: str | None, seed: int,
+) -> None:  # fmt: skip
     """Print where artefacts go and how many points are taken, in the order that the seed draws."""
     from ocmm_core.acceptance import plan_of
     from ocmm_core.composition import open_test_site
@@ -187,38 +130,12 @@ def plan(
 
 @acceptance_app.command()
 def run(
-    *,
-    procedure: ProcedureArgument,
-    artefact: ArtefactsOption = None,
-    source: SourceOption = DEFAULT_SOURCE,
-    rig: RigOption = RECOMMENDED_RIG,
-    probe: ProbeOption = STANDARD_PROBE,
-    calibrations: CalibrationsOption = None,
-    probes: ProbesOption = None,
-    tip: TipOption = None,
-    temperature: TemperatureOption = None,
-    temperature_u: TemperatureUOption = "",
-    who: Annotated[str, typer.Option("--who", help="Name for the record.")] = "unnamed",
-    place: Annotated[str, typer.Option("--place", help="Where the test is made.")] = "",
-    humidity: Annotated[str, typer.Option("--humidity", help="Of the air, %.")] = "",
-    pressure: Annotated[str, typer.Option("--pressure", help="Of the air, hPa.")] = "",
-    customer: Annotated[str, typer.Option("--customer", help="For whom.")] = "",
-    condition: Annotated[
-        Literal["as found", "after adjustment"],
-        typer.Option("--condition", help="State of the machine: before or after an adjustment."),
-    ] = "as found",
-    retest: Annotated[
-        bool, typer.Option("--retest/--no-retest", help="Repeat what may be repeated.")
-    ] = True,
-    new: Annotated[bool, typer.Option("--new", help="Start again.")] = False,
-    seed: SeedOption = DEFAULT_SEED,
-    speed: SpeedOption = 0.0,
-    record: Annotated[
-        Path | None, typer.Option("--record", help="Keep the frames in this file.")
-    ] = None,
-    folder: FolderOption = None,
-    force: ForceOption = False,
-) -> None:
+    *, procedure: str, artefact: list[str] | None, source: str, rig: Path, probe: Path,
+    calibrations: Path | None, probes: Path | None, tip: str | None, temperature: float | None,
+    temperature_u: str, who: str, place: str, humidity: str, pressure: str, customer: str,
+    condition: Literal["as found", "after adjustment"], retest: bool, new: bool, seed: int,
+    speed: float, record: Path | None, folder: Path | None, force: bool,
+) -> None:  # fmt: skip
     """Run a test, or continue it: points are taken as soon as the ball rests where it should."""
     from ocmm_cli.acceptance._report import print_record
     from ocmm_cli.acceptance._run import room_temperature, run_test
@@ -243,19 +160,9 @@ def run(
 
 @acceptance_app.command()
 def recompute(
-    *,
-    file: Annotated[Path, typer.Argument(help="Record of a finished test.")],
-    rig: RigOption = RECOMMENDED_RIG,
-    probe: ProbeOption = STANDARD_PROBE,
-    spots: Annotated[
-        bool,
-        typer.Option("--spots/--points", help="Also from the spots, with the rig and the probe."),
-    ] = False,
-    calibrations: CalibrationsOption = None,
-    probes: ProbesOption = None,
-    source: SourceOption = DEFAULT_SOURCE,
-    tip: TipOption = None,
-) -> None:
+    *, file: Path, rig: Path, probe: Path, spots: bool, calibrations: Path | None,
+    probes: Path | None, source: str, tip: str | None,
+) -> None:  # fmt: skip
     """Compute all numbers of a record from its raw data, and compare."""
     from ocmm_cli.acceptance._report import print_record
     from ocmm_core.acceptance import differences, load_signed_record, recompute_tips
@@ -287,7 +194,7 @@ def recompute(
 
 
 @acceptance_app.command()
-def status(*, folder: FolderOption = None) -> None:
+def status(*, folder: Path | None) -> None:
     """List the tests of a folder: unfinished ones, and records with their verdicts."""
     from rich.table import Table
 

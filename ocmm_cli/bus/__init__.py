@@ -13,7 +13,7 @@ from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
     from ocmm_cli.bus._bus import bus_app
-    from ocmm_cli.bus._camera import BusOption, follow_errand, write_bytes
+    from ocmm_cli.bus._camera import follow_errand, write_bytes
     from ocmm_cli.bus._maintenance import camera_app
     from ocmm_cli.bus._rig import rig_app
     from ocmm_cli.bus._session import bus_to_scan, open_bus, segment_for
@@ -21,6 +21,6 @@ else:
     __getattr__ = door(__name__)
 
 __all__ = [
-    "BusOption", "bus_app", "bus_to_scan", "camera_app", "follow_errand", "open_bus", "rig_app",
+    "bus_app", "bus_to_scan", "camera_app", "follow_errand", "open_bus", "rig_app",
     "segment_for", "write_bytes",
 ]  # fmt: skip

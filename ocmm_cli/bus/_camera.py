@@ -11,7 +11,7 @@ from contextlib import contextmanager
 from dataclasses import fields
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING
 
 import typer
 from rich import box
@@ -19,8 +19,7 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeElapsedColumn
 from rich.table import Table
 
-from ocmm_cli.terminal import ForceOption, RigOption, make_console, say, say_word
-from ocmm_core.composition import RECOMMENDED_RIG, source_help, sources
+from ocmm_cli.terminal import make_console, say, say_word
 from ocmm_core.documents import write_atomic
 from ocmm_core.errors import InputError, StorageError
 
@@ -28,12 +27,6 @@ if TYPE_CHECKING:
     from ocmm_core.fieldbus.device import Window
     from ocmm_core.fieldbus.objects import BlackImageState
     from ocmm_core.fieldbus.objects import Progress as Told
-
-
-BusOption = Annotated[
-    str, typer.Option("--source", help=source_help([spec for spec in sources() if spec.on_bus]))
-]
-CameraArgument = Annotated[str, typer.Argument(help="Name of the camera in the rig.")]
 
 
 def write_bytes(path: Path, content: bytes) -> None:
@@ -63,18 +56,7 @@ _INTERRUPTED = 130
 
 
 def snapshot(
-    camera: CameraArgument,
-    file: Annotated[Path, typer.Argument(help="New picture, .png or .pgm, 16 bits.")],
-    *,
-    source: BusOption,
-    region: Annotated[
-        str | None,
-        typer.Option(
-            "--region", help="LEFT,TOP,WIDTH,HEIGHT in pixels; default: the whole sensor."
-        ),
-    ] = None,
-    rig: RigOption = RECOMMENDED_RIG,
-    force: ForceOption = False,
+    camera: str, file: Path, *, source: str, region: str | None, rig: Path, force: bool
 ) -> None:
     """Take a raw picture with a camera.
 
@@ -104,15 +86,7 @@ def snapshot(
 
 
 @black_app.command()
-def measure(
-    camera: CameraArgument,
-    *,
-    source: BusOption,
-    frames: Annotated[int, typer.Option("--frames", help="Exposures to average.")] = 256,
-    store: Annotated[bool, typer.Option("--store", help="Store it permanently.")] = False,
-    rig: RigOption = RECOMMENDED_RIG,
-    force: ForceOption = False,
-) -> None:
+def measure(camera: str, *, source: str, frames: int, store: bool, rig: Path, force: bool) -> None:
     """Average exposures without light; there are no spots meanwhile."""
     from ocmm_cli.bus._session import open_bus
     from ocmm_core.fieldbus.objects import measure_black_image, store_black_image
@@ -131,13 +105,7 @@ def _black_command(name: str, help_: str) -> None:
     """Add a command whose only argument is the camera."""
 
     @black_app.command(name, help=help_)
-    def command(
-        camera: CameraArgument,
-        *,
-        source: BusOption,
-        rig: RigOption = RECOMMENDED_RIG,
-        force: ForceOption = False,
-    ) -> None:
+    def command(camera: str, *, source: str, rig: Path, force: bool) -> None:
         from ocmm_cli.bus._session import open_bus
         from ocmm_core.fieldbus.objects import (
             clear_black_image,
@@ -164,13 +132,7 @@ _black_command("show", "List the black images.")
 
 
 @intrinsics_app.command("read")
-def read_command(
-    camera: CameraArgument,
-    *,
-    source: BusOption,
-    rig: RigOption = RECOMMENDED_RIG,
-    force: ForceOption = False,
-) -> None:
+def read_command(camera: str, *, source: str, rig: Path, force: bool) -> None:
     """Print the intrinsics that a camera stores, beside those of the rig document.
 
     Exit code 0: they are the same.
@@ -201,14 +163,7 @@ def read_command(
 
 
 @intrinsics_app.command("write")
-def write_command(
-    camera: CameraArgument,
-    *,
-    source: BusOption,
-    note: Annotated[str, typer.Option("--note", help="Text to store with them.")] = "",
-    rig: RigOption = RECOMMENDED_RIG,
-    force: ForceOption = False,
-) -> None:
+def write_command(camera: str, *, source: str, note: str, rig: Path, force: bool) -> None:
     """Store the intrinsics of the rig document in a camera and read them back."""
     from ocmm_cli.bus._session import camera_of, open_bus
     from ocmm_core.fieldbus.device import Intrinsics
@@ -222,14 +177,7 @@ def write_command(
     )
 
 
-def history(
-    camera: CameraArgument,
-    *,
-    source: BusOption,
-    clear: Annotated[bool, typer.Option("--clear", help="Then clear them in the camera.")] = False,
-    rig: RigOption = RECOMMENDED_RIG,
-    force: ForceOption = False,
-) -> None:
+def history(camera: str, *, source: str, clear: bool, rig: Path, force: bool) -> None:
     """List the errors that a camera remembers, oldest first."""
     from ocmm_cli.bus._session import open_bus
     from ocmm_core.fieldbus.objects import Emergency, clear_error_history, read_error_history

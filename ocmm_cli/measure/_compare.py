@@ -11,43 +11,18 @@ from rich.console import Console
 from rich.table import Table
 
 from ocmm_cli.measure._pages import print_pages
-from ocmm_cli.terminal import computing, heads, lead, make_console, progress_line, say, say_word
-from ocmm_core.cluster import Site
+from ocmm_cli.options import ComputingSite
+from ocmm_cli.terminal import heads, lead, make_console, progress_line, say, say_word
 
 if TYPE_CHECKING:
     from ocmm_core.inspection.archive import Trend
 
 
-@computing
 def compare_command(
-    *,
-    jobs: Annotated[
-        list[Path],
-        typer.Argument(
-            readable=False, help="Job files of one plan, in any order.", metavar="JOB..."
-        ),
-    ],
-    probes: Annotated[
-        Path | None,
-        typer.Option("--probes", help="Probe record folder. Default: that of this user."),
-    ] = None,
-    calibrations: Annotated[
-        Path | None,
-        typer.Option("--calibrations", help="Calibration folder. Default: that of this user."),
-    ] = None,
-    feature: Annotated[
-        str, typer.Option("--feature", help="Only what is about this feature.")
-    ] = "",
-    table: Annotated[
-        Path | None,
-        typer.Option("--table", help="CSV file with every value, its signals and all indices."),
-    ] = None,
-    pages: Annotated[
-        Path | None,
-        typer.Option("--pages", help="PDF file: table, charts and signals, on your template."),
-    ] = None,
-    site: Site,
-) -> None:
+    *, jobs: Annotated[list[Path], typer.Argument(readable=False)], probes: Path | None,
+    calibrations: Path | None, feature: str, table: Path | None, pages: Path | None,
+    site: ComputingSite,
+) -> None:  # fmt: skip
     """Compare the jobs of a batch: trend, control chart and Cp / Cpk of every characteristic.
 
     Run rules: Western Electric 1 (beyond a limit), 2 (two of three beyond two sigma), 3 (four of

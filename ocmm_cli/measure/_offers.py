@@ -6,10 +6,9 @@ Also the options to choose features.
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Any
 
 import msgspec
-import typer
 
 from ocmm_cli.terminal import say, say_word
 
@@ -21,57 +20,6 @@ if TYPE_CHECKING:
     from ocmm_cad.drawing import Account
     from ocmm_cad.step import FacesAccount, Offer, StepModel, StepRequest
     from ocmm_core.tolerances.decisions import RequirementCount
-
-
-BallOption = Annotated[
-    float | None,
-    typer.Option(help="Diameter of the ball, mm; of a model only. Without: the probe's."),
-]
-ProbeOption = Annotated[
-    Path | None, typer.Option("--probe", help="Probe that touches a model; without: the standard.")
-]
-RigOption = Annotated[
-    Path | None, typer.Option("--rig", help="Cameras that look on; without: the recommended rig.")
-]
-UpOption = Annotated[
-    str, typer.Option("--up", help="Axis of the model that points up: +x, -x, +y, -y, +z or -z.")
-]
-TurnOption = Annotated[
-    float, typer.Option("--turn", help="The part is turned about the vertical, degrees.")
-]
-ReachOption = Annotated[
-    bool, typer.Option(help="Leave out what stylus and body of the probe cannot reach.")
-]
-SightOption = Annotated[
-    bool, typer.Option(help="Leave out where the cameras see fewer than four LEDs.")
-]
-OnlyOption = Annotated[
-    list[str] | None,
-    typer.Option("--only", help="Of a model: this name (* and ? stand for others) or face number."),
-]
-WithoutOption = Annotated[
-    list[str] | None, typer.Option("--without", help="Of a model: not this name or face number.")
-]
-KindOption = Annotated[
-    list[str] | None,
-    typer.Option("--kind", help="Of a model: Plane, Cylinder, Cone, 'free form' and so on."),
-]
-LeastOption = Annotated[
-    float, typer.Option("--least", help="Smallest diameter, or longer side of a plane, mm.")
-]
-MostOption = Annotated[
-    float, typer.Option("--most", help="Largest diameter, or longer side of a plane, mm.")
-]
-ProfileOption = Annotated[
-    float | None,
-    typer.Option(
-        "--profile", help="Of a model: its free-form faces too, each with a profile of "
-        "a surface against the model; width of the zone, mm."
-    ),
-]  # fmt: skip
-ListOption = Annotated[
-    bool, typer.Option("--list", help="Of a model: print what it offers, and write no plan.")
-]
 
 
 def request_by(

@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING
 
-import typer
 from rich import box
 from rich.console import Console
 from rich.progress import Progress
 from rich.table import Table
 
-from ocmm_cli.terminal import computing, heads, make_console, say, say_word
-from ocmm_core.cluster import Site
+from ocmm_cli.options import ComputingSite
+from ocmm_cli.terminal import heads, make_console, say, say_word
 from ocmm_core.errors import InputError
 
 if TYPE_CHECKING:
@@ -25,21 +24,10 @@ if TYPE_CHECKING:
 _BAR = 20
 
 
-@computing
 def uncertainty_command(
-    *,
-    job: Annotated[Path, typer.Argument(help="Job file.", metavar="JOB")],
-    only: Annotated[
-        str, typer.Option("--only", help="Name of one characteristic; default: all.")
-    ] = "",
-    monte_carlo: Annotated[
-        bool, typer.Option("--monte-carlo", help="Also run Monte Carlo and compare.")
-    ] = False,
-    trials: Annotated[int, typer.Option("--trials", help="Maximum number of trials.")] = 1_000_000,
-    digits: Annotated[int, typer.Option("--digits", help="Significant digits required for u.")] = 2,
-    seed: Annotated[int, typer.Option("--seed", help="Of the simulation.")] = 1,
-    site: Site,
-) -> None:
+    *, job: Path, only: str, monte_carlo: bool, trials: int, digits: int, seed: int,
+    site: ComputingSite,
+) -> None:  # fmt: skip
     """Show the uncertainty budget of every result of a job.
 
     The job is opened read-only and recomputed from its points. Ctrl+C cancels a simulation.
@@ -138,7 +126,7 @@ def _only(task: Task, names: list[str]) -> Task:
 
 
 def _simulated(
-    console: Console, task: Task, options: MonteCarloOptions, site: Site
+    console: Console, task: Task, options: MonteCarloOptions, site: ComputingSite
 ) -> MonteCarloReport:
     from ocmm_core.tolerances.monte_carlo import simulate, simulate_elsewhere
 

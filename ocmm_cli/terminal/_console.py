@@ -14,6 +14,7 @@ from ocmm_cli.terminal import say, told
 
 if TYPE_CHECKING:
     from ocmm_core.settings import Note
+    from ocmm_core.tables import TableAccount
 
 
 _CONTROL = re.compile(
@@ -78,3 +79,11 @@ def progress_line() -> Iterator[Callable[[str, float], None]]:
         return
     with console.status(say("Starting")) as status:
         yield lambda what, share: status.update(Text(shown(f"{what} ({share:.0%})")))
+
+
+def print_table_account(account: TableAccount) -> None:
+    """Print accepted and omitted data of a reader to stderr; an assumed unit in yellow."""
+    console = make_console(stderr=True)
+    for sentence in account.sentences():
+        is_assumed = sentence.startswith("Unit ") and not account.unit_from
+        console.print(say(sentence), style="yellow" if is_assumed else "dim", highlight=False)

@@ -26,8 +26,11 @@ if TYPE_CHECKING:
         temperatures_hold,
     )
     from ocmm_core.settings._specs import (
+        DEFAULT_SOURCE,
+        RECOMMENDED_RIG,
         SECTIONS,
         SETTINGS,
+        STANDARD_PROBE,
         Applies,
         Kind,
         Scope,
@@ -41,7 +44,8 @@ else:
     __getattr__ = door(__name__)
 
 __all__ = [
-    "SECTIONS", "SETTINGS", "SETTINGS_SCHEMA", "Applies", "Kind", "LoadedSettings", "Note",
+    "DEFAULT_SOURCE", "RECOMMENDED_RIG", "SECTIONS", "SETTINGS", "SETTINGS_SCHEMA",
+    "STANDARD_PROBE", "Applies", "Kind", "LoadedSettings", "Note",
     "RecentPlaces", "Scope", "SettingOrigin", "SettingSpec", "Settings", "SettingsFile",
     "SettingsStore", "Value", "is_shipped", "released_plans_only", "spec_of", "temperatures_hold",
     "text_of", "toml_text", "value_of_text",

@@ -10,7 +10,7 @@ import pytest
 from typer.testing import CliRunner
 
 from ocmm_cad.step import Choice, StepModel, chosen, faces_account, offers_of, read_model
-from ocmm_cli.measure import plan_app
+from ocmm_cli import app
 from ocmm_core.alignment import DatumReferenceFrame, ModelBestFit
 from ocmm_core.errors import InputError
 from ocmm_core.features.shapes import NominalFeature, Shape
@@ -102,8 +102,8 @@ def test_the_command_writes_a_plan_with_profiles(tmp_path: Path) -> None:
     path, plan = written_model(tmp_path, "wavy"), tmp_path / "wavy.toml"
 
     def run(*more: str) -> str:
-        arguments = ["import", str(path), "--no-sight", *more]
-        result = CliRunner().invoke(plan_app, arguments, catch_exceptions=False)
+        arguments = ["plan", "import", str(path), "--no-sight", *more]
+        result = CliRunner().invoke(app, arguments, catch_exceptions=False)
         assert result.exit_code == 0, result.output
         return " ".join(result.output.split())
 

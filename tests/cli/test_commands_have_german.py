@@ -112,7 +112,7 @@ def _sources() -> dict[str, str]:
     found = {}
     for path in sorted(COMMANDS.rglob("*.py")):
         name = path.relative_to(COMMANDS).as_posix()
-        if name.startswith(_OF_DEVELOPERS) or name.startswith(("terminal/_svg", "_kernels")):
+        if name.startswith((*_OF_DEVELOPERS, "terminal/_svg", "_kernels", "options/")):
             continue
         tree = ast.parse(path.read_text(encoding="utf-8"))
         for node in ast.walk(tree):

@@ -12,6 +12,7 @@ import pytest
 
 from ocmm_core.acceptance import typed_entry
 from ocmm_core.errors import InputError
+from ocmm_core.options import WINDOW
 from ocmm_core.settings import SETTINGS, Kind, value_of_text
 from ocmm_core.typed_numbers import (
     COORDINATE,
@@ -21,7 +22,6 @@ from ocmm_core.typed_numbers import (
     FORM,
     PER_LENGTH,
     SIZE,
-    option_field,
 )
 from ocmm_gui.arguments import parser
 from ocmm_gui.plan_editor._field_labels import FieldUnit
@@ -49,7 +49,8 @@ def entry_with(field: str, text: str) -> float:
 def fields() -> Iterator[tuple[str, Callable[[str], Any], float, float]]:
     for spec in SETTINGS:
         if spec.kind in (Kind.NUMBER, Kind.WHOLE):
-            yield spec.key, partial(value_of_text, spec), spec.least, spec.most
+            limits = spec.quantity
+            yield spec.key, partial(value_of_text, spec), limits.least, limits.most
     for name, field in OF_ARTEFACT.items():
         one = field.quantity
         yield name, partial(entry_with, name), one.least, one.most
@@ -59,12 +60,12 @@ def fields() -> Iterator[tuple[str, Callable[[str], Any], float, float]]:
             one = COORDINATE.quantity
             name = f"plan {kind.name} {measure.name}"
             yield name, partial(value_of, line), one.least, one.most
+    fields_of = {option.typed[0]: option.field for option in WINDOW}
     for action in parser()._actions:  # noqa: SLF001 - there is no public list
-        number = option_field("window", (action.option_strings or [""])[0])
-        read = action.type
-        if number is not None and callable(read) and "_number" in getattr(read, "__qualname__", ""):
+        number = fields_of.get((action.option_strings or [""])[0])
+        if number is not None and callable(action.type):
             one = number.quantity
-            yield action.option_strings[0], read, one.least, one.most
+            yield action.option_strings[0], action.type, one.least, one.most
 
 
 FIELDS = list(fields())

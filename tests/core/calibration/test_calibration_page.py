@@ -7,9 +7,8 @@ from pathlib import Path
 
 import pytest
 from typer.core import TyperGroup
-from typer.main import get_command
 
-from ocmm_cli.calibrate import calibrate_app
+from ocmm_cli._app import _BUILT
 from ocmm_core.calibration.cameras import load_spots, read_reference_points
 
 _ROOT = Path(__file__).resolve().parents[3]
@@ -42,7 +41,7 @@ def test_the_files_on_the_page_are_read(tmp_path: Path) -> None:
 
 def test_what_the_page_tells_to_type_is_understood() -> None:
     page = _PAGE.read_text(encoding="utf-8")
-    group = get_command(calibrate_app)
+    group = _BUILT["calibrate"]
     assert isinstance(group, TyperGroup)
     lines = re.findall(r"^ocmm calibrate (\S+) (.*)$", page, re.MULTILINE)
     assert {name for name, _ in lines} == {"cameras", "relocate", "verify"}

@@ -51,7 +51,7 @@ def test_the_table_and_the_typed_settings_are_the_same() -> None:
         assert spec.label
         assert spec.tip
         assert (spec.kind is Kind.CHOICE) <= bool(spec.choices)
-        assert (spec.kind in (Kind.NUMBER, Kind.WHOLE)) == (spec.least < spec.most)
+        assert (spec.kind in (Kind.NUMBER, Kind.WHOLE)) == bool(spec.number)
         if spec.kind is not Kind.KEYS:
             assert value_of_text(spec, text_of(spec.default)) == spec.default
 
