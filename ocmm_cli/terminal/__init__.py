@@ -2,9 +2,9 @@
 
 In: texts, tables, arrays of pixels, points. Out: text for terminals and pipes, PNG, PGM, SVG.
 
-Read `_console` (printing), `_speech` (language), `_options` and `_typed_options` (options of
-several commands, also of distributed computation), then `_pictures` (16 bit images) and `_svg`
-(small plots without a plotting library). It must not know any command.
+Read `_console` (printing), `_table` (tables for any width), `_speech` (language), `_options` and
+`_typed_options` (options of several commands, also of distributed computation), then `_pictures`
+(16 bit images) and `_svg` (small plots without a plotting library). It must not know any command.
 """
 
 from __future__ import annotations
@@ -20,7 +20,6 @@ if TYPE_CHECKING:
         print_notes,
         progress_line,
         shown,
-        wide_enough,
     )
     from ocmm_cli.terminal._options import (
         BusProcessorOption,
@@ -70,6 +69,7 @@ if TYPE_CHECKING:
         points_in_space,
         tip_map,
     )
+    from ocmm_cli.terminal._table import print_grid
     from ocmm_cli.terminal._typed_options import (
         ColumnsOption,
         DecimalOption,
@@ -82,7 +82,7 @@ if TYPE_CHECKING:
 else:
     __getattr__ = door(
         __name__,
-        _console="PlainConsole make_console print_notes progress_line shown wide_enough",
+        _console="PlainConsole make_console print_notes progress_line shown",
         _options=(
             "BusProcessorOption CalibrationsOption CheckAfterOption CompensatePartOption "
             "CompensateProbeOption ForceOption HumidityOption IncompleteOption OutOption "
@@ -96,6 +96,7 @@ else:
         _pictures="encoder_for",
         _speech="heads language lead say say_later say_word told",
         _svg="bending histogram label nice_limit page points_in_space tip_map",
+        _table="print_grid",
         _typed_options=(
             "ColumnsOption DecimalOption SkipOption TableUnitOption computing "
             "print_table_account read_typed_numbers"
@@ -113,6 +114,6 @@ __all__ = [
     "TemperatureOption", "TemperatureSigmaOption", "TemperatureUOption", "ThermometerOption",
     "TipOption", "UncalibratedOption", "bending", "computing", "encoder_for", "heads",
     "histogram", "label", "language", "lead", "make_console", "nice_limit", "page",
-    "points_in_space", "print_notes", "print_table_account", "progress_line",
-    "read_typed_numbers", "say", "say_later", "say_word", "shown", "tip_map", "told", "wide_enough",
+    "points_in_space", "print_grid", "print_notes", "print_table_account", "progress_line",
+    "read_typed_numbers", "say", "say_later", "say_word", "shown", "tip_map", "told",
 ]  # fmt: skip
