@@ -60,7 +60,7 @@ from ocmm_cli.terminal import (
     read_typed_numbers,
     say,
 )
-from ocmm_core import __version__
+from ocmm_core.build import build_version
 from ocmm_core.composition import (
     DEFAULT_SEED,
     DEFAULT_SOURCE,
@@ -274,7 +274,7 @@ app = typer.Typer(
 
 def _version(wanted: bool) -> None:
     if wanted:
-        typer.echo(f"ocmm {__version__}")
+        typer.echo(f"ocmm {build_version()}")
         raise typer.Exit
 
 

@@ -23,13 +23,13 @@ if TYPE_CHECKING:
         anchors_of,
         mark_of,
     )
-    from ocmm_core.manual._manual import Manual, Place, load_manual, manual_folder
+    from ocmm_core.manual._manual import Manual, Place, changes_since, load_manual, manual_folder
     from ocmm_core.manual._search import ManualHit, search_words, word_fits
 else:
     __getattr__ = door(
         __name__,
         _document="ENGLISH Chapter ManualSection ManualPart anchors_of mark_of",
-        _manual="Manual Place load_manual manual_folder",
+        _manual="Manual Place changes_since load_manual manual_folder",
         _search="ManualHit search_words word_fits",
     )
 
@@ -42,6 +42,7 @@ __all__ = [
     "ManualSection",
     "Place",
     "anchors_of",
+    "changes_since",
     "load_manual",
     "manual_folder",
     "mark_of",
