@@ -48,7 +48,7 @@ from ocmm_cli.study import (
     verify_fits_command,
 )
 from ocmm_cli.terminal import make_console, say
-from ocmm_core import __version__
+from ocmm_core.build import build_version
 from ocmm_core.plugins import load
 from ocmm_core.plugins import names as plugin_names
 
@@ -227,7 +227,7 @@ app = typer.Typer(
 
 def _version(wanted: bool) -> None:
     if wanted:
-        typer.echo(f"ocmm {__version__}")
+        typer.echo(f"ocmm {build_version()}")
         raise typer.Exit
 
 

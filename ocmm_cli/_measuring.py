@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -43,6 +44,7 @@ def measure_parts(
     from ocmm_core.export import DEFAULT_FORMAT, chosen_formats
     from ocmm_core.export.template import load_paper, template_in_use
     from ocmm_core.inspection.archive import next_serial
+    from ocmm_core.station import drop_job_without_points
 
     # Check names and templates before a job is started.
     formats = chosen_formats(formats or [DEFAULT_FORMAT])
@@ -67,6 +69,12 @@ def measure_parts(
             jobs.begin(built.job_path)
             try:
                 view = run_job(built, request.out, console, incomplete=incomplete, formats=formats)
+            except OcmmError:
+                # A source that was refused leaves no job without points.
+                with suppress(OcmmError):
+                    if request.resume is None and drop_job_without_points(built.job_path):
+                        jobs.drop(built.job_path)
+                raise
             finally:
                 if built.station.job.lost is not None:
                     jobs.drop(built.job_path)

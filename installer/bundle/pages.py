@@ -19,7 +19,7 @@ from typing import Any
 import typer
 from typer._completion_shared import get_completion_script
 
-from ocmm_core import __version__
+from ocmm_core.build import build_version
 from ocmm_core.documents import write_atomic
 
 _SHELLS = {"bash": "ocmm", "zsh": "_ocmm", "fish": "ocmm.fish"}
@@ -75,7 +75,7 @@ def _write(path: Path, text: str) -> None:
 def _title(name: str) -> str:
     seconds = os.environ.get("SOURCE_DATE_EPOCH", "0")
     date = datetime.fromtimestamp(int(seconds), UTC).date().isoformat()
-    return f'.TH {name} 1 "{date}" "OCMM {__version__}" "User commands"'
+    return f'.TH {name} 1 "{date}" "OCMM {build_version()}" "User commands"'
 
 
 def _commands(path: str, command: Any) -> Iterator[str]:

@@ -16,7 +16,7 @@ from pathlib import Path
 
 from installer.bundle import kernels, linked
 
-_OURS = re.compile(r"ocmm_(core|gui)(\.\w+)*")
+_OURS = re.compile(r"ocmm_[a-z]+(\.\w+)*")
 
 
 def run() -> None:

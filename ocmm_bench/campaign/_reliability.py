@@ -8,10 +8,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import typer
-from rich import box
-from rich.table import Table
 
-from ocmm_cli.terminal import make_console
+from ocmm_cli.terminal import make_console, print_grid
 from ocmm_core.host import require_linux
 
 if TYPE_CHECKING:
@@ -108,21 +106,20 @@ def run_reliability(
 def print_results(results: list[LaneResult], console: Console) -> None:
     from ocmm_bench.campaign._trials import FINDINGS, bound
 
-    table = Table(title="Reliability", title_justify="left", box=box.SIMPLE_HEAD)
-    for title in ("Lane", "Trials", "Acknowledged", "Finding", "Found", "Rate below (95 %)"):
-        table.add_column(title, justify="left" if title in ("Lane", "Finding") else "right")
+    rows = []
     for result in results:
         trials = len(result.trials)
         if result.why_not and not trials:
-            table.add_row(result.lane, "NOT RUN", "", result.why_not, "", "")
+            rows.append((result.lane, "NOT RUN", "", result.why_not, "", ""))
             continue
         head = (result.lane, str(trials), str(result.acknowledged))
         for finding in FINDINGS[result.lane]:
             count = result.count(finding)
             rate = f"{bound(trials):.2g}" if count == 0 else ""
-            table.add_row(*head, finding, str(count), rate)
+            rows.append((*head, finding, str(count), rate))
             head = ("", "", "")
-    console.print(table)
+    columns = ("Lane", "Trials", "Acknowledged", "Finding", "Found", "Rate below (95 %)")
+    print_grid(console, columns, rows, "Reliability")
     notes = [
         f"{trial.lane} {trial.number}: {', '.join(trial.found)}. {trial.note}"
         for result in results

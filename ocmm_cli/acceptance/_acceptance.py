@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Literal
 
 import typer
 
-from ocmm_cli.terminal import lead, make_console, say, say_word
+from ocmm_cli.terminal import heads, lead, make_console, print_grid, say, say_word
 
 if TYPE_CHECKING:
     from ocmm_core.acceptance import AcceptanceRecord, InterimChart
@@ -83,22 +83,14 @@ acceptance_app = typer.Typer(
 @acceptance_app.command(name="list")
 def list_command() -> None:
     """List the shipped procedures with their standards and limits."""
-    from rich.table import Table
-
     from ocmm_core.acceptance import load_procedure, procedure_files
 
-    table = Table(
-        say_word("Id"),
-        say_word("Title"),
-        say_word("Standard"),
-        say_word("Limits"),
-        say_word("Minutes"),
-    )
+    rows = []
     for name, path in {**procedure_files(), **procedure_files(of_jobs=True)}.items():
         one = load_procedure(path)[0]
         limits = "\n".join(f"{key} {limit.describe()}" for key, limit in one.limits.items())
-        table.add_row(name, say_word(one.title), say(one.wording), limits, f"{one.minutes:g}")
-    make_console().print(table)
+        rows.append((name, say_word(one.title), say(one.wording), limits, f"{one.minutes:g}"))
+    print_grid(make_console(), heads("Id", "Title", "Standard", "Limits", "Minutes"), rows)
 
 
 @acceptance_app.command()
@@ -196,21 +188,13 @@ def recompute(
 @acceptance_app.command()
 def status(*, folder: Path | None) -> None:
     """List the tests of a folder: unfinished ones, and records with their verdicts."""
-    from rich.table import Table
-
     from ocmm_core.acceptance import AcceptanceSession, FinishedTest, load_signed_record
     from ocmm_core.composition import default_test_folder
     from ocmm_core.documents import find_files
     from ocmm_core.errors import OcmmError
 
     console, base = make_console(), folder or default_test_folder()
-    table = Table(
-        say_word("Test"),
-        say_word("Begun"),
-        say_word("Points"),
-        say_word("Verdict"),
-        say_word("File"),
-    )
+    rows = []
     files, left_out = find_files(base)
     for fault in left_out:
         console.print(
@@ -226,13 +210,8 @@ def status(*, folder: Path | None) -> None:
             continue
         if not (view.finished or view.abandoned):
             wanted = sum(len(one.points_world) * one.repeats for one in view.positions)
-            table.add_row(
-                say_word(view.title),
-                "",
-                f"{sum(view.done)}/{wanted}",
-                say_word("unfinished"),
-                path.name,
-            )
+            done = f"{sum(view.done)}/{wanted}"
+            rows.append((say_word(view.title), "", done, say_word("unfinished"), path.name))
     for path in (path for path in files if path.match("records/*.json")):
         try:
             loaded = load_signed_record(path)
@@ -243,12 +222,12 @@ def status(*, folder: Path | None) -> None:
             continue
         one = loaded.record
         states = FinishedTest(path, one, loaded.signer).states
-        table.add_row(
+        rows.append((
             one.procedure.id, one.begun_utc[:16], str(len(one.observations)),
             " ".join(map(say_word, (*states, one.verdict.value))),
             path.name,
-        )  # fmt: skip
-    console.print(table)
+        ))  # fmt: skip
+    print_grid(console, heads("Test", "Begun", "Points", "Verdict", "File"), rows)
 
 
 acceptance_app.command()(interim)

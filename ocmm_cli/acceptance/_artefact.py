@@ -7,7 +7,7 @@ from pathlib import Path
 
 import typer
 
-from ocmm_cli.terminal import lead, make_console, say, say_word
+from ocmm_cli.terminal import heads, lead, make_console, print_grid, say, say_word
 
 artefact_app = typer.Typer(
     no_args_is_help=True,
@@ -57,8 +57,6 @@ def add(
 @artefact_app.command(name="list")
 def list_command(*, folder: Path | None) -> None:
     """List the artefacts with their due dates."""
-    from rich.table import Table
-
     from ocmm_core.acceptance import ArtefactRegister
 
     console, now = make_console(), datetime.now(UTC)
@@ -67,10 +65,7 @@ def list_command(*, folder: Path | None) -> None:
     if not entries:
         console.print(say("No artefacts yet. Add one: ocmm artefact add FILE"))
         return
-    table = Table(
-        say_word("Id"), say_word("Kind"), say_word("Serial"), say_word("U (k = 2), µm"),
-        say_word("Certificate no."), say_word("Due"),
-    )  # fmt: skip
+    rows = []
     for one in entries.values():
         due = datetime.fromisoformat(one.used().use.due_utc)
         word = due.date().isoformat()
@@ -78,10 +73,11 @@ def list_command(*, folder: Path | None) -> None:
             word += f" {say_word('EXPIRED')}"
         if one.id in faults:
             word += f" {say_word('NOT SIGNED')}"
-        table.add_row(
-            one.id, one.kind, one.serial, f"{1e3 * one.expanded:.2f}", one.certificate, word
+        rows.append(
+            (one.id, one.kind, one.serial, f"{1e3 * one.expanded:.2f}", one.certificate, word)
         )
-    console.print(table)
+    columns = heads("Id", "Kind", "Serial", "U (k = 2), µm", "Certificate no.", "Due")
+    print_grid(console, columns, rows)
 
 
 @artefact_app.command()

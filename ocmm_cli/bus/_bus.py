@@ -7,11 +7,9 @@ from contextlib import suppress
 from pathlib import Path
 
 import typer
-from rich import box
-from rich.table import Table
 
 from ocmm_cli.bus._camera import black_app, history, intrinsics_app, snapshot, write_bytes
-from ocmm_cli.terminal import heads, lead, make_console, say, told
+from ocmm_cli.terminal import heads, lead, make_console, print_grid, say, told
 from ocmm_core.errors import BusError, InputError, StorageError
 from ocmm_core.host import HOST
 from ocmm_core.leftovers import temporary_file
@@ -113,20 +111,17 @@ def scan_command(*, source: str, rig: Path, force: bool) -> None:
     described = load_device(loaded.device) if loaded.device else None
     devices = scan(source, rig, force=force)
     names = {camera.serial: camera.name for camera in expected}
-    table = Table(box=box.SIMPLE_HEAD)
-    for title in heads(
-        "Place", "Camera", "Serial", "Alias", "Vendor", "Product", "Revision", "State"
-    ):
-        table.add_column(title, no_wrap=True)
+    rows = []
     for position, scanned in enumerate(devices, start=1):
         device = scanned.device
         serial = device.serial if device.serial is not None else -1
-        table.add_row(
+        rows.append((
             str(position), names.get(serial, say("not in the rig")), str(device.serial),
             str(device.alias), f"{device.vendor:#010x}", f"{device.product:#010x}",
             f"{device.revision:#010x}", scanned.state,
-        )  # fmt: skip
-    console.print(table)
+        ))  # fmt: skip
+    columns = heads("Place", "Camera", "Serial", "Alias", "Vendor", "Product", "Revision", "State")
+    print_grid(console, columns, rows)
     try:
         kind = None if described is None else (described.name, described.is_for)
         assign([scanned.device for scanned in devices], expected, kind)

@@ -14,12 +14,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import typer
-from rich import box
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeElapsedColumn
-from rich.table import Table
 
-from ocmm_cli.terminal import make_console, say, say_word
+from ocmm_cli.terminal import heads, make_console, print_grid, say
 from ocmm_core.documents import write_atomic
 from ocmm_core.errors import InputError, StorageError
 
@@ -148,15 +146,14 @@ def read_command(camera: str, *, source: str, rig: Path, force: bool) -> None:
     if stored is None:
         console.print(say(f"Camera '{camera}' stores no intrinsics."))
         raise typer.Exit(1)
-    table = Table("", say_word("Camera"), say_word("Rig document"), box=box.SIMPLE_HEAD)
-    same = True
+    rows, same = [], True
     for field in fields(Intrinsics):
         if field.name == "date_s":
             continue
         ours, theirs = getattr(expected, field.name), getattr(stored, field.name)
         same = same and ours == theirs
-        table.add_row(field.name, repr(theirs), repr(ours) if ours != theirs else say("the same"))
-    console.print(table)
+        rows.append((field.name, repr(theirs), repr(ours) if ours != theirs else say("the same")))
+    print_grid(console, ("", *heads("Camera", "Rig document")), rows)
     date = datetime.fromtimestamp(stored.date_s, UTC)
     console.print(say(f"Written {date:%Y-%m-%d %H:%M:%S} UTC."), highlight=False)
     raise typer.Exit(0 if same else 1)
@@ -191,24 +188,15 @@ def history(camera: str, *, source: str, clear: bool, rig: Path, force: bool) ->
     if not messages:
         console.print(say(f"Camera '{camera}' has no errors in its history."))
         return
-    table = Table(
-        say_word("Bus time s"),
-        say_word("Code"),
-        say_word("Meaning"),
-        say_word("Register"),
-        say_word("Data"),
-        box=box.SIMPLE_HEAD,
-    )
-    for message in messages:
-        emergency = Emergency(message.code, message.register, message.data)
-        table.add_row(
-            f"{message.time_ns * 1e-9:.3f}",
-            f"{message.code:#06x}",
-            say(emergency.text),
-            f"{message.register:#04x}",
-            message.data.hex(" "),
+    rows = [
+        (
+            f"{one.time_ns * 1e-9:.3f}", f"{one.code:#06x}",
+            say(Emergency(one.code, one.register, one.data).text), f"{one.register:#04x}",
+            one.data.hex(" "),
         )
-    console.print(table)
+        for one in messages
+    ]  # fmt: skip
+    print_grid(console, heads("Bus time s", "Code", "Meaning", "Register", "Data"), rows)
 
 
 @contextmanager

@@ -7,11 +7,9 @@ from typing import TYPE_CHECKING, Literal
 
 import msgspec
 import typer
-from rich import box
-from rich.table import Table
 
 from ocmm_cli.bus._camera import follow_errand, write_bytes
-from ocmm_cli.terminal import make_console, say, say_word
+from ocmm_cli.terminal import heads, make_console, print_grid, say
 from ocmm_core.errors import BusError, InputError
 
 if TYPE_CHECKING:
@@ -59,16 +57,13 @@ def describe(
         latency_ns=latency_ns,
     )  # fmt: skip
     console = make_console(soft_wrap=True)
-    table = Table(
-        say_word("Object"), say_word("Entry"), say_word("Bits"), say_word("Type"), say_word("Name"),
-        title=f"{device.name}: {device.product:#010x}, {device.revision:#010x}",
-        box=box.SIMPLE_HEAD,
-    )  # fmt: skip
+    rows = []
     for pdo in (*device.inputs, *device.outputs):
         for entry in pdo.entries if pdo.assigned else ():
             key = entry.key if entry.index else say("gap")
-            table.add_row(f"{pdo.index:#06x}", key, str(entry.bits), entry.type, entry.name)
-    console.print(table)
+            rows.append((f"{pdo.index:#06x}", key, str(entry.bits), entry.type, entry.name))
+    title = f"{device.name}: {device.product:#010x}, {device.revision:#010x}"
+    print_grid(console, heads("Object", "Entry", "Bits", "Type", "Name"), rows, title)
     for part in device.left_out:
         console.print(say(f"Left out: {part}."), highlight=False, markup=False)
     if out is not None:

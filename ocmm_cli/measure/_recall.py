@@ -11,13 +11,21 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
-from rich import box
 from rich.console import Console
-from rich.table import Table
+from rich.text import Text
 
 from ocmm_cli.measure._pages import print_pages
 from ocmm_cli.options import ComputingSite
-from ocmm_cli.terminal import heads, language, lead, make_console, progress_line, say
+from ocmm_cli.terminal import (
+    heads,
+    language,
+    lead,
+    make_console,
+    print_grid,
+    progress_line,
+    say,
+    shown,
+)
 from ocmm_core.documents import write_atomic
 from ocmm_core.errors import InputError, StorageError
 from ocmm_core.leftovers import scratch_folder
@@ -129,15 +137,14 @@ def show_recall(console: Console, record: RecallRecord) -> None:
         console.print(say(sentence), highlight=False, markup=False)
     if not record.made_by:
         console.print(say("--by NAME releases the points whose verdicts hold."), highlight=False)
-    table = Table(box=box.SIMPLE_HEAD)
-    for name in heads(*COLUMNS):
-        table.add_column(name, overflow="fold")
+    rows = []
     for job in worst_first(record.jobs):
         name = job.label
         for one in job.characteristics:
-            table.add_row(name, *row(one, speech), style=_STYLES[one.outcome.name])
+            cells = (name, *row(one, speech))
+            rows.append([Text(shown(cell), _STYLES[one.outcome.name]) for cell in cells])
             name = ""
-    console.print(table)
+    print_grid(console, heads(*COLUMNS), rows)
     for job in worst_first(record.jobs):
         console.print(
             f"{job_line(job, speech)} {say(rests_on(job))}", highlight=False, markup=False

@@ -260,6 +260,9 @@ TABLE = {
     "settings confirm": (
         Option("who", ..., "Name of the person who answers for them.", flags="--by"),
     ),
+    "support whatsnew": (
+        Option("since", "", "Version used before, e.g. 0.1.0; default: the last one."),
+    ),
     "support bundle": (
         argument("file", ..., "Archive to write, .zip."),
         Option("without", None, "Leave a part out; may be given several times: versions, settings, "

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 import typer
 
 from ocmm_cli.terminal import make_console, progress_line, say
+from ocmm_core.build import build_version
 from ocmm_core.errors import InputError, StorageError
 from ocmm_core.host import require_linux
 
@@ -126,6 +127,16 @@ support_app = typer.Typer(no_args_is_help=True, help="Help from support: what to
 @support_app.callback()
 def _support() -> None:
     """Keep `bundle` a command of its own."""
+
+
+@support_app.command()
+def whatsnew(*, since: str) -> None:
+    """Print the changes of this version, newest first."""
+    from ocmm_core.manual import changes_since
+
+    typer.echo(f"OCMM {build_version()}\n")
+    for section in changes_since(since):
+        typer.echo(section)
 
 
 @support_app.command()

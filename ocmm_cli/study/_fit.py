@@ -7,12 +7,17 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
-from rich import box
 from rich.console import Console
-from rich.table import Table
 from rich.text import Text
 
-from ocmm_cli.terminal import make_console, print_table_account, say, say_later, say_word
+from ocmm_cli.terminal import (
+    make_console,
+    print_grid,
+    print_table_account,
+    say,
+    say_later,
+    say_word,
+)
 from ocmm_core.errors import FitError, InputError
 from ocmm_core.features.shapes import Shape
 
@@ -131,21 +136,14 @@ def _print_fit(
     how = f"{say_word(criterion)} ({say_word(fit.criterion.value)})"
     if free:
         how += f", {say('one problem in space')}"
-    table = Table(
-        title=say(f"{fit.shape.value} through {n:d} points:") + f" {how}",
-        title_justify="left",
-        box=box.SIMPLE_HEAD,
-    )
-    table.add_column("")
-    table.add_column(say_word("Value"), justify="right", no_wrap=True)
-    table.add_column(U_LABEL, justify="right", no_wrap=True)
-    rows = rows_of(fit, found)
+    rows, cells = rows_of(fit, found), []
     for row in rows:
         digits = 12 if row.unit == "" else 9
         text = "  ".join(f"{value:.{digits}f}" for value in row.values)
         own = row.expanded
-        table.add_row(row.words, text, "–" if own is None else f"{own:.2g} {row.stated_unit}")
-    console.print(table)
+        cells.append((row.words, text, "–" if own is None else f"{own:.2g} {row.stated_unit}"))
+    title = say(f"{fit.shape.value} through {n:d} points:") + f" {how}"
+    print_grid(console, ("", say_word("Value"), U_LABEL), cells, title)
     if fit.contacts:
         held = ", ".join(str(row + 1) for row in fit.contacts)
         console.print(say(f"Contact points {held} (rows of the file, from 1)."))

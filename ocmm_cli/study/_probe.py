@@ -6,17 +6,15 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import typer
-from rich import box
 from rich.console import Console
-from rich.table import Table
 from rich.text import Text
 
-from ocmm_cli.terminal import make_console, say, say_word
+from ocmm_cli.terminal import heads, make_console, print_grid, say, say_word
 from ocmm_core.documents import write_atomic
 from ocmm_core.errors import InputError
 
 if TYPE_CHECKING:
-    from ocmm_core.measuring import BudgetTerm, ProbeReport
+    from ocmm_core.measuring import ProbeReport
 
 
 probe_app = typer.Typer(
@@ -124,7 +122,9 @@ def print_report(console: Console, report: ProbeReport) -> None:
         for line in mechanics_words(report.mechanics):
             console.print(say(line), highlight=False)
     console.print()
-    console.print(_budget_table(report.budget))
+    budget = [(say(one.name), f"{one.sigma_um:.2f}", say(one.rests_on)) for one in report.budget]
+    columns = heads("Source", "µm", "Based on")
+    print_grid(console, columns, budget, say_word("Uncertainty of one point"))
     if report.budget:
         console.print(
             say(
@@ -166,15 +166,3 @@ def write_figures(report: ProbeReport, out: Path) -> list[Path]:
             "Give a writable folder with --out.",
         ) from error
     return [out / name for name in files]
-
-
-def _budget_table(budget: tuple[BudgetTerm, ...]) -> Table:
-    table = Table(
-        title=say_word("Uncertainty of one point"), title_justify="left", box=box.SIMPLE_HEAD
-    )
-    table.add_column(say_word("Source"), no_wrap=True)
-    table.add_column(say_word("µm"), justify="right", no_wrap=True)
-    table.add_column(say_word("Based on"))
-    for term in budget:
-        table.add_row(say(term.name), f"{term.sigma_um:.2f}", say(term.rests_on))
-    return table

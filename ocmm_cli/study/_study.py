@@ -10,7 +10,7 @@ import typer
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
 from ocmm_cli.options import ComputingSite
-from ocmm_cli.terminal import make_console, progress_line, say, say_word
+from ocmm_cli.terminal import heads, make_console, print_grid, progress_line, say, say_word
 from ocmm_core.documents import write_atomic
 from ocmm_core.errors import InputError
 
@@ -128,15 +128,12 @@ def coverage(
             lambda done: tell(say(f"Measured {done:d} of {runs:d}"), done / runs),
         )
     console.print(say(f"{runs:d} runs; wanted: 92 to 99 %"), highlight=False)
-    console.print(
-        f"{'characteristic':<24}{'covered %':>10}{'mean U um':>11}{'RMS error um':>14}",
-        highlight=False,
-    )
-    for name, covered, stated, error in coverage_table(found):
-        console.print(
-            f"{name:<24}{100 * covered:>10.1f}{1e3 * stated:>11.2f}{1e3 * error:>14.2f}",
-            highlight=False, markup=False,
-        )  # fmt: skip
+    rows = [
+        (name, f"{100 * covered:.1f}", f"{1e3 * stated:.2f}", f"{1e3 * error:.2f}")
+        for name, covered, stated, error in coverage_table(found)
+    ]
+    columns = heads("Characteristic", "covered %", "mean U um", "RMS error um")
+    print_grid(console, columns, rows)
 
 
 def _write(study: ProbeStudy, result: StudyResult, seed: int, out: Path) -> list[Path]:

@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import typer
-from rich import box
-from rich.table import Table
 from rich.text import Text
 
 from ocmm_cli.study._fit import criterion_of
-from ocmm_cli.terminal import make_console, print_table_account, say, say_word
+from ocmm_cli.terminal import heads, make_console, print_grid, print_table_account, say, say_word
 from ocmm_core.documents import shortened
 from ocmm_core.tables import COUNT_OF_POINTS
 
@@ -35,24 +34,17 @@ def verify_fits_command(folder: Path, convention: str, criterion: str) -> None:
     for report in reports:
         _print_accounts(report)
     console = make_console()
-    table = Table(
-        title=say_word("Worst error of each set"), title_justify="left", box=box.SIMPLE_HEAD
-    )
-    table.add_column(say_word("Set"), no_wrap=True)
-    table.add_column(say_word("Pairs"), justify="right")
-    for _, title in shown:
-        table.add_column(title, justify="right", no_wrap=True)
-    table.add_column(say_word("Result"), no_wrap=True)
-    for report in reports:
-        table.add_row(
-            report.name,
-            str(len(report.results)),
+    rows: list[Sequence[str | Text]] = [
+        (
+            report.name, str(len(report.results)),
             *(_number(report.worst(field)) for field, _ in shown),
-            Text(say_word("PASS"), "green")
-            if report.passed
+            Text(say_word("PASS"), "green") if report.passed
             else Text(say_word("FAIL"), "bold red"),
         )
-    console.print(table)
+        for report in reports
+    ]  # fmt: skip
+    columns = (*heads("Set", "Pairs"), *(title for _, title in shown), say_word("Result"))
+    print_grid(console, columns, rows, say_word("Worst error of each set"))
     for report in reports:
         for line in _lines(report):
             console.print(line, highlight=False)

@@ -11,9 +11,10 @@ from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
     from ocmm_core.host._chosen import HOST
+    from ocmm_core.host._display import display_answers, library_fault
     from ocmm_core.host._host import Host
     from ocmm_core.host._linux_only import require_linux
 else:
     __getattr__ = door(__name__)
 
-__all__ = ["HOST", "Host", "require_linux"]
+__all__ = ["HOST", "Host", "display_answers", "library_fault", "require_linux"]

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
         anchors_of,
         mark_of,
     )
-    from ocmm_core.manual._manual import Manual, Place, load_manual, manual_folder
+    from ocmm_core.manual._manual import Manual, Place, changes_since, load_manual, manual_folder
     from ocmm_core.manual._search import ManualHit, search_words, word_fits
 else:
     __getattr__ = door(__name__)
@@ -33,6 +33,7 @@ __all__ = [
     "ManualSection",
     "Place",
     "anchors_of",
+    "changes_since",
     "load_manual",
     "manual_folder",
     "mark_of",

@@ -10,7 +10,7 @@ from typing import Any, Generic, TypeAlias, TypeVar
 import msgspec
 import numpy as np
 
-from ocmm_core import __version__
+from ocmm_core.build import build_version
 from ocmm_core.calibration.guided._procedure import ProcedureDecision, ProcedureKind
 from ocmm_core.calibration.probe_design import UNMEASURED_K, Temperature, require_temperature
 from ocmm_core.camera import Rig
@@ -178,7 +178,7 @@ class SessionFormat(Generic[E, B]):
         first: Callable[..., B] = self._first
         begun = first(
             utc=utc_text(now), rig=rig.name, rig_identity=rig.identity, running=running, who=who,
-            software=__version__, **_of_temperature(temperature), **own,
+            software=build_version(), **_of_temperature(temperature), **own,
         )  # fmt: skip
         chain = ChainFile(session_path(folder, self._kind, now), self._lines, remembered=True)
         line: SessionLine[Any] = SessionLine(begun)

@@ -151,6 +151,11 @@ class InspectionSession:
         self._explained: tuple[object, tuple[Explanation, ...]] | None = None
 
     @property
+    def has_points(self) -> bool:
+        """Whether a point counts; without the lock, which a slow disk can hold."""
+        return bool(self._ledger.points.counting)
+
+    @property
     def awaits_pull(self) -> bool:
         """Return whether the ball is followed during its retract after a touch."""
         with self._ledger.lock:

@@ -13,7 +13,7 @@ import msgspec
 import numpy as np
 import pytest
 
-from ocmm_core import __version__
+from ocmm_core.build import build_version
 from ocmm_core.documents import resource
 from ocmm_core.errors import InputError, StorageError
 from ocmm_core.export import ENDING, EXPORTERS, preview, preview_text
@@ -128,7 +128,7 @@ JOB = (
     f"Temperatures,{COLD}\r\n"
     "Reported at 20 C,no\r\n"
     "Measured with,OCMM 0.1.0\r\n"
-    f"Reported with,OCMM {__version__}\r\n"
+    f"Reported with,OCMM {build_version()}\r\n"
 ).encode("ascii")
 KINDS = ("job.csv", "points.csv", "features.csv", "report.csv", "cloud.asc", "import.pwmacro")
 ALL = dict(
