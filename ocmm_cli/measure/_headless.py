@@ -12,9 +12,8 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 from rich.table import Table
 from rich.text import Text
 
-from ocmm_cli.measure._interrupt import DeferredInterrupt
 from ocmm_cli.measure._pages import print_pages
-from ocmm_cli.terminal import lead, say, say_word, shown, told, wide_enough
+from ocmm_cli.terminal import DeferredInterrupt, lead, say, say_word, shown, told, wide_enough
 from ocmm_core.acquisition.frames import AcquisitionState, AcquisitionStatus, StopReason
 from ocmm_core.calibration.records import CalibrationStatus, ProbeView
 from ocmm_core.composition import BuiltStation
@@ -102,7 +101,7 @@ def run_job(
             raise _incomplete(view, status, built.job_path)
     finally:
         station.close()
-        interrupt.end()
+        interrupt.close()
         print_counters(console, station.looks.acquisition())
         lost = station.job.lost
         if lost is not None:

@@ -2,9 +2,9 @@
 
 In: texts, tables, arrays of pixels, points. Out: text for terminals and pipes, PNG, PGM, SVG.
 
-Read `_console` (printing), `_speech` (language), `_options` and `_typed_options` (options of
-several commands, also of distributed computation), then `_pictures` (16 bit images) and `_svg`
-(small plots without a plotting library). It must not know any command.
+Read `_console` (printing), `_speech` (language), `_interrupt` (Ctrl-C), `_options` and
+`_typed_options` (options of several commands, also of distributed computation), then `_pictures`
+(16 bit images) and `_svg` (small plots without a plotting library). It must not know any command.
 """
 
 from __future__ import annotations
@@ -22,6 +22,7 @@ if TYPE_CHECKING:
         shown,
         wide_enough,
     )
+    from ocmm_cli.terminal._interrupt import DeferredInterrupt
     from ocmm_cli.terminal._options import (
         BusProcessorOption,
         CalibrationsOption,
@@ -83,6 +84,7 @@ else:
     __getattr__ = door(
         __name__,
         _console="PlainConsole make_console print_notes progress_line shown wide_enough",
+        _interrupt="DeferredInterrupt",
         _options=(
             "BusProcessorOption CalibrationsOption CheckAfterOption CompensatePartOption "
             "CompensateProbeOption ForceOption HumidityOption IncompleteOption OutOption "
@@ -104,7 +106,8 @@ else:
 
 __all__ = [
     "BusProcessorOption", "CalibrationsOption", "CheckAfterOption", "ColumnsOption",
-    "CompensatePartOption", "CompensateProbeOption", "DecimalOption", "ForceOption",
+    "CompensatePartOption", "CompensateProbeOption", "DecimalOption",
+    "DeferredInterrupt", "ForceOption",
     "HumidityOption", "IncompleteOption", "OutOption", "PartExpansionOption", "PartOption",
     "PartTemperatureOption", "PlainConsole", "PlanOption", "PressureOption", "ProbeDesignOption",
     "ProbeOption", "ProbeTemperatureOption", "ProbesOption", "ReferenceOption", "RigOption",

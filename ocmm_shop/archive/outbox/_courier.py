@@ -44,14 +44,7 @@ from ocmm_shop.archive.records import (
     shown_text,
     station_claim,
 )
-from ocmm_shop.archive.stores import (
-    HEADS,
-    Archive,
-    Cell,
-    Remedy,
-    SqlArchive,
-    remedy_of,
-)
+from ocmm_shop.archive.stores import HEADS, Archive, Cell, Remedy, SqlArchive, remedy_of
 
 _PAGE, _LONGEST = 50, 1_000_000
 _SETTLED = timedelta(hours=1)
