@@ -10,9 +10,8 @@ from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 from rich.text import Text
 
-from ocmm_cli.measure._interrupt import DeferredInterrupt
 from ocmm_cli.measure._pages import print_pages
-from ocmm_cli.terminal import heads, lead, print_grid, say, say_word, shown, told
+from ocmm_cli.terminal import DeferredInterrupt, heads, lead, print_grid, say, say_word, shown, told
 from ocmm_core.acquisition.frames import AcquisitionState, AcquisitionStatus, StopReason
 from ocmm_core.calibration.records import CalibrationStatus, ProbeView
 from ocmm_core.composition import BuiltStation
@@ -98,7 +97,7 @@ def run_job(
             raise _incomplete(view, status, built.job_path)
     finally:
         station.close()
-        interrupt.end()
+        interrupt.close()
         print_counters(console, station.looks.acquisition())
         lost = station.job.lost
         if lost is not None:

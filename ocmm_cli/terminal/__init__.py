@@ -2,8 +2,9 @@
 
 In: texts, tables, arrays of pixels, points. Out: text for terminals and pipes, PNG, PGM, SVG.
 
-Read `_console` (printing), `_table` (tables for any width), `_speech` (language), then `_pictures`
-(16 bit images) and `_svg` (small plots without a plotting library). It must not know any command.
+Read `_console` (printing), `_table` (tables for any width), `_speech` (language), `_interrupt`
+(Ctrl-C), then `_pictures` (16 bit images) and `_svg` (small plots without a plotting library). It
+must not know any command.
 """
 
 from ocmm_core.door import TYPE_CHECKING, door
@@ -17,6 +18,7 @@ if TYPE_CHECKING:
         progress_line,
         shown,
     )
+    from ocmm_cli.terminal._interrupt import DeferredInterrupt
     from ocmm_cli.terminal._pictures import encoder_for
     from ocmm_cli.terminal._speech import heads, language, lead, say, say_later, say_word, told
     from ocmm_cli.terminal._svg import (
@@ -33,8 +35,8 @@ else:
     __getattr__ = door(__name__)
 
 __all__ = [
-    "PlainConsole", "bending", "encoder_for", "heads", "histogram", "label", "language", "lead",
-    "make_console", "nice_limit", "page", "points_in_space", "print_grid", "print_notes",
-    "print_table_account", "progress_line", "say", "say_later", "say_word", "shown", "tip_map",
-    "told",
+    "DeferredInterrupt", "PlainConsole", "bending", "encoder_for", "heads", "histogram", "label",
+    "language", "lead", "make_console", "nice_limit", "page", "points_in_space", "print_grid",
+    "print_notes", "print_table_account", "progress_line", "say", "say_later", "say_word", "shown",
+    "tip_map", "told",
 ]  # fmt: skip
