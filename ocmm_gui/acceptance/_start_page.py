@@ -165,12 +165,7 @@ class AcceptanceStart(QWidget):
         for index, one in enumerate(procedures):
             known = one.procedure
             needs = ", ".join(kind_word(role) for role in one.roles) or tr("nothing")
-            words = (
-                said(known.title),
-                said(known.source),
-                needs,
-                localised(f"{known.minutes:g}"),
-            )
+            words = (said(known.title), said(known.source), needs, localised(f"{known.minutes:g}"))
             self.table.show_words(index, words)
             title = self.table.item(index, 0)
             if title is not None:

@@ -256,7 +256,9 @@ def test_what_cannot_be_stated_says_why() -> None:
     assert "not a finite number" in only(size, np.full((n, n), np.nan))[1]
     assert "not a finite number" in only(size, -np.eye(n))[1]
     assert "uncertainty is zero" in only(size, np.zeros((n, n)))[1]
-    actual["b"] = FitError("feature.too_few_points", "b needs at least 3 points (2 taken).", "Go on.")
+    actual["b"] = FitError(
+        "feature.too_few_points", "b needs at least 3 points (2 taken).", "Go on."
+    )
     assert only(height, np.eye(n))[1] == "b needs at least 3 points (2 taken)."
     actual = actual_features(FEATURES, POINTS)
     del actual["top"]
