@@ -19,6 +19,7 @@ from ocmm_core.tracking._body import (
     ProbeBody,
     check_labels,
     check_leds,
+    check_stated,
     rule_directions,
     unit_rules,
 )
@@ -79,14 +80,7 @@ def load_reference(path: Path | str) -> ReferenceBody:
     path = Path(path)
     document = load_document(path, ReferenceDocument, SCHEMA)
     check_leds(path, "reference", document.leds, rule_directions(document.orientation_rules))
-    for field in ("led_sigma", "emission_half_angle_deg"):
-        if getattr(document, field) <= 0.0:
-            raise InputError(
-                "reference.value",
-                f"{path}: field '{field}' is {getattr(document, field)}, but must be greater than "
-                "zero.",
-                "Correct that field.",
-            )
+    check_stated(path, "reference", document)
     positions = np.array([led.position for led in document.leds])
     leds = LedBody(
         name=document.name,

@@ -101,7 +101,10 @@ class ErrorChart(Plot):
             painter.setPen(QColor(self._theme.muted))
             if self._whole_names:
                 wrapped = Qt.AlignmentFlag.AlignHCenter | Qt.TextFlag.TextWordWrap
-                painter.drawText(place.adjusted(3.0, 0.0, -3.0, 0.0), wrapped, names[begin])
+                place.adjust(3.0, 0.0, -3.0, 0.0)
+                longest = max(names[begin].split(), key=len)
+                painter.setFont(fitted(text_font(10), longest, place.width(), 18.0, 13))
+                painter.drawText(place, wrapped, names[begin])
                 begin = index
                 continue
             # Ends of names are more specific than their starts: "space diagonal 2".

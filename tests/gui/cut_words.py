@@ -150,7 +150,21 @@ def _is_painted(delegate: object) -> bool:
 
 
 def _painted(window: QWidget) -> Iterator[str]:
-    """Paint everything that paints itself once more, and give the words that do not fit."""
+    """Give the painted words that do not fit."""
+    for name, found in _repainted(window):
+        yield from (
+            f"{name}: {fault}" for fault in dict.fromkeys(one.fault for one in found) if fault
+        )
+
+
+def painted_words(window: QWidget) -> Iterator[tuple[str, str]]:
+    """Give the words that widgets paint by themselves, with the name of their class."""
+    for name, found in _repainted(window):
+        yield from ((name, one.text) for one in found)
+
+
+def _repainted(window: QWidget) -> Iterator[tuple[str, list[PaintedWords]]]:
+    """Paint everything that paints itself once more."""
     for widget in window.findChildren(QWidget):
         if not widget.isVisible() or widget.visibleRegion().isEmpty():
             continue
@@ -164,9 +178,7 @@ def _painted(window: QWidget) -> Iterator[str]:
             continue
         with watched_words() as found:
             widget.repaint()
-        yield from (
-            f"{name}: {fault}" for fault in dict.fromkeys(one.fault for one in found) if fault
-        )
+        yield name, found
 
 
 def _paints_itself(widget: QWidget) -> bool:

@@ -161,7 +161,7 @@ def test_the_map_stands_still_and_says_what_is_missing(bench: PivotBench) -> Non
     empty = tuple(
         replace(cell, poses=0) if cell.direction_world[0] < -0.1 else cell for cell in cells
     )
-    assert where_missing(bench.rig, middle, empty) == "left"
+    assert where_missing(bench.rig, middle, empty) == "to the left"
 
 
 def test_where_a_hand_is_slow_makes_no_other_attitude() -> None:
