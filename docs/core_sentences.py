@@ -35,7 +35,7 @@ _SILENT_CALLS = _set(
     "AttributeError NotImplementedError AssertionError RuntimeError OSError execute executescript "
     "executemany NamedTemporaryFile Thread match search sub fullmatch dtype field_names setdefault "
     "startswith endswith removeprefix removesuffix replace rstrip lstrip strip encode join_names "
-    "TypeVar namedtuple strftime einsum query command_words"
+    "TypeVar namedtuple strftime einsum query command_words command quoted call_text"
 )
 _SILENT_KEYWORDS = _set("help metavar dtype pattern encoding mode homes order")
 _SENTENCE_PARTS = _set(

@@ -23,7 +23,7 @@ from ocmm_core.wording import LANGUAGES
 ROOT = Path(__file__).resolve().parents[1]
 TEXTS = ROOT / "resources" / "i18n"
 
-CORE = ("ocmm_core", "ocmm_cad", "ocmm_shop", "ocmm_sim")
+CORE = ("ocmm_core", "ocmm_cad", "ocmm_shop", "ocmm_serve", "ocmm_sim")
 REPORTS = "ocmm_gui/reports"
 """All its texts and those of the core are collected."""
 ERRORS_ONLY = (
@@ -53,6 +53,9 @@ LEFT_OUT = (
     "ocmm_core/fieldbus/device/_diagnosis.py",
     # Help of commands, which stays English.
     "ocmm_core/options.py",
+    # Texts of the protocol, and a table of the English manual.
+    "ocmm_serve/ippdme/_commands.py", "ocmm_serve/ippdme/_dialect.py",
+    "ocmm_serve/ippdme/_grammar.py",
     # Names of functions, of files, and patterns.
     "ocmm_cli/_kernels.py", "ocmm_core/leftovers.py", "ocmm_core/doctor/_ethtool.py",
 )  # fmt: skip

@@ -32,6 +32,7 @@ from ocmm_core.tolerances.kinds import KINDS
 from ocmm_core.tolerances.zones import Characteristic
 from ocmm_core.typed_numbers import number_field
 from ocmm_gui.plan_editor import words_of
+from ocmm_serve.ippdme import DmeDialect, supported
 
 ROOT = Path(__file__).resolve().parents[1]
 
@@ -173,6 +174,28 @@ def checks() -> str:
     )
 
 
+def ippdme() -> str:
+    """Return the table of the commands of I++ DME."""
+    every = supported(DmeDialect.V14) | supported(DmeDialect.V25)
+    # The public classes of the protocol; items are only arguments.
+    rows = sorted(
+        (one for one in every.values() if one.group != "items"), key=lambda one: one.group
+    )
+    return table(
+        ("class", "command", "arguments", "edition", "this machine"),
+        (
+            (
+                one.group,
+                f"`{one.name}`",
+                f"`{one.arguments}`" if one.arguments else "",
+                "all" if len(one.dialects) > 1 else "2.5",
+                _plain(one.about),
+            )
+            for one in rows
+        ),
+    )
+
+
 def packages(adds: str, beside: str = "") -> str:
     """Return the table of the packages of a lock file, without those of another one."""
     from installer.licences import licences
@@ -277,6 +300,7 @@ TABLES: dict[str, tuple[str, Callable[[], str]]] = {
     "allowed licences": (_LICENCES, allowed),
     "checks": ("docs/technician/doctor.md", checks),
     "formats": ("docs/quality/exports.md", formats),
+    "ippdme": ("docs/integrator/ippdme.md", ippdme),
     "packages": (_LICENCES, partial(packages, "requirements.lock")),
     "packages for development": (
         _LICENCES,

@@ -103,6 +103,7 @@ NUMBER_FIELDS = (
     _whole("zoom", 80, 200, "size", unit="%"),
     _whole("volume", 5, 100, "size", unit="%"),
     _field("ruler", "mm", 15.0, 600.0, "size"),
+    _whole("baud", 300, 4_000_000, "speed of the serial line", unit="baud"),
     _whole("megabytes", 1, 2048, "size", unit="MB"),
     _whole("cameras", 0, 4, "number of cameras"),
     _whole("frames", 1, 4096, "number of frames"),

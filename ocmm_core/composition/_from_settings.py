@@ -21,11 +21,13 @@ def stream_options(
     token_file: Path | None,
     certificate: Path | None = None,
     private_key: Path | None = None,
+    allow: tuple[str, ...] | None = None,
 ) -> StreamOptions | None:
     """Return the stream options, or None if it is off.
 
-    InputError: the token or key file is unreadable or readable by others, the stream would be open
-    to others, or the TLS files are invalid.
+    `allow`: addresses of clients that cannot send a token. InputError: the token or key file is
+    unreadable or readable by others, the stream would be open to others, or the TLS files are
+    invalid.
     """
     if port is None:
         return None
@@ -34,9 +36,10 @@ def stream_options(
         token = _first_line(token_file)
         _require_private(token_file, 0o077, "the token", "a new token")
     options = StreamOptions(
-        host=host, port=port, token=token, certificate=certificate, private_key=private_key
-    )
-    check_stream(options)
+        host=host, port=port, token=token, certificate=certificate, private_key=private_key,
+        allow=allow or (),
+    )  # fmt: skip
+    check_stream(options, by_address=allow is not None)
     tls_context(options)
     if private_key is not None:
         # A group with access to certificate keys is usual (ssl-cert).

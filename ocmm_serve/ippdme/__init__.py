@@ -15,9 +15,9 @@ if TYPE_CHECKING:
     from ocmm_serve.ippdme._dialect import DmeDialect
     from ocmm_serve.ippdme._frames import CsyFrames, ShiftSign
     from ocmm_serve.ippdme._machine import StationMachine
-    from ocmm_serve.ippdme._registry import CommandSpec, supported
+    from ocmm_serve.ippdme._registry import CommandSpec
     from ocmm_serve.ippdme._server import DmeServer
-    from ocmm_serve.ippdme._session import DmeSession
+    from ocmm_serve.ippdme._session import DmeSession, supported
     from ocmm_serve.ippdme._state import DmeState
 else:
     __getattr__ = door(__name__)

@@ -51,7 +51,7 @@ _TABLE = """
 0513 2 Daemon does not exist
 0514 2 Use ClearAllErrors to continue
 0515 2 Daemon already exists
-1000 3 DmeMachine in error state
+1000 3 Machine in error state
 1001 2 Illegal touch
 1002 9 Axis does not exist
 1003 2 No touch
@@ -59,7 +59,7 @@ _TABLE = """
 1005 3 Error during home
 1006 2 Surface not found
 1007 3 Theta out of range
-1008 3 CommandedTouch position out of machine volume
+1008 3 Target position out of machine volume
 1009 3 Air pressure out of range
 1010 2 Vector has no norm
 1500 3 Failed to re-seat head
@@ -69,7 +69,7 @@ _TABLE = """
 2000 3 Tool not calibrated
 2001 2 Head error excessive force
 2002 3 Type of probe does not allow this operation
-2500 3 DmeMachine limit encountered [Move Out Of Limits]
+2500 3 Machine limit encountered [Move Out Of Limits]
 2501 3 Axis not active
 2502 3 Axis position error
 2503 9 Scale read head failure

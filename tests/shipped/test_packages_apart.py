@@ -88,7 +88,8 @@ def recording(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path]:
 
 def test_fits_need_the_core_alone(tmp_path: Path) -> None:
     hidden = (
-        "ocmm_sim", "ocmm_cad", "ocmm_shop", "ocmm_cli", "ocmm_gui", "ocmm_bench", "PySide6",
+        "ocmm_sim", "ocmm_cad", "ocmm_shop", "ocmm_cli", "ocmm_gui", "ocmm_serve", "ocmm_bench",
+        "PySide6",
         "pyqtgraph", "pysoem", "dask", "psycopg", "OCP", "typer", "rich",
     )  # fmt: skip
     done = _run(

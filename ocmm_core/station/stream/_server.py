@@ -182,7 +182,7 @@ class StreamServer:
     def _add(self, job: str, step: JobStep) -> None:
         if self._plain is None:
             self._messages.append(partial(_step_line, job=job, step=step))
-        elif line := self._plain.line_of(job, step, live=self._thread is not None):
+        elif line := self._plain.line_of(step, live=self._thread is not None):
             self._messages.append(lambda _: line)
 
     def _wake(self) -> None:

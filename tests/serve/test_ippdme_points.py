@@ -1,0 +1,165 @@
+"""Points of I++ DME: durable before the answer, equal in the job; refused ones are not sent."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from ocmm_core.errors import StorageError
+from ocmm_core.storage import JobFile
+from ocmm_serve.ippdme import DmeDialect, ShiftSign
+from tests.host import amount
+from tests.serve.dme_bench import DmeBench, PlainClient, dme_bench, notes_of
+from tests.waiting import wait_until
+
+_N = amount(8, 200)
+_REFUSED = amount(2, 30)
+
+
+@pytest.fixture(scope="module")
+def bench(tmp_path_factory: pytest.TempPathFactory) -> Iterator[DmeBench]:
+    folder = tmp_path_factory.mktemp("points")
+    with dme_bench(folder, DmeDialect.V25, ShiftSign.OFFSET, tries=1) as bench:
+        yield bench
+
+
+def begin(client: PlainClient, more: str = "") -> None:
+    for line in (
+        "00001 StartSession()", "00002 Home()", '00003 ChangeTool("standard")',
+        "00004 OnPtMeasReport(X(), Y(), Z(), IJK(), ER()" + more + ")",
+    ):  # fmt: skip
+        assert client.ask(line) == [f"{line[:5]} &", f"{line[:5]} %"]
+
+
+def numbers(text: str) -> list[float]:
+    return [float(one) for one in re.findall(r"-?\d+(?:\.\d+)?", text)]
+
+
+def test_the_job_holds_what_was_answered_to_the_last_digit(bench: DmeBench) -> None:
+    rng, answers, nominals = np.random.default_rng(5), {}, {}
+    shift, angles = np.array([10.0, -20.0, 30.0]), (10.0, 20.0, 30.0)
+    turn = Rotation.from_euler("zxz", [30.0, 10.0, 20.0], degrees=True).inv()
+    job = bench.built.station.job.path
+    bench.forget()
+    with bench.client() as client:
+        begin(client, ", IJKAct(), Q(), R()")
+        values = ", ".join(map(str, (*shift.tolist(), *angles)))
+        client.ask(f"00005 SetCsyTransformation(PartCsy, {values})")
+        client.ask("00006 SetCoordSystem(PartCsy)")
+        for number in range(_N):
+            place = rng.uniform([-60.0, -30.0, -60.0], [60.0, 30.0, 60.0])
+            normal = rng.normal(size=3) * [0.3, 0.3, 0.1] + [0.0, 0.0, 1.0]
+            x, y, z = (turn.apply(place) + shift).tolist()
+            i, j, k = turn.apply(normal).tolist()
+            tag = f"{number + 10:05d}"
+            nominals[tag] = place
+            found = client.ask(
+                f"{tag} PtMeas(X({x:.6f}), Y({y:.6f}), Z({z:.6f}), IJK({i:.6f}, {j:.6f}, {k:.6f}))"
+            )
+            assert len(found) == 3, found
+            answers[tag] = found[1].partition("# ")[2]
+            # Durable before it is sent: any reader of the file finds it.
+            assert {str(one["tag"]): one["answer"] for one in notes_of(job)} == answers
+        assert client.ask("00007 EndSession()")[-1] == "00007 %"
+    with JobFile.open(job, read_only=True) as file:
+        points = {point.number: point for point in file.points()}
+        assert not file.verify()
+        assert file.seal().signature is not None
+    notes = notes_of(job)
+    assert [note["point"] for note in notes] == sorted(points)
+    for note in notes:
+        point = points[int(str(note["point"]))]
+        tip = turn.apply(point.tip_world) + shift
+        answer = answers[str(note["tag"])]
+        # Half of the last of six decimals, and the rounding of the sum.
+        assert np.abs(np.array(numbers(answer)[:3]) - tip).max() <= 0.5001e-6
+        assert answer.endswith(f"ER({point.tip_radius:g}), IJKAct(2), Q(0), R(NULL)")
+        assert note["nominal"] == pytest.approx(nominals[str(note["tag"])].tolist(), abs=2e-6)
+        assert np.isfinite(point.spots).any()
+    assert notes[0]["shift"] == "offset"
+
+
+def test_refused_touches_are_not_answered(bench: DmeBench) -> None:
+    bench.forget()
+    bench.state.any_place = True
+    job = bench.built.station.job.path
+    with bench.client() as client:
+        begin(client)
+        for number in range(_REFUSED):
+            bench.told.clear()
+            tag = f"{number + 10:05d}"
+            # Outside the volume of the calibration, but seen by the cameras.
+            client.send(f"{tag} PtMeas(X(0), Y({-112 - number % 5}), Z(0), IJK(0, 0, 1))")
+            lines = client.until(f"{tag} %")
+            assert [one for one in lines if "#" in one] == []
+            assert 'Error(3, 1008, "PtMeas", "Target position out of machine volume")' in lines[1]
+            assert any("outside the volume" in words for words in bench.told), bench.told
+            client.ask("00008 ClearAllErrors()")
+        bench.state.any_place = False
+        # Known before the touch.
+        assert "1008" in client.ask("00009 PtMeas(X(0), Y(-150), Z(0), IJK(0, 0, 1))")[1]
+    wait_until(lambda: not bench.state.in_session)
+    assert not bench.built.station.job.stored()[1]
+    assert not notes_of(job)
+
+
+def test_a_touch_elsewhere_is_not_the_point_of_the_program(bench: DmeBench) -> None:
+    bench.forget()
+    hand = bench.built.hand
+    with bench.client() as client:
+        begin(client)
+        client.ask("00005 SetProp(Tool.PtMeasPar.Search(5))")
+        for tag, (place, normal), words in (
+            ("00010", ([16.0, 20.0, 0.0], [0.0, 0.0, 1.0]), "mm off the nominal"),
+            ("00011", ([10.0, 20.0, 0.0], [0.9, 0.0, 0.43589]), "another side"),
+        ):
+            bench.told.clear()
+            client.send(f"{tag} PtMeas(X(10), Y(20), Z(0), IJK(0, 0, 1))")
+            assert client.line() == f"{tag} &"
+            hand.stop()
+            hand.touch_place(np.array(place), np.array(normal))
+            assert 'Error(2, 1006, "PtMeas", "Surface not found")' in client.line()
+            assert client.line() == f"{tag} %"
+            assert any(words in one for one in bench.told), bench.told
+            client.ask("00008 ClearAllErrors()")
+        # Taken out of the job, with the reason.
+        assert not bench.built.station.job.stored()[1]
+
+
+def test_a_second_program_is_refused_in_a_sentence(bench: DmeBench) -> None:
+    bench.forget()
+    with bench.client() as first:
+        first.ask("00001 StartSession()")
+        with bench.client() as second:
+            line = second.line()
+            assert "already used by 127.0.0.1. Disconnect that program first." in line
+            assert line.startswith("E0000 ! Error(3, 0511, ")
+            assert second.line() == ""
+        assert first.ask("00002 IsUserEnabled()")[1] == "00002 # IsUserEnabled(0)"
+    # The place is free again, without a pause.
+    with bench.client() as third:
+        assert third.ask("00001 StartSession()") == ["00001 &", "00001 %"]
+
+
+def test_a_lost_job_is_an_error_and_no_point(tmp_path: Path) -> None:
+    with pytest.raises(StorageError, match="POINTS-001"), dme_bench(tmp_path) as bench:
+        _measure_without_job(bench)
+
+
+def _measure_without_job(bench: DmeBench) -> None:
+    job = bench.built.station.job.path
+    with bench.client() as client:
+        begin(client)
+        job.rename(job.with_name("elsewhere.ocmm"))
+        failed = 'E0000 ! Error(9, 0503, "Rig", "Controller communications failure")'
+        assert client.line() == failed
+        client.ask("00004 ClearAllErrors()")
+        found = client.ask("00005 PtMeas(X(10), Y(20), Z(0), IJK(0, 0, 1))")
+        assert [one for one in found if "#" in one] == []
+        assert any("0503" in one or "0514" in one for one in found), found
+        assert any("POINTS-001" in words for words in bench.told)
