@@ -53,13 +53,6 @@ if TYPE_CHECKING:
         open_tests,
         typed_entry,
     )
-    from ocmm_core.acceptance._part_u import (
-        LEAST_RESULTS,
-        PartTask,
-        PartUncertainty,
-        dissimilar,
-        part_uncertainty,
-    )
     from ocmm_core.acceptance._procedure import (
         ClimateRule,
         InterimTest,
@@ -118,13 +111,18 @@ if TYPE_CHECKING:
     )
     from ocmm_core.acceptance._thermometers import read_temperature, thermometer_log
     from ocmm_core.acceptance._values import (
+        LEAST_RESULTS,
+        PartTask,
+        PartUncertainty,
         SpatValues,
         SphereValues,
         VolumetricValues,
         block_length,
+        dissimilar,
         faces_normal,
         location_value,
         nest_lengths,
+        part_uncertainty,
         repeat_ranges,
         smallest_ball,
         spat_values,

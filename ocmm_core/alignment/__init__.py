@@ -5,7 +5,7 @@ Out: the frame of the part with its derivative by the points, residuals, and fre
 
 Read `_rules` (all kinds of alignment) and `_checks`. `_datums` selects the method: 3-2-1,
 `_datum_frame` and `_precedence` (ISO 5459), `_best_fit`, `_model_fit` (ball centres to faces of the
-model). `_residuals` (with the derivatives of a frame), `_freedom` and `_report` the preview;
+model). `_residuals` (with the derivatives of a frame), `_freedom` and `_checks` the preview;
 `_frame_document` stores one. The package is independent of tolerances, plans and job files.
 """
 
@@ -13,7 +13,12 @@ from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
     from ocmm_core.alignment._best_fit import fit_points, fit_points_locked
-    from ocmm_core.alignment._checks import alignment_fault
+    from ocmm_core.alignment._checks import (
+        AlignmentReport,
+        alignment_fault,
+        preview_alignment,
+        report_lines,
+    )
     from ocmm_core.alignment._datum_frame import MOST_DATUMS, datum_frame, freedoms_left
     from ocmm_core.alignment._datums import frame_of, nominal_frame, settled
     from ocmm_core.alignment._frame_document import (
@@ -37,7 +42,6 @@ if TYPE_CHECKING:
         part_frame,
         refit_under_precedence,
     )
-    from ocmm_core.alignment._report import AlignmentReport, preview_alignment, report_lines
     from ocmm_core.alignment._residuals import Residual, frame_jacobian
     from ocmm_core.alignment._rules import (
         OLDEST,

@@ -7,7 +7,7 @@ factors.
 Read `_trigger` (detection of a point), `_stable_point` (from a window of frames to one ball
 centre), `_point` (its record), `_compensation` (the touched side), `_temperature`, then
 `_contributions` (effect of each error on all points) with `_factors`, `_pattern_field` and `_rows`
-(its storage). `_probe_report`, `_probe_budget` and `_probe_maps` predict it before measuring. The
+(its storage). `_probe_report` and `_probe_budget` predict it before measuring. The
 package is independent of features and plans.
 """
 
@@ -39,8 +39,7 @@ if TYPE_CHECKING:
         systematic_covariance,
     )
     from ocmm_core.measuring._point import MeasuredPoint, Refusal, RefusalCode
-    from ocmm_core.measuring._probe_budget import BudgetTerm
-    from ocmm_core.measuring._probe_maps import colour_at, map_range
+    from ocmm_core.measuring._probe_budget import BudgetTerm, colour_at, map_range
     from ocmm_core.measuring._probe_report import (
         Examination,
         Mechanics,

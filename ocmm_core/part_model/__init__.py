@@ -7,8 +7,8 @@ faces.
 Read `_part_model` (the parts of a model), `_checked_model` (consistency) and `_model_file` (as
 bytes); `_spline` computes with one surface, `_trimming` with its outline, `_patches` bounds its
 distance, `_nearest` finds the nearest point of trimmed faces. `_nominal_face` is a face as a plan
-holds it, `_spread` places touch points on it, `_placement` places the part before the cameras;
-`_reader` finds the reader of a model that a package adds (`ocmm.models`).
+holds it, with its touch points, `_part_model` places the part before the cameras; `_model_file`
+finds the reader of a model that a package adds (`ocmm.models`).
 It must not know plans, features or pictures.
 """
 
@@ -19,7 +19,12 @@ if TYPE_CHECKING:
     from ocmm_core.part_model._model_file import (
         LARGEST_MODEL,
         MODEL_ENDING,
+        STEP_ENDINGS,
+        FilesOfModel,
+        ModelReader,
+        model_endings,
         model_from_bytes,
+        model_reader,
         model_to_bytes,
         read_model_file,
         write_model_file,
@@ -34,25 +39,23 @@ if TYPE_CHECKING:
         nearest_feet,
         searched_face,
     )
-    from ocmm_core.part_model._nominal_face import NominalFace, face_fault, nominal_face, searched
+    from ocmm_core.part_model._nominal_face import (
+        NominalFace,
+        face_fault,
+        nominal_face,
+        searched,
+        spread_places,
+    )
     from ocmm_core.part_model._part_model import (
         NO_COLOUR,
         ModelFace,
         PartModel,
         PlacedPart,
+        Placement,
         SplineSurface,
         Triangles,
     )
-    from ocmm_core.part_model._placement import Placement
-    from ocmm_core.part_model._reader import (
-        STEP_ENDINGS,
-        FilesOfModel,
-        ModelReader,
-        model_endings,
-        model_reader,
-    )
     from ocmm_core.part_model._spline import bezier_surface, derivatives_at, normals_at, places_at
-    from ocmm_core.part_model._spread import spread_places
 else:
     __getattr__ = door(__name__)
 

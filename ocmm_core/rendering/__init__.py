@@ -5,17 +5,16 @@ towards the eye, and visible faces.
 
 Start with `_mesh` (geometry, whole and coarser, and surfaces with hidden backs); then
 `_canvas` (image buffers), `_rendering` (incremental painting), `_field` (measured values as
-colours), `_side` (choice of view direction). Compiled: `_raster_kernel` (triangles), `_line_kernel`
-(edges, outlines, polygons) and `_frame_kernel` (whole image); `_arrays` has their types.
+colours; choice of view direction). Compiled: `_raster_kernel` (triangles), `_line_kernel`
+(edges, outlines, polygons) and `_rendering` (whole image); `_canvas` has their types.
 It must not import plans, features or the window.
 """
 
 from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
-    from ocmm_core.rendering._arrays import NO_FACE, Colours
-    from ocmm_core.rendering._canvas import Canvas
-    from ocmm_core.rendering._field import ValueField, value_field
+    from ocmm_core.rendering._canvas import NO_FACE, Canvas, Colours
+    from ocmm_core.rendering._field import ValueField, choose_side, value_field
     from ocmm_core.rendering._mesh import RenderMesh, coarser, face_colours, mesh_of, with_closed
     from ocmm_core.rendering._rendering import (
         Bundle,
@@ -26,7 +25,6 @@ if TYPE_CHECKING:
         draw_bundles,
         is_hidden,
     )
-    from ocmm_core.rendering._side import choose_side
 else:
     __getattr__ = door(__name__)
 

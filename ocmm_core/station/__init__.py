@@ -28,9 +28,14 @@ if TYPE_CHECKING:
     )
     from ocmm_core.station._faults import StationEvents, StationFaults
     from ocmm_core.station._instruments import Instruments
-    from ocmm_core.station._job import Reports, StationJob
+    from ocmm_core.station._job import (
+        Reports,
+        StationJob,
+        drop_job_without_points,
+        free_path,
+        give_back,
+    )
     from ocmm_core.station._job_change import JobChange
-    from ocmm_core.station._jobs import drop_job_without_points, free_path, give_back
     from ocmm_core.station._looks import Looks
     from ocmm_core.station._maintenance import StationMaintenance
     from ocmm_core.station._station import MeasuringStation, StationOptions

@@ -2,12 +2,12 @@
 
 In: points, events, documents of a job. Out: one SQLite file per job, and the same read back.
 
-Read `_job_file` (the file and its guarantees), `_job_reader` (contents, in order), `_tables` and
-`_rows` (rows, bit for bit, and their checks), `_audit` (the hash-linked chain), `_job_seal`
-(signatures), `_connection` (transactions until the disk fails), `_job_keeper` (rescue if the name
-is lost), `_faults` (faults as sentences), `_job_content` (the only access for readers), `_guard`
-(limits of foreign files), `_migrations` (versions), `_glance` (a read-only summary), `_held_jobs`
-(jobs held by an archive).
+Read `_job_file` (the file and its guarantees), `_job_reader` (contents, in order; a summary),
+`_tables` and `_rows` (rows, bit for bit, and their checks), `_audit` (the hash-linked chain),
+`_job_seal` (signatures), `_connection` (transactions until the disk fails), `_job_keeper` (rescue
+if the name is lost), `_faults` (faults as sentences), `_job_content` (the only access for readers),
+`_guard` (limits of foreign files), `_migrations` (versions), `_held_jobs` (jobs held by an
+archive).
 It must not know plans, features or verdicts.
 """
 
@@ -16,7 +16,6 @@ from ocmm_core.door import TYPE_CHECKING, door
 if TYPE_CHECKING:
     from ocmm_core.storage._audit import AUDITED, AuditedStep, digest_row, now_utc
     from ocmm_core.storage._faults import damaged, no_job, not_writable, saved_sentence
-    from ocmm_core.storage._glance import JobSummary, read_summary
     from ocmm_core.storage._guard import HeldConnection, database_content, open_in_place
     from ocmm_core.storage._held_jobs import (
         HeldJobs,
@@ -28,7 +27,7 @@ if TYPE_CHECKING:
     from ocmm_core.storage._job_content import JobContent, read_job
     from ocmm_core.storage._job_file import LEFT_OUT, JobFile
     from ocmm_core.storage._job_keeper import RESCUED
-    from ocmm_core.storage._job_reader import NAMED, JobStep
+    from ocmm_core.storage._job_reader import NAMED, JobStep, JobSummary, read_summary
     from ocmm_core.storage._job_seal import ADOPTED, JobSeal, judge_head
     from ocmm_core.storage._rows import (
         JobEvent,

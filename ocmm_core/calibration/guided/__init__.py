@@ -5,9 +5,9 @@ Out: snapshots of the procedure for any screen, averaged observations, a record 
 
 Read `_procedure` (steps and gates) and `_procedure_views` (snapshots), `_session` and
 `_session_events` (state from a file), `_collecting` (from frames to observations), `_labelling`
-(LEDs before cameras are calibrated), `_repeats`, `_articulation`, `_session_drift` and `_shocks`
-(detection of motion), then `_conclusion` (the record). It is independent of specific procedures and
-of Qt: a script runs a procedure as a window does.
+(LEDs before cameras are calibrated), `_repeats`, `_articulation`, `_session_drift` and
+`_session_events` (detection of motion, shocks), then `_conclusion` (the record). It is independent
+of specific procedures and of Qt: a script runs a procedure as a window does.
 """
 
 from ocmm_core.door import TYPE_CHECKING, door
@@ -112,18 +112,16 @@ if TYPE_CHECKING:
         SessionFormat,
         SessionHeader,
         SessionLine,
+        ShockDetector,
         Spots,
         from_spots,
         is_ended,
+        record_shock,
+        require_no_doubt_since,
         require_probe,
         sessions,
         to_spots,
         utc_text,
-    )
-    from ocmm_core.calibration.guided._shocks import (
-        ShockDetector,
-        record_shock,
-        require_no_doubt_since,
     )
     from ocmm_core.calibration.guided._shot_table import Shot, load_shots
 else:

@@ -2,7 +2,7 @@
 
 In: a file or a folder. Out: its signer, its steps with authors and times, and faults.
 
-Read `_audited` (the result), `_audit` (jobs, histories, folders) and `_audit_files` (other files).
+Read `_audit_files` (the result, and single files) and `_audit` (jobs, histories, folders).
 It must not recompute anything, nor write.
 """
 
@@ -10,8 +10,13 @@ from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
     from ocmm_core.export.audits._audit import audit, files_to_audit
-    from ocmm_core.export.audits._audit_files import document_kind
-    from ocmm_core.export.audits._audited import Audit, AuditedKind, AuditedRecord, AuditRow
+    from ocmm_core.export.audits._audit_files import (
+        Audit,
+        AuditedKind,
+        AuditedRecord,
+        AuditRow,
+        document_kind,
+    )
 else:
     __getattr__ = door(__name__)
 

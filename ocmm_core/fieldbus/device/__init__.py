@@ -4,10 +4,10 @@ In: only the tables here.
 Out: one model for master, software camera, ESI file and page.
 
 Start with `_camera_objects` (object dictionary), `_object_entries` and `_profile_objects`; then
-`_camera_slave` (process data and configuration), `_input_layout` (header by revision),
-`_controller` (EEPROM and clock), `_identity` (device to camera assignment), `_firmware` (blocks in
-a camera), `_diagnosis`, `_esi`, and `_object_page` with `_page_of_the_wire` and
-`_page_of_the_protocol`, which writes docs/integrator/camera_objects.md.
+`_camera_slave` (process data and configuration), `_input_layout` (header by revision), `_identity`
+(device to camera assignment), `_firmware` (blocks in a camera), `_diagnosis`, `_esi` (also EEPROM
+and clock), and `_object_page` with `_page_of_the_wire`, which writes
+docs/integrator/camera_objects.md.
 
 It must not import sockets, cycles or the virtual rig.
 """
@@ -77,7 +77,8 @@ if TYPE_CHECKING:
         encode_frames,
         require_raw,
     )
-    from ocmm_core.fieldbus.device._controller import (
+    from ocmm_core.fieldbus.device._diagnosis import DATA_BYTES, DiagnosisMessage
+    from ocmm_core.fieldbus.device._esi import (
         CLOCK_MODES,
         CONTROLLERS,
         DC_ACTIVATE,
@@ -89,7 +90,6 @@ if TYPE_CHECKING:
         SII_CONFIGURATION,
         ClockMode,
     )
-    from ocmm_core.fieldbus.device._diagnosis import DATA_BYTES, DiagnosisMessage
     from ocmm_core.fieldbus.device._firmware import BLOB_BYTES, Firmware, Intrinsics
     from ocmm_core.fieldbus.device._identity import (
         CameraIdentity,

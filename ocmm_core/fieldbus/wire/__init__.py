@@ -4,7 +4,7 @@ In: bytes of an interface.
 Out: matched answers, EEPROM words, and the devices on the wire.
 
 Start with `_datagrams` (EtherCAT bytes), `_sockets` and `_port` (raw sockets); then `_interface`
-(admissible interfaces), `_host_time` (clocks), `_master` (the only file that imports pysoem) with
+(admissible interfaces), `_port` (clocks), `_master` (the only file that imports pysoem) with
 `_object_calls`, `_service` (one own frame per cycle), `_tally` (answers received), `_scan`,
 `_other_masters`; `_virtual_link` (cables without hardware); `_tap` (frames for Wireshark).
 
@@ -22,7 +22,6 @@ if TYPE_CHECKING:
         frame_index,
         has_passed,
     )
-    from ocmm_core.fieldbus.wire._host_time import HostTime
     from ocmm_core.fieldbus.wire._interface import (
         check_interface,
         is_virtual_cable,
@@ -31,7 +30,7 @@ if TYPE_CHECKING:
     from ocmm_core.fieldbus.wire._master import OP, PREOP, SAFEOP, STATE_NAMES, Master, al_text
     from ocmm_core.fieldbus.wire._object_calls import check_mapping
     from ocmm_core.fieldbus.wire._other_masters import MasterWatch
-    from ocmm_core.fieldbus.wire._port import Passage, Port
+    from ocmm_core.fieldbus.wire._port import HostTime, Passage, Port
     from ocmm_core.fieldbus.wire._scan import (
         Exchange,
         RawLine,

@@ -3,18 +3,16 @@
 In: a TOML document, a table in text, or the measurement of a master part. Out: a checked plan, and
 TOML that reads back to the same plan.
 
-Read `_plan` (features and characteristics), `_file` (the document, released by name, in a folder
-or a job), `_step_checks` and `_findings` (contradictions), `_environment` (required and noted
-ambient conditions), `_edit` (changes: a plan in, another one out), `_file_beside` (pictures, and
-the model of the part that is shown). Imports: `_csv`, `_teach` and `_surface_profile` (of faces of
-the model); `_requirements` keeps the account of imported files. It must not know points or
-sessions.
+Read `_plan` (features and characteristics), `_file` (the document, released by name, in a folder or
+a job), `_step_checks` and `_findings` (contradictions), `_environment` (required and noted ambient
+conditions), `_edit` (changes: a plan in, another one out; teaching), `_file_beside` (pictures, and
+the model of the part that is shown). Imports: `_csv` and `_surface_profile` (of faces of the
+model); `_requirements` keeps the account of imported files. It must not know points or sessions.
 """
 
 from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
-    from ocmm_core.inspection.plan._climate import climate_for, material_expansion
     from ocmm_core.inspection.plan._csv import FeatureTable, feature_table
     from ocmm_core.inspection.plan._edit import (
         EDITED,
@@ -26,6 +24,7 @@ if TYPE_CHECKING:
         new_plan,
         remove_item,
         replace_item,
+        taught_plan,
         usual_points,
         with_alignment,
         with_head,
@@ -69,7 +68,9 @@ if TYPE_CHECKING:
         Material,
         Plan,
         check_plan,
+        climate_for,
         load_plan,
+        material_expansion,
     )
     from ocmm_core.inspection.plan._requirements import (
         PlanSource,
@@ -87,7 +88,6 @@ if TYPE_CHECKING:
         with_model_fit,
         with_profiles,
     )
-    from ocmm_core.inspection.plan._teach import taught_plan
 else:
     __getattr__ = door(__name__)
 

@@ -4,7 +4,7 @@ In: jobs, the current histories of calibrations and tips. Out: the outcome of ev
 who decided.
 
 Read `_recall` (the whole, and suspect jobs), `_recall_job` (one job under two calibrations),
-`_recall_judge` (which of both counts), `_recall_artefact` and `_recall_messages`. Package
+`_recall_judge` (which of both counts; artefacts) and `_recall_messages`. Package
 `archive` stores decisions and reads them whenever a job is opened. It must not know an archive of a
 shop or a running station.
 """
@@ -19,8 +19,8 @@ if TYPE_CHECKING:
         recall,
         recall_doubted,
     )
-    from ocmm_core.inspection.recall._recall_artefact import artefact_wrong
     from ocmm_core.inspection.recall._recall_job import DoubtedJob
+    from ocmm_core.inspection.recall._recall_judge import artefact_wrong
     from ocmm_core.inspection.recall._recall_messages import (
         COLUMNS,
         checked,

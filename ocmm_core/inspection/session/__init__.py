@@ -3,7 +3,7 @@
 In: touches with tracked frames, decisions of the inspector, records in force.
 Out: a job file, point by point, and views of the job; refusals with reason and remedy.
 
-Read `_session`: the job and its parts. A touch goes through `_intake` (is the ball at rest),
+Read `_session`: the job and its parts. A touch goes through it (is the ball at rest),
 `_assignment` (which feature, and is it that face) with `_any_order`, then `_acceptance` (does it
 become a point). Decisions of the inspector: `_steps`, stored by `_step_log` (also undo, also after
 a restart), which is shared by all parts; `_header` and `_placed_part` are smaller parts;

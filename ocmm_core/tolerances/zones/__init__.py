@@ -4,8 +4,8 @@ In: measured features and the frame.
 Out: widths of zones, axes and centres, local sizes, each with its gradient by the points.
 
 Read `_characteristic` (entry of a plan), `_evaluation` (its value), then `_surface` (points under
-the ball, also against faces of the model), `_derived` (centres, axes), `_zone_frame` (pose,
-smallest zone), `_frames` (caches), `_zones` and `_two_point` (local sizes). It is the first package
+the ball, also against faces of the model), `_frames` (centres, axes, caches), `_zone_frame` (pose,
+smallest zone), `_zones` and `_two_point` (local sizes). It is the first package
 of tolerances and independent of specific kinds.
 """
 
@@ -18,24 +18,22 @@ if TYPE_CHECKING:
         Characteristic,
         points_note,
     )
-    from ocmm_core.tolerances.zones._derived import (
+    from ocmm_core.tolerances.zones._evaluation import Evaluation, FormNoise, Ranked, Seen
+    from ocmm_core.tolerances.zones._frames import (
         AXES,
         CENTRES,
+        Frames,
+        HeldFrame,
+        Keep,
         Section,
+        associated,
         axis_sections,
         derived_points,
         few_in_a_section,
         median_line,
+        no_part_frame,
         section_circle,
         sections,
-    )
-    from ocmm_core.tolerances.zones._evaluation import Evaluation, FormNoise, Ranked, Seen
-    from ocmm_core.tolerances.zones._frames import (
-        Frames,
-        HeldFrame,
-        Keep,
-        associated,
-        no_part_frame,
     )
     from ocmm_core.tolerances.zones._surface import (
         ModelSurface,

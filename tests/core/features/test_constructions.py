@@ -33,8 +33,7 @@ from ocmm_core.features.measured._construct import (
     in_order,
     needed_features,
 )
-from ocmm_core.features.measured._construct_fit import fit_through_centres
-from ocmm_core.features.measured._constructed import construct
+from ocmm_core.features.measured._constructed import construct, fit_through_centres
 from ocmm_core.features.shapes import (
     ACROSS,
     DIRECTION,

@@ -62,7 +62,7 @@ STEPS = (
     "ocmm_core.inspection.session._header.Conditions.note_limits",
     "ocmm_core.station._job_change.drop_if_empty",
     "ocmm_core.station._frame_loop.FrameLoop.exclusive",
-    "ocmm_core.station._jobs.header_text",
+    "ocmm_core.station._job.header_text",
 )
 
 
