@@ -44,7 +44,7 @@ class PairOutcome:
 
 
 def run(task: tuple[int, int]) -> PairOutcome:
-    """Return the outcome of a seed with so many poses."""
+    """Return the outcome of a seed with the given number of poses."""
     seed, poses = task
     scene = honest(seed, poses)
     did, wanted = [], []

@@ -99,7 +99,7 @@ class Scene:
         return RelocationOptions(world=KeptByPoints(listed, POINTS_SIGMA))
 
     def observed(self) -> Observations:
-        """Return what the cameras saw, in the order of a session."""
+        """Return the cameras' observations, in the order of a session."""
         rng, tip = self.rng, self.body.tip_probe
         seats = len(NAMES) * TOUCHES if self.by_points else 0
         times = np.linspace(0.0, 1.0, self.poses + PLACEMENTS + seats)

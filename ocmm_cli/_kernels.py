@@ -73,7 +73,7 @@ ocmm_cad.reach._search_kernel
     search f2 f2 f f1 f4 i2 f2 f2 f2 f2 f2 f1 f3 i1 i1 i1 f2 i2 i1 i2 f1
 ocmm_core.part_model._spline_kernel
     to_bezier f1 i i1 f3
-ocmm_core.part_model._edge_kernel
+ocmm_core.part_model._trimming
     nearest_stretch f2 f3 f1 f2
 ocmm_cad.step._place_kernel
     spread f2 i1
@@ -86,7 +86,7 @@ ocmm_cad.step.brep._surface_kernel
     run_along i f2 f1 f i1 f2 i1 f1 f2 f2 f2 f1
     places_inside i f2 f1 f2 i1
 
-ocmm_core.tracking._reference_filter
+ocmm_core.tracking._reference_body
     _follow b1 f3 f2 f3 f f1 f2 f1 f1 f3 f2 f1
 ocmm_core.tracking.kernels._follow_kernel
     extend_tracked f3 f2 f2 f2 f2 f f f f1 i2
@@ -149,7 +149,7 @@ ocmm_core.rendering._line_kernel
     draw_outline s2 i i f i f i v2
     lay_ground i i i v2
     merge_layers v2 v2 i i f f
-ocmm_core.rendering._frame_kernel
+ocmm_core.rendering._rendering
     paint_frame f2 f2 u2 j2 j1 u1 f2 j1 f2 f1 f b f2 s2 f2 f i f f f f i i s2 j2 v2
 """
 

@@ -6,12 +6,11 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from ocmm_core.composition._climate import ClimateRequest
-from ocmm_core.composition._defaults import DEFAULT_SEED, DEMO_PART
 from ocmm_core.composition._feeds import StationRequest
-from ocmm_core.composition._sources import Origin, origin_of
 from ocmm_core.documents import read_bytes
 from ocmm_core.errors import InputError
 from ocmm_core.host import HOST
+from ocmm_core.options import DEFAULT_OPERATOR, DEFAULT_SEED, DEFAULT_SERIAL, DEMO_PART
 from ocmm_core.settings import Settings
 from ocmm_core.station.stream import StreamOptions, check_stream, tls_context
 
@@ -83,9 +82,7 @@ class Errand:
     speed: float = 1.0
     stay: bool = True
     """`plan`, `part`, `seed`, `speed`, `stay`: see `StationRequest`."""
-    operator: str = ""
-    serial: str = "1"
-    """`operator`, `serial`: job header; an empty operator is that of the settings."""
+    serial: str = DEFAULT_SERIAL
     resume: Path | None = None
     force: bool = False
     uncalibrated: bool = False
@@ -93,7 +90,7 @@ class Errand:
 
 
 def request_of_settings(settings: Settings, errand: Errand) -> StationRequest:
-    """Return the station request; InputError as `stream_options` and `origin_of`."""
+    """Return the station request; InputError as `stream_options`."""
     return StationRequest(
         plan=errand.plan,
         # The report of a resumed job stays in the folder of the job.
@@ -106,7 +103,7 @@ def request_of_settings(settings: Settings, errand: Errand) -> StationRequest:
         seed=errand.seed,
         speed=errand.speed,
         stay=errand.stay,
-        operator=errand.operator or settings.job_operator or _nobody(settings.instrument_source),
+        operator=settings.job_operator or DEFAULT_OPERATOR,
         serial=errand.serial,
         resume=errand.resume,
         force=errand.force,
@@ -134,8 +131,3 @@ def request_of_settings(settings: Settings, errand: Errand) -> StationRequest:
             settings.stream_key,
         ),
     )
-
-
-def _nobody(source: str) -> str:
-    """Return the default operator; never "demo" for real cameras."""
-    return "demo" if origin_of(source) is Origin.VIRTUAL else "unnamed"

@@ -7,15 +7,11 @@ Read `_template` (the format and its checks), `_feed` (serial line), `_keyboard`
 (`ocmm_core.station.stream`). It must not know I++ DME.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
-from ocmm_core.door import door
+from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
     from ocmm_serve.lines._command import serve_keyboard, serve_lines
 else:
-    __getattr__ = door(__name__, _command="serve_keyboard serve_lines")
+    __getattr__ = door(__name__)
 
 __all__ = ["serve_keyboard", "serve_lines"]

@@ -99,12 +99,9 @@ class LineFeed:
 
 
 class SerialReceiver:
-    """A serial line, opened again after it was pulled out; InputError if it cannot be opened.
+    """A serial line, opened again after it was pulled out; InputError if it cannot be opened."""
 
-    `device`: its name, with the speed behind a colon if other than 9600.
-    """
-
-    def __init__(self, device: str) -> None:
+    def __init__(self, device: str, baud: int = 9600) -> None:
         if importlib.util.find_spec("serial") is None:
             raise InputError(
                 "lines.package",
@@ -113,11 +110,10 @@ class SerialReceiver:
             )
         import serial
 
-        name, _, baud = device.partition(":")
-        self._device = name
+        self._device = device
         try:
             # A receiver that reads nothing must not hold this program.
-            self._line = serial.Serial(name, int(baud or 9600), write_timeout=_STOP_S)
+            self._line = serial.Serial(device, baud, write_timeout=_STOP_S)
         except (OSError, ValueError) as error:
             raise InputError(
                 "lines.serial",

@@ -208,7 +208,7 @@ def test_sends_each_point_once_over_a_serial_line(
     near, far = pty.openpty()
     tty.setraw(far)
     notes: list[str] = []
-    receiver = SerialReceiver(f"{os.ttyname(far)}:115200")
+    receiver = SerialReceiver(os.ttyname(far), 115_200)
     with (
         os.fdopen(near, "rb", buffering=0) as line,
         LineFeed(station, plain(notes), receiver, notes.append),
@@ -255,10 +255,10 @@ def test_refuses_a_device_that_is_not_there() -> None:
         SerialReceiver("/dev/no-such-line")
 
 
-def test_serves_lines_by_the_command(tmp_path: Path) -> None:
+def test_serves_lines_by_the_command(tmp_path: Path, slow_rig: Path) -> None:
     served = ServedProcess(
-        "lines", tmp_path, "--source", "simulated", "--port", "0",
-        "--template", "{n};{x:.4f};{y:.4f};{z:.4f}", "--end", "lf",
+        "lines", tmp_path, "--source", "simulated", "--port", "0", "--rig", str(slow_rig),
+        "--template", "{n};{x:.4f};{y:.4f};{z:.4f}", "--end", "lf", "--speed", "0",
         "--plan", str(resource("plans", "quick.toml")),
     )  # fmt: skip
     try:

@@ -71,7 +71,7 @@ def test_moments_are_those_of_the_targets() -> None:
 
     again = moments_of(targets, study.leds)
 
-    # Single precision inside; what the sums of thousands of poses lose by it.
+    # Single precision inside; its loss in sums of thousands of poses.
     assert np.allclose(moments, again, rtol=1e-5, atol=1e-5 * np.abs(again).max())
     distances = np.linalg.norm(targets, axis=2) - np.linalg.norm(study.leds, axis=1)
     assert distances.std() < 0.03

@@ -10,11 +10,7 @@ runs many starts in parallel, `_places_kernel` identifies equal ends. The distan
 is independent of specific fits, which are in `elements`.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
-from ocmm_core.door import door
+from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
     from ocmm_core.features.search import _axis_kernel as axis_kernel
@@ -76,24 +72,7 @@ if TYPE_CHECKING:
     )
     from ocmm_core.features.search._tube_kernel import narrowest_tube
 else:
-    __getattr__ = door(
-        __name__,
-        _axis_kernel="CONE CYLINDER RING TORUS across axis_kernel tubes",
-        _common=(
-            "FLAT across_axes centred centred_solid checked_points curved_patch degenerate "
-            "few_axes many_axes oriented principal_axes quadric_axes refuse_masked trial_axes"
-        ),
-        _ellipse_kernel="conics ellipse_foot ellipse_kernel of_conic",
-        _flat_kernel="BALL DISC ELLIPSE ROUND_ENDS SQUARE_ENDS flat_kernel",
-        _newton_kernel="STEP_SIZE move newton_kernel solve_step terms",
-        _point_kernel="line_distances places spread spread_alike taubin",
-        _search="Family best_ends is_open minima nearest_minimum planned sampled",
-        _solver=(
-            "COVERAGE NEAR Solution candidates covered decided derivatives gains minimise same "
-            "sensitivity sizes_in_words unambiguous undecided with_rival"
-        ),
-        _tube_kernel="narrowest_tube",
-    )
+    __getattr__ = door(__name__)
 
 __all__ = [
     "BALL", "CONE", "COVERAGE", "CYLINDER", "DISC", "ELLIPSE", "FLAT", "NEAR", "RING", "ROUND_ENDS",

@@ -96,7 +96,7 @@ def clock_off(computer: Computer) -> Computer:
 
 
 def no_group(computer: Computer) -> Computer:
-    """Let nobody have made the group, nor given rights to a program."""
+    """Simulate a station without the group and without rights for a program."""
     put(computer, "/etc/group", "root:x:0:\nanna:x:1000:\n")
     return calls(computer, granted=lambda path: frozenset())
 

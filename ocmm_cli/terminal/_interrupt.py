@@ -1,4 +1,4 @@
-"""Ctrl-C while a station measures."""
+"""Ctrl-C while a station measures, or a guided procedure is under way."""
 
 from __future__ import annotations
 
@@ -11,23 +11,24 @@ class DeferredInterrupt:
     """Raises KeyboardInterrupt at the next `check`; a second Ctrl-C raises it at once.
 
     Raised between two steps of any code, it could leave a lock of the station taken, and closing
-    the station would wait for that lock forever.
+    the station would wait for that lock forever. `words`: what is kept, and how to continue.
     """
 
-    def __init__(self) -> None:
-        self._asked = False
+    def __init__(self, words: str = "") -> None:
+        self._asked, self._words = False, words
         self._before = None
         # Only the main thread receives signals, and jobs in the background of a shell ignore this.
         in_main = threading.current_thread() is threading.main_thread()
         if in_main and signal.getsignal(signal.SIGINT) is signal.default_int_handler:
             self._before = signal.signal(signal.SIGINT, self._note)
 
-    def check(self) -> None:
-        """Raise KeyboardInterrupt if it was asked for."""
+    def check(self) -> bool:
+        """Raise KeyboardInterrupt with the words if it was asked for; return False otherwise."""
         if self._asked:
-            raise KeyboardInterrupt
+            raise KeyboardInterrupt(self._words)
+        return False
 
-    def end(self) -> None:
+    def close(self) -> None:
         """Restore the handler of before."""
         if self._before is not None:
             signal.signal(signal.SIGINT, self._before)
