@@ -194,9 +194,9 @@ def test_closes_connections_of_other_addresses(
     station: MeasuringStation, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     # All addresses of this computer are loopback; the server must see another one.
-    from ocmm_core.station.stream import _server
-
-    monkeypatch.setattr(_server, "may_connect", lambda options, address: False)
+    monkeypatch.setattr(
+        "ocmm_core.station.stream._server.may_connect", lambda options, address: False
+    )
     with (
         StreamServer(station, StreamOptions(), plain=plain([])) as server,
         closing(socket.create_connection(server.address, HANG_S)) as stranger,
