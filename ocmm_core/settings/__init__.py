@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from ocmm_core.settings._file import SETTINGS_SCHEMA, Note, SettingsFile
     from ocmm_core.settings._recent import RecentPlaces, is_shipped
     from ocmm_core.settings._settings import (
+        SETTINGS_NAME,
         LoadedSettings,
         SettingOrigin,
         Settings,
@@ -47,8 +48,8 @@ else:
         _file="Note SETTINGS_SCHEMA SettingsFile",
         _recent="RecentPlaces is_shipped",
         _settings=(
-            "LoadedSettings SettingOrigin Settings SettingsStore released_plans_only "
-            "temperatures_hold"
+            "LoadedSettings SETTINGS_NAME SettingOrigin Settings SettingsStore "
+            "released_plans_only temperatures_hold"
         ),
         _specs="Applies Kind SECTIONS SETTINGS Scope SettingSpec Value spec_of",
         _toml="toml_text",
@@ -56,8 +57,8 @@ else:
     )
 
 __all__ = [
-    "SECTIONS", "SETTINGS", "SETTINGS_SCHEMA", "Applies", "Kind", "LoadedSettings", "Note",
-    "RecentPlaces", "Scope", "SettingOrigin", "SettingSpec", "Settings", "SettingsFile",
+    "SECTIONS", "SETTINGS", "SETTINGS_NAME", "SETTINGS_SCHEMA", "Applies", "Kind", "LoadedSettings",
+    "Note", "RecentPlaces", "Scope", "SettingOrigin", "SettingSpec", "Settings", "SettingsFile",
     "SettingsStore", "Value", "is_shipped", "released_plans_only", "spec_of", "temperatures_hold",
     "text_of", "toml_text", "value_of_text",
 ]  # fmt: skip
