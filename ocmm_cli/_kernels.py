@@ -22,8 +22,6 @@ _TYPES = {
 # compiles a group, because two processes that compile the same function at the same time would each
 # overwrite the other's cache. Longest groups first.
 _TABLE = """
-ocmm_core.features.search._axis_kernel
-    tubes f2 f2
 ocmm_core.features.search._ellipse_kernel
     conics f2 f2
     of_conic f1 f f1
@@ -51,6 +49,11 @@ ocmm_core.features.search._point_kernel
     spread_alike f3 f2T f2 f2
     spread_alike f3 f2 f2 f2
     taubin f2 f2
+ocmm_core.features.search._starts_kernel
+    circles f2 f2 f2
+    flanks f2 f2
+    quadric_feet f2 f2 f2
+    tubes f2 f2
 ocmm_core.features.search._tube_kernel
     narrowest_tube f2 f2
 ocmm_core.features.zones._settle_kernel

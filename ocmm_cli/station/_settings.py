@@ -74,6 +74,10 @@ def set_command(key: str, value: str, *, station: bool) -> None:
     spec = spec_of(key)
     given = value_of_text(spec, value)
     store = SettingsStore.of_this_user()
+    if not station:
+        make_console(soft_wrap=True, stderr=True).print(
+            say(store.places()), style="dim", highlight=False, markup=False
+        )
     print_notes(store.change({key: given}, Scope.STATION if station else None))
     if spec.section == "report":
         from ocmm_core.export.template import use_head

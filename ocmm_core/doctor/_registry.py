@@ -21,6 +21,7 @@ from ocmm_core.doctor._result import (
     SystemChange,
     worst_of,
 )
+from ocmm_core.doctor._settings_check import settings
 from ocmm_core.failure import contained
 
 Check = Callable[[Computer], Answer]
@@ -120,6 +121,7 @@ CHECKS = (
         "present, mode 0600, in a folder that only its user can change",
         on_disk.key,
     ),
+    CheckSpec("settings", "Settings", "root has no other settings than the station", settings),
 )
 
 

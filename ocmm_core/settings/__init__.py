@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from ocmm_core.settings._file import SETTINGS_SCHEMA, Note, SettingsFile
     from ocmm_core.settings._recent import RecentPlaces, is_shipped
     from ocmm_core.settings._settings import (
+        SETTINGS_NAME,
         LoadedSettings,
         SettingOrigin,
         Settings,
@@ -44,7 +45,7 @@ else:
     __getattr__ = door(__name__)
 
 __all__ = [
-    "DEFAULT_SOURCE", "RECOMMENDED_RIG", "SECTIONS", "SETTINGS", "SETTINGS_SCHEMA",
+    "DEFAULT_SOURCE", "RECOMMENDED_RIG", "SECTIONS", "SETTINGS", "SETTINGS_NAME", "SETTINGS_SCHEMA",
     "STANDARD_PROBE", "Applies", "Kind", "LoadedSettings", "Note",
     "RecentPlaces", "Scope", "SettingOrigin", "SettingSpec", "Settings", "SettingsFile",
     "SettingsStore", "Value", "is_shipped", "released_plans_only", "spec_of", "temperatures_hold",

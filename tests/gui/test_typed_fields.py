@@ -111,9 +111,9 @@ def fields() -> Iterator[tuple[str, Callable[[str], Any], float, float]]:
         yield f"design {one.field}", partial(read, count=1), one.least, one.most
     fields_of = {option.typed[0]: option.field for option in WINDOW}
     for action in parser()._actions:  # noqa: SLF001 - there is no public list
-        number = fields_of.get((action.option_strings or [""])[0])
-        if number is not None and callable(action.type):
-            one = number.quantity
+        own = fields_of.get((action.option_strings or [""])[0])
+        if own is not None and callable(action.type):
+            one = own.quantity
             yield action.option_strings[0], action.type, one.least, one.most
 
 

@@ -5,7 +5,8 @@ Out: the best minimum, and its rivals.
 
 Read `_common` (checked points, centring, starts), `_solver` and `_newton_kernel` (guarded steps,
 rivals that the points cannot exclude), `_search` (many starts, the best minimum). `_lanes_kernel`
-runs many starts in parallel, `_places_kernel` identifies equal ends. The distances are in
+runs many starts in parallel, `_starts_kernel` finds them about trial axes, `_places_kernel`
+identifies equal ends. The distances are in
 `_axis_kernel`, `_flat_kernel`, `_ellipse_kernel`, `_tube_kernel` and `_point_kernel`. The package
 is independent of specific fits, which are in `elements`.
 """
@@ -17,7 +18,7 @@ if TYPE_CHECKING:
     from ocmm_core.features.search import _ellipse_kernel as ellipse_kernel
     from ocmm_core.features.search import _flat_kernel as flat_kernel
     from ocmm_core.features.search import _newton_kernel as newton_kernel
-    from ocmm_core.features.search._axis_kernel import CONE, CYLINDER, RING, TORUS, across, tubes
+    from ocmm_core.features.search._axis_kernel import CONE, CYLINDER, RING, TORUS, across
     from ocmm_core.features.search._common import (
         FLAT,
         across_axes,
@@ -70,6 +71,7 @@ if TYPE_CHECKING:
         undecided,
         with_rival,
     )
+    from ocmm_core.features.search._starts_kernel import circles, flanks, quadric_feet, tubes
     from ocmm_core.features.search._tube_kernel import narrowest_tube
 else:
     __getattr__ = door(__name__)
@@ -78,10 +80,11 @@ __all__ = [
     "BALL", "CONE", "COVERAGE", "CYLINDER", "DISC", "ELLIPSE", "FLAT", "NEAR", "RING", "ROUND_ENDS",
     "SQUARE_ENDS", "STEP_SIZE", "TORUS", "Family", "Solution", "across", "across_axes",
     "axis_kernel", "best_ends", "candidates", "centred", "centred_solid", "checked_points",
-    "conics", "covered", "curved_patch", "decided", "degenerate", "derivatives", "ellipse_foot",
-    "ellipse_kernel", "few_axes", "flat_kernel", "gains", "is_open", "line_distances", "many_axes",
-    "minima", "minimise", "move", "narrowest_tube", "nearest_minimum", "newton_kernel", "of_conic",
-    "oriented", "places", "planned", "principal_axes", "quadric_axes", "refuse_masked", "same",
-    "sampled", "sensitivity", "sizes_in_words", "solve_step", "spread", "spread_alike", "taubin",
-    "terms", "trial_axes", "tubes", "unambiguous", "undecided", "with_rival",
+    "circles", "conics", "covered", "curved_patch", "decided", "degenerate", "derivatives",
+    "ellipse_foot", "ellipse_kernel", "few_axes", "flanks", "flat_kernel", "gains", "is_open",
+    "line_distances", "many_axes", "minima", "minimise", "move", "narrowest_tube",
+    "nearest_minimum", "newton_kernel", "of_conic", "oriented", "places", "planned",
+    "principal_axes", "quadric_axes", "quadric_feet", "refuse_masked", "same", "sampled",
+    "sensitivity", "sizes_in_words", "solve_step", "spread", "spread_alike", "taubin", "terms",
+    "trial_axes", "tubes", "unambiguous", "undecided", "with_rival",
 ]  # fmt: skip
