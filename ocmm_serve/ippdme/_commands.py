@@ -8,9 +8,9 @@ from typing import TypeVar
 from ocmm_serve.ippdme._dialect import ERRORS, DmeDialect
 from ocmm_serve.ippdme._frames import CHAIN, MACHINE, CsyTransformation, checked
 from ocmm_serve.ippdme._grammar import BareWord, Call, DmeError, Value, call_text, list_text, quoted
+from ocmm_serve.ippdme._points import ABSENT
 from ocmm_serve.ippdme._registry import NEWER, command, supported
 from ocmm_serve.ippdme._state import (
-    ABSENT,
     AXES,
     PARAMETERS,
     PART_PARAMETERS,
@@ -47,57 +47,48 @@ def _only(args: Args, kind: type[T]) -> T:
 
 
 @command("StartSession", "Server", "", "Starts a session and its job.", always=True)
-def start_session(state: DmeState, args: Args) -> list[str]:
+def start_session(state: DmeState, args: Args) -> None:
     if state.in_session:
         raise DmeError(8)
     state.reset()
-    state.machine.begin(
-        {"dialect": state.dialect, "shift": state.frames.sign, "active": state.frames.active,
-         "transformations": {name: one.values for name, one in state.frames.known.items()}}
-    )  # fmt: skip
+    state.machine.keep({"dialect": state.dialect, **state.frames.note()})
     state.in_session = True
-    return []
 
 
 @command("EndSession", "Server", "", "Ends the session and closes its job.", always=True)
-def end_session(state: DmeState, args: Args) -> list[str]:
+def end_session(state: DmeState, args: Args) -> None:
     if state.in_session:
         state.in_session, state.daemon, state.locked = False, None, False
         state.user_asked = False
         state.user(enabled=False)
         state.machine.end()
-    return []
 
 
 @command("AbortE", "Server", "", "Aborts all pending commands.", fast=True, always=True)
-def abort(state: DmeState, args: Args) -> list[str]:
+def abort(state: DmeState, args: Args) -> None:
     # The session aborts what is pending.
     state.locked = True
-    return []
 
 
 @command("ClearAllErrors", "Server", "", "Leaves the error state.", always=True)
-def clear_all_errors(state: DmeState, args: Args) -> list[str]:
+def clear_all_errors(state: DmeState, args: Args) -> None:
     state.locked = False
     state.active_errors.clear()
-    return []
 
 
 @command("StopDaemon", "Server", "tag", "Stops OnMoveReportE.")
-def stop_daemon(state: DmeState, args: Args) -> list[str]:
+def stop_daemon(state: DmeState, args: Args) -> None:
     tag = word_in(args)
     if state.daemon is None or state.daemon.tag != tag:
         raise DmeError(513)
     state.daemon = None
-    return []
 
 
 @command("StopAllDaemons", "Server", "", "Stops OnMoveReportE.")
-def stop_all_daemons(state: DmeState, args: Args) -> list[str]:
+def stop_all_daemons(state: DmeState, args: Args) -> None:
     if state.daemon is None:
         raise DmeError(512)
     state.daemon = None
-    return []
 
 
 @command("GetErrorInfo", "Server", "number", "Returns the text of an error.")
@@ -147,7 +138,7 @@ command("GetPropE", "Server", "properties", "As GetProp, at once.", fast=True)(g
     "SetProp", "Server", "properties",
     "Sets parameters within their limits; only PtMeasPar.Search has an effect.",
 )  # fmt: skip
-def set_prop(state: DmeState, args: Args) -> list[str]:
+def set_prop(state: DmeState, args: Args) -> None:
     if not args:
         raise DmeError(502)
     wanted: list[tuple[str, str, float]] = []
@@ -166,7 +157,6 @@ def set_prop(state: DmeState, args: Args) -> list[str]:
     inside = [state.set_parameter(*one) for one in wanted]
     if not all(inside):
         raise DmeError(504)
-    return []
 
 
 @command("EnumProp", "Server", "property", "Members of a property, one a line.")
@@ -209,11 +199,10 @@ def get_supported_commands(state: DmeState, args: Args) -> list[str]:
 
 
 @command("Home", "DME", "", "Moves nothing; succeeds if points can be recorded.", takes_user=True)
-def home(state: DmeState, args: Args) -> list[str]:
+def home(state: DmeState, args: Args) -> None:
     state.homed = False
     state.require_ready()
     state.homed = True
-    return []
 
 
 @command("IsHomed", "DME", "", "1 after Home.")
@@ -222,17 +211,15 @@ def is_homed(state: DmeState, args: Args) -> list[str]:
 
 
 @command("EnableUser", "Mover", "", "The operator leads: each touch is sent as an event.")
-def enable_user(state: DmeState, args: Args) -> list[str]:
+def enable_user(state: DmeState, args: Args) -> None:
     state.user_asked = True
     state.user(enabled=True)
-    return []
 
 
 @command("DisableUser", "Mover", "", "Touches are no longer sent unasked.")
-def disable_user(state: DmeState, args: Args) -> list[str]:
+def disable_user(state: DmeState, args: Args) -> None:
     state.user_asked = False
     state.user(enabled=False)
-    return []
 
 
 @command("IsUserEnabled", "Mover", "", "1 while the operator leads.")
@@ -244,7 +231,7 @@ def is_user_enabled(state: DmeState, args: Args) -> list[str]:
     "OnMoveReportE", "Mover", "Time(s), Dis(d), X(), ...",
     "Position of the ball after each time or distance, while the probe is seen.", fast=True,
 )  # fmt: skip
-def on_move_report(state: DmeState, args: Args) -> list[str]:
+def on_move_report(state: DmeState, args: Args) -> None:
     if state.daemon is not None:
         raise DmeError(515)
     limits = {"Time": 0.0, "Dis": 0.0}
@@ -259,17 +246,15 @@ def on_move_report(state: DmeState, args: Args) -> list[str]:
     names = names_in(items, (*AXES, *ABSENT))
     # The session knows the tag.
     state.daemon = MoveDaemon("", limits["Time"], limits["Dis"], names, state.now())
-    return []
 
 
 @command("SetCoordSystem", "CartCMM", "name", "Selects the system of all numbers.")
-def set_coord_system(state: DmeState, args: Args) -> list[str]:
+def set_coord_system(state: DmeState, args: Args) -> None:
     name = word_in(args)
     if state.dialect is DmeDialect.V25 and name not in (MACHINE, *CHAIN):
         raise DmeError(1013)
     state.frames = state.frames.activated(name)
     state.changed_frames()
-    return []
 
 
 @command("GetCoordSystem", "CartCMM", "", "The active system.")
@@ -282,11 +267,10 @@ def get_coord_system(state: DmeState, args: Args) -> list[str]:
     "SetCsyTransformation", "CartCMM", "name, X0, Y0, Z0, Theta, Psi, Phi",
     "Transformation of a system; the sign of the shift is a setting of this server.",
 )  # fmt: skip
-def set_csy_transformation(state: DmeState, args: Args) -> list[str]:
+def set_csy_transformation(state: DmeState, args: Args) -> None:
     name = word_in(args[:1])
     state.frames = state.frames.transformed(name, numbers_in(args[1:], 6))
     state.changed_frames()
-    return []
 
 
 @command("GetCsyTransformation", "CartCMM", "name", "The six numbers of a system.")
@@ -309,9 +293,8 @@ def _transformation_text(state: DmeState, found: CsyTransformation) -> str:
     "SaveActiveCoordSystem", "CartCMM", "name", "Stores the part system under a name.",
     dialects=NEWER,
 )  # fmt: skip
-def save_active_coord_system(state: DmeState, args: Args) -> list[str]:
+def save_active_coord_system(state: DmeState, args: Args) -> None:
     _store(state, text_in(args), state.frames.transformation(CHAIN[-1]))
-    return []
 
 
 @command(
@@ -337,19 +320,17 @@ def _store(state: DmeState, name: str, found: CsyTransformation) -> None:
     "LoadCoordSystem", "CartCMM", '"name"', "Makes a stored transformation that of the part.",
     dialects=NEWER,
 )  # fmt: skip
-def load_coord_system(state: DmeState, args: Args) -> list[str]:
+def load_coord_system(state: DmeState, args: Args) -> None:
     values = _named(state, args).values
     state.frames = state.frames.transformed(CHAIN[-1], values)
     state.changed_frames()
-    return []
 
 
 @command("DeleteCoordSystem", "CartCMM", '"name"', "Forgets a stored one.", dialects=NEWER)
-def delete_coord_system(state: DmeState, args: Args) -> list[str]:
+def delete_coord_system(state: DmeState, args: Args) -> None:
     _named(state, args)
     left = {name: one for name, one in state.frames.named.items() if name != text_in(args)}
     state.frames = replace(state.frames, named=left)
-    return []
 
 
 @command("EnumCoordSystems", "CartCMM", "", "Names of the stored ones.", dialects=NEWER)

@@ -32,6 +32,9 @@ _TABLE = """
 0000 0 Buffer full
 0001 2 Illegal tag
 0002 2 No space at pos. 6
+0003 2 Reserved
+0004 2 Reserved
+0005 2 Reserved
 0006 2 Transaction aborted (Use ClearAllErrors to Continue)
 0007 3 Illegal character
 0008 3 Protocol error
@@ -88,6 +91,10 @@ _ADDED = """
 1506 1 Tool property not applicable
 1507 3 Tool not alignable to given orientation
 2003 3 Raw data not available
+2004 3 No shared memory
+2005 3 File not found
+5000 2 Wrong data format
+5001 2 Port not available
 8000 0 SIMULATED
 """
 

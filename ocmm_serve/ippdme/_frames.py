@@ -95,6 +95,11 @@ class CsyFrames:
             found = self.transformation(name).child_from_parent(self.sign).compose(found)
         return found
 
+    def note(self) -> Mapping[str, object]:
+        """Return the systems for the job."""
+        known = {name: one.values for name, one in self.known.items()}
+        return {"active": self.active, "shift": self.sign, "transformations": known}
+
     @property
     def origin_words(self) -> str:
         """Return the origin of the active system in the machine's, for the operator."""

@@ -19,7 +19,7 @@ from ocmm_core.inspection.session import InspectionSession
 from ocmm_core.measuring import MeasuredPoint, Refusal
 from ocmm_core.station import drop_job_without_points
 from ocmm_serve.ippdme._grammar import DmeError
-from ocmm_serve.ippdme._session import REFUSALS
+from ocmm_serve.ippdme._points import refusal_number
 from ocmm_serve.ippdme._state import BallPose, CommandedTouch, DmeTool
 
 _WARM_S, _POLL_S = 20.0, 0.02
@@ -118,7 +118,7 @@ class StationMachine:
         code, blocker = self._station.instruments.blocking_reason()
         if blocker is None:
             return None
-        return DmeError(REFUSALS.get(code, 1000), "Rig", detail=f"{blocker.what} {blocker.remedy}")
+        return DmeError(refusal_number(code), "Rig", detail=f"{blocker.what} {blocker.remedy}")
 
     def require_qualified(self) -> None:
         view = self._station.instruments.probe()
@@ -133,9 +133,6 @@ class StationMachine:
             return BallPose(live.tip_world, rotation, self._box)
         number = {StatusWord.LOST: 1501, StatusWord.FAILED: 503}.get(live.status, 1000)
         raise DmeError(number, "Tracking", detail=f"{live.status.value}: {live.reason}")
-
-    def begin(self, note: Mapping[str, object]) -> None:
-        self.keep({"session": note})
 
     def end(self) -> None:
         self.expect(None)
@@ -167,7 +164,7 @@ class StationMachine:
     def way_words(self) -> str:
         """Return the way of the ball to the target, as the operator stands before the cameras."""
         live, target = self._station.looks.live(), self._target
-        if target is None or target.surface is None:
+        if target is None:
             return live.status.value
         if live.tip_world is None:
             return f"{live.status.value}: {live.reason}"
@@ -186,7 +183,7 @@ class StationMachine:
 
     def _guide(self, target: CommandedTouch | None) -> None:
         """Let the virtual hand touch a target."""
-        if target is None or target.surface is None:
+        if target is None:
             self._hand.stop()
             return
         up = np.array([0.0, 0.0, 1.0])

@@ -11,8 +11,8 @@ from ocmm_serve.ippdme._state import CommandedTouch, DmeState
 
 BOTH = frozenset(DmeDialect)
 NEWER = frozenset({DmeDialect.V25})
-Handler = Callable[[DmeState, tuple[Value, ...]], "list[str] | CommandedTouch"]
-"""Returns the data lines of an answer, or the target of a touch that is waited for."""
+Handler = Callable[[DmeState, tuple[Value, ...]], "list[str] | CommandedTouch | None"]
+"""Returns the data lines of an answer, if any, or the target of a touch that is waited for."""
 
 
 @dataclass(frozen=True, slots=True)

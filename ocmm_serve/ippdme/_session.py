@@ -12,12 +12,20 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ocmm_core.measuring import MeasuredPoint, Refusal, RefusalCode
+from ocmm_core.measuring import MeasuredPoint, Refusal
 from ocmm_serve.ippdme import _commands as _commands  # Registers its commands.
 from ocmm_serve.ippdme import _touch_commands as _touch_commands
 from ocmm_serve.ippdme._commands import LEAST_PERIOD_S
 from ocmm_serve.ippdme._dialect import ERRORS, DmeDialect, error_line
 from ocmm_serve.ippdme._grammar import NO_TAG, DmeCommand, DmeError, call_text, parse, quoted
+from ocmm_serve.ippdme._points import (
+    FINAL,
+    fault_of,
+    point_note,
+    point_text,
+    pose_text,
+    refusal_error,
+)
 from ocmm_serve.ippdme._registry import CommandSpec
 from ocmm_serve.ippdme._registry import supported as supported
 from ocmm_serve.ippdme._state import CommandedTouch, DmeState
@@ -28,22 +36,8 @@ _ALONE = ("StartSession", "EndSession")
 """Commands without a session."""
 _MOST_PENDING = 64
 """Commands that wait; more are answered by "Buffer full"."""
-_LEAST_COSINE = 0.5
-"""Of the angle between the approach and the nominal normal, 60 degrees: else another face."""
-
-REFUSALS = {
-    RefusalCode.LOST: 1501, RefusalCode.UNIDENTIFIED: 1501, RefusalCode.NOT_READY: 1000,
-    RefusalCode.CALIBRATION: 1000, RefusalCode.REFERENCE: 1000, RefusalCode.PAUSED: 1000,
-    RefusalCode.TIP: 2000, RefusalCode.OUTSIDE: 1008, RefusalCode.STORAGE: 511,
-}  # fmt: skip
-"""Errors of refused touches; others are illegal touches, 1001."""
-_FINAL = (
-    RefusalCode.CALIBRATION, RefusalCode.TIP, RefusalCode.REFERENCE, RefusalCode.STORAGE,
-    RefusalCode.PAUSED,
-)  # fmt: skip
-"""Another touch cannot help."""
-
-
+_TOO_EARLY = "It was touched before the program asked for it."
+_NOT_ASKED = "The program did not ask for a point."
 OPERATOR = "done, del, goto (a clearance point), cancel (no touch is possible), search MM, or a key"
 """Words of the operator."""
 
@@ -76,11 +70,6 @@ class DmeSession:
         self._out: list[str] = []
         self._led: deque[int] = deque(maxlen=_MOST_PENDING)
         """Points that the operator led, which he can delete."""
-
-    @property
-    def waits(self) -> bool:
-        """Return whether a command waits for a touch."""
-        return self._waiting is not None
 
     def take(self) -> list[str]:
         """Return the lines since the last call."""
@@ -158,7 +147,7 @@ class DmeSession:
             self._abort_pending()
         if command.name == "OnMoveReportE" and state.daemon is not None:
             state.daemon.tag = command.tag
-        self._complete(opened, answer)
+        self._complete(opened, answer or [])
 
     def _allowed(self, opened: OpenCommand) -> CommandSpec:
         """Return the entry of a command that may be executed now."""
@@ -221,98 +210,72 @@ class DmeSession:
         state, waiting = self.state, self._waiting
         if waiting is not None and waiting.target is not None:
             if point.first_frame <= waiting.first_frame:
-                self._discard(point.number, "It was touched before the program asked for it.")
+                self._discard(point.number, _TOO_EARLY)
                 return
-            fault = self._fault_of(point, waiting.target)
+            fault = "" if state.any_place else fault_of(point, waiting.target)
             if fault:
-                self._discard(point.number, fault)
+                self._take_out(point.number, fault)
                 self._count_refusal(waiting, DmeError(1006, detail=fault))
                 return
-            answer = state.point_items(point, waiting.target.normal)
-            self._answer(waiting, point, answer)
+            self._answer(waiting, point, waiting.target)
         elif self._leads:
-            answer = state.point_items(point, None)
+            answer = point_text(state, point, None)
             try:
-                self._keep(NO_TAG, point, answer, None)
+                state.machine.keep(point_note(state, NO_TAG, point, answer, None))
             except DmeError as error:
                 self.report(error)
                 return
             self._event("PtMeas", answer)
             self._led.append(point.number)
         else:
-            self._discard(point.number, "The program did not ask for a point.")
+            self._discard(point.number, _NOT_ASKED)
 
     def refused(self, refusal: Refusal) -> None:
         """Note that the chain refused a touch; it is never answered."""
-        number = REFUSALS.get(refusal.code, 1001)
-        detail = f"{refusal.what} {refusal.remedy}"
-        waiting = self._waiting
+        error, waiting = refusal_error(refusal), self._waiting
         if waiting is None:
+            self.state.machine.tell(error.detail)
             return
-        if refusal.code in _FINAL:
+        if refusal.code in FINAL:
             waiting.refused = self._tries
-        self._count_refusal(waiting, DmeError(number, detail=detail))
+        self._count_refusal(waiting, error)
 
     def cancel(self, why: str) -> None:
         """End the wait for a touch without one."""
         if self._waiting is not None:
             self._end_wait(self._waiting, DmeError(1006, detail=why))
 
-    def _answer(self, opened: OpenCommand, point: MeasuredPoint, answer: str) -> None:
+    def _answer(self, opened: OpenCommand, point: MeasuredPoint, target: CommandedTouch) -> None:
+        state, tag = self.state, opened.command.tag
         self._waiting = None
-        self.state.machine.expect(None)
+        state.machine.expect(None)
+        answer = point_text(state, point, target.normal)
         try:
-            self._keep(opened.command.tag, point, answer, opened.target)
+            # Durable before it is sent.
+            state.machine.keep(point_note(state, tag, point, answer, target))
         except DmeError as error:
             self._fail(opened, error)
         else:
             self._complete(opened, [answer])
         self._advance()
 
-    def _keep(
-        self, tag: str, point: MeasuredPoint, answer: str, target: CommandedTouch | None
-    ) -> None:
-        """Make the answer durable before it is sent."""
-        state = self.state
-        note: dict[str, object] = {
-            "point": point.number, "tag": tag, "answer": answer, "tool": state.tool,
-            "active": state.frames.active, "shift": state.frames.sign,
-            "transformations": {name: one.values for name, one in state.frames.known.items()},
-        }  # fmt: skip
-        if target is not None:
-            for name, value in (("nominal", target.surface), ("normal", target.normal)):
-                note[name] = None if value is None else value.tolist()
-        state.machine.keep(note)
-
-    def _fault_of(self, point: MeasuredPoint, target: CommandedTouch) -> str:
-        """Return why a point is not that of a target, for the operator; empty if it is."""
-        if self.state.any_place or target.surface is None:
-            return ""
-        normal = target.normal
-        expected = target.surface if normal is None else target.surface + point.tip_radius * normal
-        off = float(np.linalg.norm(point.tip_world - expected))
-        limit = target.search_mm + (point.tip_radius if normal is None else 0.0)
-        if off > limit:
-            return (
-                f"The touch was {off:.1f} mm off the nominal, more than the search distance of "
-                f"{target.search_mm:g} mm. {target.words}"
-            )
-        if normal is not None and float(point.direction @ normal) < _LEAST_COSINE:
-            return f"The touch came from another side than the nominal direction. {target.words}"
-        return ""
-
     def _discard(self, number: int, reason: str) -> None:
+        self.state.machine.tell(f"Point {number} is not used. {reason}")
+        self._take_out(number, reason)
+
+    def _take_out(self, number: int, reason: str) -> None:
         try:
             self.state.machine.discard(number, reason)
         except DmeError as error:
             self.report(error)
-        self.state.machine.tell(f"Point {number} is not used. {reason}")
 
     def _count_refusal(self, opened: OpenCommand, error: DmeError) -> None:
         opened.refused += 1
         if opened.refused >= self._tries:
             self._end_wait(opened, error)
-        elif opened.target is not None:
+            return
+        self.state.machine.tell(error.detail)
+        if opened.target is not None:
             self.state.machine.expect(opened.target)
 
     def _end_wait(self, opened: OpenCommand, error: DmeError) -> None:
@@ -369,7 +332,7 @@ class DmeSession:
             state.machine.tell(error.detail)
             return
         radius = next((one.radius for one in state.machine.tools if one.name == state.tool), 0.0)
-        self._event("GoTo", state.passing_items(pose, radius))
+        self._event("GoTo", pose_text(state, state.report, pose, radius))
 
     def _event(self, name: str, argument: str) -> None:
         if self.state.in_session:
@@ -408,4 +371,4 @@ class DmeSession:
         late = daemon.every_s and now - daemon.last_s >= daemon.every_s
         if late or (daemon.step_mm and moved >= daemon.step_mm) or not np.isfinite(moved):
             daemon.last, daemon.last_s = pose.tip_world, now
-            self._out.append(f"{daemon.tag} # {state.pose_items(daemon.items, pose)}")
+            self._out.append(f"{daemon.tag} # {pose_text(state, daemon.items, pose)}")

@@ -7,10 +7,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Protocol
 
-import numpy as np
-
 from ocmm_core.geometry import Float
-from ocmm_core.measuring import MeasuredPoint
 from ocmm_serve.ippdme._dialect import DmeDialect
 from ocmm_serve.ippdme._frames import CsyFrames
 from ocmm_serve.ippdme._grammar import (
@@ -51,8 +48,8 @@ class BallPose:
 class CommandedTouch:
     """Nominal of a commanded point, in the machine's system."""
 
-    surface: Float | None
-    """(3,), mm; None if no coordinate is known."""
+    surface: Float
+    """(3,), mm."""
     normal: Float | None
     """(3,), unit, out of the material; None if not given."""
     search_mm: float
@@ -84,9 +81,6 @@ class DmeMachine(Protocol):
 
     def pose(self) -> BallPose:
         """Return the present pose; DmeError if it is not trusted."""
-
-    def begin(self, note: Mapping[str, object]) -> None:
-        """Start a job for a session."""
 
     def end(self) -> None:
         """Close the job of the session."""
@@ -126,21 +120,12 @@ PARAMETERS: Mapping[str, Mapping[str, ParLimits]] = {
     "ScanPar": {"Speed": _SPEED, "Accel": _ACCEL, "Retract": ParLimits(-50.0, 50.0, 5.0)},
 }  # fmt: skip
 """Parameters of a tool. Only Search has an effect: the operator moves the probe."""
+AXES = ("X", "Y", "Z")
 PART_PARAMETERS = {
     "Temperature": ParLimits(-50.0, 150.0, 20.0), "XpanCoefficient": ParLimits(-100.0, 1000.0, 0.0),
     "Approach": ParLimits(0.0, 50.0, 0.0), "Search": ParLimits(0.0, 50.0, 0.0),
     "Retract": ParLimits(-50.0, 50.0, 0.0),
 }  # fmt: skip
-POINT_ITEMS = {
-    DmeDialect.V14: ("X", "Y", "Z", "IJK", "ER", "R", "Tool.A", "Tool.B", "Tool.C"),
-    DmeDialect.V25: (
-        "X", "Y", "Z", "IJK", "ER", "R", "Tool.A", "Tool.B", "Tool.C", "Q", "IJKAct",
-        "Tool.Alignment",
-    ),
-}  # fmt: skip
-AXES = ("X", "Y", "Z")
-ABSENT = ("R", "Tool.A", "Tool.B", "Tool.C")
-"""Axes that a hand-held probe lacks."""
 
 
 @dataclass(slots=True)
@@ -175,7 +160,6 @@ class DmeState:
     tool: str = NO_TOOL
     found: str = UNDEFINED
     report: tuple[str, ...] = AXES
-    scan_report: tuple[str, ...] = (*AXES, "Q")
     daemon: MoveDaemon | None = None
     acts: dict[tuple[str, str], float] = field(default_factory=dict)
     """Values of parameters that differ from their default, by block and name."""
@@ -189,8 +173,7 @@ class DmeState:
 
     def reset(self) -> None:
         """Return to the state at the start of a session."""
-        self.report, self.scan_report = AXES, (*AXES, "Q")
-        self.daemon, self.locked = None, False
+        self.report, self.daemon, self.locked = AXES, None, False
         self.active_errors.clear()
         for key in [key for key in self.acts if key[0] == "Part"]:
             del self.acts[key]
@@ -222,51 +205,6 @@ class DmeState:
         if enabled != self.user_enabled:
             self.user_enabled = enabled
             self.machine.lead(allowed=enabled)
-
-    def pose_items(self, items: Sequence[str], pose: BallPose) -> str:
-        """Return the text of a position in the active system."""
-        place = self.frames.active_from_machine().apply(pose.tip_world)
-        values = dict(zip(AXES, place.tolist(), strict=True))
-        return ", ".join(self._item(one, values) for one in items)
-
-    def passing_items(self, pose: BallPose, radius: float) -> str:
-        """Return the text of a clearance point in the format of the report; it has no direction."""
-        place = self.frames.active_from_machine().apply(pose.tip_world)
-        values = dict(zip(AXES, place.tolist(), strict=True)) | {
-            "ER": radius,
-            "Q": 0.0,
-            "IJKAct": 0.0,
-        }
-        unknown = {"IJK": (0.0, 0.0, 0.0), "Tool.Alignment": (0.0, 0.0, 0.0)}
-        return ", ".join(self._item(one, values, unknown) for one in self.report)
-
-    def point_items(self, point: MeasuredPoint, normal: Float | None) -> str:
-        """Return the text of a point in the active system and in the format of the report.
-
-        `normal`: nominal of the client in the machine's system, (3,), unit; None: the direction in
-        which the ball came, which shows the side of the material.
-        """
-        to_active = self.frames.active_from_machine()
-        values = dict(zip(AXES, to_active.apply(point.tip_world).tolist(), strict=True))
-        values |= {"ER": point.tip_radius, "Q": 0.0, "IJKAct": 1.0 if normal is None else 2.0}
-        way = to_active.rotation @ (point.direction if normal is None else normal)
-        handle = to_active.rotation @ handle_of(point.rotation_world_from_probe)
-        vectors = {"IJK": way.tolist(), "Tool.Alignment": handle.tolist()}
-        return ", ".join(self._item(one, values, vectors) for one in self.report)
-
-    def _item(
-        self, name: str, values: Mapping[str, float], vectors: Mapping[str, Sequence[float]] = {}
-    ) -> str:
-        if name in vectors:
-            return call_text(name, *vectors[name])
-        if name in ABSENT:
-            return call_text(name, 0.0) if self.dialect is DmeDialect.V14 else f"{name}(NULL)"
-        return call_text(name, values[name])
-
-
-def handle_of(rotation_world_from_probe: Float) -> Float:
-    """Return the direction of the handle, from the ball, (3,), unit, world: z of the probe."""
-    return np.asarray(rotation_world_from_probe[:, 2])
 
 
 def names_in(
@@ -335,7 +273,7 @@ def _orientation(state: DmeState, kind: str) -> str:
         return "0, 0, 0" if kind == "Alignment" else ""
     axes = to_active @ pose.rotation_world_from_probe
     if kind == "Alignment":
-        return list_text(to_active @ handle_of(pose.rotation_world_from_probe))
+        return list_text(axes[:, 2])
     low, high = pose.box_probe
     values = (*(axes @ (0.5 * (low + high))), *(0.5 * (high - low)), *axes.T.ravel())
     return list_text(("OBB", *values))

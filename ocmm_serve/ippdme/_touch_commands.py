@@ -8,13 +8,12 @@ from ocmm_core.geometry import Float
 from ocmm_serve.ippdme._commands import Args, text_in
 from ocmm_serve.ippdme._dialect import DmeDialect
 from ocmm_serve.ippdme._grammar import Call, DmeError, quoted
-from ocmm_serve.ippdme._registry import NEWER, command
+from ocmm_serve.ippdme._points import ABSENT, POINT_ITEMS, pose_text
+from ocmm_serve.ippdme._registry import NEWER, Handler, command
 from ocmm_serve.ippdme._state import (
-    ABSENT,
     AXES,
     BASE_TOOL,
     NO_TOOL,
-    POINT_ITEMS,
     REF_TOOL,
     UNDEFINED,
     CommandedTouch,
@@ -25,9 +24,8 @@ from ocmm_serve.ippdme._state import (
 
 
 @command("OnPtMeasReport", "TouchTrigger", "X(), Y(), Z(), IJK(), ER(), ...", "Format of points.")
-def on_pt_meas_report(state: DmeState, args: Args) -> list[str]:
+def on_pt_meas_report(state: DmeState, args: Args) -> None:
     state.report = names_in(args, POINT_ITEMS[state.dialect])
-    return []
 
 
 @command(
@@ -92,52 +90,43 @@ def require_measuring(state: DmeState) -> None:
 @command("Get", "Cartesian", "X(), Y(), Z(), ...", "Position of the ball now.")
 def get(state: DmeState, args: Args) -> list[str]:
     names = names_in(args, (*AXES, *ABSENT))
-    return [state.pose_items(names, state.machine.pose())]
+    return [pose_text(state, names, state.machine.pose())]
 
 
-def _not_offered(state: DmeState, args: Args) -> list[str]:
-    raise DmeError(501)
+def _refusing(number: int, detail: str = "") -> Handler:
+    def refuse(state: DmeState, args: Args) -> None:
+        raise DmeError(number, detail=detail)
+
+    return refuse
 
 
-def _no_scan(state: DmeState, args: Args) -> list[str]:
-    raise DmeError(2002, detail="This machine does not scan. Use single points in the program.")
+def _ignore(state: DmeState, args: Args) -> None:
+    """Accept a command that has no effect here."""
 
 
-def _ignored(state: DmeState, args: Args) -> list[str]:
-    return []
-
-
-def _no_context(state: DmeState, args: Args) -> list[str]:
-    raise DmeError(508)
-
-
-for _name, _group in (
-    ("GoTo", "Cartesian"), ("AlignPart", "RotaryTable"), ("CenterPart", "FormTester"),
-    ("TiltPart", "FormTester"), ("TiltCenterPart", "FormTester"), ("LockAxis", "FormTester"),
-    ("LockPosition", "FormTester"),
+_NO_SCAN = _refusing(2002, "This machine does not scan. Use single points in the program.")
+for _group, _names, _arguments, _about, _handler in (
+    ("Cartesian", "GoTo", "any", "Not offered (0501): there are no drives.", _refusing(501)),
+    ("RotaryTable", "AlignPart", "any", "Not offered (0501): there is no table.", _refusing(501)),
+    ("FormTester", "CenterPart TiltPart TiltCenterPart LockAxis LockPosition", "any",
+     "Not offered (0501): there are no drives.", _refusing(501)),
+    ("Scanning", "ScanOnCircle ScanOnLine ScanOnCurve ScanUnknown ScanInPlaneEndIsSphere "
+     "ScanInPlaneEndIsPlane ScanInPlaneEndIsCyl ScanInCylEndIsSphere ScanInCylEndIsPlane "
+     "ScanOnHelix PtMeasSelfCenter PtMeasSelfCenterLocked", "any",
+     "Refused (2002): the probe does not scan.", _NO_SCAN),
+    ("Scanning", "ScanOnCircleHint ScanOnLineHint ScanOnCurveHint ScanOnCurveDensity "
+     "ScanUnknownHint ScanUnknownDensity", "any", "Accepted without effect.", _ignore),
+    ("Tool", "GoToPar PtMeasPar ScanPar", "", "A pointer; no answer.", _ignore),
+    ("items", " ".join((*AXES, *ABSENT, "IJK", "ER", "Q", "IJKAct", "Tool.Alignment")), "any",
+     "Only an argument (0508).", _refusing(508)),
 ):  # fmt: skip
-    command(_name, _group, "any", "Not offered (0501): there are no drives.")(_not_offered)
-for _name in (
-    "ScanOnCircle", "ScanOnLine", "ScanOnCurve", "ScanUnknown", "ScanInPlaneEndIsSphere",
-    "ScanInPlaneEndIsPlane", "ScanInPlaneEndIsCyl", "ScanInCylEndIsSphere", "ScanInCylEndIsPlane",
-    "ScanOnHelix", "PtMeasSelfCenter", "PtMeasSelfCenterLocked",
-):  # fmt: skip
-    command(_name, "Scanning", "any", "Refused (2002): the probe does not scan.", takes_user=True)(
-        _no_scan
-    )
-for _name in (
-    "ScanOnCircleHint", "ScanOnLineHint", "ScanOnCurveHint", "ScanOnCurveDensity",
-    "ScanUnknownHint", "ScanUnknownDensity",
-):  # fmt: skip
-    command(_name, "Scanning", "any", "Accepted without effect.")(_ignored)
-for _name in (*AXES, *ABSENT, "IJK", "ER", "Q", "IJKAct", "Tool.Alignment"):
-    command(_name, "items", "any", "Only an argument (0508).")(_no_context)
+    for _name in _names.split():
+        command(_name, _group, _arguments, _about, takes_user=_handler is _NO_SCAN)(_handler)
 
 
 @command("OnScanReport", "Scanning", "X(), Y(), Z(), Q(), ...", "Accepted; there are no scans.")
-def on_scan_report(state: DmeState, args: Args) -> list[str]:
-    state.scan_report = names_in(args, (*POINT_ITEMS[state.dialect], "Q"))
-    return []
+def on_scan_report(state: DmeState, args: Args) -> None:
+    names_in(args, (*POINT_ITEMS[state.dialect], "Q"))
 
 
 @command("AlignTool", "Alignable", "any", "Not offered (0501; in 2.5 1505).")
@@ -152,16 +141,15 @@ def enum_tools(state: DmeState, args: Args) -> list[str]:
 
 
 @command("FindTool", "ToolChanger", '"name"', "Selects the tool of FoundTool.")
-def find_tool(state: DmeState, args: Args) -> list[str]:
+def find_tool(state: DmeState, args: Args) -> None:
     name = text_in(args)
     found = state.tool_named(name)
     state.found = UNDEFINED if found is None else found.name
     if found is None:
         raise DmeError(1502, detail=_tip_words(state, name))
-    return []
 
 
-def _change(state: DmeState, args: Args) -> list[str]:
+def _change(state: DmeState, args: Args) -> None:
     name = text_in(args)
     if name == BASE_TOOL or state.tool_named(name) is None:
         raise DmeError(1502, detail=_tip_words(state, name))
@@ -172,7 +160,6 @@ def _change(state: DmeState, args: Args) -> list[str]:
     state.acts = {key: value for key, value in state.acts.items() if key[0] == "Part"}
     if state.daemon is not None:
         state.daemon.last = None
-    return []
 
 
 def _tip_words(state: DmeState, name: str) -> str:
@@ -197,10 +184,6 @@ def get_change_tool_action(state: DmeState, args: Args) -> list[str]:
     return [f"Argument({action}), X(0), Y(0), Z(0)"]
 
 
-def _pointer(state: DmeState, args: Args) -> list[str]:
-    return []
-
-
 def _tool(state: DmeState, args: Args) -> list[str]:
     return [] if state.dialect is DmeDialect.V14 else [state.tool]
 
@@ -213,17 +196,14 @@ def _found_tool(state: DmeState, args: Args) -> list[str]:
 
 command("Tool", "Tool", "", "The active tool.")(_tool)
 command("FoundTool", "Tool", "", "The tool of FindTool.")(_found_tool)
-for _name in ("GoToPar", "PtMeasPar", "ScanPar"):
-    command(_name, "Tool", "", "A pointer; no answer.")(_pointer)
 
 
 @command(
     "ReQualify", "Tool", "",
     "Succeeds if the qualification of the tip is in force; else 2000. It qualifies nothing.",
 )  # fmt: skip
-def re_qualify(state: DmeState, args: Args) -> list[str]:
+def re_qualify(state: DmeState, args: Args) -> None:
     state.machine.require_qualified()
-    return []
 
 
 @command("IsAlignable", "Alignable", "", "0: the probe is in the operator's hand.", dialects=NEWER)
