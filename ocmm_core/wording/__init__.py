@@ -15,14 +15,8 @@ if TYPE_CHECKING:
     from ocmm_core.wording._pattern import Pattern
     from ocmm_core.wording._speech import Speech
     from ocmm_core.wording._translation import (
-        ENGLISH,
-        LANGUAGES,
-        Translation,
-        in_language,
-        language_of,
-        load_translation,
-        with_comma,
-    )
+        ENGLISH, LANGUAGES, Translation, in_language, language_of, load_translation, with_comma,
+    )  # fmt: skip
 else:
     __getattr__ = door(__name__)
 

@@ -19,15 +19,8 @@ if TYPE_CHECKING:
     from ocmm_core.fieldbus.cycle._bus import CameraBus
     from ocmm_core.fieldbus.cycle._clock import CyclePacer
     from ocmm_core.fieldbus.cycle._health import (
-        CameraPast,
-        CycleAnswer,
-        CycleFault,
-        Schedule,
-        Trouble,
-        advance,
-        first_frame,
-        judge,
-    )
+        CameraPast, CycleAnswer, CycleFault, Schedule, Trouble, advance, first_frame, judge,
+    )  # fmt: skip
     from ocmm_core.fieldbus.cycle._supervisor import Next, Supervisor
     from ocmm_core.fieldbus.cycle._watch import CameraView, WatchView
 else:

@@ -15,79 +15,34 @@ from ocmm_core.door import TYPE_CHECKING, door
 if TYPE_CHECKING:
     from ocmm_core.inspection.plan._csv import FeatureTable, feature_table
     from ocmm_core.inspection.plan._edit import (
-        EDITED,
-        HEAD_FIELDS,
-        add_characteristic,
-        add_construction,
-        add_feature,
-        move_item,
-        new_plan,
-        remove_item,
-        replace_item,
-        taught_plan,
-        usual_points,
-        with_alignment,
-        with_head,
-    )
+        EDITED, HEAD_FIELDS, add_characteristic, add_construction, add_feature, move_item, new_plan,
+        remove_item, replace_item, taught_plan, usual_points, with_alignment, with_head,
+    )  # fmt: skip
     from ocmm_core.inspection.plan._environment import (
-        ENVIRONMENT_EVENT,
-        EnvironmentLimits,
-        NotedRoom,
-        environment_doubt,
-        environment_words,
-        note_room_in,
-        noted_rooms,
-    )
+        ENVIRONMENT_EVENT, EnvironmentLimits, NotedRoom, environment_doubt, environment_words,
+        note_room_in, noted_rooms,
+    )  # fmt: skip
     from ocmm_core.inspection.plan._file import (
-        RELEASE_EVENT,
-        PlanSummary,
-        list_plans,
-        note_release,
-        plan_card,
-        plan_release,
-        release_in_job,
-        release_plan,
-        require_released,
-        save_plan,
-        stored_plan,
-    )
+        RELEASE_EVENT, PlanSummary, list_plans, note_release, plan_card, plan_release,
+        release_in_job, release_plan, require_released, save_plan, stored_plan,
+    )  # fmt: skip
     from ocmm_core.inspection.plan._file_beside import (
-        PartOfPlan,
-        carry_model,
-        carry_pictures,
-        part_of_plan,
-        with_model,
-        with_picture,
-        without_file,
-        without_model,
-    )
+        PartOfPlan, carry_model, carry_pictures, part_of_plan, with_model, with_picture,
+        without_file, without_model,
+    )  # fmt: skip
     from ocmm_core.inspection.plan._findings import PlanFinding, plan_findings, require_consistent
     from ocmm_core.inspection.plan._plan import (
-        MAX_EXPANSION_PPM,
-        CadModel,
-        Material,
-        Plan,
-        check_plan,
-        climate_for,
-        load_plan,
+        MAX_EXPANSION_PPM, CadModel, Material, Plan, check_plan, climate_for, load_plan,
         material_expansion,
-    )
+    )  # fmt: skip
     from ocmm_core.inspection.plan._requirements import (
-        PlanSource,
-        Requirement,
-        RequirementState,
-        requirement_count,
-        requirement_states,
-        source_of,
+        PlanSource, Requirement, RequirementState, requirement_count, requirement_states, source_of,
         with_requirements,
-    )
+    )  # fmt: skip
     from ocmm_core.inspection.plan._step_checks import step_fault
     from ocmm_core.inspection.plan._surface_profile import (
-        USUAL_BALL_RADIUS,
-        surface_profile,
-        with_model_fit,
-        with_profiles,
-    )
+        USUAL_BALL_RADIUS, surface_profile, with_model_fit, with_profiles,
+    )  # fmt: skip
 else:
     __getattr__ = door(__name__)
 

@@ -15,14 +15,8 @@ from ocmm_core.door import TYPE_CHECKING, door
 
 if TYPE_CHECKING:
     from ocmm_core.inspection.session._header import (
-        CLIENT_EVENT,
-        HEADER_EVENT,
-        NOT_GIVEN,
-        check_header,
-        header_of,
-        header_text,
-        is_simulated,
-    )
+        CLIENT_EVENT, HEADER_EVENT, NOT_GIVEN, check_header, header_of, header_text, is_simulated,
+    )  # fmt: skip
     from ocmm_core.inspection.session._job_points import ReferenceUse
     from ocmm_core.inspection.session._session import InspectionSession
     from ocmm_core.inspection.session._steps import JobSteps
