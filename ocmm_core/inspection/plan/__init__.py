@@ -4,7 +4,7 @@ In: a TOML document, a table in text, or the measurement of a master part. Out: 
 TOML that reads back to the same plan.
 
 Read `_plan` (features and characteristics), `_file` (the document, released by name, in a folder or
-a job), `_step_checks` and `_findings` (contradictions), `_environment` (required and noted ambient
+a job), `_findings` (contradictions), `_environment` (required and noted ambient
 conditions), `_edit` (changes: a plan in, another one out; teaching), `_file_beside` (pictures, and
 the model of the part that is shown). Imports: `_csv` and `_surface_profile` (of faces of the
 model); `_requirements` keeps the account of imported files. It must not know points or sessions.
@@ -33,13 +33,12 @@ if TYPE_CHECKING:
     from ocmm_core.inspection.plan._findings import PlanFinding, plan_findings, require_consistent
     from ocmm_core.inspection.plan._plan import (
         MAX_EXPANSION_PPM, CadModel, Material, Plan, check_plan, climate_for, load_plan,
-        material_expansion,
+        material_expansion, step_fault,
     )  # fmt: skip
     from ocmm_core.inspection.plan._requirements import (
         PlanSource, Requirement, RequirementState, requirement_count, requirement_states, source_of,
         with_requirements,
     )  # fmt: skip
-    from ocmm_core.inspection.plan._step_checks import step_fault
     from ocmm_core.inspection.plan._surface_profile import (
         USUAL_BALL_RADIUS, surface_profile, with_model_fit, with_profiles,
     )  # fmt: skip
